@@ -1,0 +1,45 @@
+# One door to everything; `make help` lists it.
+
+.DEFAULT_GOAL := help
+.PHONY: help setup demo check test bench
+
+BIN := .venv/bin
+STAMP := .venv/.installed
+EXTRAS := sim,train,hardware,view,dev
+
+# The first interpreter that runs and is supported; override with `make setup PYTHON=...`.
+SUPPORTED := import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))
+PYTHON ?= $(shell for python in python3.11 python3.12 python3.13 python3; do \
+	"$$python" -c "$(SUPPORTED)" 2>/dev/null && echo "$$python" && break; done)
+
+help:  ## list the targets
+	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## */  \1\t/' | expand -t 12
+
+setup: $(STAMP)  ## make .venv with everything, at the versions of constraints.txt
+
+$(BIN)/python:
+	@test -n "$(PYTHON)" || { echo "needs Python 3.11, 3.12 or 3.13 on the PATH"; exit 1; }
+	$(PYTHON) -m venv .venv
+
+# torch stands here by name so that a CPU or CUDA build that is already installed is kept
+$(STAMP): $(BIN)/python pyproject.toml constraints.txt
+	$(BIN)/python -m pip install --quiet torch==2.13.0 -c constraints.txt -e ".[$(EXTRAS)]"
+	@touch $@
+
+demo: setup  ## find the friction that a bundled dataset hides; the report is in build/demo
+	$(BIN)/tendon-newton diagnose examples/hidden_friction \
+		--model examples/hidden_friction/model.toml --out build/demo
+
+check: setup  ## lint, format, types, layers
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/pyright
+	$(BIN)/lint-imports
+
+# One thread per process: torch and BLAS otherwise fight over the cores.
+test: setup  ## run the tests: CPU, offline
+	OMP_NUM_THREADS=1 $(BIN)/pytest
+
+bench: setup  ## measure speed; results per machine in build/benchmarks
+	OMP_NUM_THREADS=1 $(BIN)/pytest tests/benchmarks -o addopts="--strict-markers" \
+		--benchmark-only --benchmark-storage=file://./build/benchmarks --benchmark-autosave

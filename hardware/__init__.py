@@ -1,0 +1,1 @@
+"""What drives a real finger from a Raspberry Pi; nothing is here yet."""

@@ -1,0 +1,27 @@
+"""Actuator models: one file each, one line each in the table."""
+
+from __future__ import annotations
+
+from tendon_newton.actuators.base import Actuator
+from tendon_newton.actuators.ideal import Ideal
+from tendon_newton.actuators.pwm_servo import PwmServo
+from tendon_newton.errors import unknown_name
+
+ACTUATORS: dict[str, type[Actuator]] = {
+    "ideal": Ideal,
+    "pwm_servo": PwmServo,
+}
+
+
+def find_actuator(kind: str) -> type[Actuator]:
+    """Return an actuator model.
+
+    Raises:
+        UnknownName: No such kind; the message lists the known ones.
+    """
+    if kind not in ACTUATORS:
+        raise unknown_name("actuator", kind, ACTUATORS)
+    return ACTUATORS[kind]
+
+
+__all__ = ["ACTUATORS", "Actuator", "find_actuator"]

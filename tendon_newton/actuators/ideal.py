@@ -1,0 +1,39 @@
+"""The nominal actuator: a force source in proportion to the position error."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tendon_newton.actuators.base import Actuator
+from tendon_newton.device_code.placeholders import Jet, ParameterVector, real
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.parameters import Parameter
+
+
+class Ideal(Actuator):
+    r"""A servo without inertia, friction or delay.
+
+    .. math:: F = P\,(\theta_d - \theta)
+
+    Source: Yuryev and Hughes, Tendon Force Modeling for Sim2Real Transfer (2026), eq. 2: P = 4.2 N/rad for an XC330 on a 12.5 mm spool.
+    """
+
+    name = "ideal"
+    parameters = (
+        Parameter(
+            name="gain", unit="N/rad", null=0.0, nominal=4.2, lower=0.1, upper=100.0,
+            source="measured at 4.2 N/rad by the paper's authors",
+        ),
+    )  # fmt: skip
+
+    @staticmethod
+    @device_template
+    def force(error: Jet, tendon: Any, p: ParameterVector) -> Jet:
+        """F = P (theta_d - theta)."""
+        return error * p[0]
+
+    @staticmethod
+    @device_template
+    def armature(p: ParameterVector) -> real:
+        """Neglected."""
+        return real(0.0)

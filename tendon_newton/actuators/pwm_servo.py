@@ -1,0 +1,70 @@
+"""A DC motor behind the position loop of a servo's firmware."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tendon_newton.actuators.base import Actuator
+from tendon_newton.device_code.placeholders import Jet, ParameterVector, real
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.parameters import Parameter
+
+
+class PwmServo(Actuator):
+    r"""Position error to duty cycle, duty cycle to current, current to torque; the winding's inductance is neglected.
+
+    .. math::
+        u = \operatorname{clip}(k_u (\theta_d - \theta), \pm u_{max}), \qquad
+        \tau = \frac{k_t (u V - k_t \dot\theta)}{R}, \qquad F = \tau / r
+
+    Source: any text on DC motors; the loop as in the Dynamixel e-manual (PWM = P-gain / 128 counts per count of error).
+    """
+
+    name = "pwm_servo"
+    parameters = (
+        Parameter(
+            name="duty_per_rad", unit="1/rad", null=0.0, nominal=1.0, lower=0.01, upper=100.0,
+            source="Dynamixel X position P-gain registers 50 to 5,000",
+        ),
+        Parameter(
+            name="max_duty", unit="1", null=0.0, nominal=1.0, lower=0.01, upper=1.0,
+            source="full duty",
+        ),
+        Parameter(
+            name="supply_voltage", unit="V", null=0.0, nominal=5.0, lower=3.0, upper=30.0,
+            source="hobby servos run on 3.5 to 24 V",
+        ),
+        Parameter(
+            name="torque_constant", unit="N m/A", null=0.0, nominal=0.4, lower=0.01, upper=10.0,
+            source="stall torque over stall current of hobby servos, at the output shaft",
+        ),
+        Parameter(
+            name="resistance", unit="ohm", null=0.0, nominal=3.0, lower=0.1, upper=100.0,
+            source="supply over stall current of hobby servos",
+        ),
+        Parameter(
+            name="armature", unit="kg m2", null=0.0, nominal=0.002, lower=0.0, upper=0.1,
+            source="rotor inertia times the square of a gear ratio of 100 to 400",
+        ),
+    )  # fmt: skip
+
+    @staticmethod
+    @device_template
+    def force(error: Jet, tendon: Any, p: ParameterVector) -> Jet:
+        """F = k_t (u V - k_t theta_dot) / (R r)."""
+        duty = error * p[0]
+        if duty[0] > p[1]:
+            duty = Jet(p[1], real(0.0), real(0.0))
+        if duty[0] < -p[1]:
+            duty = Jet(-p[1], real(0.0), real(0.0))
+        supply = p[2]
+        if tendon.voltage > real(0.0):
+            supply = tendon.voltage
+        current = (duty * supply - tendon.angle_rate * p[3]) * (tendon.enabled / p[4])
+        return current * (p[3] / tendon.spool_radius)
+
+    @staticmethod
+    @device_template
+    def armature(p: ParameterVector) -> real:
+        """Inertia of rotor and gear at the spool [kg m2]."""
+        return p[5]

@@ -1,0 +1,101 @@
+"""The command line: one verb per file, found without importing the others."""
+
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+from typing import Any, get_type_hints
+
+from tendon_newton.errors import MissingDependency, TendonNewtonError, unknown_name
+
+VERBS: dict[str, str] = {
+    "import": "tendon_newton.cli.import_",
+    "simulate": "tendon_newton.cli.simulate",
+    "diagnose": "tendon_newton.cli.diagnose",
+    "asset": "tendon_newton.cli.asset",
+}
+
+# exit codes of the shell's conventions: 2 misuse, 128 + 2 interrupted, 128 + 13 broken pipe
+EXIT_MISUSE = 2
+EXIT_INTERRUPTED = 130
+EXIT_BROKEN_PIPE = 141
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one verb and return the exit code; an error is one line and no traceback."""
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    try:
+        code = dispatch(words)
+        sys.stdout.flush()  # here, where a closed pipe is still ours to handle
+        return code
+    except (TendonNewtonError, OSError) as error:
+        if isinstance(error, BrokenPipeError):
+            # else Python complains again when it flushes at exit
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            return EXIT_BROKEN_PIPE
+        print(f"error: {' '.join(str(error).split())}", file=sys.stderr)
+        return EXIT_MISUSE
+    except SystemExit as request:  # help and misuse of options, which tyro has explained
+        return request.code if isinstance(request.code, int) else EXIT_MISUSE
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        return EXIT_INTERRUPTED
+
+
+def dispatch(words: list[str]) -> int:
+    """Run the verb that the first word names."""
+    if not words or words[0] in ("-h", "--help"):
+        print(overview())
+        return 0 if words else EXIT_MISUSE
+    if words[0] == "--version":
+        from tendon_newton import __version__
+
+        print(__version__)
+        return 0
+    if words[0] not in VERBS:
+        raise unknown_name("verb", words[0], VERBS)
+    return run_verb(words[0], words[1:])
+
+
+def run_verb(verb: str, words: list[str]) -> int:
+    """Build a verb's config from the words and run it."""
+    import tyro
+
+    module: Any = importlib.import_module(VERBS[verb])
+    config_type = get_type_hints(module.main)["config"]
+    config = tyro.cli(
+        config_type, args=words, prog=f"tendon-newton {verb}", description=module.__doc__
+    )
+    try:
+        module.main(config)
+    except ModuleNotFoundError as error:
+        if error.name is None or error.name.startswith("tendon_newton"):
+            raise
+        raise MissingDependency(
+            f"{verb} needs the package {error.name!r}, which is not installed; "
+            "pip install 'tendon-newton[sim]' has everything but training"
+        ) from error
+    return 0
+
+
+def overview() -> str:
+    """List the verbs with the first line of what each says of itself."""
+    width = max(map(len, VERBS))
+    lines = [
+        f"  {verb:{width}}  {summary(importlib.import_module(path))}"
+        for verb, path in VERBS.items()
+    ]
+    return "\n".join(
+        [
+            "usage: tendon-newton VERB ...   (tendon-newton VERB --help for its options)",
+            "",
+            *lines,
+            "",
+            "  --version  print the version",
+        ]
+    )
+
+
+def summary(module: Any) -> str:
+    """First line of a verb's docstring."""
+    return (module.__doc__ or "").strip().split("\n")[0]

@@ -1,0 +1,79 @@
+"""Device code written once, compiled for any precision, joint count and list of effects.
+
+A device function is plain Python marked with `device_template`. It speaks of placeholders (`real`, `JointVector`, `JOINTS`, ...; see
+`placeholders`). A `Specialiser` binds them, and every template that the function calls in turn, and hands the result to Warp.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import types
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
+
+import warp as wp
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+_MARK = "__device_template__"
+
+
+def device_template(function: Function) -> Function:
+    """Mark a function as device code with placeholders, to be bound by a `Specialiser`."""
+    setattr(function, _MARK, True)
+    return function
+
+
+class Specialiser:
+    """Binds placeholders in device templates; one instance per kernel, so that functions are shared inside it.
+
+    Args:
+        bindings: Placeholder name -> type, constant or Warp function.
+    """
+
+    def __init__(self, bindings: Mapping[str, Any]) -> None:
+        self._bindings = dict(bindings)
+        self._functions: dict[types.CodeType, Any] = {}
+        self._sources: list[str] = []
+
+    def bind(self, name: str, value: Any) -> None:
+        """Bind one more placeholder, before the templates that use it."""
+        self._bindings[name] = value
+
+    def function(self, template: Callable[..., Any]) -> Any:
+        """Return the Warp function of a template under the bindings."""
+        code = template.__code__
+        if code not in self._functions:
+            self._functions[code] = wp.func(self._bind(template))
+        return self._functions[code]
+
+    def kernel(self, template: Callable[..., Any], identity: str, **options: Any) -> wp.Kernel:
+        """Return the Warp kernel of a template, in a module of its own.
+
+        Args:
+            template: Device code without a result.
+            identity: Tells apart kernels whose bindings differ. Warp's cache keys hold neither functions nor numbers that a
+                static loop picks from a tuple; without this, two lists of effects of one shape would share one binary.
+            options: As for `warp.kernel`.
+        """
+        bound = self._bind(template)
+        digest = hashlib.sha256("\n".join([identity, *self._sources]).encode()).hexdigest()[:12]
+        return wp.kernel(bound, name=f"{template.__name__}_{digest}", module="unique", **options)
+
+    def _bind(self, template: Callable[..., Any]) -> types.FunctionType:
+        """Copy a function with globals in which every placeholder and template is bound."""
+        scope = dict(template.__globals__)
+        scope.update(self._bindings)
+        for name in template.__code__.co_names:
+            if getattr(scope.get(name), _MARK, False) is True:
+                scope[name] = self.function(scope[name])
+        bound = types.FunctionType(template.__code__, scope, template.__name__)
+        bound.__annotations__ = {
+            key: eval(value, scope) if isinstance(value, str) else value
+            for key, value in template.__annotations__.items()
+        }
+        bound.__module__ = template.__module__
+        bound.__qualname__ = template.__qualname__
+        bound.__doc__ = template.__doc__
+        self._sources.append(inspect.getsource(template))
+        return bound

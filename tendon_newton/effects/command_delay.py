@@ -1,0 +1,35 @@
+"""Time between a command and the servo's acting on it."""
+
+from __future__ import annotations
+
+from tendon_newton.device_code.placeholders import Values, real
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.effects.base import Effect, Stage
+from tendon_newton.parameters import Parameter
+
+
+class CommandDelay(Effect):
+    r"""The servo acts on an old command.
+
+    .. math:: \theta_d(t) \to \theta_d(t - \delta)
+
+    The commands are a staircase, and so is the delayed command; a substep of the simulation sees its mean over the substep.
+    Source: bus, USB latency and firmware period; 0.2 s were seen on a hobby servo behind ROS 2.
+    Signature: the residual follows the rate of the command; every jump loses its first rows.
+    """
+
+    name = "command_delay"
+    side = "actuator"
+    stage = Stage.CLOCK
+    parameters = (
+        Parameter(
+            name="delay", unit="s", null=0.0, nominal=0.02, lower=0.0, upper=0.4,
+            source="twice the longest seen",
+        ),
+    )  # fmt: skip
+
+    @staticmethod
+    @device_template
+    def apply(time: real, values: Values) -> real:
+        """The instant at which the command was given that acts now."""
+        return time - values[0]

@@ -1,0 +1,36 @@
+"""The servo's position gain is not what the model says."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tendon_newton.device_code.placeholders import Jet, Values
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.effects.base import Effect, Stage
+from tendon_newton.parameters import Parameter
+
+
+class GainError(Effect):
+    r"""The servo answers a position error with another stiffness than the model's.
+
+    .. math:: F = s\,P\,(\theta_d - \theta)
+
+    Source: the gain of a force source behind a position loop depends on supply, winding and gear, none of which is in a data sheet.
+    Signature: the error is proportional to the force, without a loop.
+    """
+
+    name = "gain_error"
+    side = "actuator"
+    stage = Stage.ERROR
+    parameters = (
+        Parameter(
+            name="scale", unit="1", null=1.0, nominal=1.0, lower=0.2, upper=3.0,
+            source="unit-to-unit spread of hobby servos is within a factor of three",
+        ),
+    )  # fmt: skip
+
+    @staticmethod
+    @device_template
+    def apply(error: Jet, tendon: Any, values: Values) -> Jet:
+        """Scale the error that the gain multiplies."""
+        return error * values[0]

@@ -1,0 +1,36 @@
+"""The return springs are not as stiff as the model says."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tendon_newton.device_code.placeholders import Jet, Values
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.effects.base import Effect, Stage
+from tendon_newton.parameters import Parameter
+
+
+class JointStiffnessError(Effect):
+    r"""Every return spring of the mechanism differs from its number by one factor.
+
+    .. math:: \tau_j = -s\,k_j\,(q_j - q_{0,j})
+
+    Source: catalogue tolerance of extension springs is 10 %, of printed flexures far more.
+    Signature: a position error in proportion to the force, in closed loop opposite in sign to the error in force.
+    """
+
+    name = "joint_stiffness_error"
+    side = "mechanism"
+    stage = Stage.SPRING
+    parameters = (
+        Parameter(
+            name="scale", unit="1", null=1.0, nominal=1.0, lower=0.2, upper=4.0,
+            source="printed flexures vary by a factor of two and more",
+        ),
+    )  # fmt: skip
+
+    @staticmethod
+    @device_template
+    def apply(torque: Jet, joint: Any, values: Values) -> Jet:
+        """Scale the spring's torque."""
+        return torque * values[0]

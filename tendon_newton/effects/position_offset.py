@@ -1,0 +1,36 @@
+"""The encoder's zero is not the mechanism's zero."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tendon_newton.device_code.placeholders import Jet, Values, real
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.effects.base import Effect, Stage
+from tendon_newton.parameters import Parameter
+
+
+class PositionOffset(Effect):
+    r"""The encoder reports an angle shifted by a constant, and the servo's loop believes it.
+
+    .. math:: \theta = l / r + \varphi
+
+    Source: spools and horns sit on splines; a home position found by hand is good to a few degrees.
+    Signature: the same position error everywhere, and a force error of gain times offset.
+    """
+
+    name = "position_offset"
+    side = "sensor"
+    stage = Stage.ANGLE
+    parameters = (
+        Parameter(
+            name="angle", unit="rad", null=0.0, nominal=0.0, lower=-1.0, upper=1.0,
+            source="a tooth of a 25-tooth spline is 0.25 rad",
+        ),
+    )  # fmt: skip
+
+    @staticmethod
+    @device_template
+    def apply(angle: Jet, tendon: Any, values: Values) -> Jet:
+        """Shift the angle that the encoder reports."""
+        return angle + Jet(values[0], real(0.0), real(0.0))

@@ -1,0 +1,37 @@
+"""One thing about recorded data that a reader of results must know."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+SEVERITIES = ("defect", "caution", "note")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Finding:
+    """One thing about the data that a reader of results must know."""
+
+    recording: str
+    """File name, or ``all``."""
+    channel: str
+    """Column that is concerned."""
+    evidence: str
+    """What was seen, with numbers."""
+    consequence: str
+    """What follows for whoever uses the data."""
+    severity: Literal["note", "caution", "defect"]
+    """``defect``: wrong as it stands; ``caution``: misleads a fit; ``note``: good to know."""
+
+
+def findings_text(findings: Sequence[Finding]) -> list[str]:
+    """Write each kind of finding once, the worst first, with its evidence by recording."""
+    kinds: dict[tuple[str, str, str], list[Finding]] = {}
+    for finding in sorted(findings, key=lambda f: SEVERITIES.index(f.severity)):
+        kind = (finding.severity, finding.channel, finding.consequence)
+        kinds.setdefault(kind, []).append(finding)
+    lines = []
+    for (severity, channel, consequence), group in kinds.items():
+        lines += ["", f"{severity}, {channel}: {consequence}"]
+        width = max(len(finding.recording) for finding in group)
+        lines += [f"  {finding.recording:{width}}  {finding.evidence}" for finding in group]
+    return lines

@@ -1,0 +1,104 @@
+"""The noise of encoder and load cell, estimated from the data alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tendon_newton.recording import Array, Recording
+
+QUIET_WINDOW = 0.4
+"""Length [s] of a window in which neither command nor encoder moves."""
+QUIET_LEAD = 0.3
+"""Time [s] of rest before such a window, in which the mechanism comes to rest behind a stuck tendon."""
+MIN_WINDOWS = 5
+"""Windows without which the scatter at rest is not trusted."""
+MIN_READINGS = 8
+"""Readings of the cell without which a window says nothing."""
+LEAST_FORCE_NOISE = 1.0e-6
+"""A noiseless (simulated) force still has rounding [N]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class NoiseFloor:
+    """Standard deviations of what no model could predict."""
+
+    theta: float
+    """Motor angle [rad]."""
+    force: float | None
+    """Tension [N]; None without a load cell."""
+
+
+def estimate_noise_floor(recordings: Sequence[Recording]) -> NoiseFloor:
+    """Estimate the sensors' noise over all recordings.
+
+    The encoder's is that of its step (a twelfth of its square). The load cell's is its scatter while command and encoder rest,
+    so that slow (coloured) noise counts; failing that, of its second differences.
+    """
+    theta = [encoder_noise(r.motor_position[:, d]) for r in recordings for d in range(r.tendon_count)]
+    with_force = [r for r in recordings if r.force is not None]
+    force = None
+    if with_force:
+        quiet = [v for r in with_force for v in quiet_variances(r)]
+        rough = [difference_noise(cell_readings(r)) for r in with_force]
+        force = np.sqrt(np.median(quiet)) if len(quiet) >= MIN_WINDOWS else np.median(rough)
+        force = max(float(force), LEAST_FORCE_NOISE)
+    return NoiseFloor(theta=float(np.median(theta)), force=force)
+
+
+def encoder_noise(angle: Array) -> float:
+    """Return the noise [rad] of one encoder's readings, shape (T,): that of its counts, or of its scatter if it has none."""
+    moves = np.abs(np.diff(angle))
+    moves = moves[moves > 1.0e-7]
+    if len(moves) == 0:
+        return difference_noise(angle)
+    step = float(np.quantile(moves, 0.02))
+    few = moves[moves < 10.5 * step] / step
+    counted = np.mean(np.abs(few - np.round(few)) < 0.05) > 0.9
+    return step / np.sqrt(12.0) if counted else difference_noise(angle)
+
+
+def difference_noise(signal: Array) -> float:
+    """Return the noise of a smooth signal from its second differences, shape (T,), robustly."""
+    bend = np.diff(signal, 2)
+    return float(1.4826 * np.median(np.abs(bend - np.median(bend))) / np.sqrt(6.0))
+
+
+def cell_stride(recording: Recording) -> int:
+    """Return how many rows a recording has per reading of its load cell."""
+    if recording.load_cell_rate is None:
+        return 1
+    return max(1, round(1.0 / (recording.load_cell_rate * float(np.median(np.diff(recording.time))))))
+
+
+def cell_readings(recording: Recording) -> Array:
+    """Return the force at the rows on which the cell was read, or at one in so many, shape (T',)."""
+    assert recording.force is not None
+    return recording.force[:: cell_stride(recording), 0]
+
+
+def quiet_variances(recording: Recording) -> list[float]:
+    """Return the variance of the force [N2] in each window in which command and encoder rest."""
+    assert recording.force is not None
+    time, angle = recording.time, recording.motor_position
+    command = angle if recording.command is None else recording.command
+    moved = np.zeros(len(time), dtype=bool)
+    for signal in (command, angle):
+        moved[1:] |= (np.abs(np.diff(signal, axis=0)) > 1.0e-9).any(axis=1)
+    since = time - time[np.maximum.accumulate(np.where(moved, np.arange(len(time)), 0))]
+    stride = cell_stride(recording)
+    length = QUIET_WINDOW * np.sqrt(stride)
+    out = []
+    start = 0
+    while start < len(time):
+        end = int(np.searchsorted(time, time[start] + length))
+        if since[start] >= QUIET_LEAD and end < len(time) and not moved[start:end].any():
+            readings = recording.force[start:end:stride, 0]
+            if len(readings) >= MIN_READINGS:
+                out.append(float(np.var(readings, ddof=1)))
+            start = end
+        else:
+            start += 1
+    return out

@@ -1,0 +1,165 @@
+"""Measured recordings beside what candidate models make of them: the residuals that everything else is built on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tendon_newton.identification.noise_floor import NoiseFloor, estimate_noise_floor
+from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.model_file import Model
+from tendon_newton.recording import Array, Recording
+from tendon_newton.simulation.load_cell import (
+    fill_between_readings,
+    first_reading,
+    reading_stride,
+)
+from tendon_newton.simulation.parameter_table import ParameterTable
+from tendon_newton.simulation.rollout import TIME_STEP, Rollout
+from tendon_newton.simulation.timeline import Timeline
+
+FORM_ERROR_THETA = 3.0e-3
+"""Angle [rad] by which Coulomb's law misses real (bristle) friction although nothing is wrong with it."""
+FORM_ERROR_FORCE = 0.1
+"""The same of the force [N]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scales:
+    """What counts as one unit of residual: sensor noise and the error that the right model still makes."""
+
+    theta: float
+    """[rad]"""
+    force: float
+    """[N]"""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Residual:
+    """Measured minus simulated, for N candidates on one recording."""
+
+    theta: Array
+    """Motor angle [rad], shape (N, T)."""
+    force: Array | None
+    """Tension [N], shape (N, T); None without a load cell."""
+    trusted: Array
+    """Rows whose past is known, shape (T,)."""
+
+
+class Study:
+    """A dataset's recordings, ready to be compared with any number of candidate models.
+
+    Args:
+        recordings: Recordings of one or several benches, one tendon each.
+        model: The model to start from.
+        effects: Effects that candidates may use.
+        time_step: Step of the simulation [s].
+    """
+
+    def __init__(
+        self,
+        recordings: Sequence[Recording],
+        model: Model,
+        effects: Sequence[str],
+        *,
+        time_step: float = TIME_STEP,
+    ) -> None:
+        self.recordings = tuple(recordings)
+        self.table = ParameterTable(actuator=model.actuator.name, effects=())
+        self.noise = estimate_noise_floor(self.recordings)
+        self.scales = scales_of(self.noise)
+        self._groups: list[tuple[Rollout, tuple[int, ...]]] = []
+        radius = model.actuator.values.get("spool_radius")
+        for bench in dict.fromkeys(r.bench for r in self.recordings):
+            members = tuple(i for i, r in enumerate(self.recordings) if r.bench == bench)
+            mechanism = load_mechanism(bench)
+            if bench in model.bench_overrides:
+                mechanism = mechanism.with_overrides(model.bench_overrides[bench])
+            rollout = Rollout(
+                mechanism,
+                [self.recordings[i] for i in members],
+                actuator=model.actuator.name,
+                effects=effects,
+                spool_radius=None if radius is None else float(radius),
+                time_step=time_step,
+            )
+            self.table = rollout.table
+            self._groups.append((rollout, members))
+        self._vectors = [rollout.base_vectors(model) for rollout, _ in self._groups]
+        self._cells = [find_cell(r, self.timeline(i)) for i, r in enumerate(self.recordings)]
+
+    def timeline(self, index: int) -> Timeline:
+        """Return the simulated rows of one recording."""
+        for rollout, members in self._groups:
+            if index in members:
+                return rollout.timelines[members.index(index)]
+        raise IndexError(index)
+
+    def base_value(self, column: int) -> float:
+        """Return the model's own value of one parameter (that of the first recording, where they differ)."""
+        return float(self._vectors[0][0, column])
+
+    def residuals(
+        self, columns: Array, values: Array, recordings: Sequence[int] | None = None
+    ) -> list[Residual | None]:
+        """Simulate N candidates and compare.
+
+        Args:
+            columns: Parameter that each value replaces, shape (N, F); -1 for none.
+            values: Values in place of the model's own, shape (N, F).
+            recordings: Recordings to simulate; all by default.
+
+        Returns:
+            One residual per recording, None for those left out.
+        """
+        wanted = set(range(len(self.recordings)) if recordings is None else recordings)
+        out: list[Residual | None] = [None] * len(self.recordings)
+        for (rollout, members), base in zip(self._groups, self._vectors, strict=True):
+            if not wanted.intersection(members):
+                continue
+            vectors = np.repeat(base[None], len(values), axis=0)
+            for n, row in enumerate(columns):
+                for column, value in zip(row, values[n], strict=True):
+                    if column >= 0:
+                        vectors[n, :, column] = value
+            rows = rollout.run_rows(vectors)
+            for place, index in enumerate(members):
+                if index in wanted:
+                    out[index] = self._compare(index, rollout, place, rows)
+        return out
+
+    def _compare(
+        self, index: int, rollout: Rollout, place: int, rows: dict[str, Array]
+    ) -> Residual:
+        recording, timeline = self.recordings[index], rollout.timelines[place]
+        span = rollout.rows_of(place)
+        theta = rows["angle"][:, span, 0][:, timeline.measured]
+        force = None
+        if recording.force is not None:
+            simulated = rows["force"][:, span, 0]
+            if (cell := self._cells[index]) is not None:
+                simulated = fill_between_readings(simulated, *cell)
+            force = recording.force[None, :, 0] - simulated[:, timeline.measured]
+        return Residual(
+            theta=recording.motor_position[None, :, 0] - theta, force=force, trusted=timeline.trusted
+        )
+
+
+def scales_of(noise: NoiseFloor) -> Scales:
+    """Return the residual's units for a noise floor."""
+    return Scales(
+        theta=float(np.hypot(noise.theta, FORM_ERROR_THETA)),
+        force=float(np.hypot(noise.force or 0.0, FORM_ERROR_FORCE)),
+    )
+
+
+def find_cell(recording: Recording, timeline: Timeline) -> tuple[int, int] | None:
+    """Return (first row read, rows per reading) of a slow load cell, None for one that reads every row."""
+    if recording.force is None or recording.load_cell_rate is None:
+        return None
+    stride = reading_stride(recording.load_cell_rate, timeline.time)
+    if stride <= 1:
+        return None
+    return first_reading(recording.force[:, 0], timeline.measured, stride), stride

@@ -1,0 +1,11 @@
+"""Readers of other people's log formats; one file each, one line in the table."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from tendon_newton.importers.imported import Imported
+from tendon_newton.importers.xl330 import read_xl330
+
+IMPORTERS: dict[str, Callable[[Path], Imported]] = {
+    "xl330": read_xl330,
+}

@@ -1,0 +1,1 @@
+"""Benches as USD assets, and the ``Mechanism`` that is read from one."""

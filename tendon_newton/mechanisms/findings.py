@@ -1,0 +1,24 @@
+"""What a check of an asset has to say."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+Severity = Literal["error", "warning", "note"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class AssetFinding:
+    """One thing that is wrong, doubtful or worth knowing about an asset."""
+
+    prim: str
+    """Path of the prim, or ``/`` for the stage."""
+    rule: str
+    """Name of the rule."""
+    message: str
+    """What was promised and what was found, without a full stop."""
+    remedy: str
+    """What to do about it, without a full stop."""
+    severity: Severity
+    """An ``error`` cannot be simulated, a ``warning`` should be mended, a ``note`` informs."""

@@ -1,0 +1,145 @@
+"""What a mechanism is made of: joints with their links, tendons, a tip."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from tendon_newton.errors import InvalidAsset
+from tendon_newton.recording import Array
+
+JointKind = Literal["revolute", "prismatic"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Joint:
+    """One degree of freedom and the link that it moves.
+
+    Units are those of a revolute joint; for a prismatic one read N for N m and m for rad.
+    """
+
+    name: str
+    """Last element of its prim's path."""
+    prim: str
+    """Path of its prim in the asset."""
+    kind: JointKind
+    parent: int
+    """Joint that moves the link this joint sits on, or -1 for the base."""
+    axis: Array
+    """Unit axis in the joint frame, shape (3,)."""
+    parent_position: Array
+    """Joint frame's origin in the parent link [m], shape (3,)."""
+    parent_rotation: Array
+    """Rotation matrix from the joint frame to the parent link, shape (3, 3)."""
+    child_position: Array
+    """Joint frame's origin in the own link [m], shape (3,)."""
+    child_rotation: Array
+    """Rotation matrix from the joint frame to the own link, shape (3, 3)."""
+    limits: tuple[float, float]
+    """Ends of its range [rad]; infinite where there is no stop."""
+    stop_stiffness: float
+    """Stiffness of the end stops [N m/rad]."""
+    stop_damping: float
+    """Damping of the end stops [N m s/rad]."""
+    stiffness: float
+    """Stiffness of the return spring [N m/rad]."""
+    rest: float
+    """Position at which the return spring is relaxed [rad]."""
+    damping: float
+    """Viscous damping [N m s/rad]."""
+    friction: float
+    """Dry friction [N m]."""
+    mass: float
+    """Mass of the link [kg]."""
+    center_of_mass: Array
+    """Centre of mass in the link's frame [m], shape (3,)."""
+    inertia: Array
+    """Inertia about the centre of mass [kg m^2], shape (3, 3)."""
+    length: float | None
+    """From the joint to the next joint or the tip [m]; None where there is neither."""
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
+        if self.mass <= 0.0:
+            raise InvalidAsset(f"{self.prim} moves a mass of {self.mass:g} kg; it must be > 0.")
+        if not self.limits[0] < self.limits[1]:
+            raise InvalidAsset(
+                f"{self.prim} has the range [{self.limits[0]:g}, {self.limits[1]:g}]; "
+                "its lower end must be below its upper end."
+            )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tendon:
+    """One tendon, from its spool to the joints that it closes."""
+
+    name: str
+    """Last element of its prim's path."""
+    prim: str
+    """Path of its prim in the asset."""
+    moment_arm: Array
+    """Excursion per joint angle [m/rad], positive closes, shape (J,)."""
+    spool_radius: float
+    """The motor angle is the excursion divided by this [m]."""
+    force_limit: float
+    """The most that the servo can pull [N]."""
+    excursion_offset: float = 0.0
+    """Excursion at q = 0 [m]."""
+    servo: str = ""
+    """Name of the servo that winds it, or empty."""
+    direct: bool = False
+    """Whether a shaft stands in for the string: it pushes as well as pulls."""
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
+        if self.spool_radius <= 0.0:
+            raise InvalidAsset(
+                f"{self.prim} has a spool radius of {self.spool_radius:g} m; it must be > 0."
+            )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tip:
+    """The point that a recording follows."""
+
+    body: int
+    """Body in each world that carries it; the joint of the same number moves that body."""
+    point: Array
+    """Place in that body's frame [m], shape (3,)."""
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
+
+
+def freeze_arrays(instance: object) -> None:
+    """Make the arrays of a frozen dataclass read-only copies."""
+    for name, value in vars(instance).items():
+        if isinstance(value, np.ndarray):
+            own = np.array(value, dtype=np.float64)
+            own.setflags(write=False)
+            object.__setattr__(instance, name, own)
+
+
+def moment_arms(tendon: Tendon, joint_position: Array) -> Array:
+    """Return the moment arms of a tendon at some joint positions [m/rad], shape (..., J).
+
+    They are constant for a fixed tendon. Everything that needs an arm asks here, so that one that
+    follows from a tendon's routing has a single place to come in.
+
+    Args:
+        tendon: The tendon.
+        joint_position: Joint positions [rad], shape (..., J).
+    """
+    return np.broadcast_to(tendon.moment_arm, np.shape(joint_position))
+
+
+def excursion(tendon: Tendon, joint_position: Array) -> Array:
+    """Return how much of a tendon is wound in [m], ``l = l_0 + sum_j arm_j q_j``, shape (...).
+
+    Args:
+        tendon: The tendon.
+        joint_position: Joint positions [rad], shape (..., J).
+    """
+    return tendon.excursion_offset + np.asarray(joint_position) @ tendon.moment_arm

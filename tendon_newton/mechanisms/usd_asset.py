@@ -1,0 +1,200 @@
+"""From a USD file to a Newton builder of one world, and from that to the parts of a mechanism."""
+
+# The stubs of pxr leave out what its C++ modules define.
+# pyright: reportAttributeAccessIssue=false
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import Any
+
+import newton
+import numpy as np
+import warp as wp
+from newton.usd import SchemaResolverMjc, SchemaResolverNewton
+
+from tendon_newton.errors import InvalidAsset
+from tendon_newton.mechanisms.parts import Joint, JointKind, Tendon, Tip
+from tendon_newton.mechanisms.usd_tendon import (
+    NOMINAL_FORCE_LIMIT,
+    NOMINAL_SPOOL_RADIUS,
+    authored,
+    is_tendon_prim,
+    register_tendon_attributes,
+    tendon_arms,
+)
+from tendon_newton.recording import Array
+
+_KINDS: dict[int, JointKind] = {
+    int(newton.JointType.REVOLUTE): "revolute",
+    int(newton.JointType.PRISMATIC): "prismatic",
+}
+_UNLIMITED = 1.0e6
+"""Newton writes a joint without limits as +-1e10 [rad]; no bench turns this far."""
+
+
+def open_stage(path: Path) -> Any:
+    """Open a USD stage, or say why it cannot be read."""
+    from pxr import Tf, Usd, UsdUtils
+
+    if path.is_file() and path.stat().st_size == 0:
+        raise InvalidAsset(f"An asset must be a USD file; {path} is empty.")
+    listener = UsdUtils.CoalescingDiagnosticDelegate()  # else USD writes its own to stderr
+    try:
+        return Usd.Stage.Open(str(path))
+    except Tf.ErrorException as error:
+        reason = " ".join(str(error.args[0].commentary).split())
+        raise InvalidAsset(f"An asset must be a USD file; {path} is unreadable: {reason}") from None
+    finally:
+        del listener
+
+
+def asset_name(stage: Any, path: Path) -> str:
+    """Return the name that messages use: of the default prim, else of the file."""
+    prim = stage.GetDefaultPrim()
+    return str(prim.GetName()) if prim else path.stem
+
+
+def read_template(stage: Any, path: Path) -> newton.ModelBuilder:
+    """Let Newton read a stage as one world.
+
+    Fixed joints are merged into what they join, so that every joint left has a degree of freedom.
+    """
+    builder = newton.ModelBuilder()
+    register_tendon_attributes(builder)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            builder.add_usd(
+                stage,
+                schema_resolvers=[SchemaResolverNewton(), SchemaResolverMjc()],
+                collapse_fixed_joints=True,
+            )
+            _adopt_orphans(builder, asset_name(stage, path))
+        except (Warning, ValueError, RuntimeError, KeyError, IndexError) as error:
+            raise InvalidAsset(f"Newton cannot read {path}: {error}") from error
+    return builder
+
+
+def _adopt_orphans(builder: newton.ModelBuilder, name: str) -> None:
+    """Put joints that are in no articulation into one.
+
+    USD gives none to a chain of one link, and without it ``newton.eval_fk`` would pass it over.
+    """
+    orphans = [j for j, owner in enumerate(builder.joint_articulation) if owner < 0]
+    if orphans:
+        builder.add_articulation(orphans, label=f"/{name}")
+
+
+def read_joints(builder: newton.ModelBuilder, path: Path) -> tuple[Joint, ...]:
+    """Read the joints and their links from a builder, in the order of the degrees of freedom."""
+    for index, kind in enumerate(builder.joint_type):
+        if int(kind) not in _KINDS or builder.joint_child[index] != index:
+            raise InvalidAsset(
+                f"{path}: a mechanism is a tree of revolute and prismatic joints on a fixed base; "
+                f"{builder.joint_label[index]} is a {newton.JointType(kind).name.lower()} joint."
+            )
+    return tuple(_read_joint(builder, index) for index in range(builder.joint_count))
+
+
+def _read_joint(builder: newton.ModelBuilder, index: int) -> Joint:
+    parent_position, parent_rotation = _frame(builder.joint_X_p[index])
+    child_position, child_rotation = _frame(builder.joint_X_c[index])
+    prim = builder.joint_label[index]
+    return Joint(
+        name=prim.rsplit("/", maxsplit=1)[-1],
+        prim=prim,
+        kind=_KINDS[int(builder.joint_type[index])],
+        parent=int(builder.joint_parent[index]),
+        axis=np.array(builder.joint_axis[index]),
+        parent_position=parent_position,
+        parent_rotation=parent_rotation,
+        child_position=child_position,
+        child_rotation=child_rotation,
+        limits=_limits(builder, index),
+        stop_stiffness=float(builder.joint_limit_ke[index]),
+        stop_damping=float(builder.joint_limit_kd[index]),
+        stiffness=float(builder.joint_stiffness[index]),
+        rest=float(builder.joint_rest_q[index]),
+        damping=float(builder.joint_damping[index]),
+        friction=float(builder.joint_friction[index]),
+        mass=float(builder.body_mass[index]),
+        center_of_mass=np.array(builder.body_com[index]),
+        inertia=np.array(builder.body_inertia[index]).reshape(3, 3),
+        length=_length(builder, index),
+    )
+
+
+def _frame(transform: Any) -> tuple[Array, Array]:
+    """Return position (3,) and rotation matrix (3, 3) of a Warp transform."""
+    rotation = np.array(wp.quat_to_matrix(wp.transform_get_rotation(transform))).reshape(3, 3)
+    return np.array(wp.transform_get_translation(transform)), rotation
+
+
+def _limits(builder: newton.ModelBuilder, index: int) -> tuple[float, float]:
+    lower = float(builder.joint_limit_lower[index])
+    upper = float(builder.joint_limit_upper[index])
+    return (
+        -np.inf if lower < -_UNLIMITED else lower,
+        np.inf if upper > _UNLIMITED else upper,
+    )
+
+
+def _length(builder: newton.ModelBuilder, index: int) -> float | None:
+    """Return the distance from a joint to the next joint, else to the tip."""
+    if int(builder.joint_type[index]) != newton.JointType.REVOLUTE:
+        return None
+    anchor = _frame(builder.joint_X_c[index])[0]
+    ends = [
+        _frame(builder.joint_X_p[child])[0]
+        for child in range(builder.joint_count)
+        if builder.joint_parent[child] == index
+    ]
+    tip = read_tip(builder)
+    if tip is not None and tip.body == index:
+        ends.append(tip.point)
+    length = float(np.linalg.norm(ends[0] - anchor)) if ends else 0.0
+    return length if length > 0.0 else None
+
+
+def read_tendons(stage: Any, joints: tuple[Joint, ...]) -> tuple[Tendon, ...]:
+    """Read the tendons of a stage, in the order of Newton's rows."""
+    return tuple(_read_tendon(p, joints) for p in stage.Traverse() if is_tendon_prim(p, {}))
+
+
+def _read_tendon(prim: Any, joints: tuple[Joint, ...]) -> Tendon:
+    index = {joint.prim: j for j, joint in enumerate(joints)}
+    arms = np.zeros(len(joints))
+    for path, coefficient in tendon_arms(prim):
+        arms[index[path]] += coefficient
+    return Tendon(
+        name=prim.GetName(),
+        prim=str(prim.GetPath()),
+        moment_arm=arms,
+        spool_radius=float(authored(prim, "tendon:spoolRadius", NOMINAL_SPOOL_RADIUS)),
+        force_limit=float(authored(prim, "tendon:forceLimit", NOMINAL_FORCE_LIMIT)),
+        excursion_offset=float(authored(prim, "tendon:excursionOffset", 0.0)),
+        servo=str(authored(prim, "tendon:servo", "")),
+        direct=bool(authored(prim, "tendon:direct", False)),
+    )
+
+
+def read_tip(builder: newton.ModelBuilder) -> Tip | None:
+    """Read the tip, where the asset has one."""
+    bodies = _rows(builder, "tendon:tip_body")
+    if not bodies:
+        return None
+    point = _rows(builder, "tendon:tip_point")[0]
+    return Tip(body=int(bodies[0]), point=np.array(point))
+
+
+def _rows(builder: newton.ModelBuilder, key: str) -> list[Any]:
+    return list(builder.custom_attributes[key].values or [])
+
+
+def read_gravity(builder: newton.ModelBuilder) -> Array:
+    """Read the acceleration of gravity [m/s^2], shape (3,)."""
+    gravity = np.array(builder.gravity, dtype=np.float64)
+    # A stage with a physics scene gives a vector, one without leaves Newton's number along z.
+    return gravity if gravity.ndim else gravity * np.array(builder.up_vector, dtype=np.float64)

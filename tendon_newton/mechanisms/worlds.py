@@ -1,0 +1,93 @@
+"""A mechanism replicated over worlds, each with its own numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import newton
+import numpy as np
+
+from tendon_newton.errors import InvalidParameter
+from tendon_newton.mechanisms.usd_tendon import register_tendon_attributes
+from tendon_newton.recording import Array, BenchOverrides
+
+if TYPE_CHECKING:
+    from tendon_newton.mechanisms.mechanism import Mechanism
+
+
+def build_model(
+    mechanism: Mechanism,
+    world_count: int,
+    *,
+    overrides: Sequence[BenchOverrides] | None,
+    requires_grad: bool,
+    device: Any,
+) -> newton.Model:
+    """Build the Newton model of ``Mechanism.build``."""
+    if world_count < 1:
+        raise InvalidParameter(f"A model needs at least one world; {world_count} were asked for.")
+    if overrides is not None and len(overrides) != world_count:
+        raise InvalidParameter(
+            f"Overrides need one entry per world; {len(overrides)} came for {world_count} worlds."
+        )
+    builder = newton.ModelBuilder()
+    register_tendon_attributes(builder)
+    builder.replicate(mechanism.template, world_count)
+    model = builder.finalize(device=device, requires_grad=requires_grad)
+    if overrides is not None:
+        # Worlds share few distinct entries: in a fit, many candidates replay the same recordings.
+        variants = {entry: mechanism.with_overrides(entry) for entry in set(overrides)}
+        _write_variants(model, [variants[entry] for entry in overrides])
+    return model
+
+
+def _write_variants(model: Any, variants: Sequence[Mechanism]) -> None:
+    """Write the numbers of one mechanism per world into a model's arrays."""
+    joints = [joint for mechanism in variants for joint in mechanism.joints]
+    mass = np.array([joint.mass for joint in joints])
+    inertia = np.array([joint.inertia for joint in joints])
+    _write(model.body_mass, mass)
+    _write(model.body_inv_mass, 1.0 / mass)
+    _write(model.body_inertia, inertia)
+    _write(model.body_inv_inertia, np.asarray(np.linalg.inv(inertia), dtype=np.float64))
+    _write(model.body_com, np.array([joint.center_of_mass for joint in joints]))
+    _write(model.joint_stiffness, np.array([joint.stiffness for joint in joints]))
+    _write(model.joint_damping, np.array([joint.damping for joint in joints]))
+    _write_upper_limits(model, np.array([joint.limits[1] for joint in joints]))
+    frames = model.joint_X_p.numpy()
+    frames[:, :3] = [joint.parent_position for joint in joints]
+    model.joint_X_p.assign(frames)
+    _write_tips(model, variants)
+    _write_arms(model, variants)
+
+
+def _write(target: Any, values: Array) -> None:
+    target.assign(values.astype(np.float32))
+
+
+def _write_upper_limits(model: Any, upper: Array) -> None:
+    """Write the upper limits; Newton's own large number stands for a joint without one."""
+    limits = model.joint_limit_upper.numpy()
+    finite = np.isfinite(upper)
+    limits[finite] = upper[finite]
+    model.joint_limit_upper.assign(limits)
+
+
+def _write_tips(model: Any, variants: Sequence[Mechanism]) -> None:
+    tips = [mechanism.tip.point for mechanism in variants if mechanism.tip is not None]
+    if tips:
+        _write(model.tendon.tip_point, np.array(tips))
+
+
+def _write_arms(model: Any, variants: Sequence[Mechanism]) -> None:
+    """Write moment arms for our solvers and for MuJoCo's view of the same tendons."""
+    rows = model.tendon
+    joint_count = len(variants[0].joints)
+    tendon_count = len(variants[0].tendons)
+    arms = np.array([[tendon.moment_arm for tendon in m.tendons] for m in variants])
+    tendon = rows.arm_tendon.numpy()
+    world, column = np.divmod(tendon, tendon_count)
+    values = arms[world, column, rows.arm_dof.numpy() % joint_count].astype(np.float32)
+    rows.arm_coef.assign(values)
+    model.mujoco.tendon_coef.assign(values)

@@ -1,0 +1,98 @@
+"""Where each number of a model stands in the parameter vector of a kernel."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tendon_newton.actuators import find_actuator
+from tendon_newton.effects import find_effect
+from tendon_newton.errors import InvalidModelFile, unknown_name
+from tendon_newton.model_file import Model, NamedValues
+from tendon_newton.parameters import Parameter
+from tendon_newton.recording import Array
+
+SHARED_KEYS = ("spool_radius", "file")
+"""Keys that any actuator may carry besides its own parameters."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ParameterTable:
+    """The parameter vector of one structure: the actuator's numbers, then each effect's."""
+
+    actuator: str
+    """Kind of the actuator."""
+    effects: tuple[str, ...]
+    """Effects in the order of the catalogue."""
+
+    @property
+    def owners(self) -> tuple[tuple[str, Parameter], ...]:
+        """(actuator or effect, parameter) of each place, shape (P - 2,)."""
+        rows = [(self.actuator, p) for p in find_actuator(self.actuator).parameters]
+        for name in self.effects:
+            rows += [(name, p) for p in find_effect(name).parameters]
+        return tuple(rows)
+
+    def columns(self, owner: str) -> tuple[int, ...]:
+        """Return the places of an actuator's or effect's parameters."""
+        return tuple(i for i, (name, _) in enumerate(self.owners) if name == owner)
+
+    def column(self, owner: str, parameter: str) -> int:
+        """Return the place of one parameter."""
+        for i, (name, p) in enumerate(self.owners):
+            if name == owner and p.name == parameter:
+                return i
+        raise unknown_name(
+            f"parameter of {owner!r}", parameter, [p.name for n, p in self.owners if n == owner]
+        )
+
+    def null_vector(self) -> Array:
+        """Return the vector at which every effect vanishes and the actuator is at its typical values, shape (P,)."""
+        values = [p.nominal if n == self.actuator else p.null for n, p in self.owners]
+        return np.array([*values, 0.0, 0.0])
+
+    def vector(self, model: Model, actuator_overrides: Mapping[str, float] | None = None) -> Array:
+        """Return a model's numbers, with one recording's own actuator numbers; absent effects at null, shape (P,).
+
+        Raises:
+            InvalidModelFile: A parameter is missing, unknown or outside its range.
+            UnknownName: An effect is not in the catalogue.
+        """
+        out = self.null_vector()
+        given = {k: v for k, v in model.actuator.values.items() if k not in SHARED_KEYS}
+        actuator = NamedValues(name=model.actuator.name, values={**given, **(actuator_overrides or {})})
+        for entry, kind in [(actuator, "actuator"), *((e, "effect") for e in model.effects)]:
+            declared = (
+                find_actuator(entry.name) if kind == "actuator" else find_effect(entry.name)
+            ).parameters
+            check_values(entry, declared, f"{kind} {entry.name!r}")
+            for parameter in declared:
+                out[self.column(entry.name, parameter.name)] = float(entry.values[parameter.name])
+        return out
+
+    def values(self, owner: str, vector: Array) -> dict[str, float]:
+        """Return one owner's numbers by name."""
+        return {
+            p.name: float(vector[i]) for i, (name, p) in enumerate(self.owners) if name == owner
+        }
+
+
+def check_values(entry: NamedValues, declared: Sequence[Parameter], where: str) -> None:
+    """Refuse numbers that are missing, unknown, words, or outside their range."""
+    known = {p.name: p for p in declared}
+    for key in entry.values:
+        if key not in known:
+            raise unknown_name(f"parameter of {where}", key, known)
+    for name, parameter in known.items():
+        if name not in entry.values:
+            raise InvalidModelFile(
+                f"{where} needs {name} [{parameter.unit}]; the model gives {', '.join(entry.values) or 'nothing'}"
+            )
+        value = entry.values[name]
+        if isinstance(value, str) or not parameter.lower <= value <= parameter.upper:
+            raise InvalidModelFile(
+                f"{name} of {where} must be between {parameter.lower:g} and {parameter.upper:g} {parameter.unit} "
+                f"({parameter.source}); it is {value!r}"
+            )

@@ -1,0 +1,1 @@
+"""The tests of tendon_newton."""

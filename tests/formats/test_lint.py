@@ -1,0 +1,175 @@
+"""Each check finds its defect and is silent on sound data."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tendon_newton.dataset import load_dataset
+from tendon_newton.finding import Finding, findings_text
+from tendon_newton.lint import lint_dataset, lint_recording
+from tendon_newton.recording import Recording
+
+ROWS = 800
+TIME = np.arange(ROWS) / 80.0
+
+
+def log(**changes: Any) -> Recording:
+    """A sound log: 10 s of smooth motion with a little noise on the force."""
+    theta = np.sin(3.0 * TIME)[:, None]
+    noise = 0.01 * np.sin(977.0 * TIME)[:, None]
+    fields: dict[str, Any] = {
+        "name": "run.csv",
+        "bench": "finger",
+        "time": TIME,
+        "command": theta + 0.5,
+        "motor_position": theta,
+        "motor_velocity": 3.0 * np.cos(3.0 * TIME)[:, None],
+        "force": 2.1 + noise,
+    }
+    return Recording(**(fields | changes))
+
+
+def only(findings: tuple[Finding, ...]) -> Finding:
+    """The one finding that there is."""
+    (finding,) = findings
+    return finding
+
+
+def test_sound_data_gives_no_finding() -> None:
+    """Silence on data without a defect."""
+    assert lint_recording(log(), {"force": 21.0}) == ()
+
+
+def test_a_gap_is_found_where_it_is() -> None:
+    """300 ms without rows are named with their length and place."""
+    time = np.where(TIME >= 5.0, TIME + 0.3, TIME)
+    finding = only(
+        lint_recording(log(time=time, motor_velocity=np.zeros((ROWS, 1)) + TIME[:, None]))
+    )
+    assert finding.channel == "t"
+    assert finding.evidence.startswith("1 gaps; the largest lasts 312 ms after t = 4.987 s")
+
+
+@pytest.mark.parametrize("lag", [0.02, 0.05, -0.03])
+def test_a_lag_of_the_velocity_is_measured(lag: float) -> None:
+    """The delay behind the slope of the position is found within 1 ms, its resolution."""
+    velocity = 3.0 * np.cos(3.0 * (TIME - lag))[:, None]
+    finding = only(lint_recording(log(motor_velocity=velocity)))
+    assert finding.channel == "theta_dot"
+    assert abs(int(finding.evidence.split()[0]) - 1e3 * abs(lag)) <= 1
+    assert ("ahead of" in finding.evidence) == (lag < 0.0)
+
+
+@pytest.mark.parametrize("unit", [180.0 / np.pi, 60.0 / (2.0 * np.pi), np.pi / 180.0])
+def test_a_velocity_in_another_unit_is_a_defect(unit: float) -> None:
+    """Degrees or revolutions per minute do not match the slope of the position."""
+    velocity = unit * 3.0 * np.cos(3.0 * TIME)[:, None]
+    finding = only(lint_recording(log(motor_velocity=velocity)))
+    assert (finding.channel, finding.severity) == ("theta_dot", "defect")
+
+
+@pytest.mark.parametrize("bits", [16, 32])
+def test_an_unsigned_register_is_found(bits: int) -> None:
+    """Negative current that was read as unsigned counts of 2.69e-5 A lies far above the rest."""
+    counts = np.round(400.0 * np.sin(3.0 * TIME))
+    unit = 20.0 / 2.0**bits
+    current = unit * np.where(counts < 0.0, counts + 2.0**bits, counts)
+    finding = only(lint_recording(log(current=current)))
+    assert finding.channel == "current"
+    assert finding.evidence.startswith(f"{(counts < 0.0).sum()} of {ROWS} rows")
+
+
+def test_a_signed_register_and_a_coarse_one_are_left_alone() -> None:
+    """Grids alone are no defect."""
+    counts = np.round(400.0 * np.sin(3.0 * TIME))
+    assert lint_recording(log(current=0.001 * counts)) == ()
+    assert lint_recording(log(extra={"switch": 65535.0 * (counts > 0.0)})) == ()
+
+
+def test_a_wrapped_encoder_is_found() -> None:
+    """A step of a turn in one row that the velocity does not show."""
+    theta = 2.0 * TIME[:, None]
+    wrapped = (theta + np.pi) % (2.0 * np.pi) - np.pi
+    velocity = np.full((ROWS, 1), 2.0)
+    found = lint_recording(log(motor_position=wrapped, motor_velocity=velocity, command=theta))
+    assert [f.evidence[:16] for f in found if f.channel == "theta"] == ["3 steps of a tur"]
+
+
+def test_a_dead_channel_is_found() -> None:
+    """A force that never changes while the finger moves was not measured."""
+    finding = only(lint_recording(log(force=np.full((ROWS, 1), 2.0))))
+    assert (finding.channel, finding.severity) == ("force", "defect")
+
+
+def test_rows_at_a_known_limit_are_counted() -> None:
+    """Only a limit that is known can be reached."""
+    force = np.minimum(20.5 + np.sin(3.0 * TIME), 21.0)[:, None]
+    assert lint_recording(log(force=force)) == ()
+    finding = only(lint_recording(log(force=force), {"force": 21.0}))
+    assert (
+        finding.evidence
+        == f"{100.0 * (force >= 21.0).mean():.1f} % of the rows are at the limit of 21"
+    )
+
+
+def test_a_shaft_that_rests_under_a_moving_goal_is_noted() -> None:
+    """Sticking is no defect, but a reader must know that these rows say little."""
+    theta = np.where(TIME < 4.0, np.sin(3.0 * TIME), np.sin(12.0))[:, None]
+    found = lint_recording(
+        log(motor_position=theta, motor_velocity=np.gradient(theta, TIME, axis=0))
+    )
+    (finding,) = (f for f in found if f.channel == "theta")
+    assert finding.severity == "note"
+    assert "from t = 4.00 s" in finding.evidence
+
+
+def test_a_scattering_supply_is_found(rng: np.random.Generator) -> None:
+    """Row-to-row scatter of 0.5 V is found; a slow sag of 1 V is not scatter."""
+    noisy = 7.3 + 0.5 * rng.standard_normal(ROWS)
+    assert only(lint_recording(log(voltage=noisy))).channel == "voltage"
+    assert lint_recording(log(voltage=7.3 - 0.1 * TIME)) == ()
+
+
+def test_temperature_that_goes_with_a_setting_is_found() -> None:
+    """Two gains at two temperatures cannot be told apart; the same temperature can."""
+
+    def at(gain: float, temperature: float) -> Recording:
+        return log(
+            actuator_overrides={"gain": gain},
+            temperature=np.full(ROWS, temperature),
+            motor_position=gain * np.sin(3.0 * TIME)[:, None],
+        )
+
+    finding = only(lint_dataset([at(1.0, 29.0), at(2.0, 37.0)], []))
+    assert finding.evidence == "goes with gain: 29.0 degC at 1, 37.0 degC at 2"
+    assert lint_dataset([at(1.0, 29.0), at(2.0, 29.5)], []) == ()
+
+
+def test_a_test_recording_that_was_trained_on_is_found() -> None:
+    """Equal rows in both splits are no held-out data."""
+    finding = only(lint_dataset([log(name="seen.csv")], [log(name="held.csv")]))
+    assert (finding.recording, finding.severity) == ("held.csv", "defect")
+
+
+def test_equal_findings_are_written_once_with_their_recordings() -> None:
+    """The report groups by what follows, the worst first."""
+    findings = [
+        Finding(
+            recording=name, channel="t", evidence=f"e{name}", consequence="c", severity=severity
+        )
+        for name, severity in (("a", "note"), ("b", "defect"), ("c", "note"))
+    ]
+    assert findings_text(findings) == [
+        "", "defect, t: c", "  b  eb", "", "note, t: c", "  a  ea", "  c  ec",
+    ]  # fmt: skip
+
+
+@pytest.mark.slow
+def test_no_reference_recording_has_a_defect(shared: Path) -> None:
+    """Data of planted mechanisms are sound data: no check may call physics a defect."""
+    for path in sorted((shared / "challenges").glob("*/dataset.toml")):
+        loaded = load_dataset(path.parent)
+        for recording in (*loaded.train, *loaded.test):
+            assert [f for f in lint_recording(recording) if f.severity == "defect"] == []

@@ -1,0 +1,87 @@
+"""What a model file keeps."""
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tendon_newton.bench_overrides import BenchOverrides
+from tendon_newton.errors import InvalidModelFile
+from tendon_newton.model_file import Model, NamedValues, load_model, write_model
+
+names = st.from_regex(r"[a-z][a-z_]{0,12}", fullmatch=True).filter(
+    lambda name: name not in ("name", "kind")
+)
+numbers = st.floats(allow_nan=False, allow_infinity=False)
+values = st.dictionaries(names, numbers, max_size=4)
+
+
+@given(
+    kind=names,
+    actuator=values,
+    effects=st.dictionaries(names, values, max_size=3),
+    fit=st.lists(names, unique=True, max_size=3),
+    masses=st.dictionaries(names, st.floats(1e-6, 10.0), max_size=2),
+)
+def test_a_model_file_keeps_every_bit(
+    tmp_path_factory: pytest.TempPathFactory,
+    kind: str,
+    actuator: dict[str, float],
+    effects: dict[str, dict[str, float]],
+    fit: list[str],
+    masses: dict[str, float],
+) -> None:
+    """Written and read again, names, order and every float64 are the same."""
+    model = Model(
+        actuator=NamedValues(name=kind, values=actuator),
+        effects=tuple(NamedValues(name=name, values=row) for name, row in effects.items()),
+        bench_overrides={bench: BenchOverrides(mass=(mass,)) for bench, mass in masses.items()},
+        fit=tuple(fit),
+    )
+    path = tmp_path_factory.mktemp("toml") / "model.toml"
+    write_model(path, model)
+    assert load_model(path) == model
+
+
+def test_a_file_name_is_a_legal_value(tmp_path: Path) -> None:
+    """The learned actuator names its network's file."""
+    path = tmp_path / "model.toml"
+    path.write_text('[actuator]\nkind = "learned"\nfile = "force.pt"\nspool_radius = 0.0125\n')
+    assert load_model(path).actuator.values["file"] == "force.pt"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", r"a table \[actuator\]; there is none"),
+        ("[actuator]\ngain = 4.2\n", r"kind must be a string that names it; there are gain"),
+        ('[actuator]\nkind = "ideal"\n[[effects]]\nforce = 1.0\n', r"\[\[effects\]\] 0: name must"),
+        ('[actuator]\nkind = "ideal"\ngain = nan\n', "gain of 'ideal' must be finite; it is nan"),
+        ('[actuator]\nkind = "ideal"\ngain = true\n', "gain of 'ideal' must be a number"),
+        ('effect = []\n[actuator]\nkind = "ideal"\n', "no key named 'effect'; known: actuator"),
+        ('fit = "gain"\n[actuator]\nkind = "ideal"\n', "fit must be a list of names"),
+        (
+            'bench_overrides = {finger = {mass = -0.012}}\n[actuator]\nkind = "ideal"\n',
+            "bench override 'mass' must lie in",
+        ),
+        (
+            '[actuator]\nkind = "ideal"\n' + '[[effects]]\nname = "deadband"\n' * 2,
+            "every effect stands once; 'deadband'",
+        ),
+        ("[actuator\n", "must be TOML"),
+    ],
+)
+def test_a_broken_model_file_says_where(tmp_path: Path, text: str, said: str) -> None:
+    """Each fault is named together with the file."""
+    path = tmp_path / "model.toml"
+    path.write_text(text)
+    with pytest.raises(InvalidModelFile, match=said) as raised:
+        load_model(path)
+    assert str(path) in str(raised.value)
+
+
+def test_every_reference_model_loads(shared: Path) -> None:
+    """All model files of the reference folder are read."""
+    for path in sorted((shared / "challenges").glob("*/model.toml")):
+        assert load_model(path).actuator.name == "ideal"

@@ -1,0 +1,161 @@
+"""What a recording promises, and what its file keeps."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from tendon_newton.errors import InvalidRecording
+from tendon_newton.recording import Recording
+from tendon_newton.recording_csv import read_csv, write_csv
+from tests.formats.logs import ROWS, recording
+
+
+def channel(lower: float, upper: float, width: int) -> st.SearchStrategy[np.ndarray]:
+    """Any values inside a channel's range, one column per tendon."""
+    return arrays(np.float64, (ROWS, width), elements=st.floats(lower, upper))
+
+
+def test_arrays_of_a_recording_cannot_be_written() -> None:
+    """Neither the arrays nor the mappings of a recording can change after it was checked."""
+    log = recording(extra={"duty": np.zeros(ROWS)})
+    with pytest.raises(ValueError, match="read-only"):
+        log.motor_position[0, 0] = 1.0
+    with pytest.raises(ValueError, match="read-only"):
+        log.extra["duty"][0] = 1.0
+    with pytest.raises(TypeError):
+        log.extra["more"] = np.zeros(ROWS)  # pyright: ignore[reportIndexIssue]
+
+
+def test_a_recording_does_not_alias_what_it_was_built_from() -> None:
+    """Writing to the source array afterwards does not reach the recording."""
+    theta = np.zeros((ROWS, 1))
+    log = recording(motor_position=theta)
+    theta[0] = 7.0
+    assert log.motor_position[0, 0] == 0.0
+
+
+def test_motor_is_enabled_unless_the_file_says_otherwise() -> None:
+    """Without an ``enabled`` column every row is powered."""
+    assert recording().enabled.shape == (ROWS,)
+    assert recording().enabled.all()
+
+
+def test_uneven_sampling_and_gaps_are_legal() -> None:
+    """Only order matters: a gap of seconds and jitter are data, not errors."""
+    time = np.cumsum(np.linspace(0.004, 0.02, ROWS))
+    time[10:] += 3.0
+    assert recording(time=time).duration == pytest.approx(time[-1] - time[0])
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"force": np.full((ROWS, 1), 5200.0)}, r"newtons; row 0 .* 5200.*millinewtons or grams"),
+        ({"motor_position": np.full((ROWS, 1), 90.0)}, r"theta must be in radians.*degrees"),
+        ({"command": np.full((ROWS, 1), -180.0)}, r"theta_d must be in radians.*degrees"),
+        ({"time": np.arange(ROWS) * 12.5}, r"t must be in seconds; its median step is 12.5.*milli"),
+        ({"time": np.arange(ROWS) * 12500.0}, r"t must be in seconds.*microseconds"),
+        ({"voltage": np.full(ROWS, 7400.0)}, r"voltage must be in volts.*millivolts"),
+        ({"current": np.full(ROWS, 350.0)}, r"current must be in amperes.*milliamperes"),
+        ({"temperature": np.full(ROWS, 302.0)}, r"temperature must be in degrees.*kelvins"),
+        ({"tip": np.full((ROWS, 2), 55.0)}, r"tip_x must be in metres.*millimetres"),
+    ],
+)
+def test_a_wrong_unit_is_named(changes: dict, said: str) -> None:
+    """Values that no bench reaches are refused with the unit that they look like."""
+    with pytest.raises(InvalidRecording, match=said):
+        recording(**changes)
+
+
+def test_the_first_bad_value_is_named_by_row_and_column() -> None:
+    """NaN in the second tendon at row 12 is reported as that."""
+    theta = np.zeros((ROWS, 2))
+    theta[12, 1] = np.nan
+    with pytest.raises(InvalidRecording, match=r"theta_1 must be finite; row 12 \(t = 0.15 s\)"):
+        recording(motor_position=theta, motor_velocity=theta, command=None, force=theta)
+
+
+def test_something_must_drive_the_simulation() -> None:
+    """Without theta_d and without force nothing drives either side."""
+    with pytest.raises(InvalidRecording, match="theta_d or force must be there"):
+        recording(command=None, force=None)
+
+
+def test_tendons_must_match() -> None:
+    """Two commands for one measured shaft are refused."""
+    with pytest.raises(InvalidRecording, match=r"theta_d must have the shape \(20, 1\)"):
+        recording(command=np.zeros((ROWS, 2)))
+
+
+@given(
+    width=st.integers(1, 3),
+    data=st.data(),
+    start=st.floats(-1e3, 1e3),
+    steps=arrays(np.float64, ROWS, elements=st.floats(1e-3, 0.4)),
+)
+def test_a_csv_file_keeps_every_bit(
+    tmp_path_factory: pytest.TempPathFactory,
+    width: int,
+    data: st.DataObject,
+    start: float,
+    steps: np.ndarray,
+) -> None:
+    """Written and read again, every number is the same float64, unknown columns included."""
+    log = recording(
+        time=start + np.cumsum(steps),
+        command=data.draw(channel(-60.0, 60.0, width)),
+        motor_position=data.draw(channel(-60.0, 60.0, width)),
+        motor_velocity=data.draw(channel(-900.0, 900.0, width)),
+        force=data.draw(channel(-1e3, 1e3, width)),
+        tip=data.draw(channel(-1.0, 1.0, 2)),
+        voltage=data.draw(channel(0.0, 40.0, 1))[:, 0],
+        enabled=data.draw(arrays(np.bool_, ROWS)),
+        extra={"duty": data.draw(channel(-1e300, 1e300, 1))[:, 0]},
+    )
+    path = tmp_path_factory.mktemp("csv") / log.name
+    write_csv(path, log)
+    assert_equal(read_csv(path, bench="finger"), log)
+
+
+def assert_equal(one: Recording, other: Recording) -> None:
+    """Compare all channels of two recordings, bit for bit."""
+    for name in ("time", "command", "motor_position", "motor_velocity", "force", "tip", "voltage"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+    np.testing.assert_array_equal(one.enabled, other.enabled)
+    assert list(one.extra) == list(other.extra)
+    for name, values in one.extra.items():
+        np.testing.assert_array_equal(values, other.extra[name])
+
+
+def test_unknown_columns_are_kept_as_numbers_or_words(tmp_path: Path) -> None:
+    """A column that the format does not know comes back, whatever it holds."""
+    path = tmp_path / "run.csv"
+    path.write_text("phase,theta_dot,t,theta,force,humidity\nup,0,0,0,1,0.4\ndown,0,0.01,0,1,\n")
+    log = read_csv(path, bench="finger")
+    assert list(log.extra["phase"]) == ["up", "down"]
+    assert list(log.extra["humidity"]) == ["0.4", ""]
+    assert log.command is None
+    write_csv(path, log)
+    assert list(read_csv(path, bench="finger").extra["phase"]) == ["up", "down"]
+
+
+def test_a_byte_order_mark_and_spaces_after_commas_are_read(tmp_path: Path) -> None:
+    """Spreadsheets write both."""
+    path = tmp_path / "run.csv"
+    path.write_text("\ufefft, theta, theta_dot, theta_d\r\n0, 0, 0, 1\r\n0.01, 0, 0, 1\r\n")
+    assert read_csv(path, bench="finger").sample_count == 2
+
+
+def test_tendons_that_are_switched_apart_are_refused(tmp_path: Path) -> None:
+    """One motor off and the other on cannot be told by one flag, so it must not pass unseen."""
+    path = tmp_path / "run.csv"
+    header = "t,theta_0,theta_1,theta_dot_0,theta_dot_1,force_0,force_1,enabled_0,enabled_1\n"
+    path.write_text(header + "0,0,0,0,0,1,1,1,0\n0.01,0,0,0,0,1,1,1,1\n")
+    with pytest.raises(InvalidRecording, match="enabled must be the same for all tendons"):
+        read_csv(path, bench="finger")
+    path.write_text(header + "0,0,0,0,0,1,1,0,0\n0.01,0,0,0,0,1,1,1,1\n")
+    assert list(read_csv(path, bench="finger").enabled) == [False, True]

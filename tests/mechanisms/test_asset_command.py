@@ -1,0 +1,47 @@
+"""``tendon-newton asset``: what it prints, writes and returns."""
+
+from pathlib import Path
+
+import pytest
+
+from tendon_newton.cli import main
+from tests.mechanisms.flat_assets import write_changed
+
+
+def test_check_of_a_good_asset_says_so(capsys) -> None:
+    """Exit code 0 and one line."""
+    assert main(["asset", "check", "finger"]) == 0
+    assert "finger: no errors, no warnings" in capsys.readouterr().out
+
+
+def test_check_of_a_broken_asset_lists_rule_and_remedy(tmp_path: Path, capsys) -> None:
+    """Exit code 1; the finding names its prim, its rule and what to do."""
+    path = write_changed(tmp_path, "finger", ("coef = [0.008, 0.0055]", "coef = [0.008]"))
+    assert main(["asset", "check", str(path)]) == 1
+    printed = capsys.readouterr().out
+    assert "tendon_coef" in printed
+    assert "/finger/tendons/flexor" in printed
+    assert "Write one moment arm per joint" in printed
+
+
+def test_unreadable_asset_is_misuse(tmp_path: Path, capsys) -> None:
+    """Exit code 2 and one line on stderr."""
+    path = tmp_path / "junk.usda"
+    path.write_bytes(b"\x00\x01")
+    assert main(["asset", "check", str(path)]) == 2
+    assert capsys.readouterr().err.startswith("error: ")
+
+
+def test_show_writes_a_picture_of_the_assets_name(tmp_path: Path, monkeypatch, capsys) -> None:
+    """Without --out the picture lands in the current folder."""
+    monkeypatch.chdir(tmp_path)
+    assert main(["asset", "show", "spring_weak"]) == 0
+    assert (tmp_path / "spring_weak.png").read_bytes().startswith(b"\x89PNG")
+    assert "spring_weak.png" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("out", ["picture.svg", "no_such_folder/picture.png"])
+def test_picture_that_cannot_be_written_is_misuse(out: str, tmp_path: Path, capsys) -> None:
+    """Another suffix or a missing folder gives exit code 2 and names the path."""
+    assert main(["asset", "show", "finger", "--out", str(tmp_path / out)]) == 2
+    assert Path(out).name in capsys.readouterr().err

@@ -1,0 +1,37 @@
+"""Newton's MuJoCo solver steps every asset, with the tendons it reads from the same prims."""
+
+import numpy as np
+import pytest
+from newton.solvers import SolverMuJoCo
+
+from tendon_newton.mechanisms.asset_library import asset_names
+from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.parts import excursion
+from tendon_newton.mechanisms.statics import closing_tension, equilibrium
+
+DURATION = 1.0  # s, many time constants of every bench
+STEP = 2.0e-3  # s
+
+
+@pytest.mark.parametrize("name", asset_names())
+def test_mujoco_settles_where_statics_says(name: str) -> None:
+    """Half the closing force, applied through the moment arms, leads to the equilibrium."""
+    mechanism = load_mechanism(name)
+    model = mechanism.build(1, device="cpu")
+    if not np.any(model.joint_damping.numpy() > 0.0):
+        model.joint_damping.fill_(0.1)  # a pendulum without damping never settles
+    solver = SolverMuJoCo(model, disable_contacts=True)
+    tension = np.array([0.5 * closing_tension(mechanism)])
+    effort = tension[0] * model.tendon.arm_coef.numpy()
+    state, after, control = model.state(), model.state(), model.control()
+    control.joint_f.assign(effort.astype(np.float32))
+    for _ in range(round(DURATION / STEP)):
+        solver.step(state, after, control, None, STEP)
+        state, after = after, state
+    rest = equilibrium(mechanism, tension)
+    reached = excursion(mechanism.tendons[0], state.joint_q.numpy())
+    # 1 %: what remains of the motion, and MuJoCo's own treatment of soft stops.
+    assert reached == pytest.approx(excursion(mechanism.tendons[0], rest), rel=0.01)
+    # MuJoCo's fixed tendon is the same l = sum(arm q), one step earlier.
+    length = float(solver.mjw_data.ten_length.numpy()[0, 0])
+    assert length == pytest.approx(reached, rel=1e-3)

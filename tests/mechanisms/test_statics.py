@@ -1,0 +1,96 @@
+"""Equilibria against formulas derived by hand."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tendon_newton.errors import InvalidParameter
+from tendon_newton.mechanisms.kinematics import tip_position
+from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.statics import (
+    closing_path,
+    closing_tension,
+    equilibrium,
+    gravity_torque,
+)
+
+WEIGHTLESS = np.zeros(3)
+
+
+def test_weightless_finger_follows_its_springs() -> None:
+    """Without gravity k_j q_j = a_j T, so q = (0.0080 T / 0.045, 0.0055 T / 0.030)."""
+    q = equilibrium(load_mechanism("finger"), np.array([5.0]), gravity=WEIGHTLESS)
+    assert q == pytest.approx([0.0080 * 5.0 / 0.045, 0.0055 * 5.0 / 0.030], rel=1e-6)
+
+
+def test_joint_past_its_range_rests_on_the_stop() -> None:
+    """At 9 N the DIP leans on its stop: a T = k q + 30 (q - u) with u = 1.40 rad."""
+    q = equilibrium(load_mechanism("finger"), np.array([9.0]), gravity=WEIGHTLESS)
+    excess = (0.0055 * 9.0 - 0.030 * 1.40) / (30.0 + 0.030)
+    assert q[1] - 1.40 == pytest.approx(excess, abs=1e-7)  # the asset's 1.40 rad are float32
+
+
+def test_positive_joint_angle_flexes_towards_the_ground() -> None:
+    """At q = (90 deg, 0) the straight finger points along -z."""
+    tip = tip_position(load_mechanism("finger"), np.array([np.pi / 2.0, 0.0]))
+    assert tip == pytest.approx([0.0, 0.0, -0.055], abs=1e-8)
+
+
+def test_tip_of_the_bent_finger_is_plane_trigonometry() -> None:
+    """Tip x = L1 cos q1 + L2 cos(q1 + q2), z = -(L1 sin q1 + L2 sin(q1 + q2))."""
+    a, b = 0.7, 0.4
+    tip = tip_position(load_mechanism("finger"), np.array([a, b]))
+    assert tip == pytest.approx(
+        [
+            0.030 * np.cos(a) + 0.025 * np.cos(a + b),
+            0.0,
+            -0.030 * np.sin(a) - 0.025 * np.sin(a + b),
+        ],
+        abs=1e-8,
+    )
+
+
+def test_gravity_flexes_the_straight_finger() -> None:
+    """PIP: g (m1 L1/2 + m2 (L1 + L2/2)); DIP: g m2 L2/2."""
+    torque = gravity_torque(load_mechanism("finger"), np.zeros(2))
+    pip = 9.81 * (0.012 * 0.015 + 0.008 * (0.030 + 0.0125))
+    assert torque == pytest.approx([pip, 9.81 * 0.008 * 0.0125], rel=1e-6)
+
+
+def test_slider_travels_by_hooke() -> None:
+    """Travel is T / k, whatever the weight: the rail is level."""
+    assert equilibrium(load_mechanism("spring_weak"), np.array([10.0])) == pytest.approx([0.05])
+    assert closing_tension(load_mechanism("spring_strong")) == pytest.approx(64.0)
+
+
+def test_pendulum_is_held_by_the_sine_of_its_angle() -> None:
+    """T = m g L sin q, in both directions."""
+    pendulum = load_mechanism("pendulum")
+    torque = 0.49 * 9.81 * 0.10 * np.sin(0.6)
+    assert equilibrium(pendulum, np.array([torque])) == pytest.approx([0.6], rel=1e-6)
+    assert equilibrium(pendulum, np.array([-torque])) == pytest.approx([-0.6], rel=1e-6)
+
+
+def test_torque_beyond_the_weight_has_no_equilibrium() -> None:
+    """Above m g L the pendulum turns over, and the search says so."""
+    with pytest.raises(InvalidParameter, match="no equilibrium"):
+        equilibrium(load_mechanism("pendulum"), np.array([0.6]))
+
+
+def test_closing_path_ends_with_every_joint_closed() -> None:
+    """At the closing tension the last joint has just reached its limit; none is short of it."""
+    finger = load_mechanism("finger")
+    path = closing_path(finger, gravity=WEIGHTLESS)
+    assert path.tension[-1] == pytest.approx(0.045 * 1.75 / 0.0080, rel=1e-6)
+    upper = np.array(finger.joint_limits)[:, 1]
+    # Stops give way: 30 N m/rad under a few mN m.
+    assert path.joint_position[-1] == pytest.approx(upper, abs=1e-3)
+
+
+def test_stretched_finger_stretches_its_path() -> None:
+    """Kinematics use the mechanism given, not the asset: twice the length, twice the reach."""
+    finger = load_mechanism("finger")
+    assert finger.tip is not None
+    far = replace(finger, tip=replace(finger.tip, point=np.array([0.050, 0.0, 0.0])))
+    assert tip_position(far, np.zeros(2)) == pytest.approx([0.080, 0.0, 0.0], abs=1e-8)

@@ -1,0 +1,1 @@
+"""Planted causes: data from a plant of its own, in which a diagnosis must find what was hidden."""

@@ -1,0 +1,88 @@
+"""Recordings: which bench sees which command, and what its sensors log of it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+
+from tendon_newton.recording import Recording
+from tests.planted.bench import BENCHES, Causes
+from tests.planted.commands import COMMANDS, row_times
+from tests.planted.draws import Planted, draw_knocks
+from tests.planted.plant import Motion, Run
+from tests.planted.sensors import (
+    Sensors,
+    camera,
+    encoder,
+    kept_rows,
+    load_cell,
+    speed_register,
+)
+
+TRAIN_COUNT = 5
+TEST_COUNT = 3
+MIXES: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "A": ("finger", "spring_weak", "spring_strong"),
+        "F": ("finger",),
+        "S": ("spring_strong",),
+        "W": ("spring_weak",),
+    }
+)
+KINDS = ("steps", "sine", "ramp", "stairs", "steps")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Slot:
+    """One recording to make: where, with which command."""
+
+    file: str
+    bench: str
+    kind: str
+
+
+def draw_slots(rng: np.random.Generator, benches: Sequence[str]) -> tuple[Slot, ...]:
+    """Draw which bench sees which command: five to train on, three to test on."""
+    test_kinds = ("steps", "sine", ("ramp", "stairs")[int(rng.integers(2))])
+    slots: list[Slot] = []
+    for kinds in (KINDS, test_kinds):
+        # every bench in turn, so that each is in both splits
+        turns = [benches[i % len(benches)] for i in range(len(kinds))]
+        for bench, kind in zip(rng.permutation(turns), rng.permutation(kinds), strict=True):
+            number = sum(slot.bench == bench for slot in slots)
+            slots.append(Slot(file=f"{bench}_{kind}_{number}.csv", bench=str(bench), kind=kind))
+    return tuple(slots)
+
+
+def draw_run(rng: np.random.Generator, slot: Slot, causes: Causes, planted: Planted) -> Run:
+    """Draw the command of a recording, and the hands in its way."""
+    time = row_times(rng)
+    return Run(
+        bench=BENCHES[slot.bench],
+        causes=causes,
+        time=time,
+        command=np.round(COMMANDS[slot.kind](rng, time.size), 6),  # as the file has it
+        knocks=draw_knocks(rng, planted, float(time[-1])),
+    )
+
+
+def record(
+    rng: np.random.Generator, slot: Slot, run: Run, motion: Motion, sensors: Sensors, *, gaps: bool
+) -> Recording:
+    """Pass a motion through the sensors."""
+    theta, speed = encoder(motion.angle).round(6), speed_register(rng, motion.speed).round(3)
+    force = load_cell(rng, motion.force, sensors).round(4)
+    tip = None if motion.tip is None else camera(rng, motion.tip).round(5)
+    kept = kept_rows(rng, run.time.size) if gaps else np.arange(run.time.size)
+    return Recording(
+        name=slot.file,
+        bench=slot.bench,
+        time=run.time[kept],
+        command=run.command[kept, None],
+        motor_position=theta[kept, None],
+        motor_velocity=speed[kept, None],
+        force=force[kept, None],
+        tip=None if tip is None else tip[kept],
+        load_cell_rate=sensors.cell_rate,
+    )
