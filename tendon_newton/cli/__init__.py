@@ -12,6 +12,7 @@ VERBS: dict[str, str] = {
     "import": "tendon_newton.cli.import_",
     "simulate": "tendon_newton.cli.simulate",
     "diagnose": "tendon_newton.cli.diagnose",
+    "exam": "tendon_newton.cli.exam",
     "asset": "tendon_newton.cli.asset",
 }
 

@@ -1,1 +1,1 @@
-"""Device code that is written once and compiled for any precision, mechanism and list of effects."""
+"""Device code, written once and compiled for any precision, mechanism and list of effects."""

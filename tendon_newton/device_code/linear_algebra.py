@@ -8,7 +8,7 @@ from tendon_newton.device_code.templates import device_template
 
 @device_template
 def inverse(matrix: JointMatrix) -> JointMatrix:
-    """Invert a symmetric positive definite matrix, shape (J, J), by Gauss-Jordan elimination without pivoting."""
+    """Invert a symmetric positive definite matrix, shape (J, J), by Gauss-Jordan elimination."""
     m = matrix
     for pivot in range(JOINTS):
         scale = real(1.0) / m[pivot, pivot]

@@ -1,36 +1,59 @@
 """Placeholders of the device templates, with the types that a reader and a type checker may assume.
 
-`Specialiser` replaces each of them: `real` by float32 or float64, the vectors by their sizes in the mechanism at hand.
+`Specialiser` replaces each of them: `real` by float32 or float64, the vectors by their sizes in the
+mechanism at hand.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import warp as wp
 
-real = wp.float64
+if TYPE_CHECKING:
+    Item = TypeVar("Item")
+
+    class DeviceArray(Generic[Item]):
+        """An array argument of a kernel; Warp's own stub does not know what an index gives."""
+
+        def __getitem__(self, index: Any) -> Item: ...
+        def __setitem__(self, index: Any, value: Item) -> None: ...
+
+    DeviceGrid = DeviceArray
+else:
+    DeviceArray = wp.array
+    DeviceGrid = wp.array2d
+
+
+class Placeholder(Any):
+    """Stands for a type that only a `Specialiser` knows; a type checker lets it do anything."""
+
+
+real = Placeholder
 """Scalar of the simulation."""
-Vec2 = wp.vec2d
-Vec3 = wp.vec3d
-Mat33 = wp.mat33d
-Jet = wp.vec3d
-"""(value, derivative by position, derivative by velocity) of a force [N], a torque [N m] or an angle [rad]."""
-Values = wp.vec3d
-"""An effect's own parameters in the order of its declaration, padded with zeros."""
-JointVector = wp.vec2d
+Vec2 = Placeholder
+Vec3 = Placeholder
+Mat33 = Placeholder
+Jet = Placeholder
+"""Value and derivatives by position and velocity of a force [N], torque [N m] or angle [rad]."""
+Values = Placeholder
+"""An effect's own parameters in the order of its declaration, padded with zeros to three; last,
+what it remembers."""
+MemoryVector = Placeholder
+"""What the effects remember, one number per tendon or joint of each that does, shape (S,)."""
+JointVector = Placeholder
 """One number per joint, shape (J,)."""
-JointMatrix = wp.mat22d
+JointMatrix = Placeholder
 """Shape (J, J)."""
-PlaneMatrix = wp.mat22d
+PlaneMatrix = Placeholder
 """One vector of the plane of motion per joint, shape (J, 2)."""
-SpaceMatrix = wp.types.matrix(shape=(2, 3), dtype=wp.float64)
+SpaceMatrix = Placeholder
 """One vector of space per joint, shape (J, 3)."""
-TendonVector = wp.types.vector(length=1, dtype=wp.float64)
+TendonVector = Placeholder
 """One number per tendon, shape (D,)."""
-ArmMatrix = wp.types.matrix(shape=(1, 2), dtype=wp.float64)
+ArmMatrix = Placeholder
 """Moment arms [m] or [1], shape (D, J)."""
-ParameterVector = wp.types.vector(length=8, dtype=wp.float64)
+ParameterVector = Placeholder
 """The actuator's parameters, then each effect's, shape (P,)."""
 
 JOINTS = 2
@@ -44,8 +67,10 @@ def struct_type(name: str, fields: dict[str, Any]) -> Any:
     return wp.struct(type(name, (), {"__annotations__": fields, "__module__": __name__}))
 
 
-def bindings(joints: int, tendons: int, parameters: int, precision: Any) -> dict[str, Any]:
-    """Return what each placeholder stands for in a kernel of J joints, D tendons and P parameters."""
+def bindings(
+    joints: int, tendons: int, parameters: int, memories: int, precision: Any
+) -> dict[str, Any]:
+    """Return what the placeholders stand for, for J joints, D tendons, P parameters, S memories."""
     vector, matrix = wp.types.vector, wp.types.matrix
     return {
         "real": precision,
@@ -53,7 +78,8 @@ def bindings(joints: int, tendons: int, parameters: int, precision: Any) -> dict
         "Vec3": vector(length=3, dtype=precision),
         "Mat33": matrix(shape=(3, 3), dtype=precision),
         "Jet": vector(length=3, dtype=precision),
-        "Values": vector(length=3, dtype=precision),
+        "Values": vector(length=4, dtype=precision),
+        "MemoryVector": vector(length=max(memories, 1), dtype=precision),
         "JointVector": vector(length=joints, dtype=precision),
         "JointMatrix": matrix(shape=(joints, joints), dtype=precision),
         "PlaneMatrix": matrix(shape=(joints, 2), dtype=precision),

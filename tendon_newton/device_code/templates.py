@@ -1,7 +1,8 @@
 """Device code written once, compiled for any precision, joint count and list of effects.
 
-A device function is plain Python marked with `device_template`. It speaks of placeholders (`real`, `JointVector`, `JOINTS`, ...; see
-`placeholders`). A `Specialiser` binds them, and every template that the function calls in turn, and hands the result to Warp.
+A device function is plain Python marked with `device_template`. It speaks of placeholders (`real`,
+`JointVector`, `JOINTS`, ...; see `placeholders`). A `Specialiser` binds them, and every template
+that the function calls in turn, and hands the result to Warp.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ def device_template(function: Function) -> Function:
 
 
 class Specialiser:
-    """Binds placeholders in device templates; one instance per kernel, so that functions are shared inside it.
+    """Binds placeholders in device templates; one per kernel, whose functions are shared inside it.
 
     Args:
         bindings: Placeholder name -> type, constant or Warp function.
@@ -35,6 +36,12 @@ class Specialiser:
         self._bindings = dict(bindings)
         self._functions: dict[types.CodeType, Any] = {}
         self._sources: list[str] = []
+
+    def child(self) -> Specialiser:
+        """Return one with the same bindings, which may get more; its sources count here too."""
+        child = Specialiser(self._bindings)
+        child._sources = self._sources
+        return child
 
     def bind(self, name: str, value: Any) -> None:
         """Bind one more placeholder, before the templates that use it."""
@@ -47,18 +54,31 @@ class Specialiser:
             self._functions[code] = wp.func(self._bind(template))
         return self._functions[code]
 
+    def gradient(self, template: Callable[..., Any], rule: Callable[..., Any]) -> None:
+        """Give a template a derivative of its own, before any kernel that uses it is made.
+
+        Args:
+            template: A device function.
+            rule: Device code with the same arguments and the adjoint of the result, which adds to
+                `wp.adjoint[argument]`.
+        """
+        wp.func_grad(self.function(template))(self._bind(rule))
+
     def kernel(self, template: Callable[..., Any], identity: str, **options: Any) -> wp.Kernel:
         """Return the Warp kernel of a template, in a module of its own.
 
         Args:
             template: Device code without a result.
-            identity: Tells apart kernels whose bindings differ. Warp's cache keys hold neither functions nor numbers that a
-                static loop picks from a tuple; without this, two lists of effects of one shape would share one binary.
+            identity: Tells apart kernels whose bindings differ. Warp's cache keys hold neither
+                functions nor numbers that a static loop picks from a tuple; without this, two lists
+                of effects of one shape would share one binary.
             options: As for `warp.kernel`.
         """
         bound = self._bind(template)
         digest = hashlib.sha256("\n".join([identity, *self._sources]).encode()).hexdigest()[:12]
-        return wp.kernel(bound, name=f"{template.__name__}_{digest}", module="unique", **options)
+        name = f"{template.__name__}_{digest}"
+        decorator: Any = wp.kernel
+        return decorator(bound, name=name, module="unique", **options)
 
     def _bind(self, template: Callable[..., Any]) -> types.FunctionType:
         """Copy a function with globals in which every placeholder and template is bound."""

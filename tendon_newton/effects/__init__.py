@@ -2,25 +2,77 @@
 
 from __future__ import annotations
 
+from tendon_newton.effects.actuator_lag import ActuatorLag
+from tendon_newton.effects.backlash import Backlash
 from tendon_newton.effects.base import Effect, Stage
 from tendon_newton.effects.command_delay import CommandDelay
 from tendon_newton.effects.coulomb_friction import CoulombFriction
+from tendon_newton.effects.deadband import Deadband
+from tendon_newton.effects.force_saturation import ForceSaturation
+from tendon_newton.effects.gain_drift import GainDrift
 from tendon_newton.effects.gain_error import GainError
+from tendon_newton.effects.gravity_misalignment import GravityMisalignment
+from tendon_newton.effects.holding_friction import HoldingFriction
+from tendon_newton.effects.inertia_error import InertiaError
+from tendon_newton.effects.joint_damping_error import JointDampingError
+from tendon_newton.effects.joint_dry_friction import JointDryFriction
 from tendon_newton.effects.joint_stiffness_error import JointStiffnessError
+from tendon_newton.effects.load_cell_bias import LoadCellBias
+from tendon_newton.effects.load_cell_delay import LoadCellDelay
+from tendon_newton.effects.load_cell_drift import LoadCellDrift
+from tendon_newton.effects.load_cell_gain import LoadCellGain
+from tendon_newton.effects.load_cell_lag import LoadCellLag
 from tendon_newton.effects.load_dependent_friction import LoadDependentFriction
+from tendon_newton.effects.obstruction import Obstruction
 from tendon_newton.effects.position_offset import PositionOffset
+from tendon_newton.effects.routing_friction import RoutingFriction
+from tendon_newton.effects.sample_period_error import SamplePeriodError
+from tendon_newton.effects.speed_limit import SpeedLimit
+from tendon_newton.effects.spool_radius_error import SpoolRadiusError
+from tendon_newton.effects.spring_stiffening import SpringStiffening
+from tendon_newton.effects.stribeck_friction import StribeckFriction
+from tendon_newton.effects.tendon_compliance import TendonCompliance
+from tendon_newton.effects.tendon_slack import TendonSlack
+from tendon_newton.effects.viscoelastic_spring import ViscoelasticSpring
 from tendon_newton.effects.viscous_friction import ViscousFriction
+from tendon_newton.effects.voltage_sag import VoltageSag
 from tendon_newton.errors import unknown_name
 
 EFFECTS: dict[str, type[Effect]] = {
     # In the order in which they act within a stage.
     "command_delay": CommandDelay,
+    "sample_period_error": SamplePeriodError,
+    "spool_radius_error": SpoolRadiusError,
     "position_offset": PositionOffset,
+    "tendon_slack": TendonSlack,
+    "backlash": Backlash,
+    "deadband": Deadband,
     "gain_error": GainError,
+    "gain_drift": GainDrift,
+    "force_saturation": ForceSaturation,
+    "voltage_sag": VoltageSag,
+    "actuator_lag": ActuatorLag,
     "viscous_friction": ViscousFriction,
     "coulomb_friction": CoulombFriction,
+    "stribeck_friction": StribeckFriction,
     "load_dependent_friction": LoadDependentFriction,
+    "holding_friction": HoldingFriction,
+    "tendon_compliance": TendonCompliance,
+    "speed_limit": SpeedLimit,
+    "routing_friction": RoutingFriction,
+    "obstruction": Obstruction,
     "joint_stiffness_error": JointStiffnessError,
+    "spring_stiffening": SpringStiffening,
+    "viscoelastic_spring": ViscoelasticSpring,
+    "joint_damping_error": JointDampingError,
+    "joint_dry_friction": JointDryFriction,
+    "inertia_error": InertiaError,
+    "gravity_misalignment": GravityMisalignment,
+    "load_cell_delay": LoadCellDelay,
+    "load_cell_lag": LoadCellLag,
+    "load_cell_gain": LoadCellGain,
+    "load_cell_bias": LoadCellBias,
+    "load_cell_drift": LoadCellDrift,
 }
 
 

@@ -1,4 +1,4 @@
-"""What every physical effect declares: its stage, its parameters with their null values, its equation and its source."""
+"""What every physical effect declares: parameters with nulls, equation, source, and stages."""
 
 from __future__ import annotations
 
@@ -10,43 +10,83 @@ from tendon_newton.parameters import Parameter
 
 
 class Stage(Enum):
-    """Where in a control step an effect acts, in the order of the signal; the device function's signature follows from it.
+    """Where an effect acts, in the order of the signal; the effect has a device function so named.
 
-    `values` are the effect's own parameters in the order of its declaration. A `Jet` is a signal with its derivatives by
-    position and by velocity, so sums, differences and multiples of jets carry the derivatives along.
+    `values` are the effect's own parameters in the order of its declaration; `values[3]` is what it
+    remembers. A `Jet` is a signal with its derivatives by position and by velocity, so that sums,
+    differences and multiples of jets carry the derivatives along.
     """
 
+    PERIOD = "period"
+    """(scale: real, values) -> real: seconds that pass in one second of the log's clock [1]."""
     CLOCK = "clock"
     """(time: real, values) -> real: the instant [s] at which the servo reads the command."""
+    RADIUS = "radius"
+    """(radius: real, values) -> real: the spool's radius [m]."""
+    STRETCH = "stretch"
+    """(length: Jet, tendon, values) -> Jet: tendon wound on the spool [m]."""
     ANGLE = "angle"
-    """(angle: Jet, tendon, values) -> Jet: the motor angle [rad] that the encoder reports."""
+    """(angle: Jet, tendon, values) -> Jet: the motor angle [rad] that the servo acts on."""
     ERROR = "error"
     """(error: Jet, tendon, values) -> Jet: the position error [rad] that the servo acts on."""
     MOTOR_FORCE = "motor_force"
-    """(force: Jet, tendon, values) -> Jet: the motor's force at the spool [N], pulling or pushing."""
+    """(force: Jet, tendon, values) -> Jet: the motor's force at the spool [N], pulling or pushing,
+    after the servo's own limit."""
     TENSION = "tension"
     """(force: Jet, tendon, values) -> Jet: what friction leaves of it at the load cell [N]."""
+    ENCODER = "encoder"
+    """(angle: Jet, tendon, values) -> Jet: the angle [rad] reported, given `tendon.tension`."""
     TRANSMISSION = "transmission"
     """(force: Jet, tendon, values) -> Jet: what reaches the mechanism [N]."""
+    SPEED = "speed"
+    """(limit: real, values) -> real: the motor's greatest speed [rad/s]."""
     SPRING = "spring"
     """(torque: Jet, joint, values) -> Jet: a joint's return spring [N m]."""
     DAMPING = "damping"
     """(torque: Jet, joint, values) -> Jet: a joint's viscous damping [N m]."""
+    JOINT_FRICTION = "joint_friction"
+    """(limit: real, joint, values) -> real: a joint's dry friction [N m]."""
+    INERTIA = "inertia"
+    """(scale: real, values) -> real: how much more than their weight the links resist [1]."""
+    TILT = "tilt"
+    """(angle: real, values) -> real: how far the bench is tipped about +y [rad]."""
+    CELL_CLOCK = "cell_clock"
+    """(time: real, values) -> real: the instant [s] whose force the load cell reports."""
+    CELL_LAG = "cell_lag"
+    """(time_constant: real, values) -> real: the load cell's own lag [s]."""
+    CELL = "cell"
+    """(force: real, time: real, values) -> real: what the load cell makes of a force [N]."""
 
 
 class Effect:
     """One physical cause of a gap between a simulation and its bench.
 
-    Subclasses are never instantiated: an effect is its declaration, and its numbers live in a model.
+    Subclasses are never instantiated: an effect is its declaration, and its numbers live in a
+    model. It acts in each `Stage` whose name it gives a device function.
     """
 
     name: ClassVar[str]
     side: ClassVar[Literal["actuator", "transmission", "mechanism", "sensor"]]
-    stage: ClassVar[Stage]
     parameters: ClassVar[tuple[Parameter, ...]]
-    dry: ClassVar[bool] = False
-    """Whether it is a friction that sticks; its first parameter is then the strength, null at 0."""
+    dry: ClassVar[tuple[str, ...]] = ()
+    """Parameters that make a tendon stick where they are not zero."""
     includes: ClassVar[tuple[str, ...]] = ()
-    """Effects that this one contains as special cases: the simpler one is named when both explain the data."""
-    apply: ClassVar[Callable[..., Any]]
-    """The device function of the stage."""
+    """Effects that are special cases of this one: the simpler is named if both explain the data."""
+    memory: ClassVar[Stage | None] = None
+    """Stage after which an effect with internal state renews it; see `renewal`. The effect sleeps
+    while its first parameter is at null."""
+
+    @classmethod
+    def hook(cls, stage: Stage) -> Callable[..., Any] | None:
+        """Return the effect's device function of a stage, None where it does not act."""
+        return getattr(cls, stage.value, None)
+
+    @classmethod
+    def renewal(cls) -> Callable[..., Any] | None:
+        """Return `remember`, the device function of an effect with internal state, None without.
+
+        (signal: Jet, tendon | joint, values) -> real, one number per tendon or joint: what is
+        remembered once `elapsed` [s] have passed since it was `values[3]`, with the signal as the
+        stage left it. A very long `elapsed` asks for the relaxed state.
+        """
+        return getattr(cls, "remember", None)

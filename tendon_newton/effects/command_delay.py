@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tendon_newton.device_code.placeholders import Values, real
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect, Stage
+from tendon_newton.effects.base import Effect
 from tendon_newton.parameters import Parameter
 
 
@@ -13,14 +13,17 @@ class CommandDelay(Effect):
 
     .. math:: \theta_d(t) \to \theta_d(t - \delta)
 
-    The commands are a staircase, and so is the delayed command; a substep of the simulation sees its mean over the substep.
+    The commands are a staircase, and so is the delayed command; a substep of the simulation sees
+    its mean over the substep.
     Source: bus, USB latency and firmware period; 0.2 s were seen on a hobby servo behind ROS 2.
+    Validity: a constant delay; jitter is left out.
     Signature: the residual follows the rate of the command; every jump loses its first rows.
+    Confused with: actuator_lag and viscous_friction on slow commands; steps and fast sines tell,
+    since only a delay leaves the first rows of a jump without any answer.
     """
 
     name = "command_delay"
     side = "actuator"
-    stage = Stage.CLOCK
     parameters = (
         Parameter(
             name="delay", unit="s", null=0.0, nominal=0.02, lower=0.0, upper=0.4,
@@ -30,6 +33,6 @@ class CommandDelay(Effect):
 
     @staticmethod
     @device_template
-    def apply(time: real, values: Values) -> real:
+    def clock(time: real, values: Values) -> real:
         """The instant at which the command was given that acts now."""
         return time - values[0]

@@ -6,23 +6,26 @@ from typing import Any
 
 from tendon_newton.device_code.placeholders import Jet, Values, real
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect, Stage
+from tendon_newton.effects.base import Effect
 from tendon_newton.parameters import Parameter
 
 
 class CoulombFriction(Effect):
-    r"""A constant force against the motion of the tendon, and whatever is needed below it to hold still.
+    r"""A constant force against the tendon's motion, and what it takes below that to hold still.
 
     .. math:: F = F_m - F_C\,s,\quad s = \operatorname{sign} v,\ s \in [-1, 1] \text{ at } v = 0
 
     Source: Coulomb (1785); Olsson et al. (1998), eq. 1.
-    Signature: the force differs by twice F_C between winding in and out at any speed, and position stays where it stopped.
+    Validity: slips far above the microns over which bristles bend.
+    Signature: the force differs by twice F_C between winding in and out at any speed, and position
+    stays where it stopped.
+    Confused with: stribeck_friction (slow motion tells), load_dependent_friction (a wide range of
+    forces tells), joint_dry_friction (the load cell sits between them).
     """
 
     name = "coulomb_friction"
     side = "actuator"
-    stage = Stage.TENSION
-    dry = True
+    dry = ("force",)
     parameters = (
         Parameter(
             name="force", unit="N", null=0.0, nominal=0.5, lower=0.0, upper=8.0,
@@ -32,6 +35,6 @@ class CoulombFriction(Effect):
 
     @staticmethod
     @device_template
-    def apply(force: Jet, tendon: Any, values: Values) -> Jet:
+    def tension(force: Jet, tendon: Any, values: Values) -> Jet:
         """F = F_m - F_C s."""
         return force - Jet(values[0] * tendon.direction, real(0.0), real(0.0))

@@ -6,7 +6,7 @@ from typing import Any
 
 from tendon_newton.device_code.placeholders import Jet, Values
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect, Stage
+from tendon_newton.effects.base import Effect
 from tendon_newton.parameters import Parameter
 
 
@@ -15,13 +15,16 @@ class GainError(Effect):
 
     .. math:: F = s\,P\,(\theta_d - \theta)
 
-    Source: the gain of a force source behind a position loop depends on supply, winding and gear, none of which is in a data sheet.
+    Source: the gain of a force source behind a position loop depends on supply, winding and gear,
+    none of which is in a data sheet.
+    Validity: a gain that is the same everywhere; see gain_drift and voltage_sag for others.
     Signature: the error is proportional to the force, without a loop.
+    Confused with: load_cell_gain (theta is untouched by that), joint_stiffness_error in theta
+    alone.
     """
 
     name = "gain_error"
     side = "actuator"
-    stage = Stage.ERROR
     parameters = (
         Parameter(
             name="scale", unit="1", null=1.0, nominal=1.0, lower=0.2, upper=3.0,
@@ -31,6 +34,6 @@ class GainError(Effect):
 
     @staticmethod
     @device_template
-    def apply(error: Jet, tendon: Any, values: Values) -> Jet:
+    def error(error: Jet, tendon: Any, values: Values) -> Jet:
         """Scale the error that the gain multiplies."""
         return error * values[0]

@@ -6,7 +6,7 @@ from typing import Any
 
 from tendon_newton.device_code.placeholders import Jet, Values
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect, Stage
+from tendon_newton.effects.base import Effect
 from tendon_newton.parameters import Parameter
 
 
@@ -16,12 +16,15 @@ class JointStiffnessError(Effect):
     .. math:: \tau_j = -s\,k_j\,(q_j - q_{0,j})
 
     Source: catalogue tolerance of extension springs is 10 %, of printed flexures far more.
-    Signature: a position error in proportion to the force, in closed loop opposite in sign to the error in force.
+    Validity: one factor for all joints.
+    Signature: a position error in proportion to the force, in closed loop opposite in sign to the
+    error in force.
+    Confused with: spool_radius_error and tendon_compliance on one spring alone (two springs or the
+    tip tell), gravity_misalignment on the finger (a hanging pose tells).
     """
 
     name = "joint_stiffness_error"
     side = "mechanism"
-    stage = Stage.SPRING
     parameters = (
         Parameter(
             name="scale", unit="1", null=1.0, nominal=1.0, lower=0.2, upper=4.0,
@@ -31,6 +34,6 @@ class JointStiffnessError(Effect):
 
     @staticmethod
     @device_template
-    def apply(torque: Jet, joint: Any, values: Values) -> Jet:
+    def spring(torque: Jet, joint: Any, values: Values) -> Jet:
         """Scale the spring's torque."""
         return torque * values[0]

@@ -6,23 +6,26 @@ from typing import Any
 
 from tendon_newton.device_code.placeholders import Jet, Values, real
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect, Stage
+from tendon_newton.effects.base import Effect
 from tendon_newton.parameters import Parameter
 
 
 class LoadDependentFriction(Effect):
-    r"""Friction in proportion to the tension itself: gear teeth under load press harder on each other.
+    r"""Friction in proportion to the tension: gear teeth under load press harder on each other.
 
-    .. math:: F = F_m - \mu\,|F|\,s \ \Rightarrow\ F = \frac{F_m}{1 + \mu\,s\,\operatorname{sign} F_m}
+    .. math:: F = F_m - \mu |F| s \ \Rightarrow\ F = \frac{F_m}{1 + \mu\,s\,\operatorname{sign} F_m}
 
-    Source: Duclusaud et al., Extended Friction Models for the Physics Simulation of Servo Actuators (2025), load term.
+    Source: Duclusaud et al., Extended Friction Models for the Physics Simulation of Servo
+    Actuators (2025), load term.
+    Validity: gears that can be driven backwards; see holding_friction for those that cannot.
     Signature: the loop between winding in and out opens like a fan with the force.
+    Confused with: routing_friction (the load cell sits between them), coulomb_friction over a
+    narrow range of forces.
     """
 
     name = "load_dependent_friction"
     side = "actuator"
-    stage = Stage.TENSION
-    dry = True
+    dry = ("coefficient",)
     parameters = (
         Parameter(
             name="coefficient", unit="1", null=0.0, nominal=0.1, lower=0.0, upper=0.8,
@@ -32,7 +35,7 @@ class LoadDependentFriction(Effect):
 
     @staticmethod
     @device_template
-    def apply(force: Jet, tendon: Any, values: Values) -> Jet:
+    def tension(force: Jet, tendon: Any, values: Values) -> Jet:
         """F = F_m / (1 + mu s sign F_m)."""
         opposing = values[0] * tendon.direction
         if force[0] < real(0.0):

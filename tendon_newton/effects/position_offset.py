@@ -6,7 +6,7 @@ from typing import Any
 
 from tendon_newton.device_code.placeholders import Jet, Values, real
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect, Stage
+from tendon_newton.effects.base import Effect
 from tendon_newton.parameters import Parameter
 
 
@@ -15,13 +15,16 @@ class PositionOffset(Effect):
 
     .. math:: \theta = l / r + \varphi
 
-    Source: spools and horns sit on splines; a home position found by hand is good to a few degrees.
+    Source: spools and horns sit on splines; a home position found by hand is good to a few
+    degrees.
+    Validity: the offset does not change during a recording.
     Signature: the same position error everywhere, and a force error of gain times offset.
+    Confused with: tendon_slack while taut (slack alone lets theta follow the command when the
+    tendon is loose); gravity_misalignment on one spring.
     """
 
     name = "position_offset"
     side = "sensor"
-    stage = Stage.ANGLE
     parameters = (
         Parameter(
             name="angle", unit="rad", null=0.0, nominal=0.0, lower=-1.0, upper=1.0,
@@ -31,6 +34,6 @@ class PositionOffset(Effect):
 
     @staticmethod
     @device_template
-    def apply(angle: Jet, tendon: Any, values: Values) -> Jet:
+    def angle(angle: Jet, tendon: Any, values: Values) -> Jet:
         """Shift the angle that the encoder reports."""
         return angle + Jet(values[0], real(0.0), real(0.0))

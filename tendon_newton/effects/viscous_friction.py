@@ -6,7 +6,7 @@ from typing import Any
 
 from tendon_newton.device_code.placeholders import Jet, Values
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect, Stage
+from tendon_newton.effects.base import Effect
 from tendon_newton.parameters import Parameter
 
 
@@ -15,14 +15,16 @@ class ViscousFriction(Effect):
 
     .. math:: F = F_m - c\,\dot\theta
 
-    Source: lubricated gears and bearings, Olsson et al., Friction Models and Friction Compensation (1998), eq. 2; in a servo
-    also what back-EMF looks like from outside. Valid at speeds where the lubricant film is whole.
+    Source: lubricated gears and bearings, Olsson et al., Friction Models and Friction Compensation
+    (1998), eq. 2; in a servo also what back-EMF looks like from outside.
+    Validity: speeds at which the lubricant film is whole.
     Signature: the error is proportional to the speed, odd in it, and has no loop at rest.
+    Confused with: actuator_lag and command_delay (fast reversals tell), joint_damping_error (the
+    load cell sits between them: force against theta tells).
     """
 
     name = "viscous_friction"
     side = "actuator"
-    stage = Stage.TENSION
     parameters = (
         Parameter(
             name="coefficient", unit="N s/rad", null=0.0, nominal=0.5, lower=0.0, upper=8.0,
@@ -32,6 +34,6 @@ class ViscousFriction(Effect):
 
     @staticmethod
     @device_template
-    def apply(force: Jet, tendon: Any, values: Values) -> Jet:
+    def tension(force: Jet, tendon: Any, values: Values) -> Jet:
         """F = F_m - c theta_dot."""
         return force - values[0] * tendon.angle_rate

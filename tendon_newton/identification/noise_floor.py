@@ -9,8 +9,8 @@ import numpy as np
 
 from tendon_newton.recording import Array, Recording
 
-QUIET_WINDOW = 0.4
-"""Length [s] of a window in which neither command nor encoder moves."""
+QUIET_WINDOWS = (0.4, 0.8, 1.6)
+"""Lengths [s] of windows in which neither command nor encoder moves; slow noise shows in the long ones only."""
 QUIET_LEAD = 0.3
 """Time [s] of rest before such a window, in which the mechanism comes to rest behind a stuck tendon."""
 MIN_WINDOWS = 5
@@ -37,14 +37,18 @@ def estimate_noise_floor(recordings: Sequence[Recording]) -> NoiseFloor:
     The encoder's is that of its step (a twelfth of its square). The load cell's is its scatter while command and encoder rest,
     so that slow (coloured) noise counts; failing that, of its second differences.
     """
-    theta = [encoder_noise(r.motor_position[:, d]) for r in recordings for d in range(r.tendon_count)]
+    theta = [
+        encoder_noise(r.motor_position[:, d]) for r in recordings for d in range(r.tendon_count)
+    ]
     with_force = [r for r in recordings if r.force is not None]
     force = None
     if with_force:
-        quiet = [v for r in with_force for v in quiet_variances(r)]
-        rough = [difference_noise(cell_readings(r)) for r in with_force]
-        force = np.sqrt(np.median(quiet)) if len(quiet) >= MIN_WINDOWS else np.median(rough)
-        force = max(float(force), LEAST_FORCE_NOISE)
+        estimates = [float(np.median([difference_noise(cell_readings(r)) for r in with_force]))]
+        for length in QUIET_WINDOWS:
+            quiet = [v for r in with_force for v in quiet_variances(r, length)]
+            if len(quiet) >= MIN_WINDOWS:
+                estimates = [*estimates[1:], float(np.sqrt(np.median(quiet)))]
+        force = max(*estimates, LEAST_FORCE_NOISE)
     return NoiseFloor(theta=float(np.median(theta)), force=force)
 
 
@@ -70,7 +74,9 @@ def cell_stride(recording: Recording) -> int:
     """Return how many rows a recording has per reading of its load cell."""
     if recording.load_cell_rate is None:
         return 1
-    return max(1, round(1.0 / (recording.load_cell_rate * float(np.median(np.diff(recording.time))))))
+    return max(
+        1, round(1.0 / (recording.load_cell_rate * float(np.median(np.diff(recording.time)))))
+    )
 
 
 def cell_readings(recording: Recording) -> Array:
@@ -79,8 +85,8 @@ def cell_readings(recording: Recording) -> Array:
     return recording.force[:: cell_stride(recording), 0]
 
 
-def quiet_variances(recording: Recording) -> list[float]:
-    """Return the variance of the force [N2] in each window in which command and encoder rest."""
+def quiet_variances(recording: Recording, window: float) -> list[float]:
+    """Return the variance of the force [N2] in each window [s] in which command and encoder rest."""
     assert recording.force is not None
     time, angle = recording.time, recording.motor_position
     command = angle if recording.command is None else recording.command
@@ -89,7 +95,7 @@ def quiet_variances(recording: Recording) -> list[float]:
         moved[1:] |= (np.abs(np.diff(signal, axis=0)) > 1.0e-9).any(axis=1)
     since = time - time[np.maximum.accumulate(np.where(moved, np.arange(len(time)), 0))]
     stride = cell_stride(recording)
-    length = QUIET_WINDOW * np.sqrt(stride)
+    length = window * np.sqrt(stride)
     out = []
     start = 0
     while start < len(time):

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_newton.identification.noise_floor import NoiseFloor, estimate_noise_floor
+from tendon_newton.identification.noise_floor import estimate_noise_floor
 from tendon_newton.mechanisms.mechanism import load_mechanism
 from tendon_newton.model_file import Model
 from tendon_newton.recording import Array, Recording
@@ -17,23 +17,11 @@ from tendon_newton.simulation.load_cell import (
     reading_stride,
 )
 from tendon_newton.simulation.parameter_table import ParameterTable
-from tendon_newton.simulation.rollout import TIME_STEP, Rollout
+from tendon_newton.simulation.rollout import TIME_STEP, Rollout, Trajectory
 from tendon_newton.simulation.timeline import Timeline
 
-FORM_ERROR_THETA = 3.0e-3
-"""Angle [rad] by which Coulomb's law misses real (bristle) friction although nothing is wrong with it."""
-FORM_ERROR_FORCE = 0.1
-"""The same of the force [N]."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Scales:
-    """What counts as one unit of residual: sensor noise and the error that the right model still makes."""
-
-    theta: float
-    """[rad]"""
-    force: float
-    """[N]"""
+DIVERGED = 1.0e4
+"""Stands for an angle [rad] or force [N] that is not finite."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,7 +57,6 @@ class Study:
         self.recordings = tuple(recordings)
         self.table = ParameterTable(actuator=model.actuator.name, effects=())
         self.noise = estimate_noise_floor(self.recordings)
-        self.scales = scales_of(self.noise)
         self._groups: list[tuple[Rollout, tuple[int, ...]]] = []
         radius = model.actuator.values.get("spool_radius")
         for bench in dict.fromkeys(r.bench for r in self.recordings):
@@ -102,57 +89,59 @@ class Study:
         return float(self._vectors[0][0, column])
 
     def residuals(
-        self, columns: Array, values: Array, recordings: Sequence[int] | None = None
-    ) -> list[Residual | None]:
-        """Simulate N candidates and compare.
+        self, columns: Array, values: Array, time_step: float | None = None
+    ) -> list[Residual]:
+        """Simulate N candidates on every recording and compare.
 
         Args:
-            columns: Parameter that each value replaces, shape (N, F); -1 for none.
-            values: Values in place of the model's own, shape (N, F).
-            recordings: Recordings to simulate; all by default.
-
-        Returns:
-            One residual per recording, None for those left out.
+            columns: Parameters that each candidate replaces, shape (N, F); -1 for none.
+            values: Values in place of the model's own, shape (N, F), or (N, R, F) where each recording has its own.
+            time_step: Step of the simulation [s] in place of the study's.
         """
-        wanted = set(range(len(self.recordings)) if recordings is None else recordings)
         out: list[Residual | None] = [None] * len(self.recordings)
+        per_recording = values.ndim == 3
         for (rollout, members), base in zip(self._groups, self._vectors, strict=True):
-            if not wanted.intersection(members):
-                continue
             vectors = np.repeat(base[None], len(values), axis=0)
             for n, row in enumerate(columns):
-                for column, value in zip(row, values[n], strict=True):
-                    if column >= 0:
-                        vectors[n, :, column] = value
-            rows = rollout.run_rows(vectors)
+                for f in np.flatnonzero(row >= 0):
+                    vectors[n, :, row[f]] = values[n, members, f] if per_recording else values[n, f]
+            rows = rollout.run_rows(vectors, time_step)
             for place, index in enumerate(members):
-                if index in wanted:
-                    out[index] = self._compare(index, rollout, place, rows)
-        return out
+                out[index] = self._compare(index, rollout, place, rows)
+        assert all(residual is not None for residual in out)
+        return out  # type: ignore[return-value]
+
+    def trajectories(self, values: Mapping[int, float]) -> list[Trajectory]:
+        """Simulate every recording with some parameters (column -> value) in place of the model's own."""
+        out: dict[int, Trajectory] = {}
+        for (rollout, members), base in zip(self._groups, self._vectors, strict=True):
+            vectors = base[None].copy()
+            vectors[:, :, list(values)] = list(values.values())
+            out.update(zip(members, rollout.run(vectors)[0], strict=True))
+        return [out[index] for index in range(len(self.recordings))]
 
     def _compare(
         self, index: int, rollout: Rollout, place: int, rows: dict[str, Array]
     ) -> Residual:
         recording, timeline = self.recordings[index], rollout.timelines[place]
         span = rollout.rows_of(place)
-        theta = rows["angle"][:, span, 0][:, timeline.measured]
+        theta = finite(rows["angle"][:, span, 0])[:, timeline.measured]
         force = None
         if recording.force is not None:
-            simulated = rows["force"][:, span, 0]
+            simulated = finite(rows["force"][:, span, 0])
             if (cell := self._cells[index]) is not None:
                 simulated = fill_between_readings(simulated, *cell)
             force = recording.force[None, :, 0] - simulated[:, timeline.measured]
         return Residual(
-            theta=recording.motor_position[None, :, 0] - theta, force=force, trusted=timeline.trusted
+            theta=recording.motor_position[None, :, 0] - theta,
+            force=force,
+            trusted=timeline.trusted,
         )
 
 
-def scales_of(noise: NoiseFloor) -> Scales:
-    """Return the residual's units for a noise floor."""
-    return Scales(
-        theta=float(np.hypot(noise.theta, FORM_ERROR_THETA)),
-        force=float(np.hypot(noise.force or 0.0, FORM_ERROR_FORCE)),
-    )
+def finite(signal: Array) -> Array:
+    """Replace what diverged by a number that no fit will like."""
+    return np.clip(np.nan_to_num(signal, nan=DIVERGED), -DIVERGED, DIVERGED)
 
 
 def find_cell(recording: Recording, timeline: Timeline) -> tuple[int, int] | None:

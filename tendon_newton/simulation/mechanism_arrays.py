@@ -1,18 +1,24 @@
-"""The numbers of a `newton.Model` in the layout of our kernels: one entry per world, in joint coordinates."""
+"""The numbers of a `newton.Model` as our kernels read them: per world, in joint coordinates."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import newton
 import numpy as np
 import warp as wp
+from numpy.typing import NDArray
 
 from tendon_newton.errors import InvalidAsset
 from tendon_newton.recording import Array
-from tendon_newton.simulation.assembly import KernelSet
+from tendon_newton.simulation.assembly import Assembly, KernelSet
 
+FinalModel: TypeAlias = Any
+"""A `newton.Model` after `finalize`; its class declares every array as optional."""
+Indices: TypeAlias = NDArray[np.intp]
+TIPPING_AXIS = np.array([0.0, 1.0, 0.0])
+"""Axis of the base about which a bench that is not level is tipped."""
 PUSH_FORCE = 1.0e30
 """A direct drive pushes with any force [N]; a string with none."""
 
@@ -29,7 +35,7 @@ class Topology:
     """Number of tendons D."""
 
 
-def read_topology(model: newton.Model) -> Topology:
+def read_topology(model: FinalModel) -> Topology:
     """Read the topology that all worlds of a model share.
 
     Raises:
@@ -43,11 +49,11 @@ def read_topology(model: newton.Model) -> Topology:
     return Topology(
         parents=tuple(moved_by.get(int(parents[joint]), -1) for joint in joints),
         revolute=tuple(bool(kinds[joint] == newton.JointType.REVOLUTE) for joint in joints),
-        tendon_count=len(model.tendon.spool_radius) // model.world_count,  # type: ignore[attr-defined]
+        tendon_count=len(model.tendon.spool_radius) // model.world_count,
     )
 
 
-def moving_joints(model: newton.Model) -> Array:
+def moving_joints(model: FinalModel) -> Indices:
     """Return the indices of the joints that move, shape (W, J)."""
     kinds = model.joint_type.numpy()
     moving = (kinds == newton.JointType.REVOLUTE) | (kinds == newton.JointType.PRISMATIC)
@@ -74,7 +80,7 @@ def rotation_matrices(quaternions: Array) -> Array:
 
 @dataclass(frozen=True, kw_only=True)
 class RestFrames:
-    """The chain at q = 0 in the axes of the base; every vector is constant in its link's frame from there on."""
+    """The chain at q = 0 in the axes of the base; vectors are constant in their link's frame."""
 
     offset: Array
     """From the parent joint's origin to the joint's [m], shape (W, J, 3)."""
@@ -92,7 +98,7 @@ class RestFrames:
     """Rotation from the links' own frames to the base, shape (W, J, 3, 3)."""
 
 
-def rest_frames(model: newton.Model, topology: Topology) -> RestFrames:
+def rest_frames(model: FinalModel, topology: Topology) -> RestFrames:
     """Place every joint and link of every world at q = 0."""
     joints = moving_joints(model)
     worlds, count = joints.shape
@@ -108,8 +114,12 @@ def rest_frames(model: newton.Model, topology: Topology) -> RestFrames:
         origin[:, j] = at + np.einsum("wab,wb->wa", turned, parent_frame[:, j, :3])
         joint_turned = turned @ rotation_matrices(parent_frame[:, j, 3:])
         axis[:, j] = np.einsum("wab,wb->wa", joint_turned, axes[:, j])
-        rotation[:, j] = joint_turned @ np.swapaxes(rotation_matrices(child_frame[:, j, 3:]), -1, -2)
-        position[:, j] = origin[:, j] - np.einsum("wab,wb->wa", rotation[:, j], child_frame[:, j, :3])
+        rotation[:, j] = joint_turned @ np.swapaxes(
+            rotation_matrices(child_frame[:, j, 3:]), -1, -2
+        )
+        position[:, j] = origin[:, j] - np.einsum(
+            "wab,wb->wa", rotation[:, j], child_frame[:, j, :3]
+        )
     com = model.body_com.numpy().astype(np.float64)[bodies]
     inertia = model.body_inertia.numpy().astype(np.float64)[bodies]
     parents = np.array(topology.parents)
@@ -125,7 +135,7 @@ def rest_frames(model: newton.Model, topology: Topology) -> RestFrames:
     )
 
 
-def base_frames(model: newton.Model, joints: Array) -> tuple[Array, Array]:
+def base_frames(model: FinalModel, joints: Indices) -> tuple[Array, Array]:
     """Return position (W, 3) and rotation (W, 3, 3) of what the first joints are mounted on."""
     worlds = len(joints)
     parents = model.joint_parent.numpy()
@@ -136,19 +146,18 @@ def base_frames(model: newton.Model, joints: Array) -> tuple[Array, Array]:
         fixed = np.array([int(np.flatnonzero(children == body)[0]) for body in mount])
         frame = model.joint_X_p.numpy().astype(np.float64)[fixed]
         own = model.joint_X_c.numpy().astype(np.float64)[fixed]
-        rotation = rotation_matrices(frame[:, 3:]) @ np.swapaxes(rotation_matrices(own[:, 3:]), -1, -2)
+        rotation = rotation_matrices(frame[:, 3:]) @ np.swapaxes(
+            rotation_matrices(own[:, 3:]), -1, -2
+        )
         position = frame[:, :3] - np.einsum("wab,wb->wa", rotation, own[:, :3])
     return position, rotation
 
 
 def plane_basis(frames: RestFrames, topology: Topology) -> Array | None:
-    """Return the basis (2, 3) of the plane in which the chain moves, or None where it leaves every plane."""
+    """Return the basis (2, 3) of the plane in which the chain moves, None if there is none."""
     axis = frames.axis[0]
     turning = np.array(topology.revolute)
-    if turning.any():
-        normal = axis[turning][0]
-    else:
-        normal = np.linalg.svd(axis)[2][-1]
+    normal = axis[turning][0] if turning.any() else np.linalg.svd(axis)[2][-1]
     aligned = np.allclose(axis[turning], normal, atol=1e-6)
     inside = np.allclose(axis[~turning] @ normal, 0.0, atol=1e-6)
     if not (aligned and inside):
@@ -159,12 +168,12 @@ def plane_basis(frames: RestFrames, topology: Topology) -> Array | None:
     return np.array([first, np.cross(normal, first)])
 
 
-def plane_of(model: newton.Model, topology: Topology) -> Array | None:
-    """Return the plane (2, 3) in which a model's chain moves, or None where it leaves every plane."""
+def plane_of(model: FinalModel, topology: Topology) -> Array | None:
+    """Return the plane (2, 3) in which a model's chain moves, None if there is none."""
     return plane_basis(rest_frames(model, topology), topology)
 
 
-def fill_mechanism(model: newton.Model, kernels: KernelSet, device: Any = None) -> Any:
+def fill_mechanism(model: FinalModel, kernels: KernelSet | Assembly, device: Any = None) -> Any:
     """Return the `Mechanism` struct of a kernel set, filled from a model's arrays.
 
     Args:
@@ -181,33 +190,50 @@ def fill_mechanism(model: newton.Model, kernels: KernelSet, device: Any = None) 
 
     def put(name: str, values: Array, dtype: Any) -> None:
         scalar = np.float64 if structure.precision == "float64" else np.float32
-        setattr(struct, name, wp.array(np.ascontiguousarray(values, dtype=scalar), dtype=dtype, device=device))
+        setattr(
+            struct,
+            name,
+            wp.array(np.ascontiguousarray(values, dtype=scalar), dtype=dtype, device=device),
+        )
 
     for name, values in joint_numbers(model).items():
         put(name, values, types["JointVector"])
     for name, values in tendon_numbers(model).items():
         put(name, values, types["TendonVector"])
     put("arms", moment_arms(model, topology), types["ArmMatrix"])
-    put("mass", model.body_mass.numpy()[model.joint_child.numpy()[moving_joints(model)]], types["real"])
+    put(
+        "mass",
+        model.body_mass.numpy()[model.joint_child.numpy()[moving_joints(model)]],
+        types["real"],
+    )
     gravity = np.broadcast_to(model.gravity.numpy()[:1], (model.world_count, 3))
     if len(model.gravity) >= model.world_count:
         gravity = model.gravity.numpy()[: model.world_count]
+    # Rodrigues' formula for a bench tipped about +y needs y x g and what of g is normal to y.
+    across = np.cross(TIPPING_AXIS, gravity)
+    tilted = {
+        "gravity": gravity,
+        "gravity_across": across,
+        "gravity_along": -np.cross(TIPPING_AXIS, across),
+    }
     basis = plane_basis(frames, topology) if structure.planar else None
     if basis is None:
         for name in ("offset", "centre", "axis"):
             put(name, getattr(frames, name), types["Vec3"])
         put("inertia", frames.inertia, types["Mat33"])
-        put("gravity", gravity, types["Vec3"])
+        for name, vectors in tilted.items():
+            put(name, vectors, types["Vec3"])
     else:
         normal = np.cross(basis[0], basis[1])
         for name in ("offset", "centre", "axis"):
             put(name, getattr(frames, name) @ basis.T, types["Vec2"])
         put("inertia", np.einsum("a,wjab,b->wj", normal, frames.inertia, normal), types["real"])
-        put("gravity", gravity @ basis.T, types["Vec2"])
+        for name, vectors in tilted.items():
+            put(name, vectors @ basis.T, types["Vec2"])
     return struct
 
 
-def joint_numbers(model: newton.Model) -> dict[str, Array]:
+def joint_numbers(model: FinalModel) -> dict[str, Array]:
     """Return the joints' springs, dampers, frictions and stops, each shape (W, J)."""
     dofs = model.joint_qd_start.numpy()[moving_joints(model)]
     names = {
@@ -224,9 +250,9 @@ def joint_numbers(model: newton.Model) -> dict[str, Array]:
     return {name: getattr(model, array).numpy()[dofs] for name, array in names.items()}
 
 
-def tendon_numbers(model: newton.Model) -> dict[str, Array]:
+def tendon_numbers(model: FinalModel) -> dict[str, Array]:
     """Return the tendons' numbers, each shape (W, D)."""
-    tendon: Any = model.tendon  # type: ignore[attr-defined]
+    tendon: Any = model.tendon
     shape = (model.world_count, -1)
     numbers = {
         name: getattr(tendon, name).numpy().reshape(shape)
@@ -236,13 +262,17 @@ def tendon_numbers(model: newton.Model) -> dict[str, Array]:
     return numbers
 
 
-def moment_arms(model: newton.Model, topology: Topology) -> Array:
+def moment_arms(model: FinalModel, topology: Topology) -> Array:
     """Return the moment arms [m], shape (W, D, J)."""
-    tendon: Any = model.tendon  # type: ignore[attr-defined]
+    tendon: Any = model.tendon
     joints = moving_joints(model)
-    world_of = {int(joint): divmod(index, joints.shape[1]) for index, joint in enumerate(joints.ravel())}
+    world_of = {
+        int(joint): divmod(index, joints.shape[1]) for index, joint in enumerate(joints.ravel())
+    }
     arms = np.zeros((model.world_count, topology.tendon_count, joints.shape[1]))
-    rows = zip(tendon.arm_tendon.numpy(), tendon.arm_joint.numpy(), tendon.arm_coef.numpy(), strict=True)
+    rows = zip(
+        tendon.arm_tendon.numpy(), tendon.arm_joint.numpy(), tendon.arm_coef.numpy(), strict=True
+    )
     for row, joint, arm in rows:
         world, j = world_of[int(joint)]
         arms[world, row % topology.tendon_count, j] += arm

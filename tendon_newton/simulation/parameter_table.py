@@ -62,7 +62,9 @@ class ParameterTable:
         """
         out = self.null_vector()
         given = {k: v for k, v in model.actuator.values.items() if k not in SHARED_KEYS}
-        actuator = NamedValues(name=model.actuator.name, values={**given, **(actuator_overrides or {})})
+        actuator = NamedValues(
+            name=model.actuator.name, values={**given, **(actuator_overrides or {})}
+        )
         for entry, kind in [(actuator, "actuator"), *((e, "effect") for e in model.effects)]:
             declared = (
                 find_actuator(entry.name) if kind == "actuator" else find_effect(entry.name)

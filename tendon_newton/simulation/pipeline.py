@@ -1,9 +1,12 @@
 """The stages between a command and the tendon's pull, and between a joint's state and its torque.
 
-clock -> angle -> error -> [actuator] -> motor force -> [servo's limit] -> tension -> [a string cannot push] -> transmission
+    clock -> error -> [actuator] -> [servo's limit] -> motor force -> tension
+          -> [a string cannot push] -> transmission -> mechanism
+    mechanism -> radius -> stretch -> angle -> error
 
-Each name without brackets is a slot for effects (`tendon_newton.effects.base.Stage`); a kernel holds only those that its model
-lists. Forces travel as jets, so that the integrator gets the derivatives it needs without finite differences.
+Each name without brackets is a slot for effects (`tendon_newton.effects.base.Stage`); a kernel
+holds only those that its model lists. Forces travel as jets, so that the integrator gets the
+derivatives it needs without finite differences.
 """
 
 from __future__ import annotations
@@ -12,53 +15,38 @@ from typing import Any
 
 import warp as wp
 
-from tendon_newton.device_code.placeholders import Jet, ParameterVector, TendonVector, Values, real
+from tendon_newton.device_code.placeholders import (
+    JOINTS,
+    ArmMatrix,
+    Jet,
+    JointVector,
+    MemoryVector,
+    ParameterVector,
+    Placeholder,
+    real,
+)
 from tendon_newton.device_code.templates import device_template
 
-Drive: Any = None
-Joint: Any = None
-Tendon: Any = None
-Mechanism: Any = None
-FUNCTIONS: tuple[Any, ...] = ()
-OFFSETS: tuple[int, ...] = ()
+Drive = Placeholder
+Flow = Placeholder
+Joint = Placeholder
+Tendon = Placeholder
+Mechanism = Placeholder
 actuator_force: Any = None
+radius_effects: Any = None
+stretch_effects: Any = None
 angle_effects: Any = None
 error_effects: Any = None
 motor_force_effects: Any = None
+motor_force_memory: Any = None
 tension_effects: Any = None
+tension_memory: Any = None
 transmission_effects: Any = None
 spring_effects: Any = None
 damping_effects: Any = None
 
-
-@device_template
-def clock_stage(time: real, p: ParameterVector) -> real:
-    """Apply the effects of one scalar stage in order."""
-    for i in range(wp.static(len(FUNCTIONS))):
-        time = wp.static(FUNCTIONS[i])(time, own_values(p, wp.static(OFFSETS[i])))
-    return time
-
-
-@device_template
-def joint_stage(torque: Jet, joint: Joint, p: ParameterVector) -> Jet:
-    """Apply the effects of one joint stage in order."""
-    for i in range(wp.static(len(FUNCTIONS))):
-        torque = wp.static(FUNCTIONS[i])(torque, joint, own_values(p, wp.static(OFFSETS[i])))
-    return torque
-
-
-@device_template
-def tendon_stage(signal: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
-    """Apply the effects of one tendon stage in order."""
-    for i in range(wp.static(len(FUNCTIONS))):
-        signal = wp.static(FUNCTIONS[i])(signal, tendon, own_values(p, wp.static(OFFSETS[i])))
-    return signal
-
-
-@device_template
-def own_values(p: ParameterVector, offset: int) -> Values:
-    """Return the parameters of the effect that starts at an offset; the vector ends in two zeros of padding."""
-    return Values(p[offset], p[offset + 1], p[offset + 2])
+HELD = 1.0e6
+"""Force [N] that no mechanism overcomes: what a motor at its greatest speed holds against."""
 
 
 @device_template
@@ -73,57 +61,114 @@ def clip(signal: Jet, lower: real, upper: real) -> Jet:
 
 
 @device_template
+def excursion(arms: ArmMatrix, d: int, x: JointVector) -> real:
+    """Return the sum over joints of moment arm times joint coordinate, for tendon d."""
+    total = real(0.0)
+    for j in range(JOINTS):
+        total = total + arms[d, j] * x[j]
+    return total
+
+
+@device_template
 def tendon_state(
-    mechanism: Mechanism, world: int, drive: Drive, d: int, length: real, rate: real
-) -> Tendon:
-    """Describe tendon d at an excursion [m] and its rate [m/s]."""
-    radius = mechanism.spool_radius[world][d]
+    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, d: int,
+    q: JointVector, v: JointVector, side: real,
+) -> Tendon:  # fmt: skip
+    """Describe tendon d to the effects.
+
+    Its side is +1 while it slides in and -1 while it slides out, +2 and -2 beyond the motor's
+    speed; 0 leaves all friction out.
+    """
+    arms = mechanism.arms[world]
     tendon = Tendon()
+    tendon.index = d
     tendon.time = drive.time
+    tendon.elapsed = drive.elapsed
+    tendon.memory = drive.memory
     tendon.voltage = drive.voltage
     tendon.enabled = drive.enabled
-    tendon.spool_radius = radius
-    tendon.velocity = rate
-    tendon.direction = real(1.0)
-    if rate < real(0.0):
-        tendon.direction = real(-1.0)
-    tendon.angle = Jet(length / radius, real(1.0) / radius, real(0.0))
-    tendon.angle_rate = Jet(rate / radius, real(0.0), real(1.0) / radius)
+    tendon.command = drive.command[d]
+    tendon.nominal_radius = mechanism.spool_radius[world][d]
+    tendon.spool_radius = radius_effects(tendon.nominal_radius, p)
+    tendon.length = mechanism.excursion_offset[world][d] + excursion(arms, d, q)
+    tendon.velocity = excursion(arms, d, v)
+    tendon.acceleration = excursion(arms, d, drive.acceleration)
+    tendon.side = side
+    tendon.direction = wp.clamp(side, real(-1.0), real(1.0))
+    tendon.inverse_radius = real(1.0) / tendon.spool_radius
+    tendon.angle_rate = Jet(tendon.velocity, real(0.0), real(1.0)) * tendon.inverse_radius
     return tendon
 
 
 @device_template
-def motor_force(
-    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, d: int, tendon: Tendon
-) -> Jet:
-    """Return the force of the motor at the spool [N], before friction, limited to what the servo can give."""
-    angle = angle_effects(tendon.angle, tendon, p)
-    error = Jet(drive.command[d], real(0.0), real(0.0)) - angle
-    error = error_effects(error, tendon, p)
-    force = actuator_force(error, tendon, p)
-    force = motor_force_effects(force, tendon, p)
+def tendon_flow(
+    mechanism: Mechanism, world: int, p: ParameterVector, d: int, tendon: Tendon
+) -> Flow:
+    """Follow the signal from the encoder through servo and tendon to the mechanism."""
     limit = mechanism.force_limit[world][d]
-    return clip(force, -limit, limit)
+    least = mechanism.least_tension[world][d]
+    length = stretch_effects(Jet(tendon.length, real(1.0), real(0.0)), tendon, p)
+    flow = Flow()
+    flow.angle = angle_effects(length * tendon.inverse_radius, tendon, p)
+    error = Jet(tendon.command, real(0.0), real(0.0)) - flow.angle
+    acting = tendon
+    acting.error = error[0]
+    force = clip(actuator_force(error_effects(error, acting, p), acting, p), -limit, limit)
+    flow.motor_force = motor_force_effects(force * tendon.enabled, acting, p)
+    flow.tension = tension_effects(flow.motor_force, acting, p)
+    if tendon.side * tendon.direction > real(1.5):
+        flow.tension = Jet(-real(HELD) * tendon.direction, real(0.0), real(0.0))
+    if flow.tension[0] < least:
+        flow.tension = Jet(least, real(0.0), real(0.0))
+    flow.pull = transmission_effects(flow.tension, acting, p)
+    return flow
 
 
 @device_template
-def tension(
-    mechanism: Mechanism, world: int, p: ParameterVector, d: int, force: Jet, tendon: Tendon
-) -> Jet:
-    """Return the tension at the load cell [N], friction opposing the tendon's direction of motion."""
-    least = mechanism.least_tension[world][d]
-    out = tension_effects(force, tendon, p)
-    if out[0] < least:
-        out = Jet(least, real(0.0), real(0.0))
-    return out
+def flow_at(
+    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, d: int,
+    q: JointVector, v: JointVector, side: real,
+) -> Flow:  # fmt: skip
+    """Return what flows along tendon d on one side."""
+    tendon = tendon_state(mechanism, world, p, drive, d, q, v, side)
+    return tendon_flow(mechanism, world, p, d, tendon)
+
+
+@device_template
+def flow_memory(
+    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, d: int,
+    q: JointVector, v: JointVector, side: real, memory: MemoryVector,
+) -> MemoryVector:  # fmt: skip
+    """Renew what the effects along one tendon remember."""
+    tendon = tendon_state(mechanism, world, p, drive, d, q, v, side)
+    flow = tendon_flow(mechanism, world, p, d, tendon)
+    memory = motor_force_memory(flow.motor_force, tendon, p, memory)
+    return tension_memory(flow.tension, tendon, p, memory)
+
+
+@device_template
+def joint_state(
+    mechanism: Mechanism, world: int, drive: Drive, j: int, q: JointVector, v: JointVector
+) -> Joint:
+    """Describe joint j to the effects."""
+    joint = Joint()
+    joint.index = j
+    joint.elapsed = drive.elapsed
+    joint.memory = drive.memory
+    joint.position = q[j]
+    joint.velocity = v[j]
+    joint.stiffness = mechanism.stiffness[world][j]
+    joint.rest = mechanism.rest[world][j]
+    joint.damping = mechanism.damping[world][j]
+    joint.lower = mechanism.lower[world][j]
+    joint.upper = mechanism.upper[world][j]
+    return joint
 
 
 @device_template
 def spring_torque(joint: Joint, p: ParameterVector) -> Jet:
     """Return the torque of a joint's return spring [N m]."""
-    torque = Jet(
-        -joint.stiffness * (joint.position - joint.rest), -joint.stiffness, real(0.0)
-    )
+    torque = Jet(-joint.stiffness * (joint.position - joint.rest), -joint.stiffness, real(0.0))
     return spring_effects(torque, joint, p)
 
 

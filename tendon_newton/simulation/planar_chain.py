@@ -1,15 +1,15 @@
 """Equations of motion of a chain that moves in one plane, in joint coordinates.
 
-Every joint is revolute about the plane's normal or prismatic inside the plane. A link's frame sits at its joint and turns with it;
-vectors of the plane are complex numbers in all but name: a frame's direction u = (cos, sin) turns a local vector into the base frame.
-At q = 0 every frame has the axes of the base.
+Every joint is revolute about the plane's normal or prismatic inside the plane. A link's frame
+sits at its joint and turns with it; vectors of the plane are complex numbers in all but name: a
+frame's direction u = (cos, sin) turns a local vector into the base frame. At q = 0 every frame
+has the axes of the base. `drive.inertia` scales what resists acceleration, not what weighs.
 
-Source: Featherstone, Rigid Body Dynamics Algorithms (2008), chapter 2, written with the Jacobians of the centres of mass.
+Source: Featherstone, Rigid Body Dynamics Algorithms (2008), chapter 2, written with the Jacobians
+of the centres of mass.
 """
 
 from __future__ import annotations
-
-from typing import Any
 
 import warp as wp
 
@@ -17,14 +17,16 @@ from tendon_newton.device_code.placeholders import (
     JOINTS,
     JointMatrix,
     JointVector,
+    Placeholder,
     PlaneMatrix,
     Vec2,
     real,
 )
 from tendon_newton.device_code.templates import device_template
 
-ChainTerms: Any = None
-Mechanism: Any = None
+ChainTerms = Placeholder
+Drive = Placeholder
+Mechanism = Placeholder
 PARENT: tuple[int, ...] = ()
 REVOLUTE: tuple[bool, ...] = ()
 MOVES: tuple[tuple[bool, ...], ...] = ()
@@ -37,8 +39,10 @@ def turn(u: Vec2, local: Vec2) -> Vec2:
 
 
 @device_template
-def chain_terms(mechanism: Mechanism, world: int, q: JointVector, v: JointVector) -> ChainTerms:
-    """Return M(q), shape (J, J), and the torque of gravity and of the velocities, shape (J,): M q_ddot = torque."""
+def chain_terms(
+    mechanism: Mechanism, world: int, drive: Drive, q: JointVector, v: JointVector
+) -> ChainTerms:
+    """Return M(q), (J, J), and the torque of gravity and velocities, (J,): M q_ddot = torque."""
     direction = PlaneMatrix()
     origin = PlaneMatrix()
     centre = PlaneMatrix()
@@ -72,7 +76,7 @@ def chain_terms(mechanism: Mechanism, world: int, q: JointVector, v: JointVector
             axis[j, 0] = slide[0]
             axis[j, 1] = slide[1]
         c = turn(u, mechanism.centre[world, j])
-        g = a - w * w * c - mechanism.gravity[world]
+        g = drive.inertia * (a - w * w * c) - drive.gravity
         rate[j] = w
         for i in range(2):
             direction[j, i] = u[i]
@@ -96,14 +100,16 @@ def chain_terms(mechanism: Mechanism, world: int, q: JointVector, v: JointVector
                 else:
                     columns[j, 0] = axis[j, 0]
                     columns[j, 1] = axis[j, 1]
-                torque[j] = torque[j] - m * (columns[j, 0] * drift[k, 0] + columns[j, 1] * drift[k, 1])
+                torque[j] = torque[j] - m * (
+                    columns[j, 0] * drift[k, 0] + columns[j, 1] * drift[k, 1]
+                )
         for i in range(JOINTS):
             for j in range(JOINTS):
                 if wp.static(MOVES[i][k] and MOVES[j][k]):
                     entry = m * (columns[i, 0] * columns[j, 0] + columns[i, 1] * columns[j, 1])
                     if wp.static(REVOLUTE[i] and REVOLUTE[j]):
                         entry = entry + inertia
-                    mass_matrix[i, j] = mass_matrix[i, j] + entry
+                    mass_matrix[i, j] = mass_matrix[i, j] + drive.inertia * entry
     for j in range(JOINTS):
         mass_matrix[j, j] = mass_matrix[j, j] + mechanism.armature[world][j]
     out.mass_matrix = mass_matrix

@@ -15,18 +15,16 @@ from tendon_newton.errors import SimulationDiverged
 from tendon_newton.mechanisms.mechanism import Mechanism
 from tendon_newton.model_file import Model
 from tendon_newton.recording import Array, Recording
-from tendon_newton.simulation.assembly import (
-    Precision,
-    Structure,
-    in_catalogue_order,
-    kernel_set,
-)
+from tendon_newton.simulation.assembly import KernelSet, kernel_set
 from tendon_newton.simulation.mechanism_arrays import fill_mechanism, plane_of, read_topology
 from tendon_newton.simulation.parameter_table import ParameterTable
+from tendon_newton.simulation.structure import Precision, Structure, in_catalogue_order
 from tendon_newton.simulation.timeline import Timeline, make_timeline
 
 TIME_STEP = 2.5e-4
 """Default step [s]: second order leaves less than a tenth of an encoder's and a load cell's noise (tests/physics/test_accuracy.py)."""
+THREADS_VARIABLE = "TENDON_NEWTON_THREADS"
+"""Environment variable with the number of threads on a CPU; all cores by default."""
 CHUNKS_PER_THREAD = 4
 """Launches per thread, so that a slow one does not leave the other thread idle."""
 
@@ -83,7 +81,7 @@ class Rollout:
         if spool_radius is not None:
             set_spool_radius(model, spool_radius)
         topology = read_topology(model)
-        self._kernels = kernel_set(
+        self.kernels: KernelSet = kernel_set(
             Structure(
                 parents=topology.parents,
                 revolute=topology.revolute,
@@ -94,9 +92,11 @@ class Rollout:
                 precision=precision,
             )
         )
-        self._device = model.device
-        self._mechanism = fill_mechanism(model, self._kernels)
-        self._commands = self._fill_commands()
+        self.device = model.device
+        self.numbers = fill_mechanism(model, self.kernels)
+        """The bench's numbers, one world per recording."""
+        self.commands = self._fill_commands()
+        """The recordings' inputs, one after the other."""
         counts = [len(timeline.time) for timeline in self.timelines]
         self._first = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.int32)
         self._row_count = int(sum(counts))
@@ -118,14 +118,21 @@ class Rollout:
             SimulationDiverged: A state is not finite.
         """
         arrays = self.run_rows(parameters)
+        if not np.isfinite(arrays["joints"]).all():
+            raise SimulationDiverged(
+                f"the simulation of {self.recordings[0].bench!r} must stay finite; it did not at steps of {self.time_step} s"
+            )
         return [
             [self._trajectory(arrays, n, r) for r in range(len(self.recordings))]
             for n in range(len(parameters))
         ]
 
-    def run_rows(self, parameters: Array) -> dict[str, Array]:
-        """Simulate as `run`, and return arrays over all simulated rows: angle, rate, force (N, S, D), joints (N, S, J)."""
-        types = self._kernels.types
+    def run_rows(self, parameters: Array, time_step: float | None = None) -> dict[str, Array]:
+        """Simulate as `run`, and return arrays over all simulated rows: angle, rate, force (N, S, D), joints (N, S, J).
+
+        Where a candidate's numbers make the simulation diverge its rows are not finite; the others are unharmed.
+        """
+        types = self.kernels.types
         candidates, recordings = parameters.shape[:2]
         worlds = candidates * recordings
         rows = candidates * self._row_count
@@ -133,19 +140,20 @@ class Rollout:
         first = self._first[world_recording] + self._row_count * np.repeat(
             np.arange(candidates, dtype=np.int32), recordings
         )
-        recording = self._array(world_recording, wp.int32)
-        vectors = self._array(parameters.reshape(worlds, -1), types["ParameterVector"])
-        q = wp.zeros(worlds, dtype=types["JointVector"], device=self._device)
+        recording = self.array(world_recording, wp.int32)
+        vectors = self.array(parameters.reshape(worlds, -1), types["ParameterVector"])
+        q = wp.zeros(worlds, dtype=types["JointVector"], device=self.device)
         v = wp.zeros_like(q)
-        joints = wp.zeros(rows, dtype=types["JointVector"], device=self._device)
+        memory = wp.zeros(worlds, dtype=types["MemoryVector"], device=self.device)
+        joints = wp.zeros(rows, dtype=types["JointVector"], device=self.device)
         angle, rate, force = (
-            wp.zeros(rows, dtype=types["TendonVector"], device=self._device) for _ in range(3)
+            wp.zeros(rows, dtype=types["TendonVector"], device=self.device) for _ in range(3)
         )
-        common = [self._mechanism, recording, recording, vectors, self._commands]
-        outputs = [self._array(first, wp.int32), joints, angle, rate, force]
-        span = [0, int(1 << 30), types["real"](self.time_step)]
-        self._launch(self._kernels.settle, worlds, [*common, q, v])
-        self._launch(self._kernels.rollout, worlds, [*common, *span, q, v, *outputs])
+        common = [self.numbers, recording, recording, vectors, self.commands]
+        outputs = [self.array(first, wp.int32), joints, angle, rate, force]
+        span = [0, int(1 << 30), types["real"](time_step or self.time_step)]
+        self._launch(self.kernels.settle, worlds, [*common, q, v, memory])
+        self._launch(self.kernels.rollout, worlds, [*common, *span, q, v, memory, *outputs])
         shape = (candidates, self._row_count, -1)
         out = {
             "angle": angle.numpy().reshape(shape),
@@ -153,10 +161,6 @@ class Rollout:
             "force": force.numpy().reshape(shape),
             "joints": joints.numpy().reshape(shape),
         }
-        if not np.isfinite(out["joints"]).all():
-            raise SimulationDiverged(
-                f"the simulation of {self.recordings[0].bench!r} must stay finite; it did not at steps of {self.time_step} s"
-            )
         return out
 
     def rows_of(self, recording: int) -> slice:
@@ -166,15 +170,15 @@ class Rollout:
 
     def _launch(self, kernel: wp.Kernel, worlds: int, arguments: list[Any]) -> None:
         """Launch over all worlds; on a CPU in chunks on every core, as Warp itself uses one."""
-        if self._device.is_cuda:
-            wp.launch(kernel, worlds, inputs=[0, *arguments], device=self._device)
+        if self.device.is_cuda:
+            wp.launch(kernel, worlds, inputs=[0, *arguments], device=self.device)
             return
-        threads = min(worlds, os.cpu_count() or 1)
+        threads = min(worlds, int(os.environ.get(THREADS_VARIABLE, os.cpu_count() or 1)))
         edges = np.unique(np.linspace(0, worlds, threads * CHUNKS_PER_THREAD + 1).astype(int))
         commands = [
             wp.launch(
                 kernel, int(end - start), inputs=[int(start), *arguments],
-                device=self._device, record_cmd=True,
+                device=self.device, record_cmd=True,
             )
             for start, end in zip(edges[:-1], edges[1:], strict=True)
         ]  # fmt: skip
@@ -192,37 +196,36 @@ class Rollout:
             joint_position=arrays["joints"][candidate, rows],
         )
 
-    def _array(self, values: Array, dtype: Any) -> Any:
+    def array(self, values: Any, dtype: Any) -> Any:
+        """Copy numbers to the device, in the kernels' precision."""
         scalar = values.dtype
         if scalar != np.int32:
-            scalar = np.dtype(self._kernels.structure.precision)
-        return wp.array(
-            np.ascontiguousarray(values, dtype=scalar), dtype=dtype, device=self._device
-        )
+            scalar = np.dtype(self.kernels.structure.precision)
+        return wp.array(np.ascontiguousarray(values, dtype=scalar), dtype=dtype, device=self.device)
 
     def _fill_commands(self) -> Any:
         """Lay the recordings' inputs out for the kernels, one after the other."""
-        types = self._kernels.types
+        types = self.kernels.types
         commands = types["Commands"]()
         counts = np.array([len(t.time) for t in self.timelines], dtype=np.int32)
         first = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.int32)
         inputs = [row_inputs(r, t) for r, t in zip(self.recordings, self.timelines, strict=True)]
-        commands.first = self._array(first, wp.int32)
-        commands.count = self._array(counts, wp.int32)
+        commands.first = self.array(first, wp.int32)
+        commands.count = self.array(counts, wp.int32)
         # Time counts from the recording's first row: float32 would lose microseconds after minutes.
         times = np.concatenate([t.time - t.time[0] for t in self.timelines])
-        commands.time = self._array(times, types["real"])
-        commands.angle = self._array(
+        commands.time = self.array(times, types["real"])
+        commands.angle = self.array(
             np.concatenate([t.command for t in self.timelines]), types["TendonVector"]
         )
-        commands.voltage = self._array(np.concatenate([i[0] for i in inputs]), types["real"])
-        commands.enabled = self._array(np.concatenate([i[1] for i in inputs]), types["real"])
+        commands.voltage = self.array(np.concatenate([i[0] for i in inputs]), types["real"])
+        commands.enabled = self.array(np.concatenate([i[1] for i in inputs]), types["real"])
         measured = np.array([r.start == "first_row" for r in self.recordings], dtype=np.int32)
-        commands.starts_measured = self._array(measured, wp.int32)
-        commands.start_angle = self._array(
+        commands.starts_measured = self.array(measured, wp.int32)
+        commands.start_angle = self.array(
             np.stack([r.motor_position[0] for r in self.recordings]), types["TendonVector"]
         )
-        commands.start_rate = self._array(
+        commands.start_rate = self.array(
             np.stack([r.motor_velocity[0] for r in self.recordings]), types["TendonVector"]
         )
         return commands

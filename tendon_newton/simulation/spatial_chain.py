@@ -1,13 +1,13 @@
 """Equations of motion of any tree of revolute and prismatic joints, in joint coordinates.
 
-At q = 0 every link's frame has the axes of the base, so a link's rotation R is that of its ancestors' joints alone.
+At q = 0 every link's frame has the axes of the base, so a link's rotation R is that of its
+ancestors' joints alone. `drive.inertia` scales what resists acceleration, not what weighs.
 
-Source: Featherstone, Rigid Body Dynamics Algorithms (2008), chapter 2, written with the Jacobians of the centres of mass.
+Source: Featherstone, Rigid Body Dynamics Algorithms (2008), chapter 2, written with the Jacobians
+of the centres of mass.
 """
 
 from __future__ import annotations
-
-from typing import Any
 
 import warp as wp
 
@@ -16,14 +16,16 @@ from tendon_newton.device_code.placeholders import (
     JointMatrix,
     JointVector,
     Mat33,
+    Placeholder,
     SpaceMatrix,
     Vec3,
     real,
 )
 from tendon_newton.device_code.templates import device_template
 
-ChainTerms: Any = None
-Mechanism: Any = None
+ChainTerms = Placeholder
+Drive = Placeholder
+Mechanism = Placeholder
 PARENT: tuple[int, ...] = ()
 REVOLUTE: tuple[bool, ...] = ()
 MOVES: tuple[tuple[bool, ...], ...] = ()
@@ -35,7 +37,8 @@ def rotation_about(axis: Vec3, angle: real) -> Mat33:
     s = wp.sin(angle)
     c = wp.cos(angle)
     skew = wp.skew(axis)
-    return wp.identity(n=3, dtype=real) + s * skew + (real(1.0) - c) * (skew * skew)
+    bent = s * skew + (real(1.0) - c) * (skew * skew)  # pyright: ignore[reportOperatorIssue]
+    return wp.identity(n=3, dtype=real) + bent
 
 
 @device_template
@@ -45,8 +48,10 @@ def row(matrix: SpaceMatrix, index: int) -> Vec3:
 
 
 @device_template
-def chain_terms(mechanism: Mechanism, world: int, q: JointVector, v: JointVector) -> ChainTerms:
-    """Return M(q), shape (J, J), and the torque of gravity and of the velocities, shape (J,): M q_ddot = torque."""
+def chain_terms(
+    mechanism: Mechanism, world: int, drive: Drive, q: JointVector, v: JointVector
+) -> ChainTerms:
+    """Return M(q), (J, J), and the torque of gravity and velocities, (J,): M q_ddot = torque."""
     origin = SpaceMatrix()
     centre = SpaceMatrix()
     axis = SpaceMatrix()
@@ -92,8 +97,10 @@ def chain_terms(mechanism: Mechanism, world: int, q: JointVector, v: JointVector
             turning[j, i] = alpha[i]
             bias[j, i] = a[i]
         mass = mechanism.mass[world, j]
-        inertia = rotation * mechanism.inertia[world, j] * wp.transpose(rotation)
-        drift = a + wp.cross(alpha, c) + wp.cross(w, wp.cross(w, c)) - mechanism.gravity[world]
+        turned = rotation * mechanism.inertia[world, j]
+        inertia = drive.inertia * (turned * wp.transpose(rotation))  # pyright: ignore
+        drift = drive.inertia * (a + wp.cross(alpha, c) + wp.cross(w, wp.cross(w, c)))
+        drift = drift - drive.gravity
         spin = inertia * alpha + wp.cross(w, inertia * w)
         for i in range(JOINTS):
             if wp.static(MOVES[i][j]):
@@ -108,9 +115,13 @@ def chain_terms(mechanism: Mechanism, world: int, q: JointVector, v: JointVector
                         z_k = row(axis, k)
                         entry = real(0.0)
                         if wp.static(REVOLUTE[k]):
-                            entry = mass * wp.dot(column, wp.cross(z_k, o + c - row(origin, k)))
+                            entry = (
+                                mass
+                                * drive.inertia
+                                * wp.dot(column, wp.cross(z_k, o + c - row(origin, k)))
+                            )
                         else:
-                            entry = mass * wp.dot(column, z_k)
+                            entry = mass * drive.inertia * wp.dot(column, z_k)
                         if wp.static(REVOLUTE[i] and REVOLUTE[k]):
                             entry = entry + wp.dot(z_i, inertia * z_k)
                         mass_matrix[i, k] = mass_matrix[i, k] + entry

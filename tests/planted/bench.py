@@ -1,9 +1,11 @@
-"""Numbers of the plant: the benches as built, and the causes that can be hidden in one."""
+"""Numbers of the plant: the benches as drawn, and as somebody may have built them."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Literal
+
+import numpy as np
 
 Pair = tuple[float, float]
 
@@ -68,49 +70,18 @@ BENCHES: Mapping[str, Bench] = MappingProxyType(
 )
 
 
-@dataclass(frozen=True, kw_only=True)
-class Causes:
-    """What makes the plant differ from its nominal self; the defaults hide nothing."""
-
-    viscous: float = 0.0
-    """Viscous friction of the motor [N s/rad]."""
-    viscous_curvature: float = 0.0
-    """Share by which the viscous friction has grown at 20 rad/s [1]."""
-    coulomb: float = 0.0
-    """Force at which the motor's bristles give way [N]."""
-    load: float = 0.0
-    """The same, per newton of tendon tension [1]."""
-    bristle: float = 7e-6
-    """Tendon travel over which friction builds up to 63 % [m]; to 95 % over three times that."""
-    delay: float = 0.0
-    """Age of the command that the servo acts on [s]."""
-    gain_scale: float = 1.0
-    """Force per radian against nominal [1]."""
-    stiffness_scale: float = 1.0
-    """Return springs against nominal [1]."""
-    offset: float = 0.0
-    """Encoder's zero against the mechanism's [rad]: measured angle = l / r + offset."""
-    cogging: float = 0.0
-    """Amplitude of the motor force's ripple [N], in sin(cogging_rate * angle + phase)."""
-    cogging_rate: float = 8.0
-    """Ripples per radian [1/rad]: 8 means 8 per turn."""
-    cogging_phase: float = 0.0
-    """[rad]."""
-    command_step: float = 0.0
-    """Resolution of the command inside the servo [rad]; 0 is exact."""
-    mass_scale: float = 1.0
-    """Unlisted imperfection of the masses [1]."""
-    damping_scale: float = 1.0
-    """Unlisted imperfection of the joint damping [1]."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Knock:
-    """A hand that pushes along the tendon's path: half a sine of force."""
-
-    start: float
-    """[s]."""
-    width: float
-    """[s]."""
-    peak: float
-    """[N], positive closes."""
+def as_built(rng: np.random.Generator, share: float) -> Mapping[str, Bench]:
+    """Draw benches whose masses, link lengths and one moment arm are off by up to a share [1]."""
+    built: dict[str, Bench] = {}
+    for name, bench in BENCHES.items():
+        off = 1.0 + share * rng.uniform(-1.0, 1.0, size=5)
+        arm = list(bench.moment_arm)
+        if bench.kind == "finger":
+            arm[int(rng.integers(2))] *= off[4]
+        built[name] = replace(
+            bench,
+            mass=(bench.mass[0] * off[0], bench.mass[1] * off[1]),
+            length=(bench.length[0] * off[2], bench.length[1] * off[3]),
+            moment_arm=(arm[0], arm[1]),
+        )
+    return MappingProxyType(built)

@@ -13,9 +13,9 @@ FULL_TURN = 2.0 * np.pi
 DURATION = (12.0, 19.0)  # [s]
 
 
-def row_times(rng: np.random.Generator) -> Array:
-    """Draw a length of 12 to 19 s and return the row instants [s]."""
-    return np.arange(int(rng.uniform(*DURATION) * ROW_RATE)) / ROW_RATE
+def row_times(rng: np.random.Generator, duration: tuple[float, float] = DURATION) -> Array:
+    """Draw a length from a range [s] and return the row instants [s]."""
+    return np.arange(int(rng.uniform(*duration) * ROW_RATE)) / ROW_RATE
 
 
 def steps(rng: np.random.Generator, rows: int) -> Array:

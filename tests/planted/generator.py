@@ -6,105 +6,128 @@ The truth is returned, never written into the folder; the command writes it besi
 
 import argparse
 import json
-from collections.abc import Mapping, Sequence
+import zlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
 
 import numpy as np
 
 from tendon_newton.dataset import write_dataset
 from tendon_newton.errors import unknown_name
 from tendon_newton.model_file import Model, NamedValues, write_model
-from tests.planted.bench import GAIN, SPOOL_RADIUS, Causes
-from tests.planted.draws import (
-    COULOMB_KNOWN,
-    EFFECTS,
-    OUTSIDE,
-    VISCOUS_KNOWN,
-    Planted,
-    base_causes,
-)
+from tests.planted.bench import BENCHES, GAIN, SPOOL_RADIUS, as_built
+from tests.planted.causes import Causes
+from tests.planted.commands import DURATION
+from tests.planted.draws import COULOMB_KNOWN, EFFECTS, OUTSIDE, VISCOUS_KNOWN, base_causes
 from tests.planted.plant import Motion, Run, simulate
-from tests.planted.recordings import MIXES, TRAIN_COUNT, draw_run, draw_slots, record
+from tests.planted.recordings import (
+    MIXES,
+    TEST_COUNT,
+    TRAIN_COUNT,
+    Slot,
+    draw_run,
+    draw_slots,
+    record,
+)
 from tests.planted.sensors import ENCODER_STEP, FORCE_NOISE, Sensors
+from tests.planted.truth import Truth, changes, errors, totals
 
 
 @dataclass(frozen=True, kw_only=True)
-class Truth:
-    """What is hidden in a dataset; never part of its folder."""
+class Recipe:
+    """Everything that decides a dataset: the same recipe gives the same files."""
 
-    effect: str | None
-    """The planted cause; None if nothing is."""
-    outside: bool
-    """Whether the cause is one that no effect of the catalogue describes."""
-    parameters: Mapping[str, float]
-    """Its parameters, as totals where the model already knows part of it."""
-    strength: float
-    """RMS change of the held-out force, in noise floors [1]."""
-    strength_theta: float
-    """RMS change of the held-out motor angle, in noise floors [1]."""
-    bristle: float
-    """Travel over which the plant's friction builds up to 63 % [m]."""
+    effects: tuple[str, ...] = ()
+    """Names in ``EFFECTS`` or ``OUTSIDE``; none plants nothing."""
+    seed: int = 0
+    mix: str = "A"
+    """Benches, a key of ``MIXES``."""
+    duration: tuple[float, float] = DURATION
+    """Shortest and longest recording [s]."""
+    size: float = 1.0
+    """Size of the causes [1]: 1 is well above the noise, a tenth is hard to see."""
+    force_noise: float = FORCE_NOISE
+    """Standard deviation of the load cell's noise [N]."""
+    noise_colour: float = 0.0
+    """Correlation of the load cell's noise between rows [1]."""
+    known_friction: bool = False
+    """Whether plant and model share a viscous and a dry friction."""
+    cell_rate: float | None = None
+    """Readings of the load cell per second [Hz]; None is one per row."""
+    gaps: bool = False
+    """Whether the log loses rows; their commands were given all the same."""
+    imperfection: float = 0.0
+    """Size of unlisted faults of the plant [1]."""
+    off_nominal: float = 0.0
+    """Share by which masses, lengths and a moment arm may differ from the model's [1]."""
 
 
-def make_dataset(
-    out: Path,
-    *,
-    effect: str | None,
-    seed: int,
-    mix: str = "A",
-    noise_colour: float = 0.0,
-    known_friction: bool = False,
-    cell_rate: float | None = None,
-    gaps: bool = False,
-    imperfection: float = 0.0,
-) -> Truth:
+def make_dataset(out: Path, recipe: Recipe) -> Truth:
     """Write recordings, ``dataset.toml`` and ``model.toml`` of a plant with a hidden cause.
 
-    Args:
-        out: Folder to make.
-        effect: Name in ``EFFECTS`` or ``OUTSIDE``; None plants nothing.
-        seed: The same seed gives the same files.
-        mix: Benches, a key of ``MIXES``.
-        noise_colour: Correlation of the load cell's noise between rows [1].
-        known_friction: Whether plant and model share a viscous and a dry friction.
-        cell_rate: Readings of the load cell per second [Hz]; None is one per row.
-        gaps: Whether the log loses rows; their commands were given all the same.
-        imperfection: Size of unlisted faults of the plant [1].
+    Raises:
+        UnknownName: The recipe asks for a cause that there is not.
     """
     draws = {**EFFECTS, **OUTSIDE}
-    if effect is not None and effect not in draws:
-        raise unknown_name("cause", effect, draws)
-    rng = np.random.default_rng([seed, 0 if effect is None else 1 + list(draws).index(effect)])
-    base = base_causes(rng, known_friction=known_friction, imperfection=imperfection)
-    planted = Planted() if effect is None else draws[effect](rng)
-    causes = planted.built_on(base)
-    slots = draw_slots(rng, MIXES[mix])
-    runs = [draw_run(rng, slot, causes, planted) for slot in slots]
-    spared = [nominal_twin(run, base) for run in runs[TRAIN_COUNT:]]
-    motions = simulate([*runs, *spared])
-    sensors = Sensors(noise_colour=noise_colour, cell_rate=cell_rate)
+    for name in recipe.effects:
+        if name not in draws:
+            raise unknown_name("cause", name, draws)
+    rng = np.random.default_rng([recipe.seed, zlib.crc32("+".join(recipe.effects).encode())])
+    base = base_causes(rng, known_friction=recipe.known_friction, imperfection=recipe.imperfection)
+    planted = {name: draws[name](rng, recipe.size) for name in recipe.effects}
+    causes = base
+    for cause in planted.values():
+        causes = cause.built_on(causes)
+    benches = as_built(rng, recipe.off_nominal) if recipe.off_nominal else BENCHES
+    slots = draw_slots(rng, MIXES[recipe.mix])
+    runs = [draw_run(rng, slot, causes, benches, recipe.duration) for slot in slots]
+    motions = simulate([*runs, *twins(recipe, base, slots[TRAIN_COUNT:], runs[TRAIN_COUNT:])])
+    true, spared, modelled = held_out_motions(motions)
+    sensors = Sensors(
+        force_noise=recipe.force_noise, noise_colour=recipe.noise_colour, cell_rate=recipe.cell_rate
+    )
     recordings = tuple(
-        record(rng, slot, run, motion, sensors, gaps=gaps)
+        record(rng, slot, run, motion, sensors, gaps=recipe.gaps)
         for slot, run, motion in zip(slots, runs, motions[: len(runs)], strict=True)
     )
     write_dataset(out, recordings[:TRAIN_COUNT], recordings[TRAIN_COUNT:])
-    write_model(out / "model.toml", starting_model(known_friction=known_friction))
-    force, theta = changes(motions[TRAIN_COUNT : len(runs)], motions[len(runs) :])
+    write_model(out / "model.toml", starting_model(known_friction=recipe.known_friction))
+    force, theta = changes(true, spared)
     return Truth(
-        effect=effect,
-        outside=effect in OUTSIDE,
-        parameters=totals(effect, planted, causes),
-        strength=force / FORCE_NOISE,
-        strength_theta=theta / (ENCODER_STEP / np.sqrt(12.0)),
+        effects=recipe.effects,
+        parameters=totals(planted, causes),
+        strength=force / recipe.force_noise,
+        strength_theta=float(theta / (ENCODER_STEP / np.sqrt(12.0))),
+        nominal=errors(recordings[TRAIN_COUNT:], modelled),
+        true=errors(recordings[TRAIN_COUNT:], true),
         bristle=causes.bristle,
     )
 
 
-def nominal_twin(run: Run, base: Causes) -> Run:
-    """Build the same recording without the planted cause."""
-    return Run(bench=run.bench, causes=base, time=run.time, command=run.command)
+def twins(
+    recipe: Recipe, base: Causes, slots: Sequence[Slot], held_out: Sequence[Run]
+) -> list[Run]:
+    """Build the held-out recordings without the planted causes; and, if that differs, as modelled.
+
+    The model knows neither unlisted faults nor that a bench was not built to its drawing.
+    """
+    spared = [
+        Run(bench=run.bench, causes=base, time=run.time, command=run.command) for run in held_out
+    ]
+    if not recipe.imperfection and not recipe.off_nominal:
+        return spared
+    listed = Causes(viscous=base.viscous, coulomb=base.coulomb, bristle=base.bristle)
+    return spared + [
+        Run(bench=BENCHES[slot.bench], causes=listed, time=run.time, command=run.command)
+        for slot, run in zip(slots, held_out, strict=True)
+    ]
+
+
+def held_out_motions(motions: Sequence[Motion]) -> tuple[Sequence[Motion], ...]:
+    """Split off the held-out motions: as they were, without the causes, and as modelled."""
+    true, rest = motions[TRAIN_COUNT:][:TEST_COUNT], motions[TRAIN_COUNT + TEST_COUNT :]
+    return true, rest[:TEST_COUNT], rest[-TEST_COUNT:]
 
 
 def starting_model(*, known_friction: bool) -> Model:
@@ -119,43 +142,27 @@ def starting_model(*, known_friction: bool) -> Model:
     )
 
 
-def totals(effect: str | None, planted: Planted, causes: Causes) -> Mapping[str, float]:
-    """Name the parameters; of a friction that the model knows in part, the new total."""
-    values = dict(planted.parameters)
-    if effect == "viscous_friction":
-        values["coefficient"] = causes.viscous
-    if effect == "coulomb_friction":
-        values["force"] = causes.coulomb
-    return MappingProxyType(values)
-
-
-def changes(with_cause: Sequence[Motion], without: Sequence[Motion]) -> tuple[float, float]:
-    """RMS change of force [N] and motor angle [rad] over all rows."""
-    pairs = list(zip(with_cause, without, strict=True))
-    force = np.concatenate([a.force - b.force for a, b in pairs])
-    theta = np.concatenate([a.angle - b.angle for a, b in pairs])
-    return float(np.sqrt(np.mean(force**2))), float(np.sqrt(np.mean(theta**2)))
-
-
 def main(arguments: Sequence[str] | None = None) -> None:
     """Make one dataset from the command line."""
-    parser = argparse.ArgumentParser(description="Make a dataset with a planted cause.")
+    parser = argparse.ArgumentParser(description="Make a dataset with planted causes.")
     parser.add_argument("out", type=Path)
-    parser.add_argument("--effect", choices=[*EFFECTS, *OUTSIDE], default=None)
+    parser.add_argument(
+        "--effect", dest="effects", nargs="+", choices=[*EFFECTS, *OUTSIDE], default=()
+    )
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--mix", choices=list(MIXES), default="A")
-    parser.add_argument("--noise", type=float, default=0.0, help="colour of the force noise [1]")
+    parser.add_argument("--size", type=float, default=1.0, help="of the causes [1]")
+    parser.add_argument("--noise", dest="noise_colour", type=float, default=0.0, help="colour [1]")
     parser.add_argument("--known-friction", action="store_true")
     parser.add_argument("--cell-rate", type=float, default=None, help="[Hz]")
     parser.add_argument("--gaps", action="store_true")
     parser.add_argument("--imperfection", type=float, default=0.0)
+    parser.add_argument("--off-nominal", type=float, default=0.0)
     chosen = vars(parser.parse_args(arguments))
     out: Path = chosen.pop("out")
-    truth = make_dataset(out, noise_colour=chosen.pop("noise"), **chosen)
+    truth = make_dataset(out, Recipe(**{**chosen, "effects": tuple(chosen["effects"])}))
     beside = out.with_name(f"{out.name}.truth.json")
-    beside.write_text(
-        json.dumps({**vars(truth), "parameters": dict(truth.parameters)}, indent=1) + "\n"
-    )
+    beside.write_text(json.dumps({"id": out.name, **truth.to_json()}, indent=1) + "\n")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The plant's equations of motion: one kernel, a thread per recording, all of it in one launch.
+"""The plant's run: one kernel, a thread per recording, all of it in one launch.
 
 Leapfrog: positions at whole steps, velocities at half steps; what depends on velocity sees it
 extrapolated by half a step, and the command is averaged over the interval of each kick, so that
@@ -7,122 +7,130 @@ jumps and delays fall between steps exactly. Of second order, explicit, double p
 
 import warp as wp
 
-ZERO = wp.constant(wp.float64(0.0))
-HALF = wp.constant(wp.float64(0.5))
-ONE = wp.constant(wp.float64(1.0))
-TWO = wp.constant(wp.float64(2.0))
-PI = wp.constant(wp.float64(3.141592653589793))
+from tests.planted.kernel_bench import acceleration, contact, relaxed
+from tests.planted.kernel_plant import HALF, ONE, PI, TWO, ZERO, Plant, bend_after
+from tests.planted.kernel_servo import (
+    Line,
+    motor_angle,
+    motor_force,
+    taut_angle,
+    tension,
+)
+
 SIMULTANEOUS = wp.constant(wp.float64(1.0e-6))  # [steps] rounding of delay / step
-CURVATURE_SPEED = wp.constant(wp.float64(20.0))  # [rad/s] where viscous_curvature is the excess
-
-
-@wp.struct
-class Plant:
-    """One bench with its causes, as the kernel reads it; units as in ``bench.py``."""
-
-    joints: wp.int32
-    mass: wp.vec2d
-    length: wp.vec2d
-    stiffness: wp.vec2d
-    damping: wp.vec2d
-    upper: wp.vec2d
-    stop_stiffness: wp.vec2d
-    stop_damping: wp.vec2d
-    arm: wp.vec2d
-    start: wp.vec2d
-    radius: wp.float64
-    gain: wp.float64
-    limit: wp.float64
-    gravity: wp.float64
-    bristle: wp.float64
-    delay: wp.float64
-    offset: wp.float64
-    viscous: wp.float64
-    curvature: wp.float64
-    coulomb: wp.float64
-    load: wp.float64
-    cogging: wp.float64
-    cogging_rate: wp.float64
-    cogging_phase: wp.float64
+MOUNT_DAMPING = wp.constant(wp.float64(0.1))  # of the critical
 
 
 @wp.func
-def tension(
-    p: Plant, command: wp.float64, angle: wp.float64, speed: wp.float64, bend: wp.float64
+def within_speed(
+    p: Plant,
+    s: Line,
+    q: wp.vec2d,
+    v: wp.vec2d,
+    half_v: wp.vec2d,
+    held: wp.vec2d,
+    elsewhere: wp.float64,
+    share: wp.float64,
+    pull: wp.float64,
 ) -> wp.float64:
-    """Tension at the load cell [N]: limited motor force less friction, never a push.
-
-    Load-dependent friction is ``load * tension * bend``, so the tension stands on both sides.
-    """
-    motor = p.gain * (command - angle)
-    motor += p.cogging * wp.sin(p.cogging_rate * angle + p.cogging_phase)
-    motor = wp.clamp(motor, -p.limit, p.limit)
-    viscous = p.viscous * speed * (ONE + p.curvature * wp.abs(speed) / CURVATURE_SPEED)
-    return wp.max(ZERO, (motor - viscous - p.coulomb * bend) / (ONE + p.load * bend))
-
-
-@wp.func
-def stop(p: Plant, i: wp.int32, q: wp.float64, v: wp.float64) -> wp.float64:
-    """Force of joint i's end stops, positive opens the range: one-sided, they never pull."""
-    force = ZERO
-    if q < ZERO:
-        force = wp.max(ZERO, -p.stop_stiffness[i] * q - p.stop_damping[i] * v)
-    over = q - p.upper[i]
-    if over > ZERO:
-        force = -wp.max(ZERO, p.stop_stiffness[i] * over + p.stop_damping[i] * v)
-    return force
-
-
-@wp.func
-def passive(p: Plant, i: wp.int32, q: wp.float64, v: wp.float64) -> wp.float64:
-    """Spring, damper and end stops of joint i."""
-    return stop(p, i, q, v) - p.stiffness[i] * q - p.damping[i] * v
-
-
-@wp.func
-def finger_acceleration(p: Plant, q: wp.vec2d, v: wp.vec2d, pull: wp.float64) -> wp.vec2d:
-    """Two links in a vertical plane, pulled by one tendon: M a = tau - C - G in closed form."""
-    cos_pip = wp.cos(q[0])
-    cos_dip = wp.cos(q[1])
-    sin_dip = wp.sin(q[1])
-    cos_tip = cos_pip * cos_dip - wp.sin(q[0]) * sin_dip
-    first = HALF * p.length[0]
-    second = HALF * p.length[1]
-    inertia_pip = p.mass[0] * p.length[0] * p.length[0] / wp.float64(12.0)
-    inertia_dip = p.mass[1] * p.length[1] * p.length[1] / wp.float64(12.0)
-    couple = p.mass[1] * p.length[0] * second
-    m_dd = inertia_dip + p.mass[1] * second * second
-    m_pd = m_dd + couple * cos_dip
-    m_pp = inertia_pip + p.mass[0] * first * first + m_dd
-    m_pp += p.mass[1] * p.length[0] * p.length[0] + TWO * couple * cos_dip
-    swing = couple * sin_dip
-    weight_dip = p.gravity * p.mass[1] * second * cos_tip
-    weight_pip = p.gravity * (p.mass[0] * first + p.mass[1] * p.length[0]) * cos_pip + weight_dip
-    tau_pip = p.arm[0] * pull + passive(p, 0, q[0], v[0]) + weight_pip
-    tau_pip += swing * v[1] * (TWO * v[0] + v[1])
-    tau_dip = p.arm[1] * pull + passive(p, 1, q[1], v[1]) + weight_dip
-    tau_dip -= swing * v[0] * v[0]
-    scale = ONE / (m_pp * m_dd - m_pd * m_pd)
-    return wp.vec2d(
-        (m_dd * tau_pip - m_pd * tau_dip) * scale, (m_pp * tau_dip - m_pd * tau_pip) * scale
+    """Tension with which the tendon's next speed stays within the motor's [N]."""
+    free = acceleration(p, q, v, elsewhere, held)
+    pulled = acceleration(p, q, v, elsewhere + share, held) - free
+    coasting = wp.dot(p.arm, half_v + p.step * free)
+    per_newton = p.step * wp.dot(p.arm, pulled)
+    most = p.speed_limit * p.radius
+    return wp.max(
+        ZERO, wp.clamp(pull, (-most - coasting) / per_newton, (most - coasting) / per_newton)
     )
 
 
 @wp.func
-def acceleration(p: Plant, q: wp.vec2d, v: wp.vec2d, pull: wp.float64) -> wp.vec2d:
-    """Acceleration of the bench's coordinates under a pull [N] along the tendon."""
-    if p.joints == 2:
-        return finger_acceleration(p, q, v, pull)
-    return wp.vec2d((p.arm[0] * pull + passive(p, 0, q[0], v[0])) / p.mass[0], ZERO)
+def knock_force(knock: wp.vec3d, now: wp.float64) -> wp.float64:
+    """Force of a hand (start, width, peak) on the tendon's end [N]."""
+    phase = (now - knock[0]) / knock[1]
+    if phase > ZERO and phase < ONE:
+        return knock[2] * wp.sin(PI * phase)
+    return ZERO
 
 
 @wp.func
-def bend_after(p: Plant, bend: wp.float64, slip: wp.float64) -> wp.float64:
-    """Bristles' bend as a share of its greatest, after a slip [m]: Dahl's law, integrated."""
-    if slip == ZERO or (p.coulomb == ZERO and p.load == ZERO):
-        return bend
-    towards = wp.sign(slip)
-    return towards + (bend - towards) * wp.exp(-wp.abs(slip) / p.bristle)
+def cell_is_due(
+    rows: wp.array2d[wp.int32], i: wp.int32, row: wp.int32, count: wp.int32, now: wp.float64
+) -> wp.bool:
+    """Whether a row of the load cell lies before an instant [steps] on its own clock."""
+    if row >= count:
+        return False
+    return wp.float64(rows[i, row]) < now
+
+
+@wp.func
+def heard(
+    due: wp.array2d[wp.float64],
+    command: wp.array2d[wp.float64],
+    i: wp.int32,
+    row: wp.int32,
+    count: wp.int32,
+    now: wp.float64,
+) -> tuple[wp.float64, wp.float64, wp.int32]:
+    """Command meant by the kick about this instant, command just now, rows gone on to [rad]."""
+    mean = command[i, row]
+    just = mean
+    jumps = wp.int32(0)
+    if row + 1 < count:
+        boundary = due[i, row + 1]
+        following = command[i, row + 1]
+        if boundary <= now + SIMULTANEOUS:
+            just = following
+        if boundary < now + HALF:
+            mean += (following - mean) * wp.min(ONE, now + HALF - boundary)
+            jumps = wp.int32(1)
+    return mean, just, jumps
+
+
+@wp.func
+def level_at(
+    rows: wp.array2d[wp.int32],
+    table: wp.array2d[wp.vec2d],
+    i: wp.int32,
+    row: wp.int32,
+    now: wp.float64,
+) -> wp.vec2d:
+    """Level of a disturbance on the straight line up to this row."""
+    before = wp.max(row - 1, 0)
+    span = wp.float64(wp.max(rows[i, row] - rows[i, before], 1))
+    way = (now - wp.float64(rows[i, before])) / span
+    return table[i, before] * (ONE - way) + table[i, row] * way
+
+
+@wp.func
+def line_after(
+    p: Plant, before: Line, command: wp.float64, pull: wp.float64, slip: wp.float64
+) -> Line:
+    """State of servo and tendon a step later, in which the tendon slips that far [m]."""
+    s = before
+    if p.lag_share < ONE:
+        target = motor_force(p, s, command, taut_angle(p, s, pull))
+        s.motor += p.lag_share * (target - s.motor)
+    s.tension = pull
+    if p.mount_compliance != ZERO:
+        spring = p.mount_rate * p.mount_rate * (p.mount_compliance * pull - s.mount)
+        damper = TWO * MOUNT_DAMPING * p.mount_rate * s.mount_speed
+        s.mount_speed += p.step * (spring - damper)
+        s.mount += p.step * s.mount_speed
+    s.bend = bend_after(s.bend, slip, p.bristle)
+    return s
+
+
+@wp.func
+def first_line(p: Plant, command: wp.float64) -> Line:
+    """Servo and tendon at rest under the first command."""
+    s = Line()
+    s.excursion = wp.dot(p.arm, p.start)
+    s.tension = p.start_tension
+    s.mount = p.mount_compliance * p.start_tension
+    s.gain = p.gain
+    s.motor = motor_force(p, s, command, taut_angle(p, s, p.start_tension))
+    return s
 
 
 @wp.kernel(enable_backward=False)
@@ -130,55 +138,97 @@ def drive(
     plants: wp.array[Plant],
     counts: wp.array[wp.int32],
     rows: wp.array2d[wp.int32],
+    due: wp.array2d[wp.float64],
     command: wp.array2d[wp.float64],
+    disturbance: wp.array2d[wp.vec2d],
     knock_counts: wp.array[wp.int32],
     knocks: wp.array2d[wp.vec3d],
-    step: wp.float64,
     coordinates: wp.array2d[wp.vec2d],
-    speed: wp.array2d[wp.float64],
+    motor: wp.array2d[wp.vec2d],
     force: wp.array2d[wp.float64],
+    cell: wp.array2d[wp.float64],
 ) -> None:
-    """Run recording i from rest; ``rows`` are whole steps, knocks are (start, width, peak)."""
+    """Run recording i from rest.
+
+    ``rows`` are whole steps, ``due`` the steps at which each row's command takes effect,
+    ``disturbance`` is (gain, further friction), ``motor`` (angle, speed).
+    """
     i = wp.tid()
     p = plants[i]
-    late = p.delay / step
+    count = counts[i]
     q = p.start
     half_v = wp.vec2d(ZERO, ZERO)
     a = wp.vec2d(ZERO, ZERO)
-    bend = wp.float64(0.0)
+    branch = wp.vec2d(ZERO, ZERO)  # force of the relaxing springs
+    bent = wp.vec2d(ZERO, ZERO)  # bristles of the joints
+    s = first_line(p, command[i, 0])
+    reading = s.tension  # of a lagging load cell, half a step ago
+    stretching = ZERO  # [N/s] of the tension, jumps aside
     row = wp.int32(0)
-    held = wp.int32(0)  # the row whose command holds when the kick begins
+    late_row = wp.int32(0)  # the row whose force the cell reads next
+    held_row = wp.int32(0)  # the row whose command holds when the kick begins
     knock = wp.int32(0)
-    for n in range(rows[i, counts[i] - 1] + 1):
-        v = half_v + HALF * step * a
-        angle = wp.dot(p.arm, q) / p.radius + p.offset
-        rate = wp.dot(p.arm, v) / p.radius
-        now = wp.float64(n) - late
-        mean = command[i, held]
-        just = mean
-        if held + 1 < counts[i]:
-            boundary = wp.float64(rows[i, held + 1])
-            following = command[i, held + 1]
-            if boundary <= now + SIMULTANEOUS:
-                just = following
-            if boundary < now + HALF:
-                mean += (following - mean) * (now + HALF - boundary)
-                held += 1
-        if n == rows[i, row]:
-            coordinates[i, row] = q
-            speed[i, row] = rate
-            force[i, row] = tension(p, just, angle, rate, bend)
-            row += 1
-        pull = tension(p, mean, angle, rate, bend)
+    for n in range(rows[i, count - 1] + 1):
+        now = wp.float64(n)
+        v = half_v + HALF * p.step * a
+        s.excursion = wp.dot(p.arm, q)
+        s.speed = wp.dot(p.arm, v)
+        mean, just, jumps = heard(due, command, i, held_row, count, now)
+        held_row += jumps
+        s.gain = p.gain * (ONE - p.gain_drift * now * p.step)
+        if p.disturbed != 0:
+            level = level_at(rows, disturbance, i, wp.min(row, count - 1), now)
+            s.gain *= level[0]
+            s.dry = level[1]
+        held = branch + wp.cw_mul(p.joint_friction, bent)
+        elsewhere = -contact(p, s.excursion, s.speed)
         if knock < knock_counts[i]:
-            k = knocks[i, knock]
-            phase = (wp.float64(n) * step - k[0]) / k[1]
-            if phase > ZERO and phase < ONE:
-                pull += k[2] * wp.sin(PI * phase)
-            if phase >= ONE:
+            elsewhere += knock_force(knocks[i, knock], now * p.step)
+            if now * p.step >= knocks[i, knock][0] + knocks[i, knock][1]:
                 knock += 1
-        a = acceleration(p, q, v, pull)
-        half_v = half_v + step * a
-        moved = step * half_v
+        share = ONE
+        if p.routing != ZERO:
+            share = wp.exp(-p.routing * s.bend)
+        pull = tension(p, s, mean)
+        if p.speed_limit > ZERO:
+            pull = within_speed(p, s, q, v, half_v, held, elsewhere, share, pull)
+        due_now = wp.bool(n == rows[i, row])
+        late_now = cell_is_due(rows, i, late_row, count, now + HALF + p.cell_delay)
+        shown = pull
+        if due_now or late_now:
+            shown = tension(p, s, just)
+            if p.speed_limit > ZERO:
+                shown = within_speed(p, s, q, v, half_v, held, elsewhere, share, shown)
+        next_reading = reading + p.cell_share * (pull - reading)
+        while late_now:
+            cell[i, late_row] = shown
+            if p.cell_share < ONE:
+                cell[i, late_row] = HALF * (reading + next_reading)
+            late_row += 1
+            late_now = cell_is_due(rows, i, late_row, count, now + HALF + p.cell_delay)
+        reading = next_reading
+        if due_now:
+            angle = motor_angle(p, s, just, shown)
+            rate = (s.speed + s.mount_speed + p.compliance * stretching) / p.radius
+            if angle == just and p.slack != ZERO:
+                rate = ZERO  # loose, and where its command is
+            coordinates[i, row] = q
+            motor[i, row] = wp.vec2d(angle, rate)
+            force[i, row] = shown
+            row += 1
+        if p.compliance != ZERO and jumps == 0:
+            stretching = (pull - s.tension) / p.step
+        a = acceleration(p, q, v, share * pull + elsewhere, held)
+        half_v = half_v + p.step * a
+        moved = p.step * half_v
         q = q + moved
-        bend = bend_after(p, bend, wp.dot(p.arm, moved))
+        s = line_after(p, s, mean, pull, wp.dot(p.arm, moved))
+        if p.joint_friction[0] != ZERO:
+            bent = wp.vec2d(
+                bend_after(bent[0], moved[0], p.joint_bristle[0]),
+                bend_after(bent[1], moved[1], p.joint_bristle[1]),
+            )
+        if p.relaxation > ZERO:
+            branch = wp.vec2d(
+                relaxed(p, 0, branch[0], moved[0]), relaxed(p, 1, branch[1], moved[1])
+            )

@@ -11,17 +11,28 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from tests.planted.bench import FORCE_LIMIT, GAIN, GRAVITY, SPOOL_RADIUS, Bench, Causes, Knock
-from tests.planted.equilibrium import equilibrium
-from tests.planted.kernel import Plant, drive
+from tests.planted.bench import Bench
+from tests.planted.causes import Causes
+from tests.planted.disturbances import Disturbances
+from tests.planted.kernel import drive
+from tests.planted.kernel_plant import Plant
+from tests.planted.plant_arrays import (
+    disturbance,
+    due_steps,
+    heard,
+    knock_tables,
+    padded,
+    plant_of,
+    row_steps,
+)
 
 Array = NDArray[np.float64]
 
-STEP = 10e-6  # [s] at half of it the angle moves by a fortieth of an encoder's floor (measured)
+STEP = 20e-6  # [s] at half of it the angle moves by less than a tenth of an encoder's floor
 
 
 @dataclass(frozen=True, kw_only=True)
-class Run:
+class Run(Disturbances):
     """One recording to make."""
 
     bench: Bench
@@ -30,20 +41,20 @@ class Run:
     """Row instants [s], from 0, whole multiples of the step, shape (T,)."""
     command: Array
     """Commanded motor angle [rad], each held until the next row, shape (T,)."""
-    knocks: tuple[Knock, ...] = ()
-    """Hands in the way, one after the other."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Motion:
-    """What happened at the rows, before any sensor."""
+    """What happened at the rows, before any noise."""
 
     angle: Array
-    """Motor angle as the servo sees it [rad], shape (T,)."""
+    """Motor angle as the servo sees it [rad], or as the log repeats it, shape (T,)."""
     speed: Array
     """[rad/s], shape (T,)."""
     force: Array
     """Tension at the load cell just after the row's command took effect [N], shape (T,)."""
+    cell: Array
+    """What the load cell says at each row: late, lagging, scaled, shifted, drifting [N]."""
     coordinates: Array
     """Joint angles [rad], slider [m] and 0, shape (T, 2)."""
     tip: Array | None
@@ -54,24 +65,25 @@ def simulate(runs: Sequence[Run], *, step: float = STEP) -> tuple[Motion, ...]:
     """Run all recordings in one launch, each from rest under its first command."""
     counts = np.array([run.time.size for run in runs], dtype=np.int32)
     shape = (len(runs), int(counts.max()))
-    coordinates = wp.zeros(shape, dtype=wp.vec2d, device="cpu")
-    speed = wp.zeros(shape, dtype=wp.float64, device="cpu")
-    force = wp.zeros(shape, dtype=wp.float64, device="cpu")
+    pairs = [wp.zeros(shape, dtype=wp.vec2d, device="cpu") for _ in range(2)]
+    scalars = [wp.zeros(shape, dtype=wp.float64, device="cpu") for _ in range(2)]
+    levels = padded([disturbance(run) for run in runs])
     wp.launch(
         drive,
         dim=len(runs),
         inputs=[
-            wp.array([_plant(run) for run in runs], dtype=Plant, device="cpu"),
+            wp.array([plant_of(run, step) for run in runs], dtype=Plant, device="cpu"),
             wp.array(counts, dtype=wp.int32, device="cpu"),
-            wp.array(_padded([_steps(run, step) for run in runs], np.int32), device="cpu"),
-            wp.array(_padded([_heard(run) for run in runs], np.float64), device="cpu"),
-            *_knocks(runs),
-            step,
+            wp.array(padded([row_steps(run, step) for run in runs]), device="cpu"),
+            wp.array(padded([due_steps(run, step) for run in runs]), device="cpu"),
+            wp.array(padded([heard(run) for run in runs]), device="cpu"),
+            wp.array(levels, dtype=wp.vec2d, device="cpu"),
+            *knock_tables(runs),
         ],
-        outputs=[coordinates, speed, force],
+        outputs=[*pairs, *scalars],
         device="cpu",
     )
-    tables = [table.numpy().astype(np.float64) for table in (coordinates, speed, force)]
+    tables = [table.numpy().astype(np.float64) for table in (*pairs, *scalars)]
     return tuple(
         _motion(run, *(table[i, : counts[i]] for table in tables)) for i, run in enumerate(runs)
     )
@@ -86,65 +98,16 @@ def tip_position(bench: Bench, q: Array) -> Array:
     return np.stack([x, z], axis=1)
 
 
-def _plant(run: Run) -> Plant:
-    bench, causes = run.bench, run.causes
-    plant = Plant()
-    plant.joints = 2 if bench.kind == "finger" else 1
-    plant.mass = wp.vec2d(*(causes.mass_scale * m for m in bench.mass))
-    plant.length = wp.vec2d(*bench.length)
-    plant.stiffness = wp.vec2d(*(causes.stiffness_scale * k for k in bench.stiffness))
-    plant.damping = wp.vec2d(*(causes.damping_scale * d for d in bench.damping))
-    plant.upper = wp.vec2d(*bench.upper)
-    plant.stop_stiffness = wp.vec2d(*bench.stop_stiffness)
-    plant.stop_damping = wp.vec2d(*bench.stop_damping)
-    plant.arm = wp.vec2d(*bench.moment_arm)
-    plant.start = wp.vec2d(*equilibrium(bench, causes, float(_heard(run)[0])))
-    plant.radius, plant.limit, plant.bristle = SPOOL_RADIUS, FORCE_LIMIT, causes.bristle
-    plant.gain, plant.gravity = causes.gain_scale * GAIN, GRAVITY
-    plant.delay, plant.offset = causes.delay, causes.offset
-    plant.viscous, plant.curvature = causes.viscous, causes.viscous_curvature
-    plant.coulomb, plant.load = causes.coulomb, causes.load
-    plant.cogging, plant.cogging_rate = causes.cogging, causes.cogging_rate
-    plant.cogging_phase = causes.cogging_phase
-    return plant
-
-
-def _heard(run: Run) -> Array:
-    """Command as the servo understands it [rad]."""
-    if run.causes.command_step == 0.0:
-        return run.command
-    return np.round(run.command / run.causes.command_step) * run.causes.command_step
-
-
-def _steps(run: Run, step: float) -> NDArray[np.int32]:
-    steps = np.round(run.time / step)
-    if run.time[0] != 0.0 or np.any(np.abs(steps * step - run.time) > 1e-9):
-        raise ValueError(f"rows must begin at 0 and fall on whole steps of {step} s.")
-    return steps.astype(np.int32)
-
-
-def _padded(rows: Sequence[NDArray], dtype: type) -> NDArray:
-    table = np.zeros((len(rows), max(row.shape[0] for row in rows)), dtype=dtype)
-    for i, row in enumerate(rows):
-        table[i, : row.shape[0]] = row
-    return table
-
-
-def _knocks(runs: Sequence[Run]) -> tuple[wp.array, wp.array]:
-    counts = np.array([len(run.knocks) for run in runs], dtype=np.int32)
-    table = np.zeros((len(runs), max(1, int(counts.max())), 3))
-    for i, run in enumerate(runs):
-        for k, knock in enumerate(run.knocks):
-            table[i, k] = knock.start, knock.width, knock.peak
-    return wp.array(counts, device="cpu"), wp.array(table, dtype=wp.vec3d, device="cpu")
-
-
-def _motion(run: Run, coordinates: Array, speed: Array, force: Array) -> Motion:
-    arm = np.array(run.bench.moment_arm)
+def _motion(run: Run, coordinates: Array, motor: Array, force: Array, cell: Array) -> Motion:
+    causes = run.causes
+    if run.logged is not None:
+        motor = motor[run.logged]
+    said = causes.cell_gain * cell + causes.cell_bias + causes.cell_drift * run.time
     return Motion(
-        angle=coordinates @ arm / SPOOL_RADIUS + run.causes.offset,
-        speed=speed,
+        angle=motor[:, 0],
+        speed=motor[:, 1],
         force=force,
+        cell=said,
         coordinates=coordinates,
         tip=tip_position(run.bench, coordinates) if run.bench.kind == "finger" else None,
     )

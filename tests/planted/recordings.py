@@ -7,9 +7,10 @@ from types import MappingProxyType
 import numpy as np
 
 from tendon_newton.recording import Recording
-from tests.planted.bench import BENCHES, Causes
+from tests.planted.bench import Bench
+from tests.planted.causes import Causes
 from tests.planted.commands import COMMANDS, row_times
-from tests.planted.draws import Planted, draw_knocks
+from tests.planted.disturbances import draw_disturbances
 from tests.planted.plant import Motion, Run
 from tests.planted.sensors import (
     Sensors,
@@ -55,15 +56,19 @@ def draw_slots(rng: np.random.Generator, benches: Sequence[str]) -> tuple[Slot, 
     return tuple(slots)
 
 
-def draw_run(rng: np.random.Generator, slot: Slot, causes: Causes, planted: Planted) -> Run:
-    """Draw the command of a recording, and the hands in its way."""
-    time = row_times(rng)
+def draw_run(
+    rng: np.random.Generator,
+    slot: Slot,
+    causes: Causes,
+    benches: Mapping[str, Bench],
+    duration: tuple[float, float],
+) -> Run:
+    """Draw the command of a recording, and what befalls it."""
+    time = row_times(rng, duration)
+    command = np.round(COMMANDS[slot.kind](rng, time.size), 6)  # as the file has it
+    befalling = draw_disturbances(rng, causes, time)
     return Run(
-        bench=BENCHES[slot.bench],
-        causes=causes,
-        time=time,
-        command=np.round(COMMANDS[slot.kind](rng, time.size), 6),  # as the file has it
-        knocks=draw_knocks(rng, planted, float(time[-1])),
+        **vars(befalling), bench=benches[slot.bench], causes=causes, time=time, command=command
     )
 
 
@@ -72,7 +77,7 @@ def record(
 ) -> Recording:
     """Pass a motion through the sensors."""
     theta, speed = encoder(motion.angle).round(6), speed_register(rng, motion.speed).round(3)
-    force = load_cell(rng, motion.force, sensors).round(4)
+    force = load_cell(rng, motion.cell, sensors).round(4)
     tip = None if motion.tip is None else camera(rng, motion.tip).round(5)
     kept = kept_rows(rng, run.time.size) if gaps else np.arange(run.time.size)
     return Recording(

@@ -20,6 +20,8 @@ TIP_NOISE = 0.2e-3  # [m] standard deviation of each coordinate
 class Sensors:
     """How good the sensors are."""
 
+    force_noise: float = FORCE_NOISE
+    """Standard deviation of the load cell's noise [N]."""
     noise_colour: float = 0.0
     """Correlation of the load cell's noise from one row to the next [1]."""
     cell_rate: float | None = None
@@ -49,7 +51,7 @@ def speed_register(rng: np.random.Generator, speed: Array) -> Array:
 
 def load_cell(rng: np.random.Generator, force: Array, sensors: Sensors) -> Array:
     """Noisy force; a slow cell reads every so many rows from an unknown first one [N]."""
-    measured = force + FORCE_NOISE * coloured_noise(rng, force.size, sensors.noise_colour)
+    measured = force + sensors.force_noise * coloured_noise(rng, force.size, sensors.noise_colour)
     if sensors.cell_rate is None:
         return measured
     every = round(ROW_RATE / sensors.cell_rate)

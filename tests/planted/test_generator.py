@@ -13,12 +13,13 @@ from tendon_newton.errors import UnknownName
 from tendon_newton.model_file import load_model
 from tests.planted.commands import COMMANDS
 from tests.planted.draws import EFFECTS, OUTSIDE
-from tests.planted.generator import main, make_dataset
+from tests.planted.generator import Recipe, main, make_dataset
 from tests.planted.sensors import Sensors, coloured_noise, encoder, load_cell, speed_register
 
 ROOT = Path(__file__).parents[2]
 FORBIDDEN = ("tendon_newton.simulation", "tendon_newton.effects", "tendon_newton.mechanisms",
-             "tendon_newton.actuators", "newton", "pxr")  # fmt: skip
+             "tendon_newton.actuators", "tendon_newton.identification", "tendon_newton.diagnosis",
+             "newton", "pxr")  # fmt: skip
 
 
 def content(folder: Path) -> dict[str, bytes]:
@@ -30,7 +31,9 @@ def test_the_same_seed_gives_the_same_files(tmp_path: Path) -> None:
     """Bit for bit; another seed, or another cause, gives other recordings."""
     chosen = {"a": 1, "b": 1, "c": 2}
     truths = {
-        name: make_dataset(tmp_path / name, effect="coulomb_friction", seed=seed, mix="F")
+        name: make_dataset(
+            tmp_path / name, Recipe(effects=("coulomb_friction",), seed=seed, mix="F")
+        )
         for name, seed in chosen.items()
     }
     files = {name: content(tmp_path / name) for name in chosen}
@@ -42,16 +45,17 @@ def test_the_same_seed_gives_the_same_files(tmp_path: Path) -> None:
 @pytest.mark.parametrize("cause", [*EFFECTS, *OUTSIDE])
 def test_every_cause_stands_out_of_the_noise(cause: str, tmp_path: Path) -> None:
     """Held-out force or angle moves by several floors; the folder does not say why."""
-    truth = make_dataset(tmp_path, effect=cause, seed=5, mix="A")
-    assert truth.outside == (cause in OUTSIDE)
-    assert truth.parameters
-    assert max(truth.strength, truth.strength_theta) > 10.0
+    truth = make_dataset(tmp_path, Recipe(effects=(cause,), seed=5, duration=(6.0, 7.0)))
+    assert truth.family == ("outside" if cause in OUTSIDE else "single")
+    assert truth.parameters[cause]
+    assert truth.strength > 2.0 or truth.strength_theta > 10.0
+    assert truth.nominal > truth.true
     assert not any(cause.encode() in text for text in content(tmp_path).values())
 
 
 def test_a_dataset_has_every_bench_in_both_splits(tmp_path: Path) -> None:
     """Five recordings to train on, three to test on, 12 to 19 s each at 80 Hz."""
-    make_dataset(tmp_path, effect=None, seed=1, mix="A")
+    make_dataset(tmp_path, Recipe(seed=1))
     dataset: Dataset = load_dataset(tmp_path)
     assert (len(dataset.train), len(dataset.test)) == (5, 3)
     benches = {"finger", "spring_weak", "spring_strong"}
@@ -65,9 +69,39 @@ def test_a_dataset_has_every_bench_in_both_splits(tmp_path: Path) -> None:
 
 def test_nothing_planted_moves_nothing(tmp_path: Path) -> None:
     """The truth of a clean dataset is empty and its strength zero."""
-    truth = make_dataset(tmp_path, effect=None, seed=1, mix="W")
-    assert (truth.effect, dict(truth.parameters)) == (None, {})
+    truth = make_dataset(tmp_path, Recipe(seed=1, mix="W"))
+    assert (truth.effects, dict(truth.parameters), truth.family) == ((), {}, "clean")
     assert truth.strength == truth.strength_theta == 0.0
+    assert truth.nominal == truth.true
+    assert truth.true[0] == pytest.approx(0.05, rel=0.1)  # 3,000 draws
+    assert truth.true[1] == pytest.approx(0.443e-3, rel=0.15)  # a staircase at rest is no dither
+
+
+def test_two_causes_are_both_in_the_plant(tmp_path: Path) -> None:
+    """A delay and a bias: the angle of the delay alone, the force of both."""
+    names = ("command_delay", "load_cell_bias")
+    truth = make_dataset(tmp_path, Recipe(effects=names, seed=1))
+    assert truth.family == "pair"
+    assert set(truth.parameters) == set(names)
+    assert truth.strength_theta > 10.0
+    assert truth.strength > abs(truth.parameters["load_cell_bias"]["offset"]) / 0.05
+
+
+def test_a_tenth_of_the_size_is_about_a_tenth_of_the_strength(tmp_path: Path) -> None:
+    """The same seed draws the same command, so only the cause is smaller."""
+    whole, tenth = (
+        make_dataset(tmp_path / str(s), Recipe(effects=("gain_error",), seed=4, size=s))
+        for s in (1.0, 0.1)
+    )
+    assert tenth.strength / whole.strength == pytest.approx(0.1, rel=0.3)
+
+
+def test_a_bench_off_its_drawing_is_wrong_for_the_model_alone(tmp_path: Path) -> None:
+    """Nothing is planted, the plant is itself, and yet the starting model errs."""
+    truth = make_dataset(tmp_path, Recipe(seed=1, mix="F", off_nominal=0.05))
+    assert truth.family == "clean"
+    assert truth.strength == 0.0
+    assert truth.nominal[1] > 5.0 * truth.true[1]
 
 
 def test_unlisted_imperfections_stay_about_the_noise(tmp_path: Path) -> None:
@@ -75,7 +109,7 @@ def test_unlisted_imperfections_stay_about_the_noise(tmp_path: Path) -> None:
     datasets = []
     for level in (0.0, 1.0):
         out = tmp_path / str(level)
-        make_dataset(out, effect=None, seed=2, mix="A", imperfection=level)
+        make_dataset(out, Recipe(seed=2, imperfection=level))
         datasets.append(load_dataset(out).test)
     pairs = list(zip(*datasets, strict=True))
     force = np.concatenate([a.force - b.force for a, b in pairs])
@@ -86,18 +120,20 @@ def test_unlisted_imperfections_stay_about_the_noise(tmp_path: Path) -> None:
 
 def test_a_known_friction_is_in_the_model_and_adds_to_the_planted_one(tmp_path: Path) -> None:
     """The truth of a friction that the model knows in part is the new total."""
-    truth = make_dataset(tmp_path, effect="viscous_friction", seed=1, mix="S", known_friction=True)
+    truth = make_dataset(
+        tmp_path, Recipe(effects=("viscous_friction",), seed=1, mix="S", known_friction=True)
+    )
     known = {
         effect.name: dict(effect.values) for effect in load_model(tmp_path / "model.toml").effects
     }
     assert known == {"viscous_friction": {"coefficient": 1.5}, "coulomb_friction": {"force": 0.8}}
-    assert truth.parameters["coefficient"] > 2.2
+    assert truth.parameters["viscous_friction"]["coefficient"] > 2.2
 
 
 def test_a_log_with_gaps_keeps_its_first_row_and_its_commands(tmp_path: Path) -> None:
     """Rows are lost after the fact: what is left equals the same dataset without gaps."""
-    make_dataset(tmp_path / "gaps", effect=None, seed=1, mix="W", gaps=True)
-    make_dataset(tmp_path / "whole", effect=None, seed=1, mix="W")
+    make_dataset(tmp_path / "gaps", Recipe(seed=1, mix="W", gaps=True))
+    make_dataset(tmp_path / "whole", Recipe(seed=1, mix="W"))
     lost, whole = (load_dataset(tmp_path / name).train[0] for name in ("gaps", "whole"))
     assert lost.time[0] == 0.0
     assert 8 < whole.sample_count - lost.sample_count < 120
@@ -112,15 +148,16 @@ def test_the_command_line_writes_the_truth_beside_the_folder(tmp_path: Path) -> 
     """OUT.truth.json, never inside OUT."""
     main([str(tmp_path / "set"), "--effect", "gain_error", "--seed", "3", "--noise", "0.6"])
     truth = json.loads((tmp_path / "set.truth.json").read_text())
-    assert truth["effect"] == "gain_error"
-    assert "scale" in truth["parameters"]
+    (effect,) = truth["effects"]
+    assert effect["name"] == "gain_error"
+    assert "scale" in effect["parameters"]
     assert not list((tmp_path / "set").glob("*.json"))
 
 
 def test_an_unknown_cause_is_refused(tmp_path: Path) -> None:
     """With the names that are known."""
     with pytest.raises(UnknownName, match="viscous_friction"):
-        make_dataset(tmp_path, effect="viscous_fricton", seed=0)
+        make_dataset(tmp_path, Recipe(effects=("viscous_fricton",)))
 
 
 @pytest.mark.parametrize("colour", [0.0, 0.6, 0.9])
@@ -172,7 +209,7 @@ def test_commands_stay_within_one_turn(kind: str) -> None:
 
 def test_the_generator_knows_nothing_of_the_simulator() -> None:
     """A fresh interpreter that imported it holds none of the fitted equations."""
-    code = "import json, sys, tests.planted.generator; print(json.dumps(list(sys.modules)))"
+    code = "import json, sys, tests.planted.exam; print(json.dumps(list(sys.modules)))"
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
     )

@@ -1,54 +1,27 @@
 """The plant does what the closed forms say, and its integration error is out of sight."""
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from tests.planted.bench import BENCHES, GAIN, GRAVITY, SPOOL_RADIUS, Causes
+from tests.planted.bench import GAIN, GRAVITY, SPOOL_RADIUS
+from tests.planted.causes import Causes
 from tests.planted.commands import COMMANDS
-from tests.planted.plant import STEP, Motion, Run, simulate
+from tests.planted.plant import STEP
+from tests.planted.trials import FINGER, TAUT, WEAK, jump, rows, run, step_response
 
 Array = NDArray[np.float64]
 
-FINGER = BENCHES["finger"]
-WEAK = BENCHES["spring_weak"]
-TAUT = GAIN / SPOOL_RADIUS  # [N/m] the servo as a spring
 ENCODER_FLOOR = 0.44e-3  # [rad]
 CELL_FLOOR = 0.05  # [N]
-CHALLENGES = Path(
-    os.environ.get("TENDON_NEWTON_CHALLENGES", Path(__file__).parents[3] / "shared" / "challenges")
-)
-
-
-def rows(duration: float, rate: float = 80.0) -> Array:
-    """Row instants [s]."""
-    return np.arange(round(duration * rate)) / rate
-
-
-def jump(time: Array, first: float, then: float, at: float = 0.5) -> Array:
-    """Command with one jump [rad]."""
-    return np.where(time < at - 1e-9, first, then)
-
-
-def run(bench: str, causes: Causes, time: Array, command: Array, step: float = STEP) -> Motion:
-    """Simulate one recording."""
-    made = Run(bench=BENCHES[bench], causes=causes, time=time, command=command)
-    return simulate([made], step=step)[0]
 
 
 def spring_response(time: Array, start: float, end: float, damping: float) -> Array:
-    """Slide of the weak spring after a jump at t = 0 [m]: a damped oscillator's step response."""
-    stiffness = WEAK.stiffness[0] + TAUT
-    decay = damping / (2.0 * WEAK.mass[0])
-    root = np.sqrt(complex(decay**2 - stiffness / WEAK.mass[0]))
-    after = np.maximum(time, 0.0)
-    slow, fast = np.exp((root - decay) * after), np.exp((-root - decay) * after)
-    shape = (slow + fast) / 2.0 + decay / root * (slow - fast) / 2.0
-    return end + (start - end) * shape.real
+    """Slide of the weak spring after a jump at t = 0 [m]."""
+    natural = np.sqrt((WEAK.stiffness[0] + TAUT) / WEAK.mass[0])
+    shape = step_response(time, natural, damping / (2.0 * WEAK.mass[0]))
+    return start + (end - start) * shape
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.0123456, 0.0375])
@@ -117,7 +90,7 @@ def test_finger_rests_where_its_energy_is_least() -> None:
 def test_undamped_finger_keeps_its_energy() -> None:
     """Without damping, springs, weight, servo and motion sum to a constant after a jump."""
     time = rows(0.4, rate=20e3)
-    motion = run("finger", Causes(damping_scale=0.0), time, jump(time, 1.5, 1.9, at=0.1))
+    motion = run("finger", Causes(damper_scale=0.0), time, jump(time, 1.5, 1.9, at=0.1), step=10e-6)
     q = motion.coordinates[time > 0.1]
     speed = (8.0 * (q[3:-1] - q[1:-3]) - (q[4:] - q[:-4])) / (12.0 * time[1])
     kinetic = finger_kinetic(q[2:-2], speed)
@@ -154,22 +127,6 @@ def test_integration_error_is_far_below_the_sensors(bench: str, causes: Causes) 
     """Half the step changes angle and force by less than a tenth of what the sensors resolve."""
     time = rows(6.0)
     command = COMMANDS["steps"](np.random.default_rng(1), time.size)
-    whole, half = (run(bench, causes, time, command, step) for step in (STEP, STEP / 2.0))
+    whole, half = (run(bench, causes, time, command, step=step) for step in (STEP, STEP / 2.0))
     assert np.sqrt(np.mean((whole.angle - half.angle) ** 2)) < 0.1 * ENCODER_FLOOR
     assert np.sqrt(np.mean((whole.force - half.force) ** 2)) < 0.1 * CELL_FLOOR
-
-
-@pytest.mark.skipif(not (CHALLENGES / "c005").is_dir(), reason="no outside data here")
-def test_clean_finger_agrees_with_recordings_of_another_plant() -> None:
-    """Under the same commands it meets a clean finger's encoder to 0.6 mrad and cell to 0.06 N."""
-    files = sorted((CHALLENGES / "c005").glob("finger_*.csv"))
-    tables = [np.genfromtxt(file, delimiter=",", names=True) for file in files]
-    runs = [
-        Run(bench=FINGER, causes=Causes(), time=table["t"], command=table["theta_d"])
-        for table in tables
-    ]
-    for table, motion in zip(tables, simulate(runs), strict=True):
-        assert np.sqrt(np.mean((table["theta"] - motion.angle) ** 2)) < 0.6e-3
-        assert np.sqrt(np.mean((table["force"] - motion.force) ** 2)) < 0.06
-        assert motion.tip is not None
-        assert np.sqrt(np.mean((table["tip_z"] - motion.tip[:, 1]) ** 2)) < 0.25e-3

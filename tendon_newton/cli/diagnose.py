@@ -1,0 +1,91 @@
+"""Name what a model gets wrong about measured data, extend it, and measure the gain."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+if TYPE_CHECKING:
+    from tendon_newton.diagnosis.result import Diagnosis
+
+
+@dataclass(frozen=True, kw_only=True)
+class DiagnoseConfig:
+    """Name what a model gets wrong about measured data.
+
+    Writes DIR/report.html (for people), DIR/diagnosis.json (for programs) and DIR/model.toml (the
+    extended model, usable as the next --model). The verdict is one of: no_gap, explained,
+    partly_explained, unexplained.
+    """
+
+    dataset: Annotated[Path, tyro.conf.Positional]
+    """Folder with dataset.toml and its recordings; test recordings only report the error."""
+    model: Path
+    """Model file to start from."""
+    out: Path
+    """Folder for the results; made if it is not there."""
+
+
+def main(config: DiagnoseConfig) -> None:
+    """Diagnose and write what was found."""
+    from tendon_newton.cli.output import make_folder, quiet_warp
+    from tendon_newton.dataset import load_dataset
+    from tendon_newton.model_file import load_model, write_model
+
+    quiet_warp()
+    dataset = load_dataset(config.dataset)
+    model = load_model(config.model)
+    out = make_folder(config.out)
+
+    from tendon_newton.diagnosis.diagnose import diagnose
+    from tendon_newton.diagnosis.report import Origin, write_report
+    from tendon_newton.diagnosis.result import write_diagnosis
+
+    diagnosis, evidence = diagnose(dataset, model, progress=lambda text: print(f"  {text} ..."))
+    write_diagnosis(out / "diagnosis.json", diagnosis)
+    write_model(out / "model.toml", diagnosis.model)
+    origin = Origin(dataset=config.dataset, command=shlex.join(["tendon-newton", *sys.argv[1:]]))
+    write_report(out / "report.html", diagnosis, evidence, origin)
+    print(summary(diagnosis))
+    print(f"\n  report          {out / 'report.html'}")
+    print(f"  extended model  {out / 'model.toml'}")
+    print(f"  for programs    {out / 'diagnosis.json'}")
+
+
+VERDICTS = {
+    "no_gap": "no gap: what the model leaves is noise, as far as this data can tell",
+    "explained": "explained: the named causes account for the gap",
+    "partly_explained": "partly explained: the named causes are real, and structure remains",
+    "unexplained": "unexplained: there is a gap, and no effect of the catalogue accounts for it",
+}
+
+
+def summary(diagnosis: Diagnosis) -> str:
+    """Return the result as a table for a terminal."""
+    lines = ["", VERDICTS[diagnosis.verdict], ""]
+    for effect in diagnosis.effects:
+        numbers = ", ".join(
+            f"{name} = {p.value:.4g} {p.unit} [{p.ci95[0]:.4g}, {p.ci95[1]:.4g}]"
+            for name, p in effect.parameters.items()
+        )
+        lines.append(f"  {effect.name:26s} {numbers}")
+        if effect.indistinguishable_from:
+            lines.append(
+                f"  {'':26s} or {', '.join(effect.indistinguishable_from)}: not told apart"
+            )
+    lines += ["", "  held-out error           before      after"]
+    for label, name, scale, unit in (
+        ("motor angle, RMS", "theta_rmse", 1e3, "mrad"),
+        ("motor angle, mean abs.", "theta_mae", 1e3, "mrad"),
+        ("tension, RMS", "force_rmse", 1.0, "N"),
+    ):
+        before, after = getattr(diagnosis.baseline, name), getattr(diagnosis.extended, name)
+        if before is not None and after is not None:
+            lines.append(f"  {label:22s} {scale * before:8.4g}   {scale * after:8.4g} {unit}")
+    lines += [f"  note: {note}" for note in diagnosis.notes]
+    return "\n".join(lines)

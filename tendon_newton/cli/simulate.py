@@ -1,0 +1,79 @@
+"""Replay a dataset's commands through a model in closed loop."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+if TYPE_CHECKING:
+    from tendon_newton.recording import Recording
+    from tendon_newton.simulation.rollout import Trajectory
+
+
+@dataclass(frozen=True, kw_only=True)
+class SimulateConfig:
+    """Replay a dataset's commands through a model in closed loop.
+
+    Writes one CSV per recording (t, theta_d, theta, theta_dot, force and the tip where the bench has one) and, beside it, a picture of
+    measured and simulated signals.
+    """
+
+    dataset: Annotated[Path, tyro.conf.Positional]
+    """Folder with dataset.toml and its recordings."""
+    model: Path
+    """Model file."""
+    out: Path
+    """Folder for the results; made if it is not there."""
+    time_step: float = 2.5e-4
+    """Longest step of the integrator [s]."""
+    plots: bool = True
+    """Whether to draw a picture per recording."""
+
+
+def main(config: SimulateConfig) -> None:
+    """Simulate and write trajectories and pictures."""
+    from tendon_newton.cli.output import make_folder, quiet_warp
+    from tendon_newton.dataset import load_dataset
+    from tendon_newton.errors import InvalidParameter
+    from tendon_newton.model_file import load_model
+
+    if not 1.0e-6 <= config.time_step <= 0.01:
+        raise InvalidParameter(
+            f"--time-step must be between 1e-6 and 0.01 s; it is {config.time_step:g}"
+        )
+    quiet_warp()
+    dataset = load_dataset(config.dataset, require_train=False, require_test=False)
+    model = load_model(config.model)
+    out = make_folder(config.out)
+
+    from tendon_newton.recording_csv import write_csv
+    from tendon_newton.simulation.replay import replay, simulated_recording
+    from tendon_newton.simulation.trajectory_plot import plot_trajectory
+
+    recordings = (*dataset.train, *dataset.test)
+    for recording, trajectory in zip(
+        recordings, replay(recordings, model, time_step=config.time_step), strict=True
+    ):
+        path = out / Path(recording.name).with_suffix(".csv").name
+        write_csv(path, simulated_recording(recording, trajectory))
+        if config.plots:
+            plot_trajectory(path.with_suffix(".png"), recording, trajectory)
+        print(f"  {path.name:32s} {errors_text(recording, trajectory)}")
+    print(f"\nwrote {len(recordings)} recordings to {out}")
+
+
+def errors_text(recording: Recording, trajectory: Trajectory) -> str:
+    """Return how far a simulation is from its recording."""
+    import numpy as np
+
+    def rms(values: object) -> float:
+        return float(np.sqrt(np.mean(np.square(values))))
+
+    theta = rms(recording.motor_position - trajectory.motor_position)
+    text = f"theta {1e3 * theta:8.3f} mrad RMS"
+    if recording.force is not None:
+        text += f"   force {rms(recording.force - trajectory.force):7.4f} N RMS"
+    return text

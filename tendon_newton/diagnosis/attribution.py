@@ -1,0 +1,188 @@
+"""Which causes? Greedy extension, each step gated on folds it was not fitted on, then pruning and classes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tendon_newton.diagnosis.detection import gain_p_value
+from tendon_newton.diagnosis.search import Fit, Round, Search, parameter_count
+from tendon_newton.effects import find_effect
+from tendon_newton.identification.least_squares import Candidate
+from tendon_newton.identification.noise_floor import NoiseFloor
+from tendon_newton.identification.objective import Scales
+from tendon_newton.recording import Array
+
+MOST_CAUSES = 3
+"""Causes that are looked for at once."""
+P_VALUE = 0.02
+"""Chance of a false alarm that a step of the extension may take."""
+LEAST_T = 2.0
+"""Paired gain over its standard error, from block to block, that a step needs."""
+LEAST_SHARE = (0.15, 0.15, 0.2)
+"""Share of the loss above the noise that the first, second, third cause must remove."""
+EQUAL_SHARE = 0.01
+"""Losses closer than this share of the gain count as equal, however small their standard error."""
+SMALL_SHARE = 0.2
+"""Losses further apart than this share of the gain are told apart, however large their standard error."""
+CLASS_ERRORS = 2.0
+"""Candidates within so many paired standard errors of the best are not told from it."""
+LARGEST_CLASS = 3
+"""A class counts as an answer with at most so many names."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Attribution:
+    """The causes that passed."""
+
+    rounds: tuple[Round, ...]
+    """What was tried, round by round; the first holds every effect alone."""
+    baseline: Candidate
+    """The starting model with its unknown numbers refitted."""
+    final: Fit | None
+    """All causes together; None where none passed."""
+    classes: dict[str, tuple[str, ...]]
+    """For each cause the effects that the data cannot tell from it."""
+    p_value: float
+    """Of the first round."""
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Names of the causes, strongest first."""
+        return () if self.final is None else self.final.effects
+
+
+def attribute(
+    search: Search, names: Sequence[str], noise: NoiseFloor, rng: np.random.Generator
+) -> Attribution:
+    """Find the causes among some effects."""
+    baseline = search.baseline()
+    current, chosen = baseline, ()
+    rounds: list[Round] = []
+    p_values: list[float] = []
+    final = None
+    for step in range(MOST_CAUSES):
+        tried = search.extend(current, chosen, [n for n in names if n not in chosen])
+        best = simplest(tried)
+        rounds.append(tried)
+        p_values.append(gain_p_value(search, tried.fits, tried.current, rng))
+        gated = passes(search, tried, best, noise, LEAST_SHARE[step])
+        if p_values[-1] > P_VALUE or not gated:
+            break
+        final = best
+        current, chosen = best.candidate, best.effects
+    if final is not None and len(final.effects) > 1:
+        final = prune(search, final, noise)
+    classes = {} if final is None else find_classes(search, final, rounds)
+    return Attribution(
+        rounds=tuple(rounds), baseline=baseline, final=final, classes=classes, p_value=p_values[0]
+    )
+
+
+def simplest(tried: Round) -> Fit:
+    """Return the simplest candidate that is within one standard error of the best."""
+    best = tried.fits[0]
+    gain = tried.current.loss - best.loss
+    choice = best
+    for fit in tried.fits[1:]:
+        behind, error = paired(fit.losses, best.losses)
+        close = behind <= max(min(error, SMALL_SHARE * gain), EQUAL_SHARE * gain)
+        if close and parameter_count(fit.effects) < parameter_count(choice.effects):
+            choice = fit
+    return choice
+
+
+def passes(search: Search, tried: Round, fit: Fit, noise: NoiseFloor, least_share: float) -> bool:
+    """Gate a step: a clear, significant gain on unseen folds, in most recordings, by a number inside its range."""
+    gain, error = paired(tried.current.losses, fit.losses)
+    above_noise = tried.current.loss - noise_loss(search, tried.scales, noise)
+    by_recording = recording_losses(search, tried.current.losses - fit.losses)
+    return (
+        gain > least_share * above_noise
+        and gain > LEAST_T * error
+        and float(np.mean(by_recording > 0.0)) > 0.5
+        and not at_bound(fit)
+    )
+
+
+def paired(worse: Array, better: Array) -> tuple[float, float]:
+    """Return the summed difference of block losses and its standard error."""
+    difference = worse - better
+    return float(difference.sum()), float(difference.std(ddof=1) * np.sqrt(len(difference)))
+
+
+def noise_loss(search: Search, scales: Scales, noise: NoiseFloor) -> float:
+    """Return the loss that sensor noise alone leaves."""
+    forces = int(np.sum(search.where.is_force))
+    angles = len(search.where.is_force) - forces
+    theta = angles * (noise.theta / scales.theta) ** 2
+    force = forces * ((noise.force or 0.0) / scales.force) ** 2
+    return 0.5 * (theta + force)
+
+
+def recording_losses(search: Search, losses: Array) -> Array:
+    """Sum losses of blocks by recording, shape (R,)."""
+    owner = np.zeros(search.where.block_count, dtype=int)
+    owner[search.where.block] = search.where.recording
+    return np.bincount(owner, losses)
+
+
+def at_bound(fit: Fit) -> bool:
+    """Tell whether the last effect of a fit ended at the edge of a parameter's range other than its null."""
+    count = parameter_count(fit.effects[-1:])
+    parameters = find_effect(fit.effects[-1]).parameters
+    c = fit.candidate
+    rows = zip(parameters, c.value[-count:], c.lower[-count:], c.upper[-count:], strict=True)
+    return any(value in (low, high) and value != p.null for p, value, low, high in rows)
+
+
+def others_of(search: Search, final: Fit, effect: str) -> tuple[tuple[str, ...], Candidate]:
+    """Return the other effects of a fit, and a candidate with their parameters alone."""
+    others = tuple(name for name in final.effects if name != effect)
+    candidate, _ = search.problem(others, final.candidate)
+    return others, candidate
+
+
+def prune(search: Search, final: Fit, noise: NoiseFloor) -> Fit:
+    """Drop what later additions made redundant."""
+    for effect in final.effects:
+        others, candidate = others_of(search, final, effect)
+        tried = search.extend(candidate, others, [effect])
+        gain, error = paired(tried.current.losses, tried.fits[0].losses)
+        above_noise = tried.current.loss - noise_loss(search, tried.scales, noise)
+        if gain < max(LEAST_T * error, LEAST_SHARE[0] * above_noise):
+            reduced = tried.current
+            return prune(search, reduced, noise) if len(others) > 1 else reduced
+    return final
+
+
+def find_classes(search: Search, final: Fit, rounds: Sequence[Round]) -> dict[str, tuple[str, ...]]:
+    """For each cause find what would explain the data as well in its place."""
+    classes = {}
+    for effect in final.effects:
+        others, candidate = others_of(search, final, effect)
+        if others:
+            rivals = [f.effects[-1] for r in rounds for f in r.fits if f.effects[-1] not in others]
+            tried = search.extend(candidate, others, list(dict.fromkeys([effect, *rivals])))
+        else:
+            tried = rounds[0]
+        classes[effect] = indistinguishable(tried, effect)
+    return classes
+
+
+def indistinguishable(tried: Round, effect: str) -> tuple[str, ...]:
+    """Return the rivals of one effect that the data cannot tell from it, nearest first."""
+    own = next((fit for fit in tried.fits if fit.effects[-1] == effect), None)
+    if own is None:
+        return ()
+    gain = tried.current.loss - own.loss
+    rivals = []
+    for fit in tried.fits:
+        behind, error = paired(fit.losses, own.losses)
+        contains = effect in find_effect(fit.effects[-1]).includes
+        close = behind <= max(min(CLASS_ERRORS * error, SMALL_SHARE * gain), EQUAL_SHARE * gain)
+        if fit is not own and close and not (contains and behind > -error):
+            rivals.append((behind, fit.effects[-1]))
+    return tuple(name for _, name in sorted(rivals))[: LARGEST_CLASS - 1]

@@ -1,0 +1,305 @@
+"""The whole diagnosis: from a dataset and a model to named causes and a measured gain."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from tendon_newton.dataset import Dataset
+from tendon_newton.diagnosis.adequacy import dependencies, is_noise
+from tendon_newton.diagnosis.attribution import Attribution, attribute, noise_loss
+from tendon_newton.diagnosis.evaluation import (
+    SquaredErrors,
+    evaluate_models,
+    explained_fraction,
+    fraction_interval,
+)
+from tendon_newton.diagnosis.result import (
+    CandidateScore,
+    Diagnosis,
+    Estimate,
+    NamedEffect,
+    Unexplained,
+    Verdict,
+)
+from tendon_newton.diagnosis.search import Fit, Search
+from tendon_newton.effects import EFFECTS, find_effect
+from tendon_newton.identification.intervals import intervals
+from tendon_newton.identification.least_squares import Candidate
+from tendon_newton.identification.study import Study
+from tendon_newton.model_file import Model, NamedValues
+from tendon_newton.recording import Array
+
+SEARCH_STEP = 5.0e-4
+"""Simulation step while searching [s]; the reported errors use the finer default."""
+LEAST_EXPLAINED = 0.5
+"""Causes that explain less of the gap than this are not named: something else is the matter."""
+SEED = 0
+"""Of the surrogates and the bootstrap: the same data give the same diagnosis."""
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Evidence:
+    """What a report shows besides the diagnosis."""
+
+    baseline: dict[int, float]
+    """Parameter column -> value of the starting model with its unknown numbers refitted."""
+    extended: dict[int, float]
+    """The same of the extended model."""
+    test: Study
+    """Held-out recordings."""
+    train: Study
+    """Recordings that the fits saw."""
+
+
+def diagnose(
+    dataset: Dataset, model: Model, *, progress: Progress = lambda _: None
+) -> tuple[Diagnosis, Evidence]:
+    """Name what a model gets wrong about a dataset.
+
+    Args:
+        dataset: Training recordings decide, test recordings only report.
+        model: The model to start from.
+        progress: Told, in a few words, what is being done.
+
+    Raises:
+        TendonNewtonError: The dataset or the model cannot be used; the message says why.
+    """
+    start = time.monotonic()
+    rng = np.random.default_rng(SEED)
+    names = tuple(EFFECTS)
+    progress("reading benches and compiling kernels")
+    train = Study(dataset.train, model, names, time_step=SEARCH_STEP)
+    search = Search(train, model)
+    progress(f"trying {len(names)} effects on {len(dataset.train)} recordings")
+    attribution = attribute(search, names, train.noise, rng)
+    progress("measuring the gain on held-out recordings")
+    test = Study(dataset.test, model, names)
+    diagnosis, evidence = conclude(search, attribution, model, test, rng, start)
+    return diagnosis, evidence
+
+
+def conclude(
+    search: Search,
+    attribution: Attribution,
+    model: Model,
+    test: Study,
+    rng: np.random.Generator,
+    start: float,
+) -> tuple[Diagnosis, Evidence]:
+    """Turn an attribution into a verdict and measure it on the test recordings."""
+    train = search.study
+    baseline = values_of(attribution.baseline)
+    verdict, final = judge(search, attribution, model)
+    extended = baseline if final is None else values_of(final.candidate)
+    without = [without_effect(search, extended, baseline, e, model) for e in effects_of(final)]
+    before, after, *partial = evaluate_models(test, [baseline, extended, *without])
+    fraction = explained_fraction(before.pooled(), after.pooled(), train.noise)
+    low, high = fraction_interval(before, after, train.noise, rng)
+    shown = final or attribution.rounds[0].current
+    diagnosis = Diagnosis(
+        verdict=verdict,
+        wall_time_s=time.monotonic() - start,
+        baseline=before.pooled(),
+        extended=after.pooled(),
+        noise_force=train.noise.force,
+        noise_theta=train.noise.theta,
+        explained_fraction=fraction,
+        explained_interval=(low, high),
+        effects=named_effects(search, attribution, final, partial),
+        candidates=candidate_scores(search, attribution),
+        unexplained=Unexplained(
+            fraction=remaining_fraction(verdict, fraction),
+            depends_on=dependencies(search, shown.point.residual)
+            if verdict in ("partly_explained", "unexplained")
+            else (),
+        ),
+        model=extended_model(search, model, extended, effects_of(final)),
+        p_value=attribution.p_value,
+        fitted=fitted_numbers(search, shown, model),
+        notes=notes(search, final, model),
+    )
+    return diagnosis, Evidence(baseline=baseline, extended=extended, test=test, train=train)
+
+
+def judge(search: Search, attribution: Attribution, model: Model) -> tuple[Verdict, Fit | None]:
+    """Decide what the attribution is worth: named causes only if they account for the gap."""
+    noise = search.study.noise
+    first = attribution.rounds[0]
+    known = [effect.name for effect in model.effects]
+    quiet = is_noise(search, first.current.point, scales_of(first), noise, known)
+    final = attribution.final
+    if final is None:
+        return ("no_gap" if quiet else "unexplained"), None
+    last = attribution.rounds[len(final.effects) - 1]
+    left = is_noise(search, final.point, scales_of(last), noise, [*known, *final.effects])
+    top = attribution.rounds[0].current
+    floor = noise_loss(search, first.scales, noise)
+    rescored = search.score(
+        [top.effects, final.effects], [top.candidate, final.candidate], first.scales
+    )
+    explained = (rescored[0].loss - rescored[1].loss) / max(rescored[0].loss - floor, 1.0e-12)
+    if left:
+        return "explained", final
+    if explained < LEAST_EXPLAINED:
+        return "unexplained", None
+    return "partly_explained", final
+
+
+def scales_of(tried) -> tuple[float, float]:
+    """Return a round's units as (angle, force)."""
+    return tried.scales.theta, tried.scales.force
+
+
+def effects_of(final: Fit | None) -> tuple[str, ...]:
+    """Return the named causes."""
+    return () if final is None else final.effects
+
+
+def values_of(candidate: Candidate) -> dict[int, float]:
+    """Return parameter column -> value."""
+    return {c: float(v) for c, v in zip(candidate.columns, candidate.value, strict=True)}
+
+
+def without_effect(
+    search: Search,
+    extended: dict[int, float],
+    baseline: dict[int, float],
+    effect: str,
+    model: Model,
+) -> dict[int, float]:
+    """Return the extended model with one effect back at the starting model's values."""
+    own = search.study.table.columns(effect)
+    return {c: (search.study.base_value(c) if c in own else v) for c, v in extended.items()}
+
+
+def named_effects(
+    search: Search, attribution: Attribution, final: Fit | None, without: list[SquaredErrors]
+) -> tuple[NamedEffect, ...]:
+    """Describe the named causes."""
+    if final is None:
+        return ()
+    bounds = intervals(final.candidate, final.point, search.where)
+    described = []
+    for effect, errors in zip(final.effects, without, strict=True):
+        declared = find_effect(effect)
+        rivals = attribution.classes.get(effect, ())
+        described.append(
+            NamedEffect(
+                name=effect,
+                side=declared.side,
+                parameters=estimates(
+                    search, final.candidate, bounds, search.study.table.columns(effect)
+                ),
+                without=errors.pooled(),
+                indistinguishable_from=rivals,
+                separating_experiment=None,
+            )
+        )
+    return tuple(described)
+
+
+def estimates(
+    search: Search, candidate: Candidate, bounds: Array, columns: tuple[int, ...]
+) -> dict[str, Estimate]:
+    """Return the fitted numbers in some columns by name."""
+    out = {}
+    for place, column in enumerate(candidate.columns):
+        if column in columns:
+            parameter = search.study.table.owners[column][1]
+            value = float(candidate.value[place])
+            out[parameter.name] = Estimate(
+                value=value,
+                ci95=(float(bounds[place, 0]), float(bounds[place, 1])),
+                unit=parameter.unit,
+                at_bound=value in (parameter.lower, parameter.upper) and value != parameter.null,
+            )
+    return out
+
+
+def fitted_numbers(search: Search, fit: Fit, model: Model) -> dict[str, Estimate]:
+    """Return the numbers of the model's ``fit`` list."""
+    if not search.fit_columns:
+        return {}
+    bounds = intervals(fit.candidate, fit.point, search.where)
+    return estimates(search, fit.candidate, bounds, search.fit_columns)
+
+
+def candidate_scores(search: Search, attribution: Attribution) -> tuple[CandidateScore, ...]:
+    """Return how every effect did alone, best first; those that were not followed to the end have their coarse score."""
+    first = attribution.rounds[0]
+    floor = noise_loss(search, first.scales, search.study.noise)
+    above = max(first.current.loss - floor, 1.0e-12)
+    scores = [
+        CandidateScore(
+            name=fit.effects[-1],
+            score=(first.current.loss - fit.loss) / above,
+            values=search.study.table.values(fit.effects[-1], full_vector(search, fit.candidate)),
+        )
+        for fit in first.fits
+    ]
+    followed = {score.name for score in scores}
+    rest = sorted((loss, name) for name, loss in first.coarse.items() if name not in followed)
+    scores += [
+        CandidateScore(name=name, score=1.0 - loss / max(first.coarse_current, 1.0e-12), values={})
+        for loss, name in rest
+    ]
+    return tuple(scores)
+
+
+def full_vector(search: Search, candidate: Candidate) -> Array:
+    """Return the parameter vector with a candidate's values in place."""
+    vector = search.study.table.null_vector()
+    vector[list(candidate.columns)] = candidate.value
+    return vector
+
+
+def remaining_fraction(verdict: Verdict, fraction: float) -> float:
+    """Return the share of the gap that is left; none where there is no gap."""
+    return 0.0 if verdict == "no_gap" else float(np.clip(1.0 - fraction, 0.0, 1.0))
+
+
+def extended_model(
+    search: Search, model: Model, values: dict[int, float], effects: tuple[str, ...]
+) -> Model:
+    """Return the model with fitted numbers and named effects; an effect named again replaces its old entry."""
+    table = search.study.table
+    actuator = dict(model.actuator.values)
+    for column in search.fit_columns:
+        actuator[table.owners[column][1].name] = values[column]
+    kept = [effect for effect in model.effects if effect.name not in effects]
+    added = [
+        NamedValues(
+            name=name, values={table.owners[c][1].name: values[c] for c in table.columns(name)}
+        )
+        for name in effects
+    ]
+    return Model(
+        actuator=NamedValues(name=model.actuator.name, values=actuator),
+        effects=(*kept, *added),
+        bench_overrides=model.bench_overrides,
+        fit=model.fit,
+    )
+
+
+def notes(search: Search, final: Fit | None, model: Model) -> tuple[str, ...]:
+    """Say what a reader must know before trusting the numbers."""
+    out = []
+    recordings = search.study.recordings
+    if any(r.force is None for r in recordings):
+        out.append(
+            "No load cell: only the motor angle was compared, so causes that act on the force alone could not be tested."
+        )
+    if any(r.command is None for r in recordings):
+        out.append("No commands: the mechanism alone was tested, driven by what was measured.")
+    untrusted = sum(int((~search.study.timeline(i).trusted).sum()) for i in range(len(recordings)))
+    if untrusted:
+        out.append(
+            f"{untrusted} rows after gaps in which the command jumped unseen were left out of the fits."
+        )
+    return tuple(out)

@@ -1,0 +1,103 @@
+"""Held-out closed-loop errors of models, and how sure we are of the gain."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tendon_newton.diagnosis.result import Errors
+from tendon_newton.identification.noise_floor import NoiseFloor
+from tendon_newton.identification.objective import BLOCK
+from tendon_newton.identification.study import Study
+from tendon_newton.recording import Array
+
+RESAMPLES = 2000
+"""Bootstrap draws of blocks of time."""
+WORTH_A_FRACTION = 1.2
+"""A signal whose error is below so many noise floors has no gap to explain a fraction of."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SquaredErrors:
+    """Squared errors summed over blocks of time, shape (B,) each."""
+
+    theta: Array
+    """[rad2]"""
+    theta_abs: Array
+    """Absolute errors [rad]."""
+    theta_rows: Array
+    force: Array
+    """[N2]"""
+    force_rows: Array
+
+    def pooled(self, weights: Array | None = None) -> Errors:
+        """Return errors pooled over all rows, blocks counted with some weights."""
+        w = np.ones(len(self.theta)) if weights is None else weights
+        rows, forces = float(w @ self.theta_rows), float(w @ self.force_rows)
+        return Errors(
+            force_rmse=float(np.sqrt(w @ self.force / forces)) if forces else None,
+            theta_rmse=float(np.sqrt(w @ self.theta / rows)),
+            theta_mae=float(w @ self.theta_abs / rows),
+        )
+
+
+def evaluate_models(study: Study, models: Sequence[Mapping[int, float]]) -> list[SquaredErrors]:
+    """Simulate held-out recordings with some models, each given as parameter column -> value."""
+    width = max(1, max(len(m) for m in models))
+    columns = np.full((len(models), width), -1, dtype=int)
+    values = np.zeros((len(models), width))
+    for n, model in enumerate(models):
+        columns[n, : len(model)] = list(model.keys())
+        values[n, : len(model)] = list(model.values())
+    residuals = study.residuals(columns, values)
+    parts: list[list[dict[str, Array]]] = [[] for _ in models]
+    for recording, residual in zip(study.recordings, residuals, strict=True):
+        block = ((recording.time - recording.time[0]) / BLOCK).astype(int)
+        count = int(block[-1]) + 1
+        rows = np.bincount(block, minlength=count).astype(np.float64)
+        for n, part in enumerate(parts):
+            theta = residual.theta[n]
+            force = np.zeros_like(theta) if residual.force is None else residual.force[n]
+            part.append({
+                "theta": np.bincount(block, theta**2, count),
+                "theta_abs": np.bincount(block, np.abs(theta), count),
+                "theta_rows": rows,
+                "force": np.bincount(block, force**2, count),
+                "force_rows": rows if residual.force is not None else 0.0 * rows,
+            })  # fmt: skip
+    return [
+        SquaredErrors(**{key: np.concatenate([p[key] for p in part]) for key in part[0]})
+        for part in parts
+    ]
+
+
+def explained_fraction(before: Errors, after: Errors, noise: NoiseFloor) -> float:
+    """Return the share of the squared error above the noise that is gone, signals with a gap counting alike."""
+    shares = []
+    for top, left, floor in (
+        (before.theta_rmse, after.theta_rmse, noise.theta),
+        (before.force_rmse, after.force_rmse, noise.force),
+    ):
+        if (
+            top is not None
+            and left is not None
+            and floor is not None
+            and top > WORTH_A_FRACTION * floor
+        ):
+            shares.append((top**2 - left**2) / (top**2 - floor**2))
+    return float(np.clip(np.mean(shares), -1.0, 1.0)) if shares else 0.0
+
+
+def fraction_interval(
+    before: SquaredErrors, after: SquaredErrors, noise: NoiseFloor, rng: np.random.Generator
+) -> tuple[float, float]:
+    """Return the 95 % block-bootstrap interval of `explained_fraction`."""
+    count = len(before.theta)
+    draws = [
+        explained_fraction(before.pooled(weights), after.pooled(weights), noise)
+        for weights in rng.multinomial(count, np.full(count, 1.0 / count), RESAMPLES).astype(float)
+    ]
+    low, high = np.quantile(draws, (0.025, 0.975))
+    return float(low), float(high)

@@ -1,0 +1,99 @@
+"""A folder of datasets with known truths, diagnosed in parallel; a broken-off exam goes on where it stopped."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+from tendon_newton.diagnosis.exam_score import Mark, Truth, judge, read_truth
+from tendon_newton.errors import InvalidDataset, TendonNewtonError
+
+ANSWER = "diagnosis.json"
+
+
+def read_truths(folder: Path) -> list[Truth]:
+    """Read all truths of an exam, in order of their names.
+
+    Raises:
+        InvalidDataset: The folder holds none, or a truth without its dataset.
+    """
+    truths = [read_truth(path) for path in sorted((folder / "truth").glob("*.json"))]
+    if not truths:
+        raise InvalidDataset(
+            f"{folder}: an exam holds folders with dataset.toml and model.toml, and truth/NAME.json for each; no truth was found"
+        )
+    for truth in truths:
+        if not (folder / truth.id / "dataset.toml").is_file():
+            raise InvalidDataset(
+                f"{folder}: truth/{truth.id}.json speaks of {truth.id}/, which has no dataset.toml"
+            )
+    return truths
+
+
+def take_exam(
+    folder: Path, out: Path, *, workers: int = 1, only: Sequence[str] = ()
+) -> Iterator[Mark]:
+    """Diagnose every dataset that has no answer yet, and yield all marks as they come.
+
+    Args:
+        folder: Datasets and their truths.
+        out: Where answers go, one folder each.
+        workers: Processes; one per core is best.
+        only: Names of datasets; all by default.
+    """
+    truths = [t for t in read_truths(folder) if not only or t.id in only]
+    waiting = []
+    for truth in truths:
+        answer = read_answer(out / truth.id / ANSWER)
+        if answer is None:
+            waiting.append(truth)
+        else:
+            yield judge(truth, answer)
+    if workers <= 1:
+        for truth in waiting:
+            yield judge(truth, answer_one(folder / truth.id, out / truth.id, None))
+        return
+    # A fresh interpreter each: Warp's state must not be forked, and one thread each leaves the cores to the processes.
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        jobs = {
+            pool.submit(answer_one, folder / truth.id, out / truth.id, 1): truth
+            for truth in waiting
+        }
+        for job in as_completed(jobs):
+            yield judge(jobs[job], job.result())
+
+
+def answer_one(dataset: Path, out: Path, threads: int | None) -> dict[str, Any] | None:
+    """Diagnose one dataset and write its answer; None if it cannot be diagnosed."""
+    if threads is not None:
+        os.environ["TENDON_NEWTON_THREADS"] = str(threads)
+    import warp as wp
+
+    from tendon_newton.dataset import load_dataset
+    from tendon_newton.diagnosis.diagnose import diagnose
+    from tendon_newton.diagnosis.result import write_diagnosis
+    from tendon_newton.model_file import load_model, write_model
+
+    wp.config.log_level = wp.LOG_ERROR
+    out.mkdir(parents=True, exist_ok=True)
+    try:
+        diagnosis, _ = diagnose(load_dataset(dataset), load_model(dataset / "model.toml"))
+    except TendonNewtonError as error:
+        (out / "error.txt").write_text(f"{error}\n", encoding="utf-8")
+        return None
+    write_model(out / "model.toml", diagnosis.model)
+    write_diagnosis(out / ANSWER, diagnosis)
+    return diagnosis.to_json()
+
+
+def read_answer(path: Path) -> dict[str, Any] | None:
+    """Read an answer that an earlier run left; None if there is none or it broke off."""
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None

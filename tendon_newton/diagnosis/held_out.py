@@ -1,0 +1,141 @@
+"""Measured and simulated signals of the held-out recordings, as a report shows them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendon_newton.diagnosis.diagnose import Evidence
+from tendon_newton.identification.study import Residual
+from tendon_newton.recording import Array, Recording
+
+WINDOW = 4.0
+"""Length of the window that is shown of a recording [s]."""
+MOST_WINDOWS = 3
+"""Benches that are shown."""
+GAP_STEPS = 3.0
+"""A step of time longer than this many typical ones interrupts a line."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Comparison:
+    """One held-out recording beside the two models."""
+
+    recording: Recording
+    theta: tuple[Array, Array]
+    """Residual of the motor angle [rad] before and after, shape (T,) each."""
+    force: tuple[Array, Array] | None
+    """Residual of the tension [N] before and after; None without a load cell."""
+
+    @property
+    def time(self) -> Array:
+        """Time since the first row [s], shape (T,)."""
+        return self.recording.time - self.recording.time[0]
+
+    def residual(self, signal: str) -> tuple[Array, Array] | None:
+        """Return the residuals of ``theta`` or ``force``."""
+        return self.theta if signal == "theta" else self.force
+
+    def measured(self, signal: str) -> Array:
+        """Return what was measured of a signal, shape (T,)."""
+        if signal == "theta":
+            return self.recording.motor_position[:, 0]
+        assert self.recording.force is not None
+        return self.recording.force[:, 0]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Window:
+    """A few telling seconds of a recording."""
+
+    comparison: Comparison
+    start: float
+    """Since the recording's first row [s]."""
+
+    @property
+    def rows(self) -> NDArray[np.bool_]:
+        """Rows inside, shape (T,)."""
+        time = self.comparison.time
+        return (time >= self.start) & (time <= self.start + WINDOW)
+
+
+def compare(evidence: Evidence) -> tuple[Comparison, ...]:
+    """Simulate the held-out recordings with the starting and the extended model."""
+    columns = sorted({*evidence.baseline, *evidence.extended})
+    places = np.full((2, max(1, len(columns))), -1, dtype=int)
+    values = np.zeros(places.shape)
+    for n, model in enumerate((evidence.baseline, evidence.extended)):
+        for f, column in enumerate(columns):
+            if column in model:
+                places[n, f], values[n, f] = column, model[column]
+    residuals = evidence.test.residuals(places, values)
+    return tuple(
+        comparison_of(recording, residual)
+        for recording, residual in zip(evidence.test.recordings, residuals, strict=True)
+    )
+
+
+def comparison_of(recording: Recording, residual: Residual) -> Comparison:
+    """Put a recording beside its residuals."""
+    force = residual.force
+    return Comparison(
+        recording=recording,
+        theta=(residual.theta[0], residual.theta[1]),
+        force=None if force is None else (force[0], force[1]),
+    )
+
+
+def telling_windows(comparisons: tuple[Comparison, ...], *, gap: bool) -> tuple[Window, ...]:
+    """Choose a window per bench: where the starting model errs most, or else most moves."""
+    sizes = {s: pooled_rms(comparisons, s, 0) or 1.0 for s in ("theta", "force")}
+    best: dict[str, tuple[float, Window]] = {}
+    for comparison in comparisons:
+        weight = (
+            row_weights(comparison, sizes)
+            if gap
+            else comparison.recording.motor_velocity[:, 0] ** 2
+        )
+        score, start = busiest_window(comparison.time, weight)
+        bench = comparison.recording.bench
+        if bench not in best or score > best[bench][0]:
+            best[bench] = (score, Window(comparison=comparison, start=start))
+    ranked = sorted(best.values(), key=lambda entry: -entry[0])
+    return tuple(window for _, window in ranked[:MOST_WINDOWS])
+
+
+def row_weights(comparison: Comparison, sizes: dict[str, float]) -> Array:
+    """Return each row's squared error before, signals counting alike, shape (T,)."""
+    weight = (comparison.theta[0] / sizes["theta"]) ** 2
+    if comparison.force is not None:
+        weight = weight + (comparison.force[0] / sizes["force"]) ** 2
+    return weight
+
+
+def busiest_window(time: Array, weight: Array) -> tuple[float, float]:
+    """Return (weight inside, start [s]) of the window with the greatest weight."""
+    total = np.concatenate([[0.0], np.cumsum(weight)])
+    inside = total[np.searchsorted(time, time + WINDOW, side="right")] - total[:-1]
+    whole = time <= max(time[-1] - WINDOW, 0.0)
+    k = int(np.argmax(np.where(whole, inside, -1.0)))
+    return float(inside[k]), float(time[k])
+
+
+def pooled(comparisons: tuple[Comparison, ...], signal: str, which: int) -> Array:
+    """Return the residuals of all recordings in one array; empty without the signal."""
+    parts = [r[which] for c in comparisons if (r := c.residual(signal)) is not None]
+    return np.concatenate(parts) if parts else np.zeros(0)
+
+
+def pooled_rms(comparisons: tuple[Comparison, ...], signal: str, which: int) -> float:
+    """Return the root mean square over all rows of all recordings."""
+    values = pooled(comparisons, signal, which)
+    return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
+
+
+def broken_at_gaps(time: Array, values: Array) -> tuple[Array, Array]:
+    """Return a line that is interrupted where rows are missing."""
+    steps = np.diff(time)
+    gaps = np.flatnonzero(steps > GAP_STEPS * np.median(steps)) + 1 if len(steps) else []
+    return np.insert(time, gaps, np.nan), np.insert(values, gaps, np.nan)

@@ -1,0 +1,181 @@
+"""Numbers and causes in words: what a report says about a diagnosis."""
+
+from __future__ import annotations
+
+import inspect
+import math
+import re
+from collections.abc import Mapping
+
+from tendon_newton.diagnosis.result import Diagnosis, Estimate, NamedEffect
+from tendon_newton.effects import find_effect
+
+SENTENCES: dict[str, str] = {
+    # {parameter} is the number with its unit, {parameter:size} without its sign, {parameter:number}
+    # without its unit, {parameter:than} a scale in comparison with the model; of [a|b] a stands
+    # below the null of the first parameter and b above.
+    "actuator_lag": "The servo's force follows with a lag of {time_constant}",
+    "backlash": "The gear has {width} of play",
+    "command_delay": "The servo acts {delay} late",
+    "coulomb_friction": "A dry friction of {force} opposes the tendon's motion in the servo",
+    "deadband": "The servo ignores position errors up to {width}",
+    "force_saturation": "The servo's force stops at {limit}",
+    "gain_drift": "The servo's gain [rises|fades] by {rate:size} of its start",
+    "gain_error": "The servo's force for the same position error is {scale:than}",
+    "gravity_misalignment": "The bench is tilted by {angle:size}, [against|with] the tendon's pull",
+    "inertia_error": "The inertia of the moving parts is {scale:than}",
+    "joint_damping_error": "The joints' damping is {scale:than}",
+    "joint_dry_friction": "The joints rub with {fraction} of their springs' full torque",
+    "joint_stiffness_error": "The return springs' stiffness is {scale:than}",
+    "load_cell_bias": "The load cell reads {offset:size} too [low|high]",
+    "load_cell_delay": "The load cell's readings come {delay} late",
+    "load_cell_drift": "The load cell drifts [down|up] by {rate:size}",
+    "load_cell_gain": "What the load cell reads is {scale:than}",
+    "load_cell_lag": "The load cell follows with a lag of {time_constant}",
+    "load_dependent_friction": "Friction in the servo eats {coefficient} of the tension",
+    "obstruction": "Something is in the way from a motor angle of {position} on",
+    "position_offset": "The encoder's zero is {angle:size} too [low|high]",
+    "routing_friction": "Friction along the tendon's path has a capstan exponent of {exponent}",
+    "speed_limit": "The motor cannot turn faster than {limit}",
+    "spool_radius_error": "The spool's radius is {scale:than}",
+    "spring_stiffening": "The return springs [soften|stiffen] towards the end of the range",
+    "stribeck_friction": "Dry friction of {static_force} holds the servo and falls to "
+    "{coulomb_force} as it moves",
+    "tendon_compliance": "The tendon stretches like a spring of {stiffness}",
+    "tendon_slack": "The tendon has {length} of slack",
+    "viscoelastic_spring": "The return springs creep with a time constant of {relaxation_time}",
+    "viscous_friction": "The servo loses {coefficient:number} N for every rad/s at which it turns",
+}
+"""What a cause means for a bench; an effect without one is told by its docstring's first line."""
+
+FINER: dict[str, tuple[float, float, str]] = {
+    # unit -> below this size, divide by this, and write this instead
+    "s": (0.5, 1e-3, "ms"),
+    "rad": (0.1, 1e-3, "mrad"),
+    "m": (0.5, 1e-3, "mm"),
+    "1": (math.inf, 1.0, ""),
+    "1/s": (0.1, 1e-2, "% per second"),
+}
+SHARES = (
+    ("joint_dry_friction", "fraction"),
+    ("load_dependent_friction", "coefficient"),
+    ("viscoelastic_spring", "stiffness_ratio"),
+)
+"""(effect, parameter) without a unit that reads best in per cent."""
+LARGE = 1.0e4
+"""Numbers from here on are written in thousands."""
+
+
+def number(value: float, digits: int = 3) -> str:
+    """Return a number with so many significant digits and no exponent."""
+    if value == 0.0 or not math.isfinite(value):
+        return f"{value:g}"
+    decimals = max(0, digits - 1 - math.floor(math.log10(abs(value))))
+    return f"{value:.{min(decimals, 6)}f}".replace("-", "−")
+
+
+def quantity(value: float, unit: str) -> str:
+    """Return a number with its unit, in the multiple that reads best."""
+    factor, name = finer(value, unit)
+    return f"{number(value / factor)} {name}".rstrip()
+
+
+def finer(value: float, unit: str) -> tuple[float, str]:
+    """Return the multiple of a unit in which a value reads best."""
+    if unit == "N/m" and abs(value) >= LARGE:
+        return 1e3, "N/mm"
+    below, factor, name = FINER.get(unit, (0.0, 1.0, unit))
+    return (factor, name) if abs(value) < below else (1.0, unit)
+
+
+def is_share(owner: str, parameter: str) -> bool:
+    """Tell whether a parameter reads best in per cent."""
+    return (owner, parameter) in SHARES
+
+
+def estimate_text(owner: str, parameter: str, estimate: Estimate) -> tuple[str, str]:
+    """Return a fitted number and its interval, no finer than the interval resolves."""
+    factor, unit = finer(estimate.value, estimate.unit)
+    if is_share(owner, parameter):
+        factor, unit = 1e-2, "%"
+    value, low, high = (x / factor for x in (estimate.value, *estimate.ci95))
+    spread = max(value - low, high - value, abs(value) * 1e-3)
+    decimals = 0
+    if math.isfinite(spread) and spread > 0.0:
+        decimals = min(4, max(0, 1 - math.floor(math.log10(spread))))
+    shown = [f"{x:.{decimals}f}".replace("-", "−") for x in (value, low, high)]
+    return f"{shown[0]} {unit}".rstrip(), f"{shown[1]} to {shown[2]} {unit}".rstrip()
+
+
+def comparison(scale: float) -> str:
+    """Return a factor as a comparison with the model."""
+    if 0.5 < scale < 2.0:
+        direction = "more" if scale > 1.0 else "less"
+        return f"{100.0 * abs(scale - 1.0):.0f} % {direction} than the model says"
+    return f"{number(scale, 2)} times what the model says"
+
+
+def cause_sentence(effect: NamedEffect) -> str:
+    """Return one cause as a sentence without its full stop."""
+    declared = find_effect(effect.name)
+    if effect.name not in SENTENCES:
+        return f"{docstring_part(effect.name).rstrip('.')} ({effect.name.replace('_', ' ')})"
+    first = declared.parameters[0]
+    above = effect.parameters[first.name].value >= first.null
+    chosen = re.sub(
+        r"\[([^|]*)\|([^]]*)\]", lambda m: m[2] if above else m[1], SENTENCES[effect.name]
+    )
+    return re.sub(r"\{(\w+)(?::(\w+))?\}", lambda m: field(effect, m[1], m[2]), chosen)
+
+
+def field(effect: NamedEffect, parameter: str, form: str | None) -> str:
+    """Fill one place of a sentence."""
+    estimate = effect.parameters[parameter]
+    if form == "than":
+        return comparison(estimate.value)
+    if form == "number":
+        return number(estimate.value)
+    value = abs(estimate.value) if form == "size" else estimate.value
+    if is_share(effect.name, parameter):
+        return f"{number(100.0 * value)} %"
+    return quantity(value, estimate.unit)
+
+
+def docstring_part(effect: str, heading: str | None = None) -> str:
+    """Return the first line of an effect's docstring, or what follows ``heading:``, on one line."""
+    text = inspect.getdoc(find_effect(effect)) or effect
+    if heading is None:
+        return text.splitlines()[0]
+    found = re.search(rf"^{heading}: (.*?)(?=^[A-Z][\w ]+: |\Z)", text, re.DOTALL | re.MULTILINE)
+    plain = re.sub(r":\w+:`([^`]*)`|``([^`]*)``", r"\1\2", found[1] if found else "")
+    return " ".join(plain.split())
+
+
+HEADLINES = {
+    "no_gap": "No gap: what the model leaves over is noise, as far as this data can tell.",
+    "unexplained": "There is a gap, and no cause that the catalogue knows accounts for it.",
+}
+COUNTS = ("No", "One", "Two", "Three")
+
+
+def headline(diagnosis: Diagnosis) -> str:
+    """Return the verdict in one sentence."""
+    if diagnosis.verdict in HEADLINES:
+        return HEADLINES[diagnosis.verdict]
+    count = len(diagnosis.effects)
+    word = COUNTS[count] if count < len(COUNTS) else str(count)
+    causes = f"{word} cause{'s' * (count != 1)}"
+    if diagnosis.verdict == "explained":
+        return f"{causes} account{'s' * (count == 1)} for the gap."
+    return f"{causes} found, and something else remains."
+
+
+CONSEQUENCES: Mapping[str, str] = {
+    "no_gap": "No effect of the catalogue improves the prediction of recordings that it was not "
+    "fitted on by more than chance would. The model stays as it is.",
+    "explained": "With this in the model, nothing remains that calls for another cause.",
+    "partly_explained": "This holds on recordings that it was not fitted on, but what remains is "
+    "more than noise: do not read it as the whole story.",
+    "unexplained": "The error is larger than noise, but naming an effect would be a guess. The "
+    "model stays as it is; see “What remains”.",
+}

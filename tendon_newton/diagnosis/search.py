@@ -1,0 +1,243 @@
+"""Joint refits of candidate causes, from a coarse look at the gap down to what may remain, and their scores on folds."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tendon_newton.effects import find_effect
+from tendon_newton.errors import unknown_name
+from tendon_newton.identification.folds import held_out_losses, make_folds
+from tendon_newton.identification.least_squares import (
+    Candidate,
+    Linearisation,
+    Simulate,
+    choose_start,
+    evaluate,
+    linearise,
+    refine,
+)
+from tendon_newton.identification.objective import Scales, layout, loss_terms, stack
+from tendon_newton.identification.study import Study
+from tendon_newton.model_file import Model
+from tendon_newton.parameters import Parameter
+from tendon_newton.recording import Array
+
+FORM_THETA = 3.0e-3
+"""Angle [rad] by which Coulomb's law misses real friction (bristles of 5 to 40 um) although nothing is wrong with the model."""
+FORM_FORCE = 0.1
+"""The same of the force [N]."""
+LONGLIST = 16
+"""Candidates that are fitted at the scale of the gap, after a look at their starting points."""
+SHORTLIST = 6
+"""Candidates that are followed down to the finest scale."""
+STARTS_AROUND = (0.7, 0.87, 1.15, 1.4)
+"""Factors on a fitted value at which a finer search starts again: the finer the scale, the narrower the valley."""
+MOST_STARTS = 24
+"""Starting points per candidate."""
+ROUGH_STEP = 1.0e-3
+"""Simulation step [s] while candidates are compared at the scale of the gap."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fit:
+    """A set of effects at its optimum."""
+
+    effects: tuple[str, ...]
+    """Effects whose parameters are free, the one tried last at the end; empty for the baseline."""
+    candidate: Candidate
+    point: Linearisation
+    losses: Array
+    """Loss of each block of time under fits that did not see it, shape (B,)."""
+
+    @property
+    def loss(self) -> float:
+        """Loss on held-out folds, summed over blocks."""
+        return float(self.losses.sum())
+
+
+@dataclass(frozen=True, kw_only=True)
+class Round:
+    """One round of candidates, all seen at the same scales."""
+
+    scales: Scales
+    current: Fit
+    """What the candidates extend."""
+    fits: tuple[Fit, ...]
+    """Candidates that were followed to the finest scale, best first."""
+    coarse: dict[str, float]
+    """Loss of every candidate at the coarse scale, by its last effect."""
+    coarse_current: float
+    """Loss of what they extend at that scale."""
+
+
+class Search:
+    """Fits of one study's model with some effects more.
+
+    Args:
+        study: Training recordings, with kernels that hold the whole catalogue.
+        model: The model to start from.
+    """
+
+    def __init__(self, study: Study, model: Model) -> None:
+        self.study = study
+        self.where = layout(study)
+        self.folds = make_folds(study, self.where)
+        self.fit_columns = tuple(fit_column(study, model, name) for name in model.fit)
+
+    def baseline(self) -> Candidate:
+        """Fit the model's own unknown numbers and nothing else."""
+        candidate, starts = self.problem((), None)
+        candidate = choose_start(self.simulate_at(UNIT), [candidate], [starts])[0]
+        for _ in range(2):
+            simulate = self.simulate_at(self.gap_scales(candidate))
+            candidate = refine(simulate, [candidate], iterations=6)[0]
+        return candidate
+
+    def extend(self, current: Candidate, chosen: tuple[str, ...], names: Sequence[str]) -> Round:
+        """Try each of some effects on top of those already chosen, everything refitted jointly."""
+        sets = [(*(n for n in chosen if n != name), name) for name in names]
+        problems = [self.problem(effects, current) for effects in sets]
+        coarse = self.gap_scales(current)
+        rough = self.simulate_at(coarse, ROUGH_STEP)
+        before = float(loss_terms(evaluate(rough, [current], [current.value])).sum())
+        found = choose_start(rough, [p[0] for p in problems], [p[1] for p in problems])
+        longlist = np.argsort([c.loss for c in found])[:LONGLIST]
+        for i, candidate in zip(
+            longlist, refine(rough, [found[i] for i in longlist], iterations=3), strict=True
+        ):
+            found[i] = candidate
+        order = np.argsort([c.loss for c in found])[:SHORTLIST]
+        finalists, fine = self.descend([current, *(found[i] for i in order)], coarse)
+        fits = self.score([chosen, *(sets[i] for i in order)], finalists, fine)
+        return Round(
+            scales=fine,
+            current=fits[0],
+            fits=tuple(sorted(fits[1:], key=lambda fit: fit.loss)),
+            coarse_current=before,
+            coarse={s[-1]: c.loss for s, c in zip(sets, found, strict=True)},
+        )
+
+    def descend(
+        self, candidates: Sequence[Candidate], scales: Scales
+    ) -> tuple[list[Candidate], Scales]:
+        """Refit candidates at ever finer scales, down to what the best of them leaves."""
+        found = list(candidates)
+        for step, iterations in enumerate((3, 3, 5)):
+            best = min(found, key=lambda c: c.loss)
+            target = self.gap_scales(best)
+            scales = between(scales, target) if step == 0 else target
+            simulate = self.simulate_at(scales)
+            found = choose_start(simulate, found, [starts_around(c) for c in found])
+            found = refine(simulate, found, iterations=iterations)
+        return found, scales
+
+    def score(
+        self, sets: Sequence[tuple[str, ...]], found: Sequence[Candidate], scales: Scales
+    ) -> list[Fit]:
+        """Evaluate fitted candidates on folds left out of their fit."""
+        points = linearise(self.simulate_at(scales), found)
+        losses = held_out_losses(self.study, scales, self.where, self.folds, found, points)
+        return [
+            Fit(effects=effects, candidate=candidate, point=point, losses=loss)
+            for effects, candidate, point, loss in zip(sets, found, points, losses, strict=True)
+        ]
+
+    def simulate_at(self, scales: Scales, time_step: float | None = None) -> Simulate:
+        """Return the function from candidate values to residuals in units of some scales."""
+        return lambda columns, values: stack(
+            self.study.residuals(columns, values, time_step), scales
+        )
+
+    def gap_scales(self, candidate: Candidate) -> Scales:
+        """Return the size of a candidate's residuals, but no less than what the right model leaves."""
+        unit = evaluate(self.simulate_at(UNIT), [candidate], [candidate.value])[0]
+        force = unit[self.where.is_force]
+        return Scales(
+            theta=max(FORM_THETA, typical_size(unit[~self.where.is_force])),
+            force=max(FORM_FORCE, typical_size(force) if len(force) else 0.0),
+        )
+
+    def problem(self, names: tuple[str, ...], current: Candidate | None) -> tuple[Candidate, Array]:
+        """Return a candidate with its starting points, shape (S, F)."""
+        known = {} if current is None else dict(zip(current.columns, current.value, strict=True))
+        own = [c for name in names for c in self.study.table.columns(name)]
+        columns = (*self.fit_columns, *own)
+        parameters = [self.study.table.owners[c][1] for c in columns]
+        values = [
+            float(np.clip(known.get(c, self.study.base_value(c)), p.lower, p.upper))
+            for c, p in zip(columns, parameters, strict=True)
+        ]
+        grids = [
+            [value] if c in known or c in self.fit_columns else starting_grid(p, value)
+            for c, p, value in zip(columns, parameters, values, strict=True)
+        ]
+        starts = [values, *itertools.islice(itertools.product(*grids), MOST_STARTS)]
+        candidate = Candidate(
+            name="+".join(names) or "baseline",
+            columns=columns,
+            lower=np.array([p.lower for p in parameters]),
+            upper=np.array([p.upper for p in parameters]),
+            value=np.array(values),
+        )
+        return candidate, np.array(starts)
+
+
+UNIT = Scales(theta=1.0, force=1.0)
+"""Residuals in their own units."""
+
+
+def between(coarse: Scales, fine: Scales) -> Scales:
+    """Return scales half way, by ratio, between two."""
+    return Scales(
+        theta=float(np.sqrt(coarse.theta * fine.theta)),
+        force=float(np.sqrt(coarse.force * fine.force)),
+    )
+
+
+def typical_size(residual: Array) -> float:
+    """Return the root mean square of the smaller nine tenths of the residuals, which a few jumps cannot inflate."""
+    ordered = np.sort(np.abs(residual))[: max(1, int(0.9 * len(residual)))]
+    return float(np.sqrt(np.mean(ordered**2)))
+
+
+def starting_grid(parameter: Parameter, value: float) -> list[float]:
+    """Return values from which a search for one parameter starts, around its typical size."""
+    if parameter.null == 1.0:
+        grid = [0.5, 0.7, 0.85, 1.15, 1.4, 2.0, 3.0]
+    else:
+        typical = abs(parameter.nominal) or 0.1 * parameter.upper
+        sizes = [typical * factor for factor in (0.1, 0.3, 1.0, 3.0)]
+        grid = [*sizes, *(-s for s in sizes)] if parameter.lower < 0.0 else sizes
+    inside = [float(np.clip(x, parameter.lower, parameter.upper)) for x in grid]
+    return (
+        list(dict.fromkeys([*inside, value])) if np.isfinite(value) else list(dict.fromkeys(inside))
+    )
+
+
+def starts_around(candidate: Candidate) -> Array:
+    """Return a candidate's value and values around it, shape (S, F)."""
+    starts = [candidate.value]
+    for f in range(len(candidate.columns)):
+        for factor in STARTS_AROUND:
+            moved = candidate.value.copy()
+            moved[f] = np.clip(moved[f] * factor, candidate.lower[f], candidate.upper[f])
+            starts.append(moved)
+    return np.array(starts)
+
+
+def fit_column(study: Study, model: Model, name: str) -> int:
+    """Return the place of one of the model's unknown numbers."""
+    for column, (owner, parameter) in enumerate(study.table.owners):
+        if owner == model.actuator.name and parameter.name == name:
+            return column
+    known = [p.name for owner, p in study.table.owners if owner == model.actuator.name]
+    raise unknown_name("number to fit", name, known)
+
+
+def parameter_count(effects: Sequence[str]) -> int:
+    """Return how many numbers a set of effects has."""
+    return sum(len(find_effect(name).parameters) for name in effects)

@@ -1,0 +1,53 @@
+"""The motor's force follows its demand late."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tendon_newton.device_code.first_order_lag import lagged, share_kept
+from tendon_newton.device_code.placeholders import Jet, Values, real
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.effects.base import Effect, Stage
+from tendon_newton.parameters import Parameter
+
+
+class ActuatorLag(Effect):
+    r"""A first-order lag on the motor's force, after the servo's limit and before friction.
+
+    .. math:: \tau \dot F_m = u - F_m,
+        \qquad u = \operatorname{clip}(P (\theta_d - \theta), \pm F_{max})
+
+    It is solved exactly over a step for a demand that moves in a straight line, so that a time
+    constant far below the step does no harm. Of second order for a demand that does not depend on
+    acceleration.
+    Source: winding inductance, current loop and filters of the firmware.
+    Validity: one dominant time constant.
+    Signature: the residual follows the rate of the force; the row of a jump shows a first, small
+    answer.
+    Confused with: command_delay (the row of a jump tells), viscous_friction (fast reversals tell).
+    """
+
+    name = "actuator_lag"
+    side = "actuator"
+    memory = Stage.MOTOR_FORCE
+    parameters = (
+        Parameter(
+            name="time_constant", unit="s", null=0.0, nominal=0.02, lower=0.0, upper=0.5,
+            source="a tenth of a hobby servo's slowest response",
+        ),
+    )  # fmt: skip
+
+    @staticmethod
+    @device_template
+    def motor_force(force: Jet, tendon: Any, values: Values) -> Jet:
+        """The lag's answer to a demand that moved in a straight line since the memory was true."""
+        taken = real(1.0) - share_kept(tendon.elapsed, values[0])
+        rate = force[1] * tendon.velocity + force[2] * tendon.acceleration
+        value = lagged(values[3], force[0], rate, tendon.elapsed, values[0])
+        return Jet(value, taken * force[1], taken * force[2])
+
+    @staticmethod
+    @device_template
+    def remember(force: Jet, tendon: Any, values: Values) -> real:
+        """The motor's force."""
+        return force[0]

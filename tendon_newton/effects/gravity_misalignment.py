@@ -1,0 +1,38 @@
+"""The bench is not level."""
+
+from __future__ import annotations
+
+from tendon_newton.device_code.placeholders import Values, real
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.effects.base import Effect
+from tendon_newton.parameters import Parameter
+
+
+class GravityMisalignment(Effect):
+    r"""Gravity does not point along the base's -z: the bench is tipped about +y.
+
+    .. math:: g \to R_y(-\alpha)\,g
+
+    A positive angle tips the finger, and +x of the rail, downward, so that gravity helps the
+    tendon.
+    Source: geometry.
+    Validity: a bench that is rigid and at rest.
+    Signature: a force that changes with the pose of a finger, and is constant on a rail.
+    Confused with: tendon_slack on a spring (two springs tell), joint_stiffness_error on a finger
+    (a hanging pose tells).
+    """
+
+    name = "gravity_misalignment"
+    side = "mechanism"
+    parameters = (
+        Parameter(
+            name="angle", unit="rad", null=0.0, nominal=0.0, lower=-1.6, upper=1.6,
+            source="a bench stood on its end",
+        ),
+    )  # fmt: skip
+
+    @staticmethod
+    @device_template
+    def tilt(angle: real, values: Values) -> real:
+        """Add to the angle by which the bench is tipped."""
+        return angle + values[0]

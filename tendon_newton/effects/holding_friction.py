@@ -1,0 +1,44 @@
+"""A gear that holds its load better than it drives it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tendon_newton.device_code.placeholders import Jet, Values, real
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.effects.base import Effect
+from tendon_newton.parameters import Parameter
+
+
+class HoldingFriction(Effect):
+    r"""Friction in proportion to the load that acts only while the load drives the gear backwards.
+
+    .. math:: F = \frac{F_m}{1 - \eta} \text{ while } F_m v < 0,
+        \qquad F \in \left[F_m, \frac{F_m}{1 - \eta}\right] \text{ at } v = 0
+
+    Source: Duclusaud et al. (2025), directional term; worm gears and high-ratio trains, which
+    cannot be driven backwards at all as the share goes to one.
+    Validity: a share that does not depend on load or speed.
+    Signature: forces fit while winding in and stay too high while winding out and at rest after
+    it.
+    Confused with: load_dependent_friction, which also costs force while winding in; gain_error.
+    """
+
+    name = "holding_friction"
+    side = "actuator"
+    dry = ("share",)
+    parameters = (
+        Parameter(
+            name="share", unit="1", null=0.0, nominal=0.1, lower=0.0, upper=0.9,
+            source="at one the gear locks itself",
+        ),
+    )  # fmt: skip
+
+    @staticmethod
+    @device_template
+    def tension(force: Jet, tendon: Any, values: Values) -> Jet:
+        """F = F_m / (1 - share) against a motion that the load drives."""
+        out = force
+        if force[0] * tendon.direction < real(0.0):
+            out = force * (real(1.0) / (real(1.0) - values[0]))
+        return out

@@ -1,0 +1,36 @@
+"""The links resist acceleration more than they weigh."""
+
+from __future__ import annotations
+
+from tendon_newton.device_code.placeholders import Values, real
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.effects.base import Effect
+from tendon_newton.parameters import Parameter
+
+
+class InertiaError(Effect):
+    r"""Masses and inertias are scaled in what they resist, not in what they weigh.
+
+    .. math:: s\,(M \ddot q + C \dot q) = \tau - G
+
+    Source: rotors behind gears, tendons and sensors that move along, errors of a CAD model.
+    Validity: one factor for all links; added weight is another cause.
+    Signature: an error in proportion to acceleration; resonances move.
+    Confused with: joint_damping_error and actuator_lag without fast motion; steps and fast sines
+    tell.
+    """
+
+    name = "inertia_error"
+    side = "mechanism"
+    parameters = (
+        Parameter(
+            name="scale", unit="1", null=1.0, nominal=1.0, lower=0.2, upper=10.0,
+            source="a heavy fingertip or a reflected rotor",
+        ),
+    )  # fmt: skip
+
+    @staticmethod
+    @device_template
+    def inertia(scale: real, values: Values) -> real:
+        """Scale what resists acceleration."""
+        return scale * values[0]

@@ -1,0 +1,38 @@
+"""The joints are not damped as the model says."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tendon_newton.device_code.placeholders import Jet, Values
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.effects.base import Effect
+from tendon_newton.parameters import Parameter
+
+
+class JointDampingError(Effect):
+    r"""Every joint's viscous damping differs from its number by one factor.
+
+    .. math:: \tau_j = -s\,c_j\,\dot q_j
+
+    Source: grease and printed hinges; damping is the number least known of any mechanism.
+    Validity: one factor for all joints.
+    Signature: an error in proportion to the speed that the load cell sees as well.
+    Confused with: viscoelastic_spring with a short relaxation time, viscous_friction (the other
+    side of the load cell).
+    """
+
+    name = "joint_damping_error"
+    side = "mechanism"
+    parameters = (
+        Parameter(
+            name="scale", unit="1", null=1.0, nominal=1.0, lower=0.0, upper=10.0,
+            source="from none to ten times as much",
+        ),
+    )  # fmt: skip
+
+    @staticmethod
+    @device_template
+    def damping(torque: Jet, joint: Any, values: Values) -> Jet:
+        """Scale the damper's torque."""
+        return torque * values[0]

@@ -1,0 +1,38 @@
+"""Dry friction in the joints."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tendon_newton.device_code.placeholders import Values, real
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.effects.base import Effect
+from tendon_newton.parameters import Parameter
+
+
+class JointDryFriction(Effect):
+    r"""Coulomb friction at every joint, a share of what its spring gives at the end of the range.
+
+    .. math:: |\tau_f| \le f\,k_j\,(q_{max,j} - q_{0,j})
+
+    Source: Coulomb (1785); pins in printed holes.
+    Validity: friction that does not grow with the tendon's force; see routing_friction for one
+    that does.
+    Signature: the mechanism lags behind the load cell by the same force everywhere, and sticks.
+    Confused with: routing_friction; a wide range of forces tells.
+    """
+
+    name = "joint_dry_friction"
+    side = "mechanism"
+    parameters = (
+        Parameter(
+            name="fraction", unit="1", null=0.0, nominal=0.05, lower=0.0, upper=0.8,
+            source="a spring must still bring its joint back",
+        ),
+    )  # fmt: skip
+
+    @staticmethod
+    @device_template
+    def joint_friction(limit: real, joint: Any, values: Values) -> real:
+        """Add to the greatest torque that dry friction gives."""
+        return limit + values[0] * joint.stiffness * (joint.upper - joint.rest)

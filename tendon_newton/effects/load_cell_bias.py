@@ -1,0 +1,35 @@
+"""The load cell does not read zero at rest."""
+
+from __future__ import annotations
+
+from tendon_newton.device_code.placeholders import Values, real
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.effects.base import Effect
+from tendon_newton.parameters import Parameter
+
+
+class LoadCellBias(Effect):
+    r"""A constant on every reading; a biased cell may read below zero.
+
+    .. math:: F_{read} = F + b
+
+    Source: taring under a load that was not seen.
+    Validity: a bias that does not change; see load_cell_drift.
+    Signature: force is off by the same everywhere and theta is right.
+    Confused with: deadband and position_offset (theta tells).
+    """
+
+    name = "load_cell_bias"
+    side = "sensor"
+    parameters = (
+        Parameter(
+            name="offset", unit="N", null=0.0, nominal=0.0, lower=-10.0, upper=10.0,
+            source="half of what the servo gives",
+        ),
+    )  # fmt: skip
+
+    @staticmethod
+    @device_template
+    def cell(force: real, time: real, values: Values) -> real:
+        """Add to the reading."""
+        return force + values[0]

@@ -1,0 +1,36 @@
+"""The load cell's clock is late."""
+
+from __future__ import annotations
+
+from tendon_newton.device_code.placeholders import Values, real
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.effects.base import Effect
+from tendon_newton.parameters import Parameter
+
+
+class LoadCellDelay(Effect):
+    r"""Each reading belongs to an earlier instant.
+
+    .. math:: F_{read}(t) = F(t - \delta)
+
+    Before the first row the cell reads the force at rest.
+    Source: averaging and transport between two microcontrollers that share no clock.
+    Validity: a constant delay.
+    Signature: force is shifted in time against theta, which is untouched.
+    Confused with: load_cell_lag (the row of a jump tells), command_delay (theta tells).
+    """
+
+    name = "load_cell_delay"
+    side = "sensor"
+    parameters = (
+        Parameter(
+            name="delay", unit="s", null=0.0, nominal=0.03, lower=0.0, upper=0.5,
+            source="ten readings of a slow cell",
+        ),
+    )  # fmt: skip
+
+    @staticmethod
+    @device_template
+    def cell_clock(time: real, values: Values) -> real:
+        """The instant whose force is reported now."""
+        return time - values[0]

@@ -1,0 +1,35 @@
+"""The load cell's calibration is off by a factor."""
+
+from __future__ import annotations
+
+from tendon_newton.device_code.placeholders import Values, real
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.effects.base import Effect
+from tendon_newton.parameters import Parameter
+
+
+class LoadCellGain(Effect):
+    r"""The reading is in proportion to the force, with another factor than calibrated.
+
+    .. math:: F_{read} = s\,F
+
+    Source: a calibration with one weight on another cell.
+    Validity: a linear cell.
+    Signature: force is off in proportion and theta is right.
+    Confused with: gain_error (theta tells).
+    """
+
+    name = "load_cell_gain"
+    side = "sensor"
+    parameters = (
+        Parameter(
+            name="scale", unit="1", null=1.0, nominal=1.0, lower=0.3, upper=3.0,
+            source="beyond, a calibration is of another cell",
+        ),
+    )  # fmt: skip
+
+    @staticmethod
+    @device_template
+    def cell(force: real, time: real, values: Values) -> real:
+        """Scale the reading."""
+        return force * values[0]

@@ -1,0 +1,36 @@
+"""The load cell follows the force late."""
+
+from __future__ import annotations
+
+from tendon_newton.device_code.placeholders import Values, real
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.effects.base import Effect
+from tendon_newton.parameters import Parameter
+
+
+class LoadCellLag(Effect):
+    r"""A first-order lag on the reading.
+
+    .. math:: \tau \dot F_{read} = F - F_{read}
+
+    It is solved exactly for a force that moves in a straight line over a step.
+    Source: filters inside amplifiers such as the HX711, and averaging in firmware.
+    Validity: one dominant time constant.
+    Signature: jumps of force are rounded off; theta is untouched.
+    Confused with: load_cell_delay (the row of a jump tells), actuator_lag (theta tells).
+    """
+
+    name = "load_cell_lag"
+    side = "sensor"
+    parameters = (
+        Parameter(
+            name="time_constant", unit="s", null=0.0, nominal=0.03, lower=0.0, upper=0.5,
+            source="ten readings of a slow cell",
+        ),
+    )  # fmt: skip
+
+    @staticmethod
+    @device_template
+    def cell_lag(time_constant: real, values: Values) -> real:
+        """Add to the cell's time constant."""
+        return time_constant + values[0]

@@ -1,0 +1,47 @@
+"""Something is in the way."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tendon_newton.device_code.placeholders import Jet, Values, real
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.effects.base import Effect
+from tendon_newton.parameters import Parameter
+
+
+class Obstruction(Effect):
+    r"""A one-sided elastic contact that the mechanism meets at one excursion.
+
+    .. math:: F \to F - k\,\max(0,\ l - \theta_0 r)
+
+    The place is given as the nominal spool would read it, and is the same on every bench.
+    Source: a cable, a burr or a print's support in the path; Hooke's law at the contact.
+    Validity: a contact without damping or friction.
+    Signature: nothing up to one position, then a stiffness that grows at once.
+    Confused with: spring_stiffening, which grows smoothly; joint_stiffness_error when it begins at
+    0.
+    """
+
+    name = "obstruction"
+    side = "mechanism"
+    parameters = (
+        Parameter(
+            name="stiffness", unit="N/m", null=0.0, nominal=500.0, lower=0.0, upper=20000.0,
+            source="above, the contact is an end stop",
+        ),
+        Parameter(
+            name="position", unit="rad", null=0.0, nominal=1.0, lower=0.0, upper=7.0,
+            source="the travel of a bench is below 6.4 rad",
+        ),
+    )  # fmt: skip
+
+    @staticmethod
+    @device_template
+    def transmission(force: Jet, tendon: Any, values: Values) -> Jet:
+        """Lose what the contact takes."""
+        depth = tendon.length - values[1] * tendon.nominal_radius
+        out = force
+        if depth > real(0.0):
+            out = force - Jet(values[0] * depth, values[0], real(0.0))
+        return out

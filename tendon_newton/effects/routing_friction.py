@@ -1,0 +1,50 @@
+"""Tension lost to a tendon wrapped around its guides."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import warp as wp
+
+from tendon_newton.device_code.placeholders import Jet, Values, real
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.effects.base import Effect
+from tendon_newton.parameters import Parameter
+
+
+class RoutingFriction(Effect):
+    r"""The capstan equation, with one exponent for the whole path.
+
+    .. math:: T_{out} = T_{in}\,e^{-\mu s},\quad s = \operatorname{sign} v,
+        \ s \in [-1, 1] \text{ at } v = 0
+
+    Source: Euler (1769) and Eytelwein (1808); the exponent is friction coefficient times wrap
+    angle.
+    Validity: a limp tendon whose wrap does not change much with the pose; bending stiffness is
+    left out.
+    Signature: the mechanism lags behind the load cell in proportion to the force, and sticks.
+    Confused with: load_dependent_friction (the other side of the load cell) and joint_dry_friction
+    (whose friction does not grow with force).
+    """
+
+    name = "routing_friction"
+    side = "transmission"
+    dry = ("exponent",)
+    parameters = (
+        Parameter(
+            name="exponent", unit="1", null=0.0, nominal=0.1, lower=0.0, upper=1.5,
+            source="a friction coefficient of 0.3 over a wrap of five radians",
+        ),
+    )  # fmt: skip
+
+    @staticmethod
+    @device_template
+    def transmission(force: Jet, tendon: Any, values: Values) -> Jet:
+        """T_out = T_in exp(-mu s); a pushing drive loses as well."""
+        left = real(1.0)
+        if values[0] > real(0.0):
+            opposing = values[0] * tendon.direction
+            if force[0] < real(0.0):
+                opposing = -opposing
+            left = wp.exp(-opposing)
+        return force * left

@@ -1,0 +1,36 @@
+"""The log's clock is not the time."""
+
+from __future__ import annotations
+
+from tendon_newton.device_code.placeholders import Values, real
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.effects.base import Effect
+from tendon_newton.parameters import Parameter
+
+
+class SamplePeriodError(Effect):
+    r"""Rows lie further apart, or closer, than their time stamps say.
+
+    .. math:: \mathrm{d}t = s\,\mathrm{d}t_{log}
+
+    Source: loops that count periods instead of reading a clock: 80 Hz written down as 12 ms.
+    Validity: one factor for the whole log; a clock that jumps is a defect of the log.
+    Signature: every transient is too slow or too fast by one factor, and what is static fits.
+    Confused with: joint_damping_error and viscous_friction on one speed; a bench with a resonance,
+    or a delay that is known, tells.
+    """
+
+    name = "sample_period_error"
+    side = "sensor"
+    parameters = (
+        Parameter(
+            name="scale", unit="1", null=1.0, nominal=1.0, lower=0.5, upper=2.0,
+            source="a rate is rarely mistaken by more than a factor of two",
+        ),
+    )  # fmt: skip
+
+    @staticmethod
+    @device_template
+    def period(scale: real, values: Values) -> real:
+        """Seconds per second of the log's clock."""
+        return scale * values[0]

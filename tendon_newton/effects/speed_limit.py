@@ -1,0 +1,41 @@
+"""The motor cannot turn faster."""
+
+from __future__ import annotations
+
+import math
+
+import warp as wp
+
+from tendon_newton.device_code.placeholders import Values, real
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.effects.base import Effect
+from tendon_newton.parameters import Parameter
+
+
+class SpeedLimit(Effect):
+    r"""The motor's speed is bounded either way.
+
+    .. math:: |\dot\theta| \le \omega
+
+    Winding in, the tension falls as far as it takes; winding out, the motor holds what it takes.
+    Source: back-EMF at full duty, or a profile velocity in the firmware.
+    Validity: a sharp bound that does not depend on load; see viscous_friction for a soft one.
+    Signature: large steps become ramps of one slope; slow motion is not touched.
+    Confused with: viscous_friction and actuator_lag in steps of one size; steps of several sizes
+    tell.
+    """
+
+    name = "speed_limit"
+    side = "actuator"
+    parameters = (
+        Parameter(
+            name="limit", unit="rad/s", null=math.inf, nominal=8.0, lower=0.5, upper=100.0,
+            source="hobby servos turn at 3 to 12 rad/s",
+        ),
+    )  # fmt: skip
+
+    @staticmethod
+    @device_template
+    def speed(limit: real, values: Values) -> real:
+        """The lower of two bounds."""
+        return wp.min(limit, values[0])

@@ -1,0 +1,38 @@
+"""The spool is not as large as the model says."""
+
+from __future__ import annotations
+
+from tendon_newton.device_code.placeholders import Values, real
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.effects.base import Effect
+from tendon_newton.parameters import Parameter
+
+
+class SpoolRadiusError(Effect):
+    r"""The tendon lies on another radius than the drawing's.
+
+    .. math:: \theta = \frac{l}{s\,r}, \qquad \dot\theta = \frac{v}{s\,r}
+
+    The gain in N/rad is that at the tendon and stays.
+    Source: a tendon lies on the core plus half its own thickness, and climbs on its own windings.
+    Validity: one layer of windings; a radius that grows with the windings is left out.
+    Signature: theta is scaled against every other measure of position; the tip does not move with
+    it.
+    Confused with: joint_stiffness_error, tendon_compliance and an obstruction at 0 on one spring
+    alone; two springs, or a finger with a tracked tip, tell.
+    """
+
+    name = "spool_radius_error"
+    side = "transmission"
+    parameters = (
+        Parameter(
+            name="scale", unit="1", null=1.0, nominal=1.0, lower=0.5, upper=2.0,
+            source="a core of half or twice the radius is another spool",
+        ),
+    )  # fmt: skip
+
+    @staticmethod
+    @device_template
+    def radius(radius: real, values: Values) -> real:
+        """Scale the spool's radius."""
+        return radius * values[0]

@@ -1,0 +1,71 @@
+"""The tendon is longer under load."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import warp as wp
+
+from tendon_newton.device_code.first_order_lag import lagged, share_kept
+from tendon_newton.device_code.placeholders import Jet, Values, real
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.effects.base import Effect, Stage
+from tendon_newton.parameters import Parameter
+
+
+class TendonCompliance(Effect):
+    r"""The tendon stretches like a spring between spool and mechanism.
+
+    .. math:: r\,\theta = l + \frac{F}{k}
+
+    With the force at the spool known to first order in theta and theta_dot this is :math:`\tau
+    \dot F = U - F`, whose time constant is that of viscous friction against the tendon's stiffness
+    and is zero without it. It is solved exactly over a step, around the force before it.
+    Source: Hooke (1678); a braided line of 1 mm and half a metre has 5 to 50 N/mm.
+    Validity: linear stretch without creep or mass. Dry friction opposes the excursion's speed.
+    Signature: theta leads the mechanism in proportion to the force, at rest as well.
+    Confused with: spool_radius_error and joint_stiffness_error on one spring alone; two springs
+    tell, since the lead goes with the force and not with the position.
+    """
+
+    name = "tendon_compliance"
+    side = "transmission"
+    memory = Stage.TENSION
+    parameters = (
+        Parameter(
+            name="stiffness", unit="N/m", null=math.inf, nominal=10000.0,
+            lower=500.0, upper=1000000.0,
+            source="from a long rubber-like cord to a short steel rope",
+        ),
+    )  # fmt: skip
+
+    @staticmethod
+    @device_template
+    def stretch(length: Jet, tendon: Any, values: Values) -> Jet:
+        """Add the stretch under the tension before this step."""
+        out = length
+        if values[3] != real(0.0):
+            out = length + Jet(values[3] / values[0], real(0.0), real(0.0))
+        return out
+
+    @staticmethod
+    @device_template
+    def tension(force: Jet, tendon: Any, values: Values) -> Jet:
+        """Solve for the tension that stretches the tendon by as much as it lets the servo turn."""
+        stiffness = values[0]
+        if wp.isinf(stiffness):
+            return force
+        give = real(1.0) - force[1] / stiffness
+        target = (force[0] - force[1] * values[3] / stiffness) / give
+        rate = (force[1] * tendon.velocity + force[2] * tendon.acceleration) / give
+        time_constant = -force[2] / (stiffness * give)
+        taken = (real(1.0) - share_kept(tendon.elapsed, time_constant)) / give
+        value = lagged(values[3], target, rate, tendon.elapsed, time_constant)
+        return Jet(value, taken * force[1], taken * force[2])
+
+    @staticmethod
+    @device_template
+    def remember(force: Jet, tendon: Any, values: Values) -> real:
+        """The tension."""
+        return force[0]

@@ -1,0 +1,44 @@
+"""The supply gives way under load."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import warp as wp
+
+from tendon_newton.device_code.placeholders import Jet, Values, real
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.effects.base import Effect
+from tendon_newton.parameters import Parameter
+
+
+class VoltageSag(Effect):
+    r"""The voltage falls in proportion to the current, and the force with it.
+
+    .. math:: F = \frac{F_m}{1 + \sigma\,|F_m|}
+
+    Source: Ohm's law for leads, plugs and a battery's inner resistance, at a duty cycle that is
+    given.
+    Validity: slow against the supply's capacitors; the servo's logic is not affected.
+    Signature: large forces fall short, in proportion to their square; small ones do not.
+    Confused with: gain_error over a narrow range of forces, force_saturation over a wide one.
+    """
+
+    name = "voltage_sag"
+    side = "actuator"
+    parameters = (
+        Parameter(
+            name="sag", unit="1/N", null=0.0, nominal=0.01, lower=0.0, upper=0.2,
+            source="a supply that halves the force at 5 N is not usable",
+        ),
+    )  # fmt: skip
+
+    @staticmethod
+    @device_template
+    def motor_force(force: Jet, tendon: Any, values: Values) -> Jet:
+        """F = F_m / (1 + sag |F_m|)."""
+        out = force
+        if values[0] > real(0.0):
+            left = real(1.0) / (real(1.0) + values[0] * wp.abs(force[0]))
+            out = Jet(force[0] * left, force[1] * left * left, force[2] * left * left)
+        return out

@@ -1,0 +1,81 @@
+"""Commands that bring out what a servo and its tendon do: those of the paper's data collection.
+
+Source: Yuryev and Hughes, Tendon Force Modeling for Sim2Real Transfer (2026), section II-C.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import pi
+
+import numpy as np
+
+from tendon_newton.errors import unknown_name
+from tendon_newton.recording import Array
+
+RATE = 80.0
+"""Rows per second [Hz]."""
+LARGEST_COMMAND = 2.0 * pi
+"""End of the command range [rad]; it starts at 0."""
+
+Excitation = Callable[[Array, np.random.Generator], Array]
+"""(time (T,) [s], rng) -> command (T,) [rad], inside [0, 2 pi]."""
+
+
+def random_steps(time: Array, rng: np.random.Generator) -> Array:
+    """Return steps to random angles, each held for 0.5 to 3 s."""
+    count = int(time[-1] / 0.5) + 2
+    edges = np.cumsum(rng.uniform(0.5, 3.0, count))
+    return rng.uniform(0.0, LARGEST_COMMAND, count + 1)[np.searchsorted(edges, time, side="right")]
+
+
+def sine(time: Array, rng: np.random.Generator) -> Array:
+    """Return a sinusoid of amplitude pi/2 about a drawn centre, at pi to 4 pi rad/s."""
+    centre = rng.uniform(pi / 2.0, LARGEST_COMMAND - pi / 2.0)
+    return centre + pi / 2.0 * np.sin(rng.uniform(pi, 4.0 * pi) * time + rng.uniform(0.0, 2.0 * pi))
+
+
+def ramps(time: Array, rng: np.random.Generator) -> Array:
+    """Return ramps up and down over a drawn range, at 1 to 2 rad/s."""
+    slope, top = rng.uniform(1.0, 2.0), rng.uniform(pi, LARGEST_COMMAND)
+    return top * np.abs((slope * time / top + 1.0) % 2.0 - 1.0)
+
+
+def stairs(time: Array, rng: np.random.Generator) -> Array:
+    """Return stairs of 0.1 rad up and down over a drawn range, 0.1 s a stair."""
+    top = rng.uniform(pi / 2.0, pi)
+    stair = np.floor(time / 0.1) * 0.1
+    return top * np.abs((stair / top + 1.0) % 2.0 - 1.0)
+
+
+def slow_ramps(time: Array, rng: np.random.Generator) -> Array:
+    """Return ramps slow enough for friction to be all that is dynamic, at 0.3 rad/s."""
+    top = rng.uniform(2.0, 4.0)
+    return top * np.abs((0.3 * time / top + 1.0) % 2.0 - 1.0)
+
+
+def long_holds(time: Array, rng: np.random.Generator) -> Array:
+    """Return steps held for 4 s, so that what creeps shows."""
+    return rng.uniform(0.5, LARGEST_COMMAND, int(time[-1] / 4.0) + 2)[(time / 4.0).astype(int)]
+
+
+EXCITATIONS: dict[str, Excitation] = {
+    "random_steps": random_steps,
+    "sine": sine,
+    "ramps": ramps,
+    "stairs": stairs,
+    "slow_ramps": slow_ramps,
+    "long_holds": long_holds,
+}
+
+
+def excite(name: str, duration: float, rng: np.random.Generator) -> tuple[Array, Array]:
+    """Return time [s] and command [rad] of an excitation, shapes (T,).
+
+    Raises:
+        UnknownName: No such excitation; the message lists the known ones.
+    """
+    if name not in EXCITATIONS:
+        raise unknown_name("excitation", name, EXCITATIONS)
+    time = np.arange(round(duration * RATE)) / RATE
+    return time, np.clip(EXCITATIONS[name](time, rng), 0.0, LARGEST_COMMAND)

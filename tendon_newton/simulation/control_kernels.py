@@ -1,0 +1,194 @@
+"""Kernels of one control step of many worlds.
+
+Push the command, integrate all substeps, read the sensors.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import warp as wp
+
+from tendon_newton.device_code.placeholders import (
+    JOINTS,
+    TENDONS,
+    DeviceArray,
+    DeviceGrid,
+    JointVector,
+    ParameterVector,
+    Placeholder,
+    TendonVector,
+    real,
+)
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.simulation.integrator import step
+from tendon_newton.simulation.memory import remembered
+from tendon_newton.simulation.modes import choose_modes
+from tendon_newton.simulation.rollout_kernels import command_mean, find_row
+from tendon_newton.simulation.sensors import read_sensors
+from tendon_newton.simulation.settling import SETTLED
+from tendon_newton.simulation.world_drive import world_drive
+
+Commands = Placeholder
+Drive = Placeholder
+Mechanism = Placeholder
+Servo = Placeholder
+cell_effects: Any = None
+clock_effects: Any = None
+
+
+@device_template
+def resume(
+    own: JointVector, given: DeviceArray[wp.float32], index: DeviceGrid[int], i: int
+) -> JointVector:
+    """Return a world's joint numbers.
+
+    Where Newton's float32 is our own number rounded, go on with all its digits.
+    """
+    out = own
+    for j in range(JOINTS):
+        x = given[index[i, j]]
+        if wp.float32(own[j]) != x:
+            out[j] = real(x)
+    return out
+
+
+@device_template
+def tendon_command(command: DeviceGrid[wp.float32], i: int) -> TendonVector:
+    """Return the motor angles [rad] that a world is asked for."""
+    out = TendonVector()
+    for d in range(TENDONS):
+        out[d] = real(command[i, d])
+    return out
+
+
+@device_template
+def servo_drive(mechanism: Mechanism, p: ParameterVector, servo: Servo, i: int) -> Drive:
+    """Return a world's instant, memory, supply and torque switch."""
+    drive = world_drive(mechanism, i, p)
+    drive.time = servo.time[i]
+    drive.memory = servo.memory[i]
+    drive.voltage = real(servo.voltage[i])
+    drive.enabled = real(servo.enabled[i])
+    return drive
+
+
+@device_template
+def forget_kernel(
+    mechanism: Mechanism,
+    parameters: DeviceArray[ParameterVector],
+    servo: Servo,
+    history: Commands,
+    history_length: int,
+    command: DeviceGrid[wp.float32],
+    position_index: DeviceGrid[int],
+    velocity_index: DeviceGrid[int],
+    chosen: DeviceArray[wp.bool],
+    q_in: DeviceArray[wp.float32],
+    v_in: DeviceArray[wp.float32],
+) -> None:
+    """Begin anew in the chosen worlds.
+
+    As if the present command had always been there and all memory were relaxed.
+    """
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    if chosen[i]:
+        first = i * history_length
+        for k in range(history_length):
+            history.time[first + k] = real(k - history_length)
+            history.angle[first + k] = tendon_command(command, i)
+        servo.time[i] = real(0.0)
+        drive = servo_drive(mechanism, parameters[i], servo, i)
+        drive.command = tendon_command(command, i)
+        drive.elapsed = real(SETTLED)
+        q = resume(servo.q[i], q_in, position_index, i)
+        v = resume(servo.v[i], v_in, velocity_index, i)
+        modes = choose_modes(mechanism, i, parameters[i], drive, q, v)
+        servo.q[i] = q
+        servo.v[i] = v
+        servo.memory[i] = remembered(mechanism, i, parameters[i], drive, modes, q, v)
+
+
+@device_template
+def control_step_kernel(
+    mechanism: Mechanism,
+    parameters: DeviceArray[ParameterVector],
+    servo: Servo,
+    history: Commands,
+    history_length: int,
+    command: DeviceGrid[wp.float32],
+    position_index: DeviceGrid[int],
+    velocity_index: DeviceGrid[int],
+    substeps: int,
+    h: real,
+    q_in: DeviceArray[wp.float32],
+    v_in: DeviceArray[wp.float32],
+    q_out: DeviceArray[wp.float32],
+    v_out: DeviceArray[wp.float32],
+) -> None:
+    """Hold a command for some substeps of h [s]."""
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    first = i * history_length
+    for k in range(history_length - 1):
+        history.time[first + k] = history.time[first + k + 1]
+        history.angle[first + k] = history.angle[first + k + 1]
+    newest = history_length - 1
+    p = parameters[i]
+    drive = servo_drive(mechanism, p, servo, i)
+    start = drive.time
+    history.time[first + newest] = start
+    history.angle[first + newest] = tendon_command(command, i)
+    q = resume(servo.q[i], q_in, position_index, i)
+    v = resume(servo.v[i], v_in, velocity_index, i)
+    for k in range(substeps):
+        drive.time = start + real(k) * h
+        drive.command = command_mean(
+            history, first, history_length, newest,
+            clock_effects(drive.time, p), clock_effects(drive.time + h, p),
+        )  # fmt: skip
+        motion = step(mechanism, i, p, drive, q, v, h)
+        q = motion.q
+        v = motion.v
+        drive.memory = motion.memory
+    servo.memory[i] = drive.memory
+    servo.time[i] = start + real(substeps) * h
+    servo.q[i] = q
+    servo.v[i] = v
+    for j in range(JOINTS):
+        q_out[position_index[i, j]] = wp.float32(q[j])
+        v_out[velocity_index[i, j]] = wp.float32(v[j])
+
+
+@device_template
+def read_kernel(
+    mechanism: Mechanism,
+    parameters: DeviceArray[ParameterVector],
+    servo: Servo,
+    history: Commands,
+    history_length: int,
+    command: DeviceGrid[wp.float32],
+    position_index: DeviceGrid[int],
+    velocity_index: DeviceGrid[int],
+    q_in: DeviceArray[wp.float32],
+    v_in: DeviceArray[wp.float32],
+    angle: DeviceGrid[wp.float32],
+    angle_rate: DeviceGrid[wp.float32],
+    force: DeviceGrid[wp.float32],
+) -> None:
+    """Read encoder and load cell just after the present command was given."""
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    p = parameters[i]
+    drive = servo_drive(mechanism, p, servo, i)
+    instant = clock_effects(drive.time, p)
+    first = i * history_length
+    acting = find_row(history, first, history_length, instant, history_length - 1)
+    drive.command = history.angle[first + acting]
+    if instant >= drive.time:
+        drive.command = tendon_command(command, i)
+    q = resume(servo.q[i], q_in, position_index, i)
+    v = resume(servo.v[i], v_in, velocity_index, i)
+    reading = read_sensors(mechanism, i, p, drive, q, v)
+    for d in range(TENDONS):
+        angle[i, d] = wp.float32(reading.angle[d])
+        angle_rate[i, d] = wp.float32(reading.angle_rate[d])
+        force[i, d] = wp.float32(cell_effects(reading.force[d], drive.time, p))

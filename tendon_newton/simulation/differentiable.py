@@ -1,0 +1,303 @@
+"""Gradients of a rollout: every reading by every number that went in, by a Warp tape in float64."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, fields
+from functools import cache
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from tendon_newton.device_code.placeholders import struct_type
+from tendon_newton.effects import Stage
+from tendon_newton.errors import SimulationDiverged
+from tendon_newton.mechanisms.mechanism import Mechanism
+from tendon_newton.model_file import Model
+from tendon_newton.recording import Array, Recording
+from tendon_newton.simulation import gradient_kernels, gradient_rules
+from tendon_newton.simulation.assembly import assemble
+from tendon_newton.simulation.kernel_types import kernel_types
+from tendon_newton.simulation.parameter_table import ParameterTable
+from tendon_newton.simulation.rollout import TIME_STEP, Rollout
+from tendon_newton.simulation.structure import Structure
+from tendon_newton.simulation.supported_effects import refuse_stages
+from tendon_newton.simulation.timeline import Timeline
+
+DIFFERENTIABLE_NUMBERS = (
+    "stiffness", "rest", "damping", "friction", "armature", "mass", "inertia", "centre", "offset",
+    "arms", "spool_radius", "excursion_offset", "limit_stiffness", "limit_damping",
+    "lower", "upper",
+)  # fmt: skip
+"""Arrays of the mechanism that carry gradients."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Inputs:
+    """What a rollout depends on; after `backward` each array has its gradient in `.grad`."""
+
+    parameters: Any
+    """Numbers of actuator and effects, shape (W, P); the rollout's `table` says where each
+    stands."""
+    command: Any
+    """Commands [rad] of all rows, one recording after the other, shape (S, D)."""
+    mechanism: Any
+    """Struct with one array per number of the bench: ``stiffness`` (W, J), ``mass`` (W, J),
+    ``arms`` (W, D, J), ..."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Readings:
+    """What a rollout leads to, in all rows, one recording after the other."""
+
+    joint_position: Any
+    """[rad] or [m], shape (S, J)."""
+    motor_position: Any
+    """What the encoder reports [rad], shape (S, D)."""
+    motor_velocity: Any
+    """Its rate [rad/s], shape (S, D)."""
+    force: Any
+    """Tension at the load cell [N], shape (S, D)."""
+
+
+class DifferentiableRollout:
+    """One world per recording, simulated as by `Rollout`, with gradients.
+
+    ``forward()`` fills `readings`; ``backward(force=..., motor_position=...)`` takes the
+    derivatives of a loss by the readings and fills the gradients of `inputs`. Numbers in `inputs`
+    may be assigned between runs; their arrays stay where they are. The start counts: a run that
+    starts in equilibrium carries the derivative of the equilibrium.
+
+    Args:
+        mechanism: The bench.
+        recordings: R recordings of it.
+        model: Actuator and effects with their numbers.
+        effects: Further effects at null, whose gradients are wanted.
+        time_step: Longest step [s].
+        device: Warp device.
+    """
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        recordings: Sequence[Recording],
+        model: Model,
+        *,
+        effects: Sequence[str] = (),
+        time_step: float = TIME_STEP,
+        device: Any = None,
+    ) -> None:
+        radius = model.actuator.values.get("spool_radius")
+        every = (*effects, *(e.name for e in model.effects if e.name not in effects))
+        refuse_stages(every, (Stage.CELL_CLOCK, Stage.CELL_LAG), "DifferentiableRollout")
+        rollout = Rollout(
+            mechanism,
+            recordings,
+            actuator=model.actuator.name,
+            effects=every,
+            spool_radius=None if radius is None else float(radius),
+            time_step=time_step,
+            device=device,
+        )
+        self._rollout = rollout
+        self.table: ParameterTable = rollout.table
+        self.timelines: tuple[Timeline, ...] = rollout.timelines
+        self._device = rollout.device
+        self._worlds = len(self.timelines)
+        self._kernel_of, self._types = gradient_kernel_set(rollout.kernels.structure)
+        vectors = rollout.array(rollout.base_vectors(model), self._types["ParameterVector"])
+        self.inputs = make_inputs(rollout, vectors)
+        self._settled = self._settle()
+        self._schedule, self._row_substep = self._make_schedule(time_step)
+        self._row_world = np.repeat(np.arange(self._worlds), [len(t.time) for t in self.timelines])
+        self._rows = [
+            rollout.array(x.astype(np.int32), wp.int32)
+            for x in (self._row_world, self._row_substep)
+        ]
+        states = (self._schedule.duration.shape[0] + 1, self._worlds)
+        self._states = [
+            self._zeros(states, name) for name in ("JointVector", "JointVector", "MemoryVector")
+        ]
+        rows = len(self._row_world)
+        self.readings = Readings(
+            joint_position=self._zeros(rows, "JointVector"),
+            motor_position=self._zeros(rows, "TendonVector"),
+            motor_velocity=self._zeros(rows, "TendonVector"),
+            force=self._zeros(rows, "TendonVector"),
+        )
+        self._tape: wp.Tape | None = None
+        self.graphs: dict[str, Any] = {}
+        """Captured runs by name, from the second `forward` and `backward` on."""
+
+    def rows_of(self, recording: int) -> slice:
+        """Return where a recording's rows stand among all."""
+        return self._rollout.rows_of(recording)
+
+    def forward(self) -> Readings:
+        """Simulate.
+
+        Raises:
+            SimulationDiverged: A state is not finite.
+        """
+        self._settle()
+        self._run("forward", self._simulate)
+        if not np.isfinite(self.readings.joint_position.numpy()).all():
+            raise SimulationDiverged("the simulation must stay finite; shorten its step")
+        return self.readings
+
+    def backward(self, **seeds: Array) -> Inputs:
+        """Walk the last `forward` back.
+
+        Args:
+            **seeds: Derivatives of a loss by the readings of the given names, in their shapes.
+        """
+        if self._tape is None:
+            self._tape = wp.Tape()
+            with self._tape:
+                self._simulate()
+        self._tape.zero()
+        for name, seed in seeds.items():
+            getattr(self.readings, name).grad.assign(seed)
+        self._run("backward", self._tape.backward)
+        return self.inputs
+
+    def gradient(self, owner: str, parameter: str) -> Array:
+        """Return the last gradient by one number of an actuator or effect, shape (W,)."""
+        return self.inputs.parameters.grad.numpy()[:, self.table.column(owner, parameter)]
+
+    def _run(self, name: str, work: Callable[[], None]) -> None:
+        """Run a chain of launches.
+
+        The first time one by one, the second time recording, from then on as one graph.
+        """
+        if name not in self.graphs:
+            with copied_components():
+                work()
+            self.graphs[name] = None
+            return
+        if self.graphs[name] is None:
+            with wp.ScopedCapture(device=self._device) as capture:
+                work()
+            self.graphs[name] = capture.graph
+        wp.capture_launch(self.graphs[name])
+
+    def _simulate(self) -> None:
+        """Launch the start, all substeps, and the readings of all rows."""
+        inputs, kernels = self.inputs, self._kernel_of
+        common = [inputs.mechanism, inputs.parameters, self._rollout.commands]
+        self._launch(
+            kernels["start"], self._worlds, [*common, self._settled, self._memory, *self._states]
+        )
+        for substep in range(self._schedule.duration.shape[0]):
+            arguments = [substep, *common, self._schedule, *self._states]
+            self._launch(kernels["substep"], self._worlds, arguments)
+        outputs = [getattr(self.readings, field.name) for field in fields(Readings)]
+        self._launch(
+            kernels["reading"],
+            len(self._row_world),
+            [*common, *self._rows, *self._states, *outputs],
+        )
+
+    def _launch(self, kernel: wp.Kernel, count: int, arguments: list[Any]) -> None:
+        wp.launch(kernel, count, inputs=arguments, device=self._device)
+
+    def _settle(self) -> Any:
+        """Find where each recording starts; the start kernel adds the derivative."""
+        if not hasattr(self, "_settled"):
+            self._settled = wp.zeros(
+                self._worlds, dtype=self._types["JointVector"], device=self._device
+            )
+            self._speed = wp.zeros_like(self._settled)
+            self._memory = wp.zeros(
+                self._worlds, dtype=self._types["MemoryVector"], device=self._device
+            )
+        worlds = wp.array(np.arange(self._worlds, dtype=np.int32), device=self._device)
+        rollout = self._rollout
+        arguments = [0, self.inputs.mechanism, worlds, worlds, self.inputs.parameters,
+                     rollout.commands, self._settled, self._speed, self._memory]  # fmt: skip
+        self._launch(rollout.kernels.settle, self._worlds, arguments)
+        return self._settled
+
+    def _make_schedule(self, time_step: float) -> tuple[Any, Array]:
+        """Lay out every world's substeps, and find the substep at which each row begins."""
+        plans = [substep_plan(timeline, time_step) for timeline in self.timelines]
+        length = max(len(time) for time, _, _ in plans)
+        shape = (length, self._worlds)
+        columns: dict[str, Any] = {"time": np.zeros(shape), "duration": np.zeros(shape)}
+        columns["row"] = np.zeros(shape, dtype=np.int32)
+        for world, plan in enumerate(plans):
+            for name, values in zip(columns, plan, strict=True):
+                columns[name][: len(values), world] = values
+        schedule = self._types["Schedule"]()
+        for name, values in columns.items():
+            dtype = wp.int32 if name == "row" else self._types["real"]
+            setattr(schedule, name, self._rollout.array(values, dtype))
+        starts = [
+            np.append(np.flatnonzero(np.diff(row, prepend=-1)), len(row)) for _, _, row in plans
+        ]
+        return schedule, np.concatenate(starts)
+
+    def _zeros(self, shape: Any, name: str) -> Any:
+        return wp.zeros(shape, dtype=self._types[name], device=self._device, requires_grad=True)
+
+
+def make_inputs(rollout: Rollout, vectors: Any) -> Inputs:
+    """Give all that a rollout reads a gradient."""
+    vectors.requires_grad = True
+    for struct, names in (
+        (rollout.numbers, DIFFERENTIABLE_NUMBERS),
+        (rollout.commands, ("angle",)),
+    ):
+        for name in names:
+            array = getattr(struct, name)
+            array.requires_grad = True
+            setattr(struct, name, array)  # the struct holds the address of the gradient too
+    return Inputs(parameters=vectors, command=rollout.commands.angle, mechanism=rollout.numbers)
+
+
+def substep_plan(timeline: Timeline, time_step: float) -> tuple[Any, Any, Any]:
+    """Return instant [s], duration [s] and row of each substep of a recording.
+
+    As `rollout_kernel` divides it.
+    """
+    time = timeline.time - timeline.time[0]
+    intervals = np.diff(time)
+    counts = np.ceil(intervals / time_step - 1.0e-6).astype(int)
+    row = np.repeat(np.arange(len(intervals)), counts)
+    duration = (intervals / counts)[row]
+    place = np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)
+    return time[row] + place * duration, duration, row
+
+
+@contextmanager
+def copied_components() -> Iterator[None]:
+    """Let kernels that are compiled inside write vector components by copy.
+
+    In place their adjoint is wrong.
+    """
+    before = wp.config.enable_vector_component_overwrites
+    wp.config.enable_vector_component_overwrites = True
+    try:
+        yield
+    finally:
+        wp.config.enable_vector_component_overwrites = before
+
+
+@cache
+def gradient_kernel_set(structure: Structure) -> tuple[dict[str, wp.Kernel], dict[str, Any]]:
+    """Assemble the kernels that a tape walks back, with the Warp types of their arguments."""
+    types = kernel_types(structure)
+    grid = wp.array(dtype=types["real"], ndim=2)
+    schedule = {"time": grid, "duration": grid, "row": wp.array(dtype=wp.int32, ndim=2)}
+    assembly = assemble(structure, {**types, "Schedule": struct_type("Schedule", schedule)})
+    gradient_rules.add_gradient_rules(assembly.specialiser)
+    assembly.specialiser.gradient(gradient_kernels.gravity_slope, gradient_kernels.constant_slope)
+    kernels = {
+        "start": gradient_kernels.start_kernel,
+        "substep": gradient_kernels.substep_kernel,
+        "reading": gradient_kernels.reading_kernel,
+    }
+    made = {name: assembly.kernel(k, enable_backward=True) for name, k in kernels.items()}
+    return made, assembly.types

@@ -1,0 +1,104 @@
+"""Forces on the joints in frozen modes: smooth, with their derivatives."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tendon_newton.device_code.placeholders import (
+    JOINTS,
+    TENDONS,
+    Jet,
+    JointMatrix,
+    JointVector,
+    ParameterVector,
+    Placeholder,
+    real,
+)
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.simulation.pipeline import (
+    damping_torque,
+    flow_at,
+    joint_state,
+    spring_torque,
+)
+
+Drive = Placeholder
+Forces = Placeholder
+Mechanism = Placeholder
+Modes = Placeholder
+armature: Any = None
+chain_terms: Any = None
+radius_effects: Any = None
+
+
+@device_template
+def smooth_forces(
+    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, modes: Modes,
+    q: JointVector, v: JointVector,
+) -> Forces:  # fmt: skip
+    """Return mass matrix, torque and its derivatives, without what sticks."""
+    terms = chain_terms(mechanism, world, drive, q, v)
+    mass_matrix = terms.mass_matrix
+    torque = terms.torque
+    stiffness = JointMatrix()
+    damping = JointMatrix()
+    for j in range(JOINTS):
+        own = joint_torque(mechanism, world, p, drive, j, modes.touch[j], q, v)
+        torque[j] = torque[j] + own[0] - drive.friction[j] * modes.joint[j]
+        stiffness[j, j] = stiffness[j, j] + own[1]
+        damping[j, j] = damping[j, j] + own[2]
+    arms = mechanism.arms[world]
+    for d in range(TENDONS):
+        radius = radius_effects(mechanism.spool_radius[world][d], p)
+        inertia = armature(p) / (radius * radius)
+        pull = Jet(real(0.0), real(0.0), real(0.0))
+        if modes.tendon_sticks[d] == real(0.0):
+            flow = flow_at(mechanism, world, p, drive, d, q, v, modes.tendon[d])
+            pull = flow.pull
+        for i in range(JOINTS):
+            torque[i] = torque[i] + arms[d, i] * pull[0]
+            for j in range(JOINTS):
+                product = arms[d, i] * arms[d, j]
+                mass_matrix[i, j] = mass_matrix[i, j] + product * inertia
+                stiffness[i, j] = stiffness[i, j] + product * pull[1]
+                damping[i, j] = damping[i, j] + product * pull[2]
+    out = Forces()
+    out.mass_matrix = mass_matrix
+    out.torque = torque
+    out.stiffness = stiffness
+    out.damping = damping
+    return out
+
+
+@device_template
+def joint_torque(
+    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, j: int, touch: real,
+    q: JointVector, v: JointVector,
+) -> Jet:  # fmt: skip
+    """Return the torque of a joint's spring, damper and end stop (touch: +1 upper, -1 lower)."""
+    joint = joint_state(mechanism, world, drive, j, q, v)
+    torque = spring_torque(joint, p) + damping_torque(joint, p)
+    if touch != real(0.0):
+        bound = joint.upper
+        if touch < real(0.0):
+            bound = joint.lower
+        k = mechanism.limit_stiffness[world][j]
+        c = mechanism.limit_damping[world][j]
+        torque = torque - Jet(k * (joint.position - bound) + c * joint.velocity, k, c)
+    return torque
+
+
+@device_template
+def touching(mechanism: Mechanism, world: int, q: JointVector, v: JointVector) -> JointVector:
+    """Return per joint +1 or -1 where its upper or lower end stop pushes; a stop never pulls."""
+    touch = JointVector()
+    for j in range(JOINTS):
+        k = mechanism.limit_stiffness[world][j]
+        c = mechanism.limit_damping[world][j]
+        over = q[j] - mechanism.upper[world][j]
+        under = q[j] - mechanism.lower[world][j]
+        if over > real(0.0) and k * over + c * v[j] > real(0.0):
+            touch[j] = real(1.0)
+        if under < real(0.0) and k * under + c * v[j] < real(0.0):
+            touch[j] = real(-1.0)
+    return touch

@@ -1,0 +1,300 @@
+"""Kernels of a rollout that a tape can walk back: one launch per substep, every state kept."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import warp as wp
+
+from tendon_newton.device_code.linear_algebra import inverse
+from tendon_newton.device_code.placeholders import (
+    JOINTS,
+    TENDONS,
+    DeviceArray,
+    DeviceGrid,
+    JointMatrix,
+    JointVector,
+    MemoryVector,
+    ParameterVector,
+    Placeholder,
+    TendonVector,
+    real,
+)
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.simulation.forces import smooth_forces
+from tendon_newton.simulation.integrator import step
+from tendon_newton.simulation.memory import remembered
+from tendon_newton.simulation.modes import SWEEPS, choose_modes
+from tendon_newton.simulation.pipeline import excursion, flow_at
+from tendon_newton.simulation.rollout_kernels import find_row
+from tendon_newton.simulation.sensors import tension_now
+from tendon_newton.simulation.settling import SETTLED, frictionless_forces, resting_modes
+from tendon_newton.simulation.world_drive import world_drive
+
+Commands = Placeholder
+Drive = Placeholder
+Mechanism = Placeholder
+Modes = Placeholder
+Schedule = Placeholder
+cell_effects: Any = None
+chain_terms: Any = None
+clock_effects: Any = None
+period_effects: Any = None
+radius_effects: Any = None
+HAS_MEMORY = False
+
+NUDGE = 1.0e-6
+"""Half step of a central difference [rad, m]: float64 leaves ten digits."""
+START_SWEEPS = 4
+"""Newton steps at the start; one is exact without memory, more gain a digit each with it."""
+INSTANT = 1.0e-9
+"""Two instants closer than this [s] are one."""
+
+
+@device_template
+def command_between(
+    commands: Commands, first: int, count: int, row: int, start: real, end: real
+) -> TendonVector:
+    """Return `command_mean`.
+
+    With the derivative for later edges where an edge and the substep's start are one instant.
+    """
+    before = find_row(commands, first, count, start - real(INSTANT), row)
+    after = find_row(commands, first, count, end, before)
+    command = commands.angle[first + after]
+    if after > before:
+        edge = commands.time[first + after]
+        share = (edge - start) / (end - start)
+        command = command + share * (commands.angle[first + before] - command)
+    return command
+
+
+@device_template
+def gravity_slope(mechanism: Mechanism, world: int, drive: Drive, q: JointVector) -> JointMatrix:
+    """Return the derivative of gravity's torque by the joints' positions [N m/rad]."""
+    slope = JointMatrix()
+    still = JointVector()
+    for j in range(JOINTS):
+        nudge = JointVector()
+        nudge[j] = real(NUDGE)
+        up = chain_terms(mechanism, world, drive, q + nudge, still)
+        down = chain_terms(mechanism, world, drive, q - nudge, still)
+        for i in range(JOINTS):
+            slope[i, j] = (up.torque[i] - down.torque[i]) / (real(2.0) * real(NUDGE))
+    return slope
+
+
+@device_template
+def constant_slope(
+    mechanism: Mechanism, world: int, drive: Drive, q: JointVector, adj_ret: JointMatrix
+) -> None:
+    """Give no derivative: what it multiplies is zero in equilibrium."""
+
+
+@device_template
+def row_drive(
+    mechanism: Mechanism, world: int, p: ParameterVector, commands: Commands, at: int,
+    time: real, memory: MemoryVector,
+) -> Drive:  # fmt: skip
+    """Return what acts on a world in a row, but for the command."""
+    drive = world_drive(mechanism, world, p)
+    drive.voltage = commands.voltage[at]
+    drive.enabled = commands.enabled[at]
+    drive.time = time
+    drive.memory = memory
+    return drive
+
+
+@device_template
+def with_command(drive: Drive, command: TendonVector, elapsed: real) -> Drive:
+    """Return a drive with its command [rad] and the time [s] since its memory was current."""
+    out = drive
+    out.command = command
+    out.elapsed = elapsed
+    return out
+
+
+@device_template
+def with_memory(drive: Drive, memory: MemoryVector) -> Drive:
+    """Return a drive with what the effects remember."""
+    out = drive
+    out.memory = memory
+    return out
+
+
+@device_template
+def start_kernel(
+    mechanism: Mechanism,
+    parameters: DeviceArray[ParameterVector],
+    commands: Commands,
+    settled: DeviceArray[JointVector],
+    settled_memory: DeviceArray[MemoryVector],
+    q: DeviceGrid[JointVector],
+    v: DeviceGrid[JointVector],
+    memory: DeviceGrid[MemoryVector],
+) -> None:
+    """Polish a settled state by one Newton step.
+
+    Its derivative is that of the equilibrium (implicit function theorem).
+    """
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    first = commands.first[i]
+    p = parameters[i]
+    row = row_drive(mechanism, i, p, commands, first, real(0.0), settled_memory[i])
+    drive = with_command(row, commands.angle[first], real(SETTLED))
+    guided = commands.starts_measured[i] > 0
+    x = settled[i]
+    kept = settled_memory[i]
+    still = JointVector()
+    # Memory and posture depend on each other; each sweep passes the derivative on.
+    for _sweep in range(START_SWEEPS):
+        held = with_memory(drive, kept)
+        forces = frictionless_forces(mechanism, i, p, held, guided, commands.start_angle[i], x)
+        stiffness = forces.stiffness + gravity_slope(mechanism, i, held, x)
+        x = x - inverse(stiffness) * forces.torque
+        modes = resting_modes(mechanism, i, False, x)
+        kept = remembered(mechanism, i, p, held, modes, x, still)
+    speed = JointVector()
+    if guided:
+        arms = mechanism.arms[i]
+        for d in range(TENDONS):
+            radius = radius_effects(mechanism.spool_radius[i][d], p)
+            rate = commands.start_rate[i][d] * radius
+            speed = speed + arms[d] * (rate / wp.dot(arms[d], arms[d]))
+    q[0, i] = x
+    v[0, i] = speed
+    memory[0, i] = kept
+
+
+@device_template
+def substep_kernel(
+    substep: int,
+    mechanism: Mechanism,
+    parameters: DeviceArray[ParameterVector],
+    commands: Commands,
+    schedule: Schedule,
+    q: DeviceGrid[JointVector],
+    v: DeviceGrid[JointVector],
+    memory: DeviceGrid[MemoryVector],
+) -> None:
+    """Take each world through one substep of its own; one that has arrived waits."""
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    if schedule.duration[substep, i] > real(0.0):
+        p = parameters[i]
+        scale = period_effects(real(1.0), p)
+        h = schedule.duration[substep, i] * scale
+        now = schedule.time[substep, i] * scale
+        first = commands.first[i]
+        row = schedule.row[substep, i]
+        mean = command_between(
+            commands, first, commands.count[i], row,
+            clock_effects(now, p) / scale, clock_effects(now + h, p) / scale,
+        )  # fmt: skip
+        drive = row_drive(mechanism, i, p, commands, first + row, now, memory[substep, i])
+        driven = with_command(drive, mean, real(0.0))
+        motion = step(mechanism, i, p, driven, q[substep, i], v[substep, i], h)
+        q[substep + 1, i] = motion.q
+        v[substep + 1, i] = motion.v
+        memory[substep + 1, i] = motion.memory
+    else:
+        q[substep + 1, i] = q[substep, i]
+        v[substep + 1, i] = v[substep, i]
+        memory[substep + 1, i] = memory[substep, i]
+
+
+@device_template
+def holding_forces(
+    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, modes: Modes,
+    q: JointVector, v: JointVector,
+) -> TendonVector:  # fmt: skip
+    """Return the pull [N] of each tendon that sticks: nothing accelerates along what holds."""
+    forces = smooth_forces(mechanism, world, p, drive, modes, q, v)
+    matrix = forces.mass_matrix
+    load = forces.torque
+    free = mechanism.arms[world]
+    for j in range(JOINTS):
+        if modes.joint_sticks[j] > real(0.0):
+            for i in range(JOINTS):
+                matrix[i, j] = real(0.0)
+                matrix[j, i] = real(0.0)
+            for d in range(TENDONS):
+                free[d, j] = real(0.0)
+            matrix[j, j] = real(1.0)
+            load[j] = real(0.0)
+    mobility = inverse(matrix)
+    hold = TendonVector()
+    for d in range(TENDONS):
+        if modes.tendon_sticks[d] > real(0.0):
+            # Where the joints hold too, the tendon keeps what `choose_modes` began its search with.
+            inner = flow_at(mechanism, world, p, drive, d, q, v, modes.least_side[d])
+            outer = flow_at(mechanism, world, p, drive, d, q, v, modes.most_side[d])
+            hold[d] = wp.clamp(real(0.0), inner.pull[0], outer.pull[0])
+            load = load + free[d] * hold[d]
+    acceleration = mobility * load
+    for _sweep in range(wp.static(1 if TENDONS == 1 else SWEEPS)):
+        for d in range(TENDONS):
+            if modes.tendon_sticks[d] > real(0.0):
+                response = mobility * free[d]
+                admittance = wp.dot(free[d], response)
+                if admittance > real(0.0):
+                    change = -wp.dot(free[d], acceleration) / admittance
+                    acceleration = acceleration + response * change
+                    hold[d] = hold[d] + change
+    return hold
+
+
+@device_template
+def with_hold(modes: Modes, hold: TendonVector) -> Modes:
+    """Return modes with the pull [N] of the tendons that stick."""
+    out = modes
+    out.hold = hold
+    return out
+
+
+@device_template
+def reading_kernel(
+    mechanism: Mechanism,
+    parameters: DeviceArray[ParameterVector],
+    commands: Commands,
+    row_world: DeviceArray[int],
+    row_substep: DeviceArray[int],
+    q: DeviceGrid[JointVector],
+    v: DeviceGrid[JointVector],
+    memory: DeviceGrid[MemoryVector],
+    joint_position: DeviceArray[JointVector],
+    motor_position: DeviceArray[TendonVector],
+    motor_velocity: DeviceArray[TendonVector],
+    force: DeviceArray[TendonVector],
+) -> None:
+    """Read encoder and load cell in every row, just after its command took effect."""
+    out = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    i = row_world[out]
+    at = row_substep[out]
+    first = commands.first[i]
+    p = parameters[i]
+    scale = period_effects(real(1.0), p)
+    now = commands.time[out] * scale
+    instant = clock_effects(now, p) / scale
+    acting = find_row(commands, first, commands.count[i], instant, out - first)
+    row = row_drive(mechanism, i, p, commands, out, now, memory[at, i])
+    drive = with_command(row, commands.angle[first + acting], real(0.0))
+    x = q[at, i]
+    xd = v[at, i]
+    chosen = choose_modes(mechanism, i, p, drive, x, xd)
+    modes = with_hold(chosen, holding_forces(mechanism, i, p, drive, chosen, x, xd))
+    fresh = drive
+    if wp.static(HAS_MEMORY):  # noqa: SIM102 - decided when the kernel is made
+        if drive.remembers > real(0.0):
+            fresh.memory = remembered(mechanism, i, p, drive, modes, x, xd)
+    angle = TendonVector()
+    rate = TendonVector()
+    tension = TendonVector()
+    for d in range(TENDONS):
+        flow = flow_at(mechanism, i, p, fresh, d, x, xd, modes.tendon[d])
+        angle[d] = flow.angle[0]
+        rate[d] = flow.angle[1] * excursion(mechanism.arms[i], d, xd)
+        tension[d] = cell_effects(tension_now(mechanism, i, p, drive, modes, d, x, xd), now, p)
+    joint_position[out] = x
+    motor_position[out] = angle
+    motor_velocity[out] = rate
+    force[out] = tension

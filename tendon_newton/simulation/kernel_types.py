@@ -1,0 +1,114 @@
+"""What each placeholder of the device code stands for in the kernels of one structure."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import warp as wp
+
+from tendon_newton.device_code.placeholders import bindings, struct_type
+from tendon_newton.effects import Stage
+from tendon_newton.simulation.structure import Structure
+
+REST = {"float64": 1.0e-9, "float32": 1.0e-6}
+"""Speed below which a dry friction may stick [m/s, rad/s]: some roundings of a finger's speed."""
+
+
+def kernel_types(structure: Structure) -> dict[str, Any]:
+    """Return types and constants, the structs included."""
+    t = bindings(
+        structure.joint_count,
+        structure.tendon_count,
+        structure.parameter_count,
+        structure.memory_count,
+        getattr(wp, structure.precision),
+    )
+    t |= argument_structs(t, structure.planar)
+    t |= inner_structs(t, structure.planar)
+    slow_cell = structure.uses(Stage.CELL_LAG) or structure.uses(Stage.CELL_CLOCK)
+    with_memory = [effect for effect in structure.declarations if effect.memory is not None]
+    t["PARENT"] = structure.parents
+    t["REVOLUTE"] = structure.revolute
+    t["MOVES"] = structure.moves()
+    t["DRY_OFFSETS"] = structure.dry_offsets
+    t["MAY_HOLD"] = bool(structure.dry_offsets) or structure.uses(Stage.SPEED)
+    t["HAS_MEMORY"] = bool(with_memory)
+    t["MEMORY_OFFSETS"] = tuple(structure.offsets[effect.name] for effect in with_memory)
+    t["MEMORY_NULLS"] = tuple(effect.parameters[0].null for effect in with_memory)
+    t["REST"] = REST[structure.precision]
+    t["HAS_SLOW_CELL"] = slow_cell
+    t["CELL_MEMORY"] = structure.cell_memory
+    return t
+
+
+def argument_structs(t: dict[str, Any], planar: bool) -> dict[str, Any]:
+    """Return the structs that kernels take as arguments: what is constant, and what is recorded."""
+    real, joints, tendons = t["real"], t["JointVector"], t["TendonVector"]
+    place, inertia = (t["Vec2"], real) if planar else (t["Vec3"], t["Mat33"])
+
+    def array(dtype: Any, ndim: int = 1) -> Any:
+        return wp.array(dtype=dtype, ndim=ndim)
+
+    per_joint = ("stiffness", "rest", "damping", "friction", "armature", "lower", "upper",
+                 "limit_stiffness", "limit_damping")  # fmt: skip
+    per_tendon = ("excursion_offset", "spool_radius", "force_limit", "least_tension")
+    mechanism = {
+        **{name: array(joints) for name in per_joint},
+        **{name: array(tendons) for name in per_tendon},
+        **{name: array(place, 2) for name in ("offset", "centre", "axis")},
+        **{name: array(place) for name in ("gravity", "gravity_across", "gravity_along")},
+        "arms": array(t["ArmMatrix"]), "mass": array(real, 2), "inertia": array(inertia, 2),
+    }  # fmt: skip
+    commands = {
+        "first": array(wp.int32), "count": array(wp.int32), "time": array(real),
+        "angle": array(tendons), "voltage": array(real), "enabled": array(real),
+        "starts_measured": array(wp.int32),
+        "start_angle": array(tendons), "start_rate": array(tendons),
+    }  # fmt: skip
+    return {
+        "Mechanism": struct_type("Mechanism", mechanism),
+        "Commands": struct_type("Commands", commands),
+    }
+
+
+def inner_structs(t: dict[str, Any], planar: bool) -> dict[str, Any]:
+    """Return the structs that live inside kernels."""
+    real, jet, memory = t["real"], t["Jet"], t["MemoryVector"]
+    joints, tendons, square = t["JointVector"], t["TendonVector"], t["JointMatrix"]
+    place = t["Vec2"] if planar else t["Vec3"]
+    fields = {
+        "ChainTerms": {"mass_matrix": square, "torque": joints},
+        "Forces": {
+            "mass_matrix": square, "torque": joints, "stiffness": square, "damping": square,
+        },
+        "Motion": {"q": joints, "v": joints, "mass_matrix": square, "memory": memory},
+        "Modes": {
+            "joint": joints, "joint_sticks": joints, "touch": joints, "tendon": tendons,
+            "tendon_sticks": tendons, "least_side": tendons, "most_side": tendons, "hold": tendons,
+        },
+        "Event": {
+            "fraction": real, "row": wp.int32, "speed": real, "joint": wp.int32, "touch": real,
+        },
+        "Drive": {
+            "time": real, "command": tendons, "voltage": real, "enabled": real,
+            "elapsed": real, "acceleration": joints, "memory": memory, "remembers": real,
+            "inertia": real, "gravity": place, "friction": joints, "dry": real,
+            "greatest_speed": tendons,
+        },
+        "Reading": {"angle": tendons, "angle_rate": tendons, "force": tendons},
+        "Cell": {"force": tendons, "due": wp.int32},
+        "Joint": {
+            "index": wp.int32, "elapsed": real, "memory": memory,
+            "position": real, "velocity": real, "stiffness": real, "rest": real, "damping": real,
+            "lower": real, "upper": real,
+        },
+        "Tendon": {
+            "index": wp.int32, "time": real, "elapsed": real, "memory": memory,
+            "voltage": real, "enabled": real, "command": real, "error": real, "tension": real,
+            "nominal_radius": real, "spool_radius": real, "inverse_radius": real, "length": real,
+            "velocity": real, "acceleration": real, "side": real, "direction": real,
+            "angle_rate": jet,
+        },
+        "Flow": {"angle": jet, "motor_force": jet, "tension": jet, "pull": jet},
+    }  # fmt: skip
+    return {name: struct_type(name, members) for name, members in fields.items()}

@@ -1,0 +1,83 @@
+"""The internal states of effects, renewed after every part of a step."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import warp as wp
+
+from tendon_newton.device_code.placeholders import (
+    JOINTS,
+    TENDONS,
+    JointVector,
+    MemoryVector,
+    ParameterVector,
+    Placeholder,
+    real,
+)
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.simulation.pipeline import flow_at, flow_memory, joint_state, spring_torque
+from tendon_newton.simulation.world_drive import at_end
+
+Drive = Placeholder
+Mechanism = Placeholder
+Modes = Placeholder
+Motion = Placeholder
+spring_memory: Any = None
+HAS_MEMORY = False
+"""Whether any effect of the kernel has internal state."""
+
+SHORTEST = 1.0e-12
+"""A part of a divided step [s] too short for a difference quotient."""
+
+
+@device_template
+def held_share(
+    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, modes: Modes, d: int,
+    q: JointVector, v: JointVector,
+) -> real:  # fmt: skip
+    """Return where between its two sides a held tendon is: 0 at the least pull, 1 at the most."""
+    least = flow_at(mechanism, world, p, drive, d, q, v, modes.least_side[d])
+    most = flow_at(mechanism, world, p, drive, d, q, v, modes.most_side[d])
+    share = real(0.5)
+    if most.pull[0] > least.pull[0]:
+        share = (modes.hold[d] - least.pull[0]) / (most.pull[0] - least.pull[0])
+    return share
+
+
+@device_template
+def remembered(
+    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, modes: Modes,
+    q: JointVector, v: JointVector,
+) -> MemoryVector:  # fmt: skip
+    """Return what the effects remember at a state that was reached in `drive.elapsed`."""
+    memory = drive.memory
+    for j in range(JOINTS):
+        joint = joint_state(mechanism, world, drive, j, q, v)
+        memory = spring_memory(spring_torque(joint, p), joint, p, memory)
+    for d in range(TENDONS):
+        if modes.tendon_sticks[d] == real(0.0):
+            memory = flow_memory(mechanism, world, p, drive, d, q, v, modes.tendon[d], memory)
+        else:
+            share = held_share(mechanism, world, p, drive, modes, d, q, v)
+            side = modes.least_side[d]
+            least = flow_memory(mechanism, world, p, drive, d, q, v, side, memory)
+            side = modes.most_side[d]
+            most = flow_memory(mechanism, world, p, drive, d, q, v, side, memory)
+            memory = least + (most - least) * share
+    return memory
+
+
+@device_template
+def renewed(
+    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, modes: Modes,
+    before: JointVector, end: Motion, h: real,
+) -> MemoryVector:  # fmt: skip
+    """Return what the effects remember after a step of h [s] that began at a velocity `before`."""
+    memory = drive.memory
+    if wp.static(HAS_MEMORY):  # noqa: SIM102 - known when compiled
+        if drive.remembers > real(0.0):
+            acceleration = (end.v - before) / wp.max(h, real(SHORTEST))
+            later = at_end(drive, h, acceleration)
+            memory = remembered(mechanism, world, p, later, modes, end.q, end.v)
+    return memory

@@ -1,0 +1,190 @@
+"""Modes of a step: which frictions slide which way, what sticks, which end stops are in touch.
+
+A *row* is a direction in which speed can be held: a joint, or a tendon's excursion. A tendon's row
+is held at rest by dry friction, or at the motor's greatest speed. Its *sides* are what it does just
+above and just below that speed: +1 slides in, -1 slides out, +2 and -2 are beyond the greatest.
+"""
+
+from __future__ import annotations
+
+import warp as wp
+
+from tendon_newton.device_code.linear_algebra import inverse
+from tendon_newton.device_code.placeholders import (
+    JOINTS,
+    TENDONS,
+    ArmMatrix,
+    JointMatrix,
+    JointVector,
+    ParameterVector,
+    Placeholder,
+    TendonVector,
+    real,
+)
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.simulation.forces import smooth_forces, touching
+from tendon_newton.simulation.pipeline import excursion, flow_at
+
+Drive = Placeholder
+Mechanism = Placeholder
+Modes = Placeholder
+MAY_HOLD = False
+"""Whether any effect of the kernel holds a tendon at a speed."""
+
+REST = 1.0e-9
+"""Below this speed [m/s, rad/s] a dry friction may stick."""
+AT_LIMIT = 1.0e-6
+"""Share of the greatest speed within which the motor may be held at it [1]."""
+SWEEPS = 12
+"""Gauss-Seidel sweeps over the rows that may be held; one row alone needs one."""
+
+
+@device_template
+def sign(x: real) -> real:
+    """Return +1 for x >= 0, else -1."""
+    out = real(1.0)
+    if x < real(0.0):
+        out = real(-1.0)
+    return out
+
+
+@device_template
+def tendon_sides(drive: Drive, modes: Modes, d: int, rate: real) -> Modes:
+    """Write the side of a tendon at a rate [m/s], or both sides of a speed where it may be held."""
+    side = sign(rate)
+    bound = drive.greatest_speed[d]
+    speed = wp.abs(rate)
+    modes.tendon[d] = side
+    if speed > bound:
+        modes.tendon[d] = real(2.0) * side
+    if drive.dry > real(0.0) and speed <= real(REST):
+        modes.tendon_sticks[d] = real(1.0)
+        modes.least_side[d] = real(1.0)
+        modes.most_side[d] = real(-1.0)
+    if wp.abs(speed - bound) <= real(AT_LIMIT) * bound:
+        modes.tendon_sticks[d] = real(1.0)
+        modes.least_side[d] = real(2.0)
+        modes.most_side[d] = real(1.0)
+        if side < real(0.0):
+            modes.least_side[d] = real(-1.0)
+            modes.most_side[d] = real(-2.0)
+    return modes
+
+
+@device_template
+def choose_modes(
+    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive,
+    q: JointVector, v: JointVector,
+) -> Modes:  # fmt: skip
+    """Decide which rows are held: those whose holding force stays within its limits."""
+    modes = Modes()
+    modes.touch = touching(mechanism, world, q, v)
+    held = int(0)  # noqa: UP018, RUF046 - a variable for Warp, not a constant
+    least = TendonVector()
+    most = TendonVector()
+    for j in range(JOINTS):
+        modes.joint[j] = sign(v[j])
+        if wp.abs(v[j]) <= real(REST) and drive.friction[j] > real(0.0):
+            modes.joint[j] = real(0.0)
+            modes.joint_sticks[j] = real(1.0)
+            held = held + 1
+    for d in range(TENDONS):
+        rate = excursion(mechanism.arms[world], d, v)
+        modes.tendon[d] = sign(rate)
+        if wp.static(MAY_HOLD):
+            modes = tendon_sides(drive, modes, d, rate)
+            if modes.tendon_sticks[d] > real(0.0):
+                inner = flow_at(mechanism, world, p, drive, d, q, v, modes.least_side[d])
+                outer = flow_at(mechanism, world, p, drive, d, q, v, modes.most_side[d])
+                least[d] = inner.pull[0]
+                most[d] = outer.pull[0]
+                modes.hold[d] = wp.clamp(real(0.0), least[d], most[d])
+                held = held + 1
+    if held > 0:
+        modes = release(mechanism, world, p, drive, modes, q, v, least, most, held)
+    return modes
+
+
+@device_template
+def release(
+    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, modes: Modes,
+    q: JointVector, v: JointVector, least: TendonVector, most: TendonVector, held: int,
+) -> Modes:  # fmt: skip
+    """Let those rows go that cannot be held; write the pull [N] of the tendons that are.
+
+    The holding forces solve the complementarity problem of the accelerations by projected
+    Gauss-Seidel.
+    """
+    forces = smooth_forces(mechanism, world, p, drive, modes, q, v)
+    mobility = inverse(forces.mass_matrix)
+    arms = mechanism.arms[world]
+    limit = drive.friction
+    hold = JointVector()
+    push = forces.torque
+    for d in range(TENDONS):
+        if modes.tendon_sticks[d] > real(0.0):
+            for j in range(JOINTS):
+                push[j] = push[j] + arms[d, j] * modes.hold[d]
+    acceleration = mobility * push
+    sweeps = int(SWEEPS)
+    if held == 1:
+        sweeps = 1
+    for _sweep in range(sweeps):
+        for j in range(JOINTS):
+            if modes.joint_sticks[j] > real(0.0):
+                force = wp.clamp(hold[j] - acceleration[j] / mobility[j, j], -limit[j], limit[j])
+                change = force - hold[j]
+                for i in range(JOINTS):
+                    acceleration[i] = acceleration[i] + mobility[i, j] * change
+                hold[j] = force
+        for d in range(TENDONS):
+            if modes.tendon_sticks[d] > real(0.0):
+                response = mobility * arms[d]
+                force = wp.clamp(
+                    modes.hold[d] - wp.dot(arms[d], acceleration) / wp.dot(arms[d], response),
+                    least[d], most[d],
+                )  # fmt: skip
+                acceleration = acceleration + response * (force - modes.hold[d])
+                modes.hold[d] = force
+    for j in range(JOINTS):
+        if modes.joint_sticks[j] > real(0.0) and wp.abs(hold[j]) >= limit[j]:
+            modes.joint[j] = sign(acceleration[j])
+            modes.joint_sticks[j] = real(0.0)
+    for d in range(TENDONS):
+        if modes.tendon_sticks[d] > real(0.0):  # noqa: SIM102 - Warp has no mixed and/or
+            if modes.hold[d] >= most[d] or modes.hold[d] <= least[d]:
+                modes.tendon[d] = modes.least_side[d]
+                if wp.dot(arms[d], acceleration) < real(0.0):
+                    modes.tendon[d] = modes.most_side[d]
+                modes.tendon_sticks[d] = real(0.0)
+    return modes
+
+
+@device_template
+def constrained_solve(
+    matrix: JointMatrix, load: JointVector, modes: Modes, arms: ArmMatrix
+) -> JointVector:
+    """Solve matrix x = load with x = 0 along every row that is held."""
+    m = matrix
+    b = load
+    free = arms
+    for j in range(JOINTS):
+        if modes.joint_sticks[j] > real(0.0):
+            for i in range(JOINTS):
+                m[i, j] = real(0.0)
+                m[j, i] = real(0.0)
+            for d in range(TENDONS):
+                free[d, j] = real(0.0)
+            m[j, j] = real(1.0)
+            b[j] = real(0.0)
+    mobility = inverse(m)
+    x = mobility * b
+    if wp.static(MAY_HOLD):
+        for _sweep in range(wp.static(1 if TENDONS == 1 else SWEEPS)):
+            for d in range(TENDONS):
+                if modes.tendon_sticks[d] > real(0.0):
+                    response = mobility * free[d]
+                    admittance = wp.dot(free[d], response)
+                    if admittance > real(0.0):
+                        x = x - response * (wp.dot(free[d], x) / admittance)
+    return x

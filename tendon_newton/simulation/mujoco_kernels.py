@@ -1,0 +1,172 @@
+"""Kernels that let another solver of Newton's feel the same tendons.
+
+The same stages, applied as joint forces.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import warp as wp
+
+from tendon_newton.device_code.placeholders import (
+    JOINTS,
+    TENDONS,
+    ArmMatrix,
+    DeviceArray,
+    DeviceGrid,
+    JointVector,
+    ParameterVector,
+    Placeholder,
+    TendonVector,
+    real,
+)
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.simulation.memory import remembered
+from tendon_newton.simulation.pipeline import (
+    damping_torque,
+    excursion,
+    flow_at,
+    joint_state,
+    spring_torque,
+)
+from tendon_newton.simulation.rollout_kernels import command_mean, find_row
+from tendon_newton.simulation.world_drive import at_end, world_drive
+
+Commands = Placeholder
+Drive = Placeholder
+Mechanism = Placeholder
+Modes = Placeholder
+Track = Placeholder
+cell_effects: Any = None
+clock_effects: Any = None
+HAS_MEMORY = False
+
+SLIDING_SPEED = 1.0e-3
+"""Width of the smoothed sign of dry friction on a tendon [m/s]: below it the tendon creeps, where
+ours would stick."""
+
+
+@device_template
+def smooth_share(arms: ArmMatrix, d: int, v: JointVector) -> real:
+    """Return how much a tendon slides in (1) rather than out (0)."""
+    slide = wp.clamp(excursion(arms, d, v) / real(SLIDING_SPEED), real(-1.0), real(1.0))
+    return real(0.5) * (real(1.0) + slide)
+
+
+@device_template
+def sliding_modes(mechanism: Mechanism, world: int, v: JointVector) -> Modes:
+    """Return modes in which every tendon slides the way it moves."""
+    modes = Modes()
+    for d in range(TENDONS):
+        modes.tendon[d] = real(1.0)
+        if excursion(mechanism.arms[world], d, v) < real(0.0):
+            modes.tendon[d] = real(-1.0)
+    return modes
+
+
+@device_template
+def joint_numbers(values: DeviceArray[wp.float32], index: DeviceGrid[int], i: int) -> JointVector:
+    """Return a world's joint positions or velocities."""
+    out = JointVector()
+    for j in range(JOINTS):
+        out[j] = real(values[index[i, j]])
+    return out
+
+
+@device_template
+def push_kernel(
+    mechanism: Mechanism,
+    parameters: DeviceArray[ParameterVector],
+    commands: Commands,
+    time_step: real,
+    position_index: DeviceGrid[int],
+    velocity_index: DeviceGrid[int],
+    joint_q: DeviceArray[wp.float32],
+    joint_v: DeviceArray[wp.float32],
+    track: Track,
+    joint_f: DeviceArray[wp.float32],
+) -> None:
+    """Write the joint forces for the substep to come, and note the state at its start."""
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    n = track.count[i]
+    p = parameters[i]
+    first = commands.first[i]
+    q = joint_numbers(joint_q, position_index, i)
+    v = joint_numbers(joint_v, velocity_index, i)
+    drive = world_drive(mechanism, i, p)
+    drive.time = real(n) * time_step
+    drive.memory = track.latest[i]
+    row = find_row(commands, first, commands.count[i], clock_effects(drive.time, p), track.row[i])
+    drive.voltage = commands.voltage[first + row]
+    drive.enabled = commands.enabled[first + row]
+    if wp.static(HAS_MEMORY):  # noqa: SIM102 - decided when the kernel is made
+        if n > 0:
+            drive.command = track.command[i]
+            later = at_end(drive, time_step, (v - track.v[n - 1, i]) / time_step)
+            drive.memory = remembered(mechanism, i, p, later, sliding_modes(mechanism, i, v), q, v)
+    drive.command = command_mean(
+        commands, first, commands.count[i], row,
+        clock_effects(drive.time, p), clock_effects(drive.time + time_step, p),
+    )  # fmt: skip
+    torque = JointVector()
+    for d in range(TENDONS):
+        share = smooth_share(mechanism.arms[i], d, v)
+        inward = flow_at(mechanism, i, p, drive, d, q, v, real(1.0))
+        outward = flow_at(mechanism, i, p, drive, d, q, v, real(-1.0))
+        pull = share * inward.pull[0] + (real(1.0) - share) * outward.pull[0]
+        torque = torque + mechanism.arms[i][d] * pull
+    for j in range(JOINTS):
+        joint = joint_state(mechanism, i, drive, j, q, v)
+        own = spring_torque(joint, p) + damping_torque(joint, p)
+        # What the other solver applies already is taken off again: only the effects' part remains.
+        plain = joint.stiffness * (q[j] - joint.rest) + joint.damping * v[j]
+        joint_f[velocity_index[i, j]] = wp.float32(torque[j] + own[0] + plain)
+    track.q[n, i] = q
+    track.v[n, i] = v
+    track.memory[n, i] = drive.memory
+    track.latest[i] = drive.memory
+    track.command[i] = drive.command
+    track.row[i] = row
+    track.count[i] = n + 1
+
+
+@device_template
+def track_reading_kernel(
+    mechanism: Mechanism,
+    parameters: DeviceArray[ParameterVector],
+    commands: Commands,
+    time_step: real,
+    row_world: DeviceArray[int],
+    track: Track,
+    joint_position: DeviceArray[JointVector],
+    motor_position: DeviceArray[TendonVector],
+    motor_velocity: DeviceArray[TendonVector],
+    force: DeviceArray[TendonVector],
+) -> None:
+    """Read encoder and load cell in every row, between two noted states in a straight line."""
+    out = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    i = row_world[out]
+    p = parameters[i]
+    first = commands.first[i]
+    now = commands.time[out]
+    n = int(now / time_step + real(1.0e-6))
+    share = wp.max(now / time_step - real(n), real(0.0))
+    q = track.q[n, i] + share * (track.q[n + 1, i] - track.q[n, i])
+    v = track.v[n, i] + share * (track.v[n + 1, i] - track.v[n, i])
+    drive = world_drive(mechanism, i, p)
+    drive.time = now
+    drive.memory = track.memory[n, i]
+    drive.voltage = commands.voltage[out]
+    drive.enabled = commands.enabled[out]
+    acting = find_row(commands, first, commands.count[i], clock_effects(now, p), out - first)
+    drive.command = commands.angle[first + acting]
+    joint_position[out] = q
+    for d in range(TENDONS):
+        slide = smooth_share(mechanism.arms[i], d, v)
+        inward = flow_at(mechanism, i, p, drive, d, q, v, real(1.0))
+        outward = flow_at(mechanism, i, p, drive, d, q, v, real(-1.0))
+        tension = slide * inward.tension[0] + (real(1.0) - slide) * outward.tension[0]
+        motor_position[out][d] = inward.angle[0]
+        motor_velocity[out][d] = inward.angle[1] * excursion(mechanism.arms[i], d, v)
+        force[out][d] = cell_effects(tension, now, p)

@@ -1,0 +1,218 @@
+"""Recordings replayed by Newton's SolverMuJoCo: the reference, and the way to contacts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from typing import Any
+
+import newton
+import numpy as np
+import warp as wp
+from newton.solvers import SolverMuJoCo
+
+from tendon_newton.device_code.placeholders import struct_type
+from tendon_newton.effects import Stage
+from tendon_newton.errors import SimulationDiverged
+from tendon_newton.mechanisms.mechanism import Mechanism
+from tendon_newton.model_file import Model
+from tendon_newton.recording import Recording
+from tendon_newton.simulation import mujoco_kernels
+from tendon_newton.simulation.assembly import assemble
+from tendon_newton.simulation.joint_places import joint_places, write_joints
+from tendon_newton.simulation.kernel_types import kernel_types
+from tendon_newton.simulation.rollout import Rollout, Trajectory
+from tendon_newton.simulation.structure import Structure
+from tendon_newton.simulation.supported_effects import LOG_STAGES, refuse_stages
+
+MUJOCO_STEP = 5.0e-4
+"""Default step [s]: the tendon's force is explicit here, and stiff friction must be met with
+short steps."""
+STICKING_FRICTION = (0.9999, 0.99999, 1.0e-4, 0.5, 2.0)
+"""MuJoCo's `solimp` of joint friction with which a joint creeps least; its default lets a joint
+slide to the end."""
+UNSUPPORTED = (*LOG_STAGES, Stage.SPEED, Stage.INERTIA, Stage.TILT, Stage.JOINT_FRICTION)
+
+
+class MujocoRollout:
+    """One world per recording, stepped by SolverMuJoCo on a grid of its own.
+
+    Rows are read between the grid's instants.
+
+    The tendon's force comes from the same stages as in `Rollout`, as `control.joint_f` at the
+    start of each substep. Dry friction of a
+    tendon is smoothed (`mujoco_kernels.SLIDING_SPEED`); joint friction and end stops are MuJoCo's
+    own, from the asset's numbers.
+
+    Args:
+        mechanism: The bench.
+        recordings: R recordings of it.
+        model: Actuator and effects with their numbers.
+        time_step: Step [s].
+        device: Warp device.
+    """
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        recordings: Sequence[Recording],
+        model: Model,
+        *,
+        time_step: float = MUJOCO_STEP,
+        device: Any = None,
+    ) -> None:
+        effects = [effect.name for effect in model.effects]
+        refuse_stages(effects, UNSUPPORTED, "SolverMuJoCo")
+        radius = model.actuator.values.get("spool_radius")
+        self._rollout = Rollout(
+            mechanism,
+            recordings,
+            actuator=model.actuator.name,
+            effects=effects,
+            spool_radius=None if radius is None else float(radius),
+            time_step=time_step,
+            device=device,
+        )
+        self._time_step = time_step
+        self._worlds = len(recordings)
+        self._push, self._read, self._types = mujoco_kernel_set(self._rollout.kernels.structure)
+        vectors = self._rollout.base_vectors(model)
+        self._parameters = self._rollout.array(vectors, self._types["ParameterVector"])
+        overrides = [recording.bench_overrides for recording in recordings]
+        self._model: Any = mechanism.build(self._worlds, overrides=overrides, device=device)
+        self._add_rotor(vectors)
+        self._solver = SolverMuJoCo(self._model, disable_contacts=True)
+        self._places = joint_places(self._model)
+
+    def run(self) -> list[Trajectory]:
+        """Simulate all recordings.
+
+        Raises:
+            SimulationDiverged: A state is not finite.
+        """
+        ends = [timeline.time[-1] - timeline.time[0] for timeline in self._rollout.timelines]
+        pairs = int(np.ceil(max(ends) / self._time_step)) // 2 + 2
+        track = self._make_track(2 * pairs)
+        states = [self._model.state(), self._model.state()]
+        control = self._model.control()
+        self._start(states[0], track)
+        self._step_twice(states, control, track)  # compiles and allocates before the capture
+        with wp.ScopedCapture(device=self._model.device) as capture:
+            self._step_twice(states, control, track)
+        graph: Any = capture.graph
+        for _ in range(pairs - 1):
+            wp.capture_launch(graph)
+        return self._read_rows(track)
+
+    def _step_twice(self, states: list[newton.State], control: newton.Control, track: Any) -> None:
+        """Step there and back between two states, so that a graph may repeat it."""
+        for before, after in (states, states[::-1]):
+            wp.launch(
+                self._push,
+                self._worlds,
+                inputs=[self._rollout.numbers, self._parameters, self._rollout.commands,
+                        self._time_step,
+                        *self._places, before.joint_q, before.joint_qd, track],
+                outputs=[control.joint_f],
+                device=self._model.device,
+            )  # fmt: skip
+            self._solver.step(before, after, control, None, self._time_step)
+
+    def _add_rotor(self, vectors: Any) -> None:
+        """Let the joints feel the inertia of the rotors.
+
+        And their own dry friction as hard as MuJoCo can.
+        """
+        friction: Any = self._model.mujoco.solimpfriction
+        friction.assign(np.tile(STICKING_FRICTION, (len(friction), 1)).astype(np.float32))
+        table = self._rollout.table
+        if any(p.name == "armature" for _, p in table.owners):
+            radius = self._model.tendon.spool_radius.numpy()
+            rotor = np.repeat(
+                vectors[:, table.column(table.actuator, "armature")], len(radius) // self._worlds
+            )
+            self._model.mujoco.tendon_armature.assign((rotor / radius**2).astype(np.float32))
+
+    def _start(self, state: Any, track: Any) -> None:
+        """Put every world where its recording starts."""
+        types, device = self._types, self._model.device
+        worlds = wp.array(np.arange(self._worlds, dtype=np.int32), device=device)
+        q = wp.zeros(self._worlds, dtype=types["JointVector"], device=device)
+        v = wp.zeros_like(q)
+        wp.launch(
+            self._rollout.kernels.settle,
+            self._worlds,
+            inputs=[0, self._rollout.numbers, worlds, worlds, self._parameters,
+                    self._rollout.commands],
+            outputs=[q, v, track.latest],
+            device=device,
+        )  # fmt: skip
+        write_joints(state.joint_q, self._places[0], q)
+        write_joints(state.joint_qd, self._places[1], v)
+        newton.eval_fk(self._model, state.joint_q, state.joint_qd, state)
+
+    def _make_track(self, length: int) -> Any:
+        """Allocate room for the state at the start of every substep."""
+        types, device, worlds = self._types, self._model.device, self._worlds
+        track = types["Track"]()
+        for name, kind in (("q", "JointVector"), ("v", "JointVector"), ("memory", "MemoryVector")):
+            setattr(track, name, wp.zeros((length, worlds), dtype=types[kind], device=device))
+        track.latest = wp.zeros(worlds, dtype=types["MemoryVector"], device=device)
+        track.command = wp.zeros(worlds, dtype=types["TendonVector"], device=device)
+        track.row = wp.zeros(worlds, dtype=wp.int32, device=device)
+        track.count = wp.zeros(worlds, dtype=wp.int32, device=device)
+        return track
+
+    def _read_rows(self, track: Any) -> list[Trajectory]:
+        rollout, types = self._rollout, self._types
+        counts = [len(timeline.time) for timeline in rollout.timelines]
+        row_world: Any = np.repeat(np.arange(self._worlds, dtype=np.int32), counts)
+        worlds = rollout.array(row_world, wp.int32)
+        out = [
+            wp.zeros(sum(counts), dtype=types[kind], device=self._model.device)
+            for kind in ("JointVector", "TendonVector", "TendonVector", "TendonVector")
+        ]
+        wp.launch(
+            self._read,
+            sum(counts),
+            inputs=[rollout.numbers, self._parameters, rollout.commands, self._time_step,
+                    worlds, track],
+            outputs=out,
+            device=self._model.device,
+        )  # fmt: skip
+        columns: list[Any] = [array.numpy() for array in out]
+        joints, angle, rate, force = columns
+        if not np.isfinite(joints).all():
+            raise SimulationDiverged(
+                f"SolverMuJoCo must stay finite; it did not at steps of {self._time_step} s"
+            )
+        trajectories = []
+        for index, timeline in enumerate(rollout.timelines):
+            rows = rollout.rows_of(index).start + timeline.measured
+            trajectories.append(
+                Trajectory(
+                    time=rollout.recordings[index].time,
+                    motor_position=angle[rows],
+                    motor_velocity=rate[rows],
+                    force=force[rows],
+                    joint_position=joints[rows],
+                )
+            )
+        return trajectories
+
+
+@cache
+def mujoco_kernel_set(structure: Structure) -> tuple[wp.Kernel, wp.Kernel, dict[str, Any]]:
+    """Return the kernels that push the joints and that read the rows.
+
+    With the Warp types of their arguments.
+    """
+    types = kernel_types(structure)
+    grid = {"q": "JointVector", "v": "JointVector", "memory": "MemoryVector"}
+    line = {"latest": "MemoryVector", "command": "TendonVector"}
+    fields = {name: wp.array(dtype=types[kind], ndim=2) for name, kind in grid.items()}
+    fields |= {name: wp.array(dtype=types[kind]) for name, kind in line.items()}
+    fields |= {name: wp.array(dtype=wp.int32) for name in ("row", "count")}
+    assembly = assemble(structure, {**types, "Track": struct_type("Track", fields)})
+    push = assembly.kernel(mujoco_kernels.push_kernel)
+    return push, assembly.kernel(mujoco_kernels.track_reading_kernel), assembly.types

@@ -1,0 +1,138 @@
+"""What encoder and load cell report."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import warp as wp
+
+from tendon_newton.device_code.first_order_lag import lagged
+from tendon_newton.device_code.placeholders import (
+    TENDONS,
+    DeviceArray,
+    JointVector,
+    ParameterVector,
+    Placeholder,
+    TendonVector,
+    real,
+)
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.simulation.memory import held_share, remembered
+from tendon_newton.simulation.modes import choose_modes
+from tendon_newton.simulation.pipeline import flow_at, tendon_flow, tendon_state
+
+Cell = Placeholder
+Commands = Placeholder
+Drive = Placeholder
+Mechanism = Placeholder
+Modes = Placeholder
+Reading = Placeholder
+cell_effects: Any = None
+cell_clock_effects: Any = None
+cell_lag_effects: Any = None
+encoder_effects: Any = None
+HAS_MEMORY = False
+
+INSTANT = 1.0e-6
+"""Instants [s] closer than this are one."""
+
+
+@device_template
+def tension_now(
+    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, modes: Modes, d: int,
+    q: JointVector, v: JointVector,
+) -> real:  # fmt: skip
+    """Return the tension at the load cell [N]; where the tendon is held, what holds it."""
+    if modes.tendon_sticks[d] == real(0.0):
+        sliding = flow_at(mechanism, world, p, drive, d, q, v, modes.tendon[d])
+        return sliding.tension[0]
+    least = flow_at(mechanism, world, p, drive, d, q, v, modes.least_side[d])
+    most = flow_at(mechanism, world, p, drive, d, q, v, modes.most_side[d])
+    share = held_share(mechanism, world, p, drive, modes, d, q, v)
+    return least.tension[0] + share * (most.tension[0] - least.tension[0])
+
+
+@device_template
+def tensions(
+    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive,
+    q: JointVector, v: JointVector,
+) -> TendonVector:  # fmt: skip
+    """Return the tensions at the load cells [N]."""
+    modes = choose_modes(mechanism, world, p, drive, q, v)
+    out = TendonVector()
+    for d in range(TENDONS):
+        out[d] = tension_now(mechanism, world, p, drive, modes, d, q, v)
+    return out
+
+
+@device_template
+def read_sensors(
+    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive,
+    q: JointVector, v: JointVector,
+) -> Reading:  # fmt: skip
+    """Return the encoder's report just after a command took effect, and the true tension then."""
+    modes = choose_modes(mechanism, world, p, drive, q, v)
+    reading = Reading()
+    now = drive
+    if wp.static(HAS_MEMORY):  # noqa: SIM102 - known when compiled
+        if drive.remembers > real(0.0):
+            now.memory = remembered(mechanism, world, p, drive, modes, q, v)
+    for d in range(TENDONS):
+        tendon = tendon_state(mechanism, world, p, now, d, q, v, modes.tendon[d])
+        flow = tendon_flow(mechanism, world, p, d, tendon)
+        tendon.tension = tension_now(mechanism, world, p, drive, modes, d, q, v)
+        angle = encoder_effects(flow.angle, tendon, p)
+        reading.angle[d] = angle[0]
+        reading.angle_rate[d] = angle[1] * tendon.velocity
+        reading.force[d] = tendon.tension
+    return reading
+
+
+@device_template
+def cell_is_slow(p: ParameterVector) -> bool:
+    """Tell whether the load cell is late or lags: its readings need the force between rows."""
+    lag = cell_lag_effects(real(0.0), p)
+    return lag > real(0.0) or cell_clock_effects(real(0.0), p) != real(0.0)
+
+
+@device_template
+def first_due(
+    commands: Commands, first: int, count: int, rows_from: int, scale: real, p: ParameterVector
+) -> int:
+    """Return the first row whose reading belongs to what follows a row's instant."""
+    due = int(0)  # noqa: UP018, RUF046 - a variable for Warp, not a constant
+    if rows_from > 0:
+        now = commands.time[first + rows_from] * scale
+        while due < count and (
+            cell_clock_effects(commands.time[first + due] * scale, p) < now - real(INSTANT)
+        ):
+            due = due + 1
+    return due
+
+
+@device_template
+def report(
+    commands: Commands, first: int, count: int, scale: real, p: ParameterVector, cell: Cell,
+    now: real, h: real, before: TendonVector, after: TendonVector, out: int,
+    force: DeviceArray[TendonVector],
+) -> Cell:  # fmt: skip
+    """Write the readings that belong to a substep of h [s], in which the tension moves evenly."""
+    lag = cell_lag_effects(real(0.0), p)
+    rate = (after - before) / h
+    waiting = bool(True)  # noqa: UP018 - a variable for Warp, not a constant
+    while waiting:
+        waiting = False
+        if cell.due < count:
+            row_time = commands.time[first + cell.due] * scale
+            at = cell_clock_effects(row_time, p) - now
+            if at < h - real(INSTANT):
+                waiting = True
+                passed = wp.max(at, real(0.0))
+                for d in range(TENDONS):
+                    true = before[d] + rate[d] * passed
+                    value = lagged(cell.force[d], true, rate[d], passed, lag)
+                    force[out + cell.due][d] = cell_effects(value, row_time, p)
+                cell.due = cell.due + 1
+    for d in range(TENDONS):
+        cell.force[d] = lagged(cell.force[d], after[d], rate[d], h, lag)
+    return cell

@@ -1,0 +1,127 @@
+"""Where a recording starts: in friction-free equilibrium, or at its first row's angle and speed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import warp as wp
+
+from tendon_newton.device_code.linear_algebra import inverse
+from tendon_newton.device_code.placeholders import (
+    JOINTS,
+    TENDONS,
+    DeviceArray,
+    JointVector,
+    MemoryVector,
+    ParameterVector,
+    Placeholder,
+    TendonVector,
+    real,
+)
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.simulation.forces import smooth_forces, touching
+from tendon_newton.simulation.memory import remembered
+from tendon_newton.simulation.pipeline import flow_at
+from tendon_newton.simulation.world_drive import world_drive
+
+Commands = Placeholder
+Drive = Placeholder
+Forces = Placeholder
+Mechanism = Placeholder
+Modes = Placeholder
+radius_effects: Any = None
+
+SETTLING_STEPS = 400
+"""Steps of the pseudo-transient that finds an equilibrium; its step grows by a factor each time."""
+SETTLED = 1.0e9
+"""Time [s] after which every internal state has come to rest."""
+GUIDE_STIFFNESS = 1.0e6
+"""Stiffness [N/m] of the guide that brings a tendon to a measured angle at the start."""
+
+
+@device_template
+def resting_modes(mechanism: Mechanism, world: int, guided: bool, q: JointVector) -> Modes:
+    """Return the modes at rest without dry friction; guided, no tendon pulls."""
+    modes = Modes()
+    modes.touch = touching(mechanism, world, q, JointVector())
+    if guided:
+        for d in range(TENDONS):
+            modes.tendon_sticks[d] = real(1.0)
+    return modes
+
+
+@device_template
+def frictionless_forces(
+    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, guided: bool,
+    target: TendonVector, q: JointVector,
+) -> Forces:  # fmt: skip
+    """Return forces at rest without dry friction; guided, a stiff guide replaces the tendon."""
+    v = JointVector()
+    modes = resting_modes(mechanism, world, guided, q)
+    forces = smooth_forces(mechanism, world, p, drive, modes, q, v)
+    if guided:
+        arms = mechanism.arms[world]
+        torque = forces.torque
+        slope = forces.stiffness
+        for d in range(TENDONS):
+            flow = flow_at(mechanism, world, p, drive, d, q, v, real(0.0))
+            stiffness = real(GUIDE_STIFFNESS) * mechanism.spool_radius[world][d]
+            guide = stiffness * (target[d] - flow.angle[0])
+            for i in range(JOINTS):
+                torque[i] = torque[i] + arms[d, i] * guide
+                for j in range(JOINTS):
+                    product = arms[d, i] * arms[d, j]
+                    slope[i, j] = slope[i, j] - product * stiffness * flow.angle[1]
+        forces.torque = torque
+        forces.stiffness = slope
+    return forces
+
+
+@device_template
+def settle_kernel(
+    first_world: int,
+    mechanism: Mechanism,
+    world_mechanism: DeviceArray[int],
+    world_recording: DeviceArray[int],
+    parameters: DeviceArray[ParameterVector],
+    commands: Commands,
+    q: DeviceArray[JointVector],
+    v: DeviceArray[JointVector],
+    memory: DeviceArray[MemoryVector],
+) -> None:
+    """Put each world where its recording starts, every internal state relaxed."""
+    i = first_world + wp.tid()  # pyright: ignore[reportOperatorIssue] - one dimension: a number
+    world = world_mechanism[i]
+    recording = world_recording[i]
+    first = commands.first[recording]
+    p = parameters[i]
+    drive = world_drive(mechanism, world, p)
+    drive.voltage = commands.voltage[first]
+    drive.enabled = commands.enabled[first]
+    drive.command = commands.angle[first]
+    drive.elapsed = real(SETTLED)
+    guided = commands.starts_measured[recording] > 0
+    target = commands.start_angle[recording]
+    x = JointVector()
+    rest = JointVector()
+    for j in range(JOINTS):
+        x[j] = wp.clamp(
+            mechanism.rest[world][j], mechanism.lower[world][j], mechanism.upper[world][j]
+        )
+    pace = real(0.003)  # pseudo time step [s]
+    for _step in range(SETTLING_STEPS):
+        forces = frictionless_forces(mechanism, world, p, drive, guided, target, x)
+        x = x + inverse(forces.mass_matrix / (pace * pace) - forces.stiffness) * forces.torque
+        modes = resting_modes(mechanism, world, False, x)
+        drive.memory = remembered(mechanism, world, p, drive, modes, x, rest)
+        pace = wp.min(pace * real(1.05), real(10.0))
+    q[i] = x
+    memory[i] = drive.memory
+    speed = JointVector()
+    if guided:
+        arms = mechanism.arms[world]
+        for d in range(TENDONS):
+            radius = radius_effects(mechanism.spool_radius[world][d], p)
+            rate = commands.start_rate[recording][d] * radius
+            speed = speed + arms[d] * (rate / wp.dot(arms[d], arms[d]))
+    v[i] = speed

@@ -1,0 +1,73 @@
+"""Two engines behind one interface: recordings and a model in, one trajectory per recording out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from tendon_newton.errors import unknown_name
+from tendon_newton.model_file import Model
+from tendon_newton.recording import Recording
+from tendon_newton.simulation.mujoco_rollout import MUJOCO_STEP, MujocoRollout
+from tendon_newton.simulation.replay import bench_of, replay
+from tendon_newton.simulation.rollout import TIME_STEP, Trajectory
+
+
+class Simulator(Protocol):
+    """Replays recordings in closed loop."""
+
+    def simulate(self, recordings: Sequence[Recording], model: Model) -> list[Trajectory]:
+        """Return what a model makes of each recording."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True)
+class TendonSimulator:
+    """Our own solver: every effect, friction that sticks, gradients."""
+
+    time_step: float = TIME_STEP
+    """Longest step [s]."""
+
+    def simulate(self, recordings: Sequence[Recording], model: Model) -> list[Trajectory]:
+        """Return what a model makes of each recording."""
+        return replay(recordings, model, time_step=self.time_step)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MujocoSimulator:
+    """Newton's SolverMuJoCo with the same tendons and most of the effects."""
+
+    time_step: float = MUJOCO_STEP
+    """Step [s]."""
+
+    def simulate(self, recordings: Sequence[Recording], model: Model) -> list[Trajectory]:
+        """Return what a model makes of each recording."""
+        out: dict[int, Trajectory] = {}
+        for bench in dict.fromkeys(r.bench for r in recordings):
+            members = [i for i, r in enumerate(recordings) if r.bench == bench]
+            rollout = MujocoRollout(
+                bench_of(bench, model),
+                [recordings[i] for i in members],
+                model,
+                time_step=self.time_step,
+            )
+            out.update(zip(members, rollout.run(), strict=True))
+        return [out[index] for index in range(len(recordings))]
+
+
+SIMULATORS: dict[str, type[TendonSimulator] | type[MujocoSimulator]] = {
+    "tendon": TendonSimulator,
+    "mujoco": MujocoSimulator,
+}
+
+
+def find_simulator(name: str) -> type[TendonSimulator] | type[MujocoSimulator]:
+    """Return a simulator by its name.
+
+    Raises:
+        UnknownName: No such simulator.
+    """
+    if name not in SIMULATORS:
+        raise unknown_name("simulator", name, SIMULATORS)
+    return SIMULATORS[name]

@@ -1,0 +1,108 @@
+"""Templates of the stages: each applies the effects of one stage, or lets them remember."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import warp as wp
+
+from tendon_newton.device_code.placeholders import (
+    Jet,
+    MemoryVector,
+    ParameterVector,
+    Placeholder,
+    Values,
+    real,
+)
+from tendon_newton.device_code.templates import device_template
+
+Joint = Placeholder
+Tendon = Placeholder
+FUNCTIONS: tuple[Any, ...] = ()
+"""Device functions of the effects."""
+OFFSETS: tuple[int, ...] = ()
+"""Where their parameters start."""
+MEMORIES: tuple[int, ...] = ()
+"""Where their memories start, -1 for none."""
+
+
+@device_template
+def own_values(p: ParameterVector, offset: int, remembered: real) -> Values:
+    """Return what is an effect's own; the parameter vector ends in two zeros of padding."""
+    return Values(p[offset], p[offset + 1], p[offset + 2], remembered)
+
+
+@device_template
+def scalar_stage(signal: real, p: ParameterVector) -> real:
+    """Apply effects to a number that neither position nor speed decides."""
+    for i in range(wp.static(len(FUNCTIONS))):
+        signal = wp.static(FUNCTIONS[i])(signal, own_values(p, wp.static(OFFSETS[i]), real(0.0)))
+    return signal
+
+
+@device_template
+def timed_stage(signal: real, time: real, p: ParameterVector) -> real:
+    """Apply effects to a number at an instant [s]."""
+    for i in range(wp.static(len(FUNCTIONS))):
+        values = own_values(p, wp.static(OFFSETS[i]), real(0.0))
+        signal = wp.static(FUNCTIONS[i])(signal, time, values)
+    return signal
+
+
+@device_template
+def joint_number_stage(signal: real, joint: Joint, p: ParameterVector) -> real:
+    """Apply effects to a number of one joint."""
+    for i in range(wp.static(len(FUNCTIONS))):
+        values = own_values(p, wp.static(OFFSETS[i]), real(0.0))
+        signal = wp.static(FUNCTIONS[i])(signal, joint, values)
+    return signal
+
+
+@device_template
+def joint_stage(torque: Jet, joint: Joint, p: ParameterVector) -> Jet:
+    """Apply effects to a torque of one joint."""
+    for i in range(wp.static(len(FUNCTIONS))):
+        remembered = real(0.0)
+        if wp.static(MEMORIES[i] >= 0):
+            remembered = joint.memory[wp.static(MEMORIES[i]) + joint.index]
+        values = own_values(p, wp.static(OFFSETS[i]), remembered)
+        torque = wp.static(FUNCTIONS[i])(torque, joint, values)
+    return torque
+
+
+@device_template
+def tendon_stage(signal: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
+    """Apply effects to a signal of one tendon."""
+    for i in range(wp.static(len(FUNCTIONS))):
+        remembered = real(0.0)
+        if wp.static(MEMORIES[i] >= 0):
+            remembered = tendon.memory[wp.static(MEMORIES[i]) + tendon.index]
+        values = own_values(p, wp.static(OFFSETS[i]), remembered)
+        signal = wp.static(FUNCTIONS[i])(signal, tendon, values)
+    return signal
+
+
+@device_template
+def joint_memory(
+    torque: Jet, joint: Joint, p: ParameterVector, memory: MemoryVector
+) -> MemoryVector:
+    """Renew what effects remember of one joint."""
+    out = memory
+    for i in range(wp.static(len(FUNCTIONS))):
+        slot = wp.static(MEMORIES[i]) + joint.index
+        values = own_values(p, wp.static(OFFSETS[i]), joint.memory[slot])
+        out[slot] = wp.static(FUNCTIONS[i])(torque, joint, values)
+    return out
+
+
+@device_template
+def tendon_memory(
+    signal: Jet, tendon: Tendon, p: ParameterVector, memory: MemoryVector
+) -> MemoryVector:
+    """Renew what effects remember of one tendon."""
+    out = memory
+    for i in range(wp.static(len(FUNCTIONS))):
+        slot = wp.static(MEMORIES[i]) + tendon.index
+        values = own_values(p, wp.static(OFFSETS[i]), tendon.memory[slot])
+        out[slot] = wp.static(FUNCTIONS[i])(signal, tendon, values)
+    return out

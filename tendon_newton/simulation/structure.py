@@ -1,0 +1,110 @@
+"""All that decides a kernel's code: the topology, the actuator, the effects, the precision."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from tendon_newton.actuators import find_actuator
+from tendon_newton.effects import EFFECTS, Effect, Stage, find_effect
+
+Precision = Literal["float32", "float64"]
+JOINT_STAGES = (Stage.SPRING, Stage.DAMPING)
+"""Stages with a jet per joint; the other stages with jets have one per tendon."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Structure:
+    """All that decides a kernel's code; numbers that only decide results are not in it."""
+
+    parents: tuple[int, ...]
+    """Index of each joint's parent joint, -1 for the base, shape (J,)."""
+    revolute: tuple[bool, ...]
+    """Whether each joint turns (or else slides), shape (J,)."""
+    tendon_count: int
+    actuator: str
+    effects: tuple[str, ...]
+    """Names in the order of the catalogue."""
+    planar: bool = True
+    """Whether the chain moves in one plane, which costs a third of the general equations."""
+    precision: Precision = "float64"
+
+    @property
+    def joint_count(self) -> int:
+        """Number of joints J."""
+        return len(self.parents)
+
+    @property
+    def declarations(self) -> tuple[type[Effect], ...]:
+        """The effects themselves."""
+        return tuple(find_effect(name) for name in self.effects)
+
+    @property
+    def offsets(self) -> dict[str, int]:
+        """Where each effect's first parameter stands in a world's parameter vector."""
+        at = len(find_actuator(self.actuator).parameters)
+        table = {}
+        for effect in self.declarations:
+            table[effect.name] = at
+            at += len(effect.parameters)
+        return table
+
+    @property
+    def parameter_count(self) -> int:
+        """Length P of a world's parameter vector, two zeros of padding included."""
+        effects = sum(len(effect.parameters) for effect in self.declarations)
+        return len(find_actuator(self.actuator).parameters) + effects + 2
+
+    @property
+    def dry_offsets(self) -> tuple[int, ...]:
+        """Where the parameters stand that make a tendon stick."""
+        return tuple(
+            self.offsets[effect.name] + index
+            for effect in self.declarations
+            for index, parameter in enumerate(effect.parameters)
+            if parameter.name in effect.dry
+        )
+
+    @property
+    def memories(self) -> dict[str, int]:
+        """Where each effect with internal state keeps its numbers in a world's memory."""
+        at = 0
+        table = {}
+        for effect in self.declarations:
+            if effect.memory is not None:
+                table[effect.name] = at
+                at += self.joint_count if effect.memory in JOINT_STAGES else self.tendon_count
+        return table
+
+    @property
+    def cell_memory(self) -> int:
+        """Where lagging load cells keep their readings in a world's memory, behind all effects."""
+        kept = [effect.memory for effect in self.declarations if effect.memory is not None]
+        per_joint = sum(stage in JOINT_STAGES for stage in kept)
+        return per_joint * self.joint_count + (len(kept) - per_joint) * self.tendon_count
+
+    @property
+    def memory_count(self) -> int:
+        """Length S of a world's memory."""
+        return self.cell_memory + (self.tendon_count if self.uses(Stage.CELL_LAG) else 0)
+
+    def uses(self, stage: Stage) -> bool:
+        """Return whether any effect acts in a stage."""
+        return any(effect.hook(stage) for effect in self.declarations)
+
+    def moves(self) -> tuple[tuple[bool, ...], ...]:
+        """Return whether joint j carries link k, shape (J, J)."""
+        table = [[False] * self.joint_count for _ in self.parents]
+        for link in range(self.joint_count):
+            joint = link
+            while joint >= 0:
+                table[joint][link] = True
+                joint = self.parents[joint]
+        return tuple(map(tuple, table))
+
+
+def in_catalogue_order(effects: tuple[str, ...]) -> tuple[str, ...]:
+    """Sort effects by the catalogue, which is the order in which they act within a stage."""
+    for name in effects:
+        find_effect(name)
+    return tuple(name for name in EFFECTS if name in effects)

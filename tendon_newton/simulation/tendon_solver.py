@@ -1,0 +1,299 @@
+"""Our solver behind Newton's interface.
+
+A control step of tendon-driven mechanisms in one kernel launch.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from math import ceil
+from typing import Any
+
+import newton
+import numpy as np
+import warp as wp
+from newton.solvers import SolverBase
+
+from tendon_newton.device_code.placeholders import struct_type
+from tendon_newton.effects import Stage
+from tendon_newton.errors import InvalidParameter
+from tendon_newton.model_file import Model
+from tendon_newton.recording import Array
+from tendon_newton.simulation import control_kernels
+from tendon_newton.simulation.assembly import Assembly, assemble, kernel_set
+from tendon_newton.simulation.joint_places import joint_places, write_joints
+from tendon_newton.simulation.kernel_types import kernel_types
+from tendon_newton.simulation.mechanism_arrays import (
+    fill_mechanism,
+    plane_of,
+    read_topology,
+)
+from tendon_newton.simulation.parameter_table import ParameterTable
+from tendon_newton.simulation.rollout import set_spool_radius
+from tendon_newton.simulation.structure import Precision, Structure, in_catalogue_order
+from tendon_newton.simulation.supported_effects import LOG_STAGES, refuse_stages
+
+LONGEST_STEP = 5.0e-4
+"""Default of `max_step` [s]: a policy's simulation, an eighth of an encoder's count off
+(tests/physics/test_accuracy.py)."""
+
+
+class TendonSolver(SolverBase):
+    """Steps Newton's `State` in joint coordinates, with an asset's tendons and a model's effects.
+
+    The motor commands are not part of Newton's `Control`: write `command`, shape (W, D), before
+    each step. It holds for the whole
+    step, as a servo holds its goal between two packets; `dt` is the control step, which one
+    kernel divides into substeps no
+    longer than `max_step`. Contacts and `control.joint_f` are not simulated; `SolverMuJoCo` does
+    both.
+
+    Numbers per world may change at any time: those of the actuator and the effects in
+    `parameters`, all others in the arrays of
+    the Newton model, followed by `notify_model_changed`. No step allocates, so that steps can be
+    captured in a graph.
+
+    Args:
+        model: Worlds of one mechanism, from `Mechanism.build`.
+        description: Actuator and effects.
+        max_step: Longest substep [s].
+        precision: Scalar inside the kernels; Newton's arrays are float32.
+        history: Control steps for which past commands are kept; a `command_delay` may not be
+            longer.
+        update_bodies: Whether a step also writes `body_q` and `body_qd`, which viewers show.
+    """
+
+    def __init__(
+        self,
+        model: newton.Model,
+        description: Model,
+        *,
+        max_step: float = LONGEST_STEP,
+        precision: Precision = "float64",
+        history: int = 64,
+        update_bodies: bool = True,
+    ) -> None:
+        super().__init__(model)
+        if not max_step > 0.0:
+            raise InvalidParameter(f"max_step must be positive; it is {max_step} s")
+        effects = in_catalogue_order(tuple(effect.name for effect in description.effects))
+        refuse_stages(effects, LOG_STAGES, "TendonSolver")
+        self.table = ParameterTable(actuator=description.actuator.name, effects=effects)
+        self.max_step = max_step
+        self.update_bodies = update_bodies
+        if "spool_radius" in description.actuator.values:
+            set_spool_radius(model, float(description.actuator.values["spool_radius"]))
+        topology = read_topology(model)
+        self._assembly = control_assembly(
+            Structure(
+                parents=topology.parents,
+                revolute=topology.revolute,
+                tendon_count=topology.tendon_count,
+                actuator=self.table.actuator,
+                effects=self.table.effects,
+                planar=plane_of(model, topology) is not None,
+                precision=precision,
+            )
+        )
+        self._kernel_of = control_kernel_set(self._assembly.structure)
+        self._kernels = kernel_set(self._assembly.structure)
+        self._mechanism = fill_mechanism(model, self._kernels)
+        self._history_length = history if self._assembly.structure.uses(Stage.CLOCK) else 1
+        self._make_arrays(self.table.vector(description))
+
+    @property
+    def world_count(self) -> int:
+        """Number of worlds W."""
+        return int(self.model.world_count)
+
+    @property
+    def tendon_count(self) -> int:
+        """Number of tendons D of each world."""
+        return self._assembly.structure.tendon_count
+
+    def _make_arrays(self, vector: Array) -> None:
+        """Allocate all that a step reads and writes."""
+        worlds, tendons = self.world_count, self.tendon_count
+        types, device = self._assembly.types, self.model.device
+        self.command = wp.zeros((worlds, tendons), dtype=wp.float32, device=device)
+        """Motor angles asked for [rad], shape (W, D)."""
+        self.parameters = self._array(np.tile(vector, (worlds, 1)), types["ParameterVector"])
+        """Numbers of actuator and effects, shape (W, P); `table` says where each stands."""
+        self.motor_position = wp.zeros_like(self.command)
+        """What the encoder reports [rad], shape (W, D); see `read_sensors`."""
+        self.motor_velocity = wp.zeros_like(self.command)
+        """Its rate [rad/s], shape (W, D)."""
+        self.force = wp.zeros_like(self.command)
+        """Tension at the load cell [N], shape (W, D)."""
+        self._position_index, self._velocity_index = joint_places(self.model)
+        self._everywhere = wp.ones(worlds, dtype=wp.bool, device=device)
+        self._servo = self._make_servo()
+        self._history = self._make_history()
+
+    def _make_servo(self) -> Any:
+        """Allocate what each world keeps between control steps."""
+        types, device, worlds = self._assembly.types, self.model.device, self.world_count
+        servo = types["Servo"]()
+        servo.time = wp.zeros(worlds, dtype=types["real"], device=device)
+        servo.q = wp.zeros(worlds, dtype=types["JointVector"], device=device)
+        servo.v = wp.zeros_like(servo.q)
+        servo.memory = wp.zeros(worlds, dtype=types["MemoryVector"], device=device)
+        self.voltage = wp.zeros(worlds, dtype=wp.float32, device=device)
+        """Supply of each world [V]; 0 stands for the actuator's own, shape (W,)."""
+        self.enabled = wp.ones(worlds, dtype=wp.float32, device=device)
+        """Whether each servo gives torque (1) or hangs loose (0), shape (W,)."""
+        servo.voltage, servo.enabled = self.voltage, self.enabled
+        return servo
+
+    def _make_history(self) -> Any:
+        """Allocate the past commands of each world, as a recording of a few rows."""
+        types, device = self._assembly.types, self.model.device
+        length, worlds = self._history_length, self.world_count
+        first = (np.arange(worlds) * length).astype(np.int32)
+        history = types["Commands"]()
+        history.first = wp.array(first, dtype=wp.int32, device=device)
+        history.count = wp.full(worlds, length, dtype=wp.int32, device=device)
+        history.time = self._array(np.tile(np.arange(-length, 0.0), worlds), types["real"])
+        history.angle = wp.zeros(worlds * length, dtype=types["TendonVector"], device=device)
+        history.voltage = wp.zeros(worlds * length, dtype=types["real"], device=device)
+        history.enabled = wp.ones(worlds * length, dtype=types["real"], device=device)
+        history.starts_measured = wp.zeros(worlds, dtype=wp.int32, device=device)
+        history.start_angle = wp.zeros(worlds, dtype=types["TendonVector"], device=device)
+        history.start_rate = wp.zeros(worlds, dtype=types["TendonVector"], device=device)
+        return history
+
+    def reset(
+        self,
+        state: newton.State,
+        world_mask: wp.array | None = None,
+        flags: newton.StateFlags | int | None = None,
+    ) -> None:
+        """Begin anew: time 0, only the present `command` ever given, every internal state relaxed.
+
+        Args:
+            state: Where the worlds start; its joint coordinates stay as they are.
+            world_mask: Worlds to reset, shape (W + 1,) as for every Newton solver; all by default.
+            flags: Not needed.
+        """
+        mask = self._normalize_reset_world_mask(world_mask)
+        wp.launch(
+            self._kernel_of["forget"],
+            self.world_count,
+            inputs=[*self._inputs(), self._everywhere if mask is None else mask,
+                    state.joint_q, state.joint_qd],
+            device=self.model.device,
+        )  # fmt: skip
+
+    def settle(self, state: newton.State) -> None:
+        """Put every world at rest in the friction-free equilibrium of its `command`.
+
+        Where a recording starts.
+        """
+        self.reset(state)
+        worlds = wp.array(np.arange(self.world_count, dtype=np.int32), device=self.model.device)
+        servo = self._servo
+        wp.launch(
+            self._kernels.settle,
+            self.world_count,
+            inputs=[0, self._mechanism, worlds, worlds, self.parameters, self._history],
+            outputs=[servo.q, servo.v, servo.memory],
+            device=self.model.device,
+        )
+        write_joints(state.joint_q, self._position_index, servo.q)
+        write_joints(state.joint_qd, self._velocity_index, servo.v)
+        self._place_bodies(state)
+
+    def _place_bodies(self, state: Any) -> None:
+        """Let the bodies follow the joints, for viewers."""
+        if self.update_bodies:
+            newton.eval_fk(self.model, state.joint_q, state.joint_qd, state)
+
+    def step(
+        self,
+        state_in: newton.State,
+        state_out: newton.State,
+        control: newton.Control | None,
+        contacts: newton.Contacts | None,
+        dt: float,
+        *,
+        observables: SolverBase.Observables | None = None,
+    ) -> None:
+        """Hold `command` for one control step.
+
+        Args:
+            state_in: Where the step starts; `joint_q` and `joint_qd` are read.
+            state_out: Where it ends; may be the same object.
+            control: Not read.
+            contacts: Must be None.
+            dt: Control step [s].
+            observables: Must be None.
+        """
+        if contacts is not None or observables is not None:
+            raise InvalidParameter(
+                "TendonSolver simulates no contacts and offers no observables; "
+                "pass None, or use SolverMuJoCo"
+            )
+        substeps = max(1, ceil(dt / self.max_step - 1.0e-6))
+        wp.launch(
+            self._kernel_of["step"],
+            self.world_count,
+            inputs=[*self._inputs(), substeps, dt / substeps, state_in.joint_q, state_in.joint_qd],
+            outputs=[state_out.joint_q, state_out.joint_qd],
+            device=self.model.device,
+        )
+        self._place_bodies(state_out)
+
+    def read_sensors(self, state: newton.State) -> None:
+        """Write what the sensors report to `motor_position`, `motor_velocity` and `force`.
+
+        The readings are those just after the present `command` was given.
+        """
+        wp.launch(
+            self._kernel_of["read"],
+            self.world_count,
+            inputs=[*self._inputs(), state.joint_q, state.joint_qd],
+            outputs=[self.motor_position, self.motor_velocity, self.force],
+            device=self.model.device,
+        )
+
+    def notify_model_changed(self, flags: newton.ModelFlags | int) -> None:
+        """Read the numbers of the model again, in place."""
+        if flags:
+            fresh = fill_mechanism(self.model, self._kernels)
+            for name in self._assembly.types["Mechanism"].vars:
+                getattr(self._mechanism, name).assign(getattr(fresh, name))
+
+    def _inputs(self) -> list[Any]:
+        """Return what both kernels read first."""
+        return [
+            self._mechanism, self.parameters, self._servo, self._history, self._history_length,
+            self.command, self._position_index, self._velocity_index,
+        ]  # fmt: skip
+
+    def _array(self, values: Array, dtype: Any) -> Any:
+        scalar = np.dtype(self._assembly.structure.precision)
+        return wp.array(values.astype(scalar), dtype=dtype, device=self.model.device)
+
+
+@cache
+def control_assembly(structure: Structure) -> Assembly:
+    """Bind a structure's device code, with the state that a solver keeps between control steps."""
+    types = kernel_types(structure)
+    kept = ("JointVector", "JointVector", "MemoryVector", "real")
+    servo = {
+        name: wp.array(dtype=types[t])
+        for name, t in zip(("q", "v", "memory", "time"), kept, strict=True)
+    }
+    inputs = {name: wp.array(dtype=wp.float32) for name in ("voltage", "enabled")}
+    return assemble(structure, {**types, "Servo": struct_type("Servo", {**servo, **inputs})})
+
+
+@cache
+def control_kernel_set(structure: Structure) -> dict[str, wp.Kernel]:
+    """Return the kernels that step, that read the sensors and that forget the past."""
+    assembly = control_assembly(structure)
+    return {
+        "step": assembly.kernel(control_kernels.control_step_kernel),
+        "read": assembly.kernel(control_kernels.read_kernel),
+        "forget": assembly.kernel(control_kernels.forget_kernel),
+    }

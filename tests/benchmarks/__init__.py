@@ -1,0 +1,1 @@
+"""Speed, skipped by default; `make bench` runs it."""

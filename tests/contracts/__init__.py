@@ -1,0 +1,1 @@
+"""Promises that every entry of a table keeps."""

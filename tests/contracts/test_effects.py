@@ -1,0 +1,145 @@
+"""What every effect of the catalogue promises; a new one is tested unasked."""
+
+import importlib
+import math
+
+import numpy as np
+import pytest
+
+from tendon_newton.effects import EFFECTS, Effect, Stage, find_effect
+from tendon_newton.errors import UnknownName
+from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.model_file import Model, NamedValues
+from tendon_newton.simulation.rollout import Rollout, Trajectory
+from tendon_newton.simulation.structure import in_catalogue_order
+from tests.effect_bench import GAIN, commanded, simulate, steps_and_waves
+
+FRICTIONS = [n for n, e in EFFECTS.items() if e.side == "actuator" and n.endswith("friction")]
+ENCODER_FLOOR = 0.44e-3  # [rad] half a count of 4096 a turn
+CELL_FLOOR = 0.05  # [N]
+
+
+def clear_values(effect: type[Effect]) -> list[float]:
+    """Return typical values; halfway to a bound for a parameter that is typically at null."""
+    return [
+        p.nominal if p.nominal != p.null else p.null + 0.3 * (p.upper - p.null)
+        for p in effect.parameters
+    ]
+
+
+@pytest.fixture(scope="module")
+def finger() -> Rollout:
+    """One finger in the kernel that holds the whole catalogue."""
+    recording = commanded(steps_and_waves(), "finger")
+    return Rollout(load_mechanism("finger"), [recording], actuator="ideal", effects=tuple(EFFECTS))
+
+
+@pytest.fixture(scope="module")
+def null_vector(finger: Rollout) -> np.ndarray:
+    """Every effect switched off."""
+    model = Model(actuator=NamedValues(name="ideal", values={"gain": GAIN}))
+    return finger.base_vectors(model)[0]
+
+
+@pytest.fixture(scope="module")
+def vectors(finger: Rollout, null_vector: np.ndarray) -> np.ndarray:
+    """One candidate per effect, in the order of the catalogue, and the one without any last."""
+    out = np.repeat(null_vector[None, None], len(EFFECTS) + 1, axis=0)
+    for index, (name, effect) in enumerate(EFFECTS.items()):
+        out[index, 0, list(finger.table.columns(name))] = clear_values(effect)
+    return out
+
+
+@pytest.fixture(scope="module")
+def trajectories(finger: Rollout, vectors: np.ndarray) -> dict[str, Trajectory]:
+    """What each effect makes of the finger."""
+    runs = finger.run(vectors)
+    return {name: runs[index][0] for index, name in enumerate([*EFFECTS, "none"])}
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_an_effect_says_what_it_is(name: str) -> None:
+    """Equation, source, validity, signature and what it is confused with stand in its docstring."""
+    effect = find_effect(name)
+    doc = effect.__doc__ or ""
+    for part in (".. math::", "Source:", "Validity:", "Signature:", "Confused with:"):
+        assert part in doc
+    module = importlib.import_module(f"tendon_newton.effects.{name}")
+    assert effect.__module__ == module.__name__
+    assert effect.name == name
+    assert any(effect.hook(stage) for stage in Stage)
+    assert (effect.memory is None) == (effect.renewal() is None)
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_the_parameters_of_an_effect_are_complete(name: str) -> None:
+    """Each has a source, and what an effect refers to exists."""
+    effect = find_effect(name)
+    assert 1 <= len(effect.parameters) <= 3
+    for parameter in effect.parameters:
+        assert parameter.source
+    assert set(effect.dry) <= {p.name for p in effect.parameters}
+    assert set(effect.includes) <= set(EFFECTS)
+
+
+def test_all_effects_at_null_change_nothing(trajectories: dict[str, Trajectory]) -> None:
+    """The whole catalogue at null is the bare model to rounding (1e-12: sums in another order)."""
+    bare = simulate(commanded(steps_and_waves(), "finger"), kernel=())
+    null = trajectories["none"]
+    np.testing.assert_allclose(null.motor_position, bare.motor_position, atol=1e-12, rtol=0)
+    np.testing.assert_allclose(null.joint_position, bare.joint_position, atol=1e-12, rtol=0)
+    np.testing.assert_allclose(null.force, bare.force, atol=1e-11, rtol=0)
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_an_effect_is_seen(name: str, trajectories: dict[str, Trajectory]) -> None:
+    """At a clear strength it moves angle or force by more than the sensors' noise."""
+    with_effect, without = trajectories[name], trajectories["none"]
+    angle = np.abs(with_effect.motor_position - without.motor_position).max()
+    force = np.abs(with_effect.force - without.force).max()
+    assert math.isfinite(angle)
+    assert math.isfinite(force)
+    assert angle > ENCODER_FLOOR or force > CELL_FLOOR
+
+
+@pytest.mark.parametrize("name", FRICTIONS)
+def test_friction_takes_power(name: str, trajectories: dict[str, Trajectory]) -> None:
+    """(F_m - F) v >= 0 in every row in which the tendon pulls."""
+    out = trajectories[name]
+    command = steps_and_waves()[:, None]
+    motor = np.clip(GAIN * (command - out.motor_position), -21.0, 21.0)
+    lost = (motor - out.force) * out.motor_velocity
+    assert (lost[out.force > 0.0] >= -1e-9).all()
+    assert lost.max() > 0.0
+
+
+def test_a_batch_is_a_loop(
+    finger: Rollout, vectors: np.ndarray, trajectories: dict[str, Trajectory]
+) -> None:
+    """Worlds do not know of each other, not even by a last digit."""
+    for name in ("actuator_lag", "load_cell_delay", "none"):
+        index = [*EFFECTS, "none"].index(name)
+        alone = finger.run(vectors[index : index + 1])[0][0]
+        np.testing.assert_array_equal(alone.motor_position, trajectories[name].motor_position)
+        np.testing.assert_array_equal(alone.force, trajectories[name].force)
+
+
+def test_effects_act_in_the_order_of_the_catalogue(finger: Rollout) -> None:
+    """However a model lists them: the demand is limited, then lags, then meets friction."""
+    names = list(EFFECTS)
+    assert list(in_catalogue_order(tuple(reversed(names)))) == names
+    assert list(finger.table.effects) == names
+    order = (
+        "force_saturation",
+        "actuator_lag",
+        "coulomb_friction",
+        "speed_limit",
+        "routing_friction",
+    )
+    assert [n for n in names if n in order] == list(order)
+
+
+def test_an_unknown_effect_is_named() -> None:
+    """The message says what is known."""
+    with pytest.raises(UnknownName, match="routing_friction"):
+        find_effect("routing_fricton")

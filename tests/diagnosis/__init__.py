@@ -1,0 +1,1 @@
+"""Tests of file formats, the command line and imports."""

@@ -1,0 +1,1 @@
+"""What the simulation must do, derived by hand or measured against a finer one."""

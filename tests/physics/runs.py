@@ -1,0 +1,89 @@
+"""Short runs for the tests of physics."""
+
+from collections.abc import Sequence
+from typing import Any, Literal
+
+import numpy as np
+
+from tendon_newton.mechanisms.mechanism import Mechanism, load_mechanism
+from tendon_newton.model_file import Model, NamedValues
+from tendon_newton.recording import Array, Recording
+from tendon_newton.simulation.rollout import Rollout, Trajectory
+
+GAIN = 4.2  # N/rad
+RADIUS = 0.0125  # m
+ROWS = 80.0  # Hz
+
+
+def ideal_model(**effects: dict[str, float]) -> Model:
+    """Return the nominal actuator with some effects."""
+    return Model(
+        actuator=NamedValues(name="ideal", values={"gain": GAIN, "spool_radius": RADIUS}),
+        effects=tuple(NamedValues(name=name, values=values) for name, values in effects.items()),
+    )
+
+
+def run_of(
+    command: Sequence[float] | Array,
+    *,
+    bench: str = "finger",
+    rate: float = ROWS,
+    start: Literal["equilibrium", "first_row"] = "equilibrium",
+    angle: float = 0.0,
+    speed: float = 0.0,
+    **more: Any,
+) -> Recording:
+    """Return a recording that holds commands [rad], one per row.
+
+    Angle and speed are its first row's.
+    """
+    commands = np.asarray(command, dtype=np.float64).reshape(-1, 1)
+    count = len(commands)
+    return Recording(
+        name="run",
+        bench=bench,
+        time=np.arange(count) / rate,
+        command=commands,
+        motor_position=np.full((count, 1), angle),
+        motor_velocity=np.full((count, 1), speed),
+        force=None,
+        tip=None,
+        current=None,
+        voltage=None,
+        temperature=None,
+        enabled=np.ones(count, dtype=bool),
+        extra={},
+        start=start,
+        **more,
+    )
+
+
+def stairs(rng: np.random.Generator, rows: int, lower: float, upper: float, hold: int) -> Array:
+    """Return random commands [rad], each held for some rows."""
+    return np.repeat(rng.uniform(lower, upper, rows // hold + 1), hold)[:rows]
+
+
+def simulate(
+    recordings: Sequence[Recording],
+    model: Model,
+    *,
+    time_step: float,
+    mechanism: Mechanism | None = None,
+    joint_friction: Sequence[float] | None = None,
+) -> list[Trajectory]:
+    """Run one bench's recordings with our solver.
+
+    Joint friction [N m] as the asset would give it.
+    """
+    rollout = Rollout(
+        mechanism or load_mechanism(recordings[0].bench),
+        recordings,
+        actuator=model.actuator.name,
+        effects=[effect.name for effect in model.effects],
+        spool_radius=float(model.actuator.values["spool_radius"]),
+        time_step=time_step,
+        device="cpu",
+    )
+    if joint_friction is not None:
+        rollout.numbers.friction.assign(np.tile(joint_friction, (len(recordings), 1)))
+    return rollout.run(rollout.base_vectors(model)[None])[0]

@@ -1,0 +1,177 @@
+"""Effects between command and mechanism, against numbers worked out by hand on the weak spring."""
+
+import numpy as np
+import pytest
+
+from tests.effect_bench import GAIN, RADIUS, ROW, commanded, run, simulate, steps_and_waves
+
+STIFFNESS = 200.0  # [N/m] the weak spring
+DAMPING = 5.0  # [N s/m]
+WALL = {"stiffness": 1e6}
+"""A spring that hardly moves (21 um under 21 N), so that the force alone is seen."""
+WALL_REL = 4e-4  # the wall gives way by P / (k r) = 3.4e-4 of the command
+
+
+def step(level: float, rows: int = 120, at: int = 20) -> np.ndarray:
+    """A step from rest [rad]."""
+    return np.where(np.arange(rows) < at, 0.0, level)
+
+
+def ramp(rows: int = 400) -> np.ndarray:
+    """Up at 1 rad/s and down again [rad], from 1 rad."""
+    index = np.arange(rows) * ROW
+    top = index[-1] / 2.0
+    return 1.0 + top - np.abs(index - top)
+
+
+def test_a_delay_of_two_rows_shifts_everything_by_two_rows() -> None:
+    """theta_d(t - delay) is the same staircase, later."""
+    command = steps_and_waves()
+    prompt, late = run(command), run(command, {"command_delay": {"delay": 2 * ROW}})
+    np.testing.assert_allclose(late["theta"][2:], prompt["theta"][:-2], atol=1e-12)
+    np.testing.assert_allclose(late["force"][3:], prompt["force"][1:-2], atol=1e-9)
+
+
+def test_lag_answers_a_step_with_its_time_constant() -> None:
+    """Against a wall the force is P theta_d (1 - exp(-t / tau))."""
+    out = run(step(2.0), {"actuator_lag": {"time_constant": 0.05}}, **WALL)
+    since = out["time"][20:] - out["time"][20]
+    expected = GAIN * 2.0 * (1.0 - np.exp(-since / 0.05))
+    np.testing.assert_allclose(out["force"][20:], expected, rtol=2e-3, atol=1e-3)
+
+
+def test_force_obeys_the_law_of_its_effect_row_by_row() -> None:
+    """F is a function of error and time alone for a servo without friction."""
+    command = steps_and_waves()
+
+    def limited(error: np.ndarray) -> np.ndarray:
+        return np.clip(GAIN * error, -21.0, 21.0)
+
+    laws = {
+        "gain_error": ({"scale": 0.8}, lambda e, t: 0.8 * GAIN * e),
+        "gain_drift": ({"rate": 0.02}, lambda e, t: GAIN * (1.0 - 0.02 * t) * e),
+        "deadband": (
+            {"width": 0.3},
+            lambda e, t: GAIN * np.sign(e) * np.maximum(np.abs(e) - 0.3, 0),
+        ),
+        "force_saturation": ({"limit": 7.0}, lambda e, t: np.minimum(GAIN * e, 7.0)),
+        "voltage_sag": ({"sag": 0.03}, lambda e, t: limited(e) / (1.0 + 0.03 * np.abs(limited(e)))),
+    }
+    for name, (values, law) in laws.items():
+        out = run(command, {name: values})
+        expected = np.maximum(law(command - out["theta"], out["time"]), 0.0)
+        np.testing.assert_allclose(out["force"], expected, atol=1e-9, err_msg=name)
+
+
+def test_stribeck_with_one_level_is_coulomb() -> None:
+    """Static equal to Coulomb force leaves nothing of the exponential."""
+    command = steps_and_waves()
+    values = {"coulomb_force": 0.7, "static_force": 0.7, "stribeck_velocity": 1.0}
+    stribeck = run(command, {"stribeck_friction": values})
+    coulomb = run(command, {"coulomb_friction": {"force": 0.7}})
+    np.testing.assert_allclose(stribeck["theta"], coulomb["theta"], atol=1e-12)
+
+
+@pytest.mark.parametrize("going", [1.0, -1.0])
+def test_frictions_take_their_share_of_a_ramp(going: float) -> None:
+    """In steady sliding each friction's force is its formula."""
+    rows = slice(60, 190) if going > 0 else slice(260, 390)
+    cases = {
+        "viscous_friction": ({"coefficient": 0.8}, lambda m, w: m - 0.8 * w),
+        "coulomb_friction": ({"force": 0.6}, lambda m, w: m - 0.6 * going),
+        "stribeck_friction": (
+            {"coulomb_force": 0.4, "static_force": 0.8, "stribeck_velocity": 1.0},
+            lambda m, w: m - going * (0.4 + 0.4 * np.exp(-(w**2))),
+        ),
+        "load_dependent_friction": ({"coefficient": 0.2}, lambda m, w: m / (1.0 + 0.2 * going)),
+        "holding_friction": ({"share": 0.3}, lambda m, w: m if going > 0 else m / 0.7),
+    }
+    command = ramp()
+    for name, (values, law) in cases.items():
+        out = run(command, {name: values})
+        motor = GAIN * (command - out["theta"])
+        sliding = out["rate"][rows] * going > 0.1
+        assert sliding.sum() > 20  # the light slider sticks and slips
+        expected = law(motor[rows], out["rate"][rows])[sliding]
+        np.testing.assert_allclose(out["force"][rows][sliding], expected, atol=1e-9, err_msg=name)
+
+
+@pytest.mark.parametrize("going", [1.0, -1.0])
+def test_routing_loses_the_capstan_ratio(going: float) -> None:
+    """The spring feels F exp(-mu) while the tendon winds in and F exp(mu) while it winds out."""
+    fine = ROW / 20.0  # the reading just after a command is half a step of the ramp ahead
+    index = np.arange(6000) * fine
+    command = 3.0 - np.abs(index - 1.9)
+    out = run(command, {"routing_friction": {"exponent": 0.2}}, row=fine)
+    felt = STIFFNESS * out["travel"] + DAMPING * RADIUS * out["rate"]
+    rows = (out["rate"] * going > 0.1) & (np.abs(index - 1.9 - 0.9 * going) > 0.6) & (index > 0.5)
+    ratio = (felt / out["force"])[rows]
+    assert ratio.mean() == pytest.approx(np.exp(-0.2 * going), rel=2e-3)
+
+
+def test_the_motor_keeps_its_speed_limit_and_holds_while_unwinding() -> None:
+    """|theta_dot| <= omega, reached on the way in and out, and tension on the way out."""
+    command = np.concatenate([step(5.5, 80), np.full(80, 0.0)])
+    out = run(command, {"speed_limit": {"limit": 6.0}})
+    assert np.abs(out["rate"]).max() <= 6.0 * (1.0 + 1e-6)
+    at_limit = np.abs(np.abs(out["rate"]) - 6.0) < 1e-5
+    unwinding = at_limit & (out["rate"] < 0.0)
+    assert (at_limit & (out["rate"] > 0.0)).sum() > 5
+    assert unwinding.sum() > 5
+    # nothing accelerates, so the tendon carries the spring less what its damper takes
+    carried = np.maximum(STIFFNESS * out["travel"] + DAMPING * RADIUS * out["rate"], 0.0)
+    np.testing.assert_allclose(out["force"][unwinding], carried[unwinding], rtol=1e-6)
+
+
+def test_slack_is_dead_travel() -> None:
+    """Taut: r theta = l + length. Slack: theta is the command and there is no force."""
+    values = {"tendon_slack": {"length": 0.004}}
+    taut = run(np.full(10, 2.0), values)
+    theta = (GAIN * 2.0 + STIFFNESS * 0.004) / (GAIN + STIFFNESS * RADIUS)
+    assert taut["theta"][-1] == pytest.approx(theta, rel=1e-9)
+    assert taut["travel"][-1] == pytest.approx(RADIUS * theta - 0.004, rel=1e-9)
+    slack = run(np.full(10, 0.2), values)
+    assert slack["theta"][-1] == pytest.approx(0.2, abs=1e-9)
+    assert slack["force"][-1] == 0.0
+
+
+def test_a_compliant_tendon_adds_force_over_stiffness() -> None:
+    """At rest r theta = l + F / k."""
+    out = run(np.full(10, 3.0), {"tendon_compliance": {"stiffness": 5000.0}})
+    stretch = out["force"] / 5000.0
+    np.testing.assert_allclose(RADIUS * out["theta"], out["travel"] + stretch, rtol=1e-9)
+    np.testing.assert_allclose(out["force"], GAIN * (3.0 - out["theta"]), rtol=1e-9)
+
+
+def test_viscous_friction_loads_a_compliant_tendon_in_its_own_time() -> None:
+    """Against a wall F grows with tau = (c / (k r)) / (1 + P / (k r))."""
+    effects = {
+        "tendon_compliance": {"stiffness": 5000.0},
+        "viscous_friction": {"coefficient": 2.0},
+    }
+    out = run(step(2.0), effects, **WALL)
+    soft = 1.0 + GAIN / (5000.0 * RADIUS)
+    tau = 2.0 / (5000.0 * RADIUS) / soft
+    since = out["time"][20:] - out["time"][20]
+    expected = GAIN * 2.0 / soft * (1.0 - np.exp(-since / tau))
+    # the wall's own give of 5e-3 of the tendon's
+    np.testing.assert_allclose(out["force"][20:], expected, rtol=1e-2, atol=2e-2)
+
+
+def test_a_larger_spool_turns_less() -> None:
+    """The angle is l / (s r), with the gain in N/rad."""
+    out = run(np.full(10, 3.0), {"spool_radius_error": {"scale": 1.2}})
+    theta = GAIN * 3.0 / (GAIN + STIFFNESS * 1.2 * RADIUS)
+    assert out["theta"][-1] == pytest.approx(theta, rel=1e-9)
+
+
+def test_backlash_of_a_direct_drive_is_half_a_gap_either_way() -> None:
+    """A pendulum held to one side rests on one flank, held to the other on the other."""
+    for command in (0.6, -0.6):
+        recording = commanded(np.full(10, command), "pendulum", mass=0.2, length=0.1)
+        out = simulate(recording, {"backlash": {"width": 0.04}})
+        gap = out.motor_position[-1, 0] - out.joint_position[-1, 0]
+        assert gap == pytest.approx(np.sign(command) * 0.02, abs=1e-9)
+        torque = GAIN * (command - out.motor_position[-1, 0])
+        weight = 0.2 * 9.81 * 0.1 * np.sin(out.joint_position[-1, 0])
+        assert torque == pytest.approx(weight, abs=1e-6)

@@ -1,0 +1,122 @@
+"""Effects of encoder, load cell and clock, against numbers worked out by hand."""
+
+import numpy as np
+import pytest
+import warp as wp
+
+from tendon_newton.effects import EFFECTS
+from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.model_file import Model, NamedValues
+from tendon_newton.simulation.rollout import Rollout
+from tests.effect_bench import GAIN, RADIUS, ROW, commanded, run, simulate, steps_and_waves
+
+CELL = [name for name in EFFECTS if name.startswith("load_cell")]
+
+
+def test_the_servo_believes_an_offset_encoder() -> None:
+    """Encoder: theta = l / r + phi; servo: F = P (theta_d - theta)."""
+    out = run(np.full(10, 2.0), {"position_offset": {"angle": 0.1}})
+    np.testing.assert_allclose(out["theta"], out["travel"] / RADIUS + 0.1, rtol=1e-9)
+    np.testing.assert_allclose(out["force"], GAIN * (2.0 - out["theta"]), rtol=1e-9)
+
+
+@pytest.mark.parametrize("name", CELL)
+def test_a_load_cell_moves_nothing(name: str) -> None:
+    """The mechanism does not know what the cell reads."""
+    command = steps_and_waves()
+    strength = {EFFECTS[name].parameters[0].name: 0.05}
+    if name == "load_cell_gain":
+        strength = {"scale": 0.5}
+    np.testing.assert_array_equal(run(command, {name: strength})["theta"], run(command)["theta"])
+
+
+def test_a_cell_scales_shifts_and_drifts() -> None:
+    """Gain, then bias, then drift; a biased cell may read below zero."""
+    command = steps_and_waves()
+    true = run(command)
+    effects = {
+        "load_cell_gain": {"scale": 1.1},
+        "load_cell_bias": {"offset": -0.5},
+        "load_cell_drift": {"rate": 0.2},
+    }
+    read = run(command, effects)
+    expected = 1.1 * true["force"] - 0.5 + 0.2 * true["time"]
+    np.testing.assert_allclose(read["force"], expected, atol=1e-12)
+    assert read["force"].min() < 0.0
+
+
+@pytest.mark.parametrize("rows", [1, 3])
+def test_a_late_cell_reads_what_was(rows: int) -> None:
+    """A delay of whole rows shifts the readings by rows; before the first the cell is at rest."""
+    command = steps_and_waves()
+    true = run(command)["force"]
+    read = run(command, {"load_cell_delay": {"delay": rows * ROW}})["force"]
+    np.testing.assert_allclose(read[rows:], true[:-rows], atol=1e-9)
+    np.testing.assert_allclose(read[:rows], true[0], atol=1e-12)
+
+
+def test_a_delay_between_rows_reads_between_rows() -> None:
+    """On a slow sine the reading is the force half a row ago, halfway between two readings."""
+    command = 2.5 + 0.8 * np.sin(0.05 * np.arange(160))
+    lag = {"actuator_lag": {"time_constant": 0.05}}  # a force without jumps
+    true = run(command, lag)["force"]
+    read = run(command, {**lag, "load_cell_delay": {"delay": 0.5 * ROW}})["force"]
+    middle = 0.5 * (true[1:] + true[:-1])
+    np.testing.assert_allclose(read[1:], middle, atol=8e-3)  # the force's bend between rows
+
+
+def test_a_lagging_cell_rounds_a_step_off() -> None:
+    """Against a wall the force steps at once and the reading follows as 1 - exp(-t / tau)."""
+    command = np.where(np.arange(80) < 20, 1.0, 3.0)
+    true = run(command, stiffness=1e6)
+    read = run(command, {"load_cell_lag": {"time_constant": 0.04}}, stiffness=1e6)
+    since = read["time"][20:] - read["time"][20]
+    expected = true["force"][-1] + (true["force"][0] - true["force"][-1]) * np.exp(-since / 0.04)
+    np.testing.assert_allclose(read["force"][20:], expected, atol=5e-3)
+
+
+def test_a_wrong_clock_is_another_row_rate() -> None:
+    """Twice the seconds per logged second is the same commands at half the rate."""
+    command = steps_and_waves()
+    wrong = simulate(commanded(command), {"sample_period_error": {"scale": 2.0}})
+    slow = simulate(commanded(command, row=2.0 * ROW))
+    np.testing.assert_allclose(wrong.motor_position, slow.motor_position, atol=1e-10)
+
+
+def test_a_run_in_two_launches_is_one_run() -> None:
+    """Positions, speeds and every memory pass from launch to launch."""
+    command = steps_and_waves()
+    effects = {
+        "actuator_lag": {"time_constant": 0.03},
+        "tendon_compliance": {"stiffness": 8000.0},
+        "viscoelastic_spring": {"stiffness_ratio": 0.4, "relaxation_time": 0.1},
+        "load_cell_lag": {"time_constant": 0.02},
+        "load_cell_delay": {"delay": 0.031},
+    }
+    model = Model(
+        actuator=NamedValues(name="ideal", values={"gain": GAIN}),
+        effects=tuple(NamedValues(name=name, values=values) for name, values in effects.items()),
+    )
+    rollout = Rollout(
+        load_mechanism("spring_weak"),
+        [commanded(command)],
+        actuator="ideal",
+        effects=tuple(EFFECTS),
+    )
+    vector = rollout.base_vectors(model)
+    whole = rollout.run(vector[None])[0][0]
+    types = rollout.kernels.types
+    q, v = (wp.zeros(1, dtype=types["JointVector"]) for _ in range(2))
+    memory = wp.zeros(1, dtype=types["MemoryVector"])
+    zero = wp.zeros(1, dtype=wp.int32)
+    parameters = wp.array(vector, dtype=types["ParameterVector"])
+    joints = wp.zeros(len(command), dtype=types["JointVector"])
+    angle, rate, force = (wp.zeros(len(command), dtype=types["TendonVector"]) for _ in range(3))
+    common = [0, rollout.numbers, zero, zero, parameters, rollout.commands]
+    state, outputs = [q, v, memory], [zero, joints, angle, rate, force]
+    step = types["real"](rollout.time_step)
+    wp.launch(rollout.kernels.settle, 1, inputs=[*common, *state])
+    for rows in ([0, 57], [57, 90], [90, len(command)]):
+        wp.launch(rollout.kernels.rollout, 1, inputs=[*common, *rows, step, *state, *outputs])
+    np.testing.assert_array_equal(angle.numpy(), whole.motor_position)
+    np.testing.assert_allclose(force.numpy(), whole.force, atol=1e-12)

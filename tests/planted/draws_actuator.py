@@ -1,0 +1,88 @@
+"""Causes between the command and the load cell, drawn by seed."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import numpy as np
+
+from tests.planted.planted import Draw, Planted, either, planted, scale, single
+
+
+def gain_error(rng: np.random.Generator, size: float) -> Planted:
+    """A servo 12 to 30 % too soft or too hard."""
+    return single("scale", "gain_scale", scale(rng, 0.12, 0.30, size))
+
+
+def gain_drift(rng: np.random.Generator, size: float) -> Planted:
+    """A gain that falls or rises by 0.6 to 1.5 % a second."""
+    return single("rate", "gain_drift", size * either(rng, 0.006, 0.015))
+
+
+def command_delay(rng: np.random.Generator, size: float) -> Planted:
+    """A command 15 to 45 ms late."""
+    return single("delay", "delay", size * float(rng.uniform(0.015, 0.045)))
+
+
+def actuator_lag(rng: np.random.Generator, size: float) -> Planted:
+    """A motor force with a time constant of 15 to 80 ms."""
+    return single("time_constant", "lag", size * float(rng.uniform(0.015, 0.08)))
+
+
+def deadband(rng: np.random.Generator, size: float) -> Planted:
+    """A servo that leaves errors of 0.06 to 0.25 rad."""
+    return single("width", "deadband", size * float(rng.uniform(0.06, 0.25)))
+
+
+def force_saturation(rng: np.random.Generator, size: float) -> Planted:
+    """A motor that gives up at 7 to 11 N."""
+    return single("limit", "saturation", float(rng.uniform(7.0, 11.0)) / size**0.3)
+
+
+def speed_limit(rng: np.random.Generator, size: float) -> Planted:
+    """A motor that turns at most at 4 to 9 rad/s."""
+    return single("limit", "speed_limit", float(rng.uniform(4.0, 9.0)) / size**0.5)
+
+
+def coulomb_friction(rng: np.random.Generator, size: float) -> Planted:
+    """Dry friction of 0.7 to 1.5 N."""
+    return single("force", "coulomb", size * float(rng.uniform(0.7, 1.5)))
+
+
+def stribeck_friction(rng: np.random.Generator, size: float) -> Planted:
+    """Dry friction of 0.5 to 0.9 N, 1.4 to 2 times that at rest, less within 1 to 3 rad/s."""
+    coulomb = size * float(rng.uniform(0.5, 0.9))
+    static = coulomb * float(rng.uniform(1.4, 2.0))
+    speed = float(rng.uniform(1.0, 3.0))
+    return planted(
+        {"coulomb_force": coulomb, "static_force": static, "stribeck_velocity": speed},
+        coulomb=coulomb,
+        static=static - coulomb,
+        stribeck_speed=speed,
+    )
+
+
+def viscous_friction(rng: np.random.Generator, size: float) -> Planted:
+    """Viscous friction of 0.8 to 1.8 N s/rad."""
+    return single("coefficient", "viscous", size * float(rng.uniform(0.8, 1.8)))
+
+
+def load_dependent_friction(rng: np.random.Generator, size: float) -> Planted:
+    """Dry friction of 8 to 20 % of the tension."""
+    return single("coefficient", "load", size * float(rng.uniform(0.08, 0.20)))
+
+
+ACTUATOR: Mapping[str, Draw] = MappingProxyType(
+    {
+        "gain_error": gain_error,
+        "gain_drift": gain_drift,
+        "command_delay": command_delay,
+        "actuator_lag": actuator_lag,
+        "deadband": deadband,
+        "force_saturation": force_saturation,
+        "speed_limit": speed_limit,
+        "coulomb_friction": coulomb_friction,
+        "stribeck_friction": stribeck_friction,
+        "viscous_friction": viscous_friction,
+        "load_dependent_friction": load_dependent_friction,
+    }
+)

@@ -1,0 +1,63 @@
+"""Runs of the plant that the tests share."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tests.planted.bench import BENCHES, GAIN, SPOOL_RADIUS
+from tests.planted.causes import Causes
+from tests.planted.plant import STEP, Motion, Run, simulate
+
+Array = NDArray[np.float64]
+
+FINGER = BENCHES["finger"]
+WEAK = BENCHES["spring_weak"]
+TAUT = GAIN / SPOOL_RADIUS  # [N/m] the servo as a spring
+FROZEN = 1e9  # [1] inertia with which nothing moves
+
+
+def rows(duration: float, rate: float = 80.0) -> Array:
+    """Row instants [s]."""
+    return np.arange(round(duration * rate)) / rate
+
+
+def jump(time: Array, first: float, then: float, at: float = 0.5) -> Array:
+    """Command with one jump [rad]."""
+    return np.where(time < at - 1e-9, first, then)
+
+
+def run(
+    bench: str,
+    causes: Causes,
+    time: Array,
+    command: Array,
+    *,
+    step: float = STEP,
+    gain: Array | None = None,
+    friction: Array | None = None,
+    lateness: Array | None = None,
+) -> Motion:
+    """Simulate one recording."""
+    made = Run(
+        bench=BENCHES[bench],
+        causes=causes,
+        time=time,
+        command=command,
+        gain=gain,
+        friction=friction,
+        lateness=lateness,
+    )
+    return simulate([made], step=step)[0]
+
+
+def step_response(time: Array, natural: float, decay: float) -> Array:
+    """Damped oscillator after a step at t = 0, from 0 to 1 [1].
+
+    Args:
+        time: Instants [s]; before 0 it rests.
+        natural: Its undamped angular frequency [rad/s].
+        decay: Half its damping over its mass [1/s].
+    """
+    root = np.sqrt(complex(decay**2 - natural**2))
+    after = np.maximum(time, 0.0)
+    slow, fast = np.exp((root - decay) * after), np.exp((-root - decay) * after)
+    return 1.0 - ((slow + fast) / 2.0 + decay / root * (slow - fast) / 2.0).real

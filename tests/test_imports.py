@@ -1,0 +1,104 @@
+"""What each part of the program loads, and where every module stands in the layers."""
+
+import ast
+import subprocess
+import sys
+import tomllib
+from importlib.metadata import packages_distributions, requires
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGES = ("tendon_newton", "train", "hardware")
+HEAVY = ("warp", "newton", "mujoco", "torch", "pxr", "matplotlib", "scipy")
+
+
+def loaded_by(statement: str) -> set[str]:
+    """Run a statement in a fresh interpreter and return the heavy packages that it loaded."""
+    code = f"import sys; {statement}; print('LOADED', *set({HEAVY}).intersection(sys.modules))"
+    result = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60
+    )
+    assert result.returncode == 0, result.stderr
+    return set(result.stdout.splitlines()[-1].split()[1:])
+
+
+@pytest.mark.parametrize(
+    "module",
+    [
+        "hardware",
+        "tendon_newton.cli",
+        "tendon_newton.dataset",
+        "tendon_newton.importers",
+        "tendon_newton.lint",
+        "tendon_newton.model_file",
+        "tendon_newton.parameters",
+        "tendon_newton.recording",
+    ],
+)
+def test_what_a_raspberry_pi_runs_loads_no_simulator(module: str) -> None:
+    """Recordings, model files and the command line need neither Warp, Newton, torch nor USD."""
+    assert loaded_by(f"import {module}") == set()
+
+
+def test_imports_point_down() -> None:
+    """import-linter keeps every contract of ``pyproject.toml``."""
+    linter = "from importlinter.cli import lint_imports; sys.exit(lint_imports())"
+    result = subprocess.run(
+        [sys.executable, "-c", f"import sys; {linter}"],
+        cwd=ROOT, capture_output=True, text=True, timeout=60,
+    )  # fmt: skip
+    assert result.returncode == 0, result.stdout
+
+
+def test_every_module_has_a_place_in_the_layers() -> None:
+    """A module that no layer names would escape the rule."""
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    (layers,) = (
+        contract["layers"]
+        for contract in settings["tool"]["importlinter"]["contracts"]
+        if contract["type"] == "layers"
+    )
+    placed = {name.strip(" ()") for layer in layers for name in layer.split("|")}
+    modules = {
+        f"tendon_newton.{path.stem}"
+        for path in (ROOT / "tendon_newton").iterdir()
+        if path.suffix == ".py" or (path / "__init__.py").is_file()
+    }
+    entry_points = {"tendon_newton.__init__", "tendon_newton.__main__"}
+    assert modules - entry_points - placed == set()
+
+
+def test_every_imported_package_is_declared() -> None:
+    """What the packages import stands in ``pyproject.toml`` and does not come along by luck."""
+    declared = {
+        canonicalize_name(Requirement(line).name) for line in requires("tendon-newton") or ()
+    }
+    distributions = packages_distributions()
+    imported = set().union(
+        *(
+            top_level_imports(path)
+            for package in PACKAGES
+            for path in (ROOT / package).rglob("*.py")
+        )
+    )
+    undeclared = {
+        name
+        for name in imported - set(sys.stdlib_module_names) - set(PACKAGES)
+        if not declared & {canonicalize_name(d) for d in distributions.get(name, [name])}
+    }
+    assert undeclared == set()
+
+
+def top_level_imports(path: Path) -> set[str]:
+    """Return the first part of every name that a file imports."""
+    names = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names |= {alias.name.split(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            names.add(node.module.split(".")[0])
+    return names

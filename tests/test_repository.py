@@ -1,0 +1,90 @@
+"""What the repository says of itself is so."""
+
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+from tendon_newton.cli import VERBS
+
+ROOT = Path(__file__).resolve().parents[1]
+TEXT = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs/architecture.md")
+MACHINE_PATH = re.compile(r"(?<![\w.~/:-])/(?:home|root|Users|work|mnt|opt|tmp)/[\w.-]+")
+
+every_text = pytest.mark.parametrize("name", TEXT)
+
+
+def read(name: str) -> str:
+    """Return a text of the repository."""
+    return (ROOT / name).read_text(encoding="utf-8")
+
+
+def repository_files() -> list[Path]:
+    """Return the files that are, or would be, under version control."""
+    listing = subprocess.run(
+        ["git", "ls-files", "--cached", "--others", "--exclude-standard", "-z"],
+        cwd=ROOT, capture_output=True, text=True,
+    )  # fmt: skip
+    if listing.returncode:
+        pytest.skip("not a git checkout")
+    return [ROOT / name for name in listing.stdout.split("\0") if name and (ROOT / name).is_file()]
+
+
+@every_text
+def test_every_make_command_in_the_text_is_a_target(name: str) -> None:
+    """``make x`` in a text is a target of the Makefile."""
+    targets = set(re.findall(r"^([a-z]+):", read("Makefile"), re.MULTILINE))
+    assert set(re.findall(r"(?:^|`)make ([a-z]+)", read(name), re.MULTILINE)) <= targets
+
+
+@every_text
+def test_every_verb_in_the_text_exists(name: str) -> None:
+    """``tendon-newton x`` in a text is a verb of the command line."""
+    verbs = set(re.findall(r"(?:^|`)tendon-newton ([a-z]+)", read(name), re.MULTILINE))
+    assert verbs <= set(VERBS)
+
+
+@every_text
+def test_every_link_in_the_text_leads_to_a_file(name: str) -> None:
+    """A link that is no address and no picture names a file of the repository."""
+    links = re.findall(r"(?<!!)\[[^\]]*\]\(([^)#\s]+)\)", read(name))
+    files = [link for link in links if "://" not in link]
+    assert [link for link in files if not ((ROOT / name).parent / link).exists()] == []
+
+
+def test_the_command_line_answers_as_a_module() -> None:
+    """``python -m tendon_newton --help`` lists the verbs."""
+    result = subprocess.run(
+        [sys.executable, "-m", "tendon_newton", "--help"],
+        capture_output=True, text=True, timeout=60,
+    )  # fmt: skip
+    assert result.returncode == 0, result.stderr
+    assert "usage: tendon-newton VERB" in result.stdout
+
+
+def test_no_file_names_a_path_of_one_machine() -> None:
+    """What is in the repository works in any folder of any computer."""
+    found = []
+    for path in repository_files():
+        try:
+            text = path.read_text(encoding="utf-8")
+        except UnicodeDecodeError:
+            continue  # a picture or an archive
+        found += [f"{path.relative_to(ROOT)}: {match}" for match in MACHINE_PATH.findall(text)]
+    assert found == []
+
+
+def test_every_direct_dependency_is_pinned() -> None:
+    """``constraints.txt`` has an exact version of all that ``pyproject.toml`` asks for."""
+    project = tomllib.loads(read("pyproject.toml"))["project"]
+    lists = [project["dependencies"], *project["optional-dependencies"].values()]
+    wanted = {canonicalize_name(Requirement(line).name) for lines in lists for line in lines}
+    pins = [line for line in read("constraints.txt").splitlines() if not line.startswith("#")]
+    assert [line for line in pins if not re.fullmatch(r"[\w.-]+==[\w.]+", line)] == []
+    pinned = {canonicalize_name(Requirement(line).name) for line in pins}
+    assert wanted - pinned == {"tendon-newton"}
