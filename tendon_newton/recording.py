@@ -14,9 +14,13 @@ from tendon_newton.bench_overrides import BenchOverrides
 from tendon_newton.channels import CHANNELS, TIME_STEP_RANGE
 from tendon_newton.errors import InvalidRecording
 
-__all__ = ["Array", "BenchOverrides", "Recording"]
+__all__ = ["Array", "BenchOverrides", "Indices", "Mask", "Recording"]
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+"""Places in another array, or numbers of recordings, blocks, folds or columns."""
+Mask = NDArray[np.bool_]
+"""What holds for each row, entry or parameter."""
 
 BENCH_NAME = re.compile(r"[A-Za-z0-9_-]+")
 
@@ -57,7 +61,7 @@ class Recording:
     """Supply voltage [V], shape (T,)."""
     temperature: Array | None = None
     """Motor temperature [degC], shape (T,)."""
-    enabled: NDArray[np.bool_] = field(default_factory=lambda: np.ones(0, dtype=np.bool_))
+    enabled: Mask = field(default_factory=lambda: np.ones(0, dtype=np.bool_))
     """False where the motor gives neither torque nor back-EMF, shape (T,); all true by default."""
     extra: Mapping[str, NDArray[Any]] = field(default_factory=no_extra)
     """Columns that the format does not know, numbers or words, shape (T,) each."""

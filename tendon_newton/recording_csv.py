@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_newton.errors import InvalidRecording
-from tendon_newton.recording import Array, Recording
+from tendon_newton.recording import Array, Mask, Recording
 
 # column -> field, for columns of which there is one per tendon (theta_0, theta_1, ...)
 TENDON_COLUMNS = {
@@ -231,7 +231,7 @@ def is_number(cell: str) -> bool:
     return True
 
 
-def switch(values: Array, name: str) -> NDArray[np.bool_]:
+def switch(values: Array, name: str) -> Mask:
     """Read a column that may only hold 0 and 1."""
     (bad,) = np.nonzero((values != 0.0) & (values != 1.0))
     if bad.size:

@@ -11,12 +11,14 @@ from tendon_newton.parameters import Parameter
 class Actuator:
     """How a servo turns a position error into a force at its spool.
 
-    Subclasses are never instantiated: an actuator is its declaration, and its numbers live in a model.
+    Subclasses are never instantiated: an actuator is its declaration, and its numbers live in a
+    model.
     """
 
     name: ClassVar[str]
     parameters: ClassVar[tuple[Parameter, ...]]
     force: ClassVar[Callable[..., Any]]
-    """Device function (error: Jet, tendon, p) -> Jet: force [N] at the spool, torque [N m] of a direct drive."""
+    """Device function (error: Jet, tendon, p) -> Jet: force at the spool [N], or torque [N m] of a
+    direct drive."""
     armature: ClassVar[Callable[..., Any]]
     """Device function (p) -> real: inertia of rotor and gear at the spool [kg m2]."""

@@ -15,7 +15,8 @@ class Ideal(Actuator):
 
     .. math:: F = P\,(\theta_d - \theta)
 
-    Source: Yuryev and Hughes, Tendon Force Modeling for Sim2Real Transfer (2026), eq. 2: P = 4.2 N/rad for an XC330 on a 12.5 mm spool.
+    Source: Yuryev and Hughes, Tendon Force Modeling for Sim2Real Transfer (2026), eq. 2:
+    P = 4.2 N/rad for an XC330 on a 12.5 mm spool.
     """
 
     name = "ideal"

@@ -11,13 +11,16 @@ from tendon_newton.parameters import Parameter
 
 
 class PwmServo(Actuator):
-    r"""Position error to duty cycle, duty cycle to current, current to torque; the winding's inductance is neglected.
+    r"""Position error to duty cycle, duty cycle to current, current to torque.
 
     .. math::
         u = \operatorname{clip}(k_u (\theta_d - \theta), \pm u_{max}), \qquad
         \tau = \frac{k_t (u V - k_t \dot\theta)}{R}, \qquad F = \tau / r
 
-    Source: any text on DC motors; the loop as in the Dynamixel e-manual (PWM = P-gain / 128 counts per count of error).
+    The winding's inductance is neglected.
+
+    Source: any text on DC motors; the loop as in the Dynamixel e-manual (PWM = P-gain / 128 counts
+    per count of error).
     """
 
     name = "pwm_servo"

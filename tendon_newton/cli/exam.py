@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 class ExamConfig:
     """Diagnose a folder of datasets with known causes and say how often the answer is right.
 
-    The folder holds NAME/dataset.toml, NAME/model.toml and truth/NAME.json. Answers go to OUT/NAME/diagnosis.json; a run that broke off
-    goes on where it stopped.
+    The folder holds NAME/dataset.toml, NAME/model.toml and truth/NAME.json. Answers go to
+    OUT/NAME/diagnosis.json; a run that broke off goes on where it stopped.
     """
 
     folder: Annotated[Path, tyro.conf.Positional]
@@ -57,10 +57,13 @@ def main(config: ExamConfig) -> None:
 
 def line(mark: Mark) -> str:
     """Return one dataset's result."""
-    true = "+".join([*mark.truth.effects, *mark.truth.outside]) or "nothing"
+    truth = mark.truth
     said = "+".join("/".join(names) for names in mark.classes) or "-"
     flag = "  " if mark.right else "X "
-    return f"{flag}{mark.truth.id:8s} {mark.truth.family:8s} {mark.verdict:17s} {true} -> {said}  ({mark.wall_time_s:.0f} s)"
+    return (
+        f"{flag}{truth.id:8s} {truth.family:8s} {mark.verdict:17s} "
+        f"{truth.causes} -> {said}  ({mark.wall_time_s:.0f} s)"
+    )
 
 
 def table(marks: Sequence[Mark]) -> str:
@@ -70,7 +73,6 @@ def table(marks: Sequence[Mark]) -> str:
     rows = [f"  {name:46s} {rate:7.3f}   of {n}" for name, (rate, n) in rates(marks).items()]
     walls = sorted(m.wall_time_s for m in marks)
     if walls:
-        rows.append(
-            f"  {'seconds per dataset, median and longest':46s} {walls[len(walls) // 2]:7.1f}   {walls[-1]:.1f}"
-        )
+        name = "seconds per dataset, median and longest"
+        rows.append(f"  {name:46s} {walls[len(walls) // 2]:7.1f}   {walls[-1]:.1f}")
     return "\n".join(["", *rows])

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 if TYPE_CHECKING:
-    from tendon_newton.recording import Recording
+    from tendon_newton.recording import Array, Recording
     from tendon_newton.simulation.rollout import Trajectory
 
 
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 class SimulateConfig:
     """Replay a dataset's commands through a model in closed loop.
 
-    Writes one CSV per recording (t, theta_d, theta, theta_dot, force and the tip where the bench has one) and, beside it, a picture of
-    measured and simulated signals.
+    Writes one CSV per recording (t, theta_d, theta, theta_dot, force and the tip where the bench
+    has one) and, beside it, a picture of measured and simulated signals.
     """
 
     dataset: Annotated[Path, tyro.conf.Positional]
@@ -27,7 +27,7 @@ class SimulateConfig:
     """Model file."""
     out: Path
     """Folder for the results; made if it is not there."""
-    time_step: float = 2.5e-4
+    time_step: float = 1.25e-4
     """Longest step of the integrator [s]."""
     plots: bool = True
     """Whether to draw a picture per recording."""
@@ -69,7 +69,7 @@ def errors_text(recording: Recording, trajectory: Trajectory) -> str:
     """Return how far a simulation is from its recording."""
     import numpy as np
 
-    def rms(values: object) -> float:
+    def rms(values: Array) -> float:
         return float(np.sqrt(np.mean(np.square(values))))
 
     theta = rms(recording.motor_position - trajectory.motor_position)

@@ -1,1 +1,1 @@
-"""From recordings and a model to named causes: detect a gap, attribute it, extend the model, measure the gain."""
+"""From recordings and a model to named causes: find a gap, name it, extend, measure the gain."""

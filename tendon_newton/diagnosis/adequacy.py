@@ -6,10 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tendon_newton.diagnosis.search import FORM_FORCE, FORM_THETA, Search
+from tendon_newton.diagnosis.search import FORM_FORCE, FORM_THETA, Search, trimmed_size
 from tendon_newton.effects import find_effect
 from tendon_newton.identification.least_squares import Linearisation
 from tendon_newton.identification.noise_floor import NoiseFloor
+from tendon_newton.identification.objective import Scales
 from tendon_newton.recording import Array, Recording
 
 KEPT = 0.98
@@ -25,39 +26,36 @@ WORTH_NAMING = 0.15
 def is_noise(
     search: Search,
     point: Linearisation,
-    scales: tuple[float, float],
+    scales: Scales,
     noise: NoiseFloor,
     effects: Sequence[str],
 ) -> bool:
-    """Tell whether a fit's residuals are within noise, and within friction's form error where the model has dry friction.
+    """Tell whether a fit's residuals are within noise.
+
+    Where the model has dry friction they may hold its form error besides.
 
     Args:
         search: Where the fit comes from.
         point: Its residuals.
-        scales: Units of the residuals, angle [rad] and force [N].
+        scales: Units of the residuals.
         noise: Noise of the sensors.
         effects: All effects in the model.
     """
     dry = any(find_effect(name).dry for name in effects)
-    theta = kept_size(point.residual[~search.where.is_force]) * scales[0]
+    theta = trimmed_size(point.residual[~search.where.is_force], KEPT) * scales.theta
     force = point.residual[search.where.is_force]
     limit_theta = np.hypot(EXCESS * noise.theta, FORM_ALLOWANCE * FORM_THETA if dry else 0.0)
     limit_force = np.hypot(
         EXCESS * (noise.force or 0.0), FORM_ALLOWANCE * FORM_FORCE if dry else 0.0
     )
     return bool(
-        theta <= limit_theta and (len(force) == 0 or kept_size(force) * scales[1] <= limit_force)
+        theta <= limit_theta
+        and (len(force) == 0 or trimmed_size(force, KEPT) * scales.force <= limit_force)
     )
 
 
-def kept_size(residual: Array) -> float:
-    """Return the root mean square of all but the largest residuals."""
-    ordered = np.sort(np.abs(residual))
-    return float(np.sqrt(np.mean(ordered[: max(1, int(KEPT * len(ordered)))] ** 2)))
-
-
 def dependencies(search: Search, residual: Array) -> tuple[str, ...]:
-    """Return the signals that the remaining residual depends on, strongest first, by correlation ratio."""
+    """Return the signals with which the remaining residual correlates, strongest first."""
     names = ("theta", "theta_dot", "theta_d", "force", "t", "temperature", "voltage")
     strength = dict.fromkeys(names, 0.0)
     total = 0
@@ -95,7 +93,7 @@ def signal_of(recording: Recording, name: str) -> Array | None:
 
 
 def correlation_ratio(signal: Array, residual: Array, bins: int = 12) -> float:
-    """Return the share of a residual's variance that a signal's value decides, in bins of equal count."""
+    """Return the share of a residual's variance that a signal decides, in bins of equal count."""
     edges = np.quantile(signal, np.linspace(0.0, 1.0, bins + 1)[1:-1])
     place = np.searchsorted(edges, signal)
     variance = float(np.var(residual))

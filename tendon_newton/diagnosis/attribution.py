@@ -1,4 +1,4 @@
-"""Which causes? Greedy extension, each step gated on folds it was not fitted on, then pruning and classes."""
+"""Which causes? Greedy extension, each step gated on unseen folds, then pruning and classes."""
 
 from __future__ import annotations
 
@@ -7,12 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tendon_newton.diagnosis.adequacy import is_noise
 from tendon_newton.diagnosis.detection import gain_p_value
 from tendon_newton.diagnosis.search import Fit, Round, Search, parameter_count
 from tendon_newton.effects import find_effect
 from tendon_newton.identification.least_squares import Candidate
 from tendon_newton.identification.noise_floor import NoiseFloor
-from tendon_newton.identification.objective import Scales
+from tendon_newton.identification.objective import Scales, group_sums
 from tendon_newton.recording import Array
 
 MOST_CAUSES = 3
@@ -21,12 +22,16 @@ P_VALUE = 0.02
 """Chance of a false alarm that a step of the extension may take."""
 LEAST_T = 2.0
 """Paired gain over its standard error, from block to block, that a step needs."""
-LEAST_SHARE = (0.15, 0.15, 0.2)
-"""Share of the loss above the noise that the first, second, third cause must remove."""
+LEAST_SHARE = 0.15
+"""Share of the loss above the noise that a cause must remove."""
+QUIET_SHARE = 0.4
+"""The same where the residual looks like noise already: form errors must not get names."""
+LEAST_ORIGINAL_SHARE = 0.05
+"""Share of the starting model's loss above the noise below which nothing is sought or named."""
 EQUAL_SHARE = 0.01
 """Losses closer than this share of the gain count as equal, however small their standard error."""
 SMALL_SHARE = 0.2
-"""Losses further apart than this share of the gain are told apart, however large their standard error."""
+"""Losses further apart than this share of the gain differ, however large their standard error."""
 CLASS_ERRORS = 2.0
 """Candidates within so many paired standard errors of the best are not told from it."""
 LARGEST_CLASS = 3
@@ -55,29 +60,50 @@ class Attribution:
 
 
 def attribute(
-    search: Search, names: Sequence[str], noise: NoiseFloor, rng: np.random.Generator
+    search: Search,
+    names: Sequence[str],
+    known: Sequence[str],
+    noise: NoiseFloor,
+    rng: np.random.Generator,
 ) -> Attribution:
-    """Find the causes among some effects."""
+    """Find the causes among some effects.
+
+    Args:
+        search: Fits of the training recordings.
+        names: Effects that may be named.
+        known: Effects that the starting model has.
+        noise: Noise of the sensors.
+        rng: Of the surrogates.
+    """
     baseline = search.baseline()
     current, chosen = baseline, ()
     rounds: list[Round] = []
-    p_values: list[float] = []
+    p_value = 1.0
     final = None
     for step in range(MOST_CAUSES):
         tried = search.extend(current, chosen, [n for n in names if n not in chosen])
         best = simplest(tried)
         rounds.append(tried)
-        p_values.append(gain_p_value(search, tried.fits, tried.current, rng))
-        gated = passes(search, tried, best, noise, LEAST_SHARE[step])
-        if p_values[-1] > P_VALUE or not gated:
+        chance = gain_p_value(search, tried.fits, tried.current, rng)
+        p_value = chance if step == 0 else p_value
+        start = tried.current if step == 0 else search.score([()], [baseline], tried.scales)[0]
+        gap = above_noise(search, tried, tried.current, noise)
+        least = max(
+            least_share(search, tried, known, noise) * gap,
+            LEAST_ORIGINAL_SHARE * above_noise(search, tried, start, noise),
+        )
+        if chance > P_VALUE or not passes(search, tried, best, least):
             break
         final = best
         current, chosen = best.candidate, best.effects
+        left = above_noise(search, tried, best, noise)
+        if left < LEAST_ORIGINAL_SHARE * above_noise(search, tried, start, noise):
+            break
     if final is not None and len(final.effects) > 1:
         final = prune(search, final, noise)
     classes = {} if final is None else find_classes(search, final, rounds)
     return Attribution(
-        rounds=tuple(rounds), baseline=baseline, final=final, classes=classes, p_value=p_values[0]
+        rounds=tuple(rounds), baseline=baseline, final=final, classes=classes, p_value=p_value
     )
 
 
@@ -94,17 +120,28 @@ def simplest(tried: Round) -> Fit:
     return choice
 
 
-def passes(search: Search, tried: Round, fit: Fit, noise: NoiseFloor, least_share: float) -> bool:
-    """Gate a step: a clear, significant gain on unseen folds, in most recordings, by a number inside its range."""
+def passes(search: Search, tried: Round, fit: Fit, least_gain: float) -> bool:
+    """Gate a step: a clear, significant gain on unseen folds, in most recordings, in the ranges."""
     gain, error = paired(tried.current.losses, fit.losses)
-    above_noise = tried.current.loss - noise_loss(search, tried.scales, noise)
     by_recording = recording_losses(search, tried.current.losses - fit.losses)
     return (
-        gain > least_share * above_noise
+        gain > least_gain
         and gain > LEAST_T * error
         and float(np.mean(by_recording > 0.0)) > 0.5
         and not at_bound(fit)
     )
+
+
+def least_share(search: Search, tried: Round, known: Sequence[str], noise: NoiseFloor) -> float:
+    """Return the share of what is above the noise that a cause must remove in a round."""
+    effects = [*known, *tried.current.effects]
+    quiet = is_noise(search, tried.current.point, tried.scales, noise, effects)
+    return QUIET_SHARE if quiet else LEAST_SHARE
+
+
+def above_noise(search: Search, tried: Round, fit: Fit, noise: NoiseFloor) -> float:
+    """Return the loss that a fit leaves above that of sensor noise alone."""
+    return fit.loss - noise_loss(search, tried.scales, noise)
 
 
 def paired(worse: Array, better: Array) -> tuple[float, float]:
@@ -124,13 +161,13 @@ def noise_loss(search: Search, scales: Scales, noise: NoiseFloor) -> float:
 
 def recording_losses(search: Search, losses: Array) -> Array:
     """Sum losses of blocks by recording, shape (R,)."""
-    owner = np.zeros(search.where.block_count, dtype=int)
+    owner = np.zeros(search.where.block_count, dtype=np.intp)
     owner[search.where.block] = search.where.recording
-    return np.bincount(owner, losses)
+    return group_sums(losses, owner)
 
 
 def at_bound(fit: Fit) -> bool:
-    """Tell whether the last effect of a fit ended at the edge of a parameter's range other than its null."""
+    """Tell whether the last effect of a fit ended at a parameter's bound other than its null."""
     count = parameter_count(fit.effects[-1:])
     parameters = find_effect(fit.effects[-1]).parameters
     c = fit.candidate
@@ -151,8 +188,8 @@ def prune(search: Search, final: Fit, noise: NoiseFloor) -> Fit:
         others, candidate = others_of(search, final, effect)
         tried = search.extend(candidate, others, [effect])
         gain, error = paired(tried.current.losses, tried.fits[0].losses)
-        above_noise = tried.current.loss - noise_loss(search, tried.scales, noise)
-        if gain < max(LEAST_T * error, LEAST_SHARE[0] * above_noise):
+        least = LEAST_SHARE * above_noise(search, tried, tried.current, noise)
+        if gain < max(LEAST_T * error, least):
             reduced = tried.current
             return prune(search, reduced, noise) if len(others) > 1 else reduced
     return final

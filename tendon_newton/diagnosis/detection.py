@@ -1,4 +1,4 @@
-"""Is there a gap at all? The best candidate's gain against what chance gives with noise of the residual's own colour."""
+"""Is there a gap at all? The best gain against what chance gives with noise of the same colour."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tendon_newton.diagnosis.search import Fit, Search
+from tendon_newton.identification.least_squares import invertible
 from tendon_newton.recording import Array
 
 SURROGATES = 200
@@ -16,12 +17,13 @@ SURROGATES = 200
 def gain_p_value(
     search: Search, fits: Sequence[Fit], current: Fit, rng: np.random.Generator
 ) -> float:
-    """Return the chance that some candidate gains as much on held-out folds when there is nothing to find.
+    """Return the chance of such a gain on held-out folds when there is nothing to find.
 
-    The surrogates have each channel's amplitude spectrum and random phases, so that the null has the residual's own
-    autocorrelation; the residual is that of the best candidate, so that the gap itself is not taken for noise. Each candidate is
-    then refitted to each surrogate fold by fold, to first order. The largest gain over all candidates counts: looking at many
-    causes is part of the null.
+    The surrogates have each channel's amplitude spectrum and random phases, so that the null has
+    the residual's own autocorrelation; the residual is that of the best candidate, so that the gap
+    itself is not taken for noise. Each candidate is then refitted to each surrogate fold by fold,
+    to first order. The largest gain over all candidates counts: looking at many causes is part of
+    the null.
     """
     observed = max(current.loss - fit.loss for fit in fits)
     noise = surrogates(search, fits[0].point.residual, rng)
@@ -32,7 +34,7 @@ def gain_p_value(
 
 
 def surrogates(search: Search, residual: Array, rng: np.random.Generator) -> Array:
-    """Return noise records with the spectrum of each recording's and channel's residual, shape (B, M)."""
+    """Return noise with the spectrum of each recording's and channel's residual, shape (B, M)."""
     out = np.zeros((SURROGATES, len(residual)))
     where = search.where
     for recording in np.unique(where.recording):
@@ -47,9 +49,10 @@ def surrogates(search: Search, residual: Array, rng: np.random.Generator) -> Arr
 
 
 def surrogate_gains(search: Search, fit: Fit, noise: Array) -> Array:
-    """Return the held-out gain of refitting a candidate to each noise record, to first order, shape (B,).
+    """Return the held-out gain of refitting a candidate to each noise record, shape (B,).
 
-    A parameter starts at what the current model has, and stays in its range: friction cannot turn negative.
+    The refit is of first order. A parameter starts at what the current model has, and stays in its
+    range: friction cannot turn negative.
     """
     candidate, jacobian = fit.candidate, fit.point.jacobian
     start = np.array([search.study.base_value(c) for c in candidate.columns])[:, None]
@@ -58,8 +61,7 @@ def surrogate_gains(search: Search, fit: Fit, noise: Array) -> Array:
     for fold in range(search.folds.count):
         left_out = search.folds.of_entry == fold
         seen = jacobian[~left_out]
-        ridge = 1.0e-9 * np.diag(np.maximum(np.sum(seen**2, axis=0), 1.0e-30))
-        step = np.linalg.solve(seen.T @ seen + ridge, seen.T @ noise[:, ~left_out].T)
+        step = np.linalg.solve(invertible(seen.T @ seen), seen.T @ noise[:, ~left_out].T)
         step = np.clip(start - step, candidate.lower[:, None], candidate.upper[:, None]) - start
         change = (jacobian[left_out] @ step).T
         before = noise[:, left_out]

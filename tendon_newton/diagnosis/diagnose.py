@@ -72,16 +72,28 @@ def diagnose(
     """
     start = time.monotonic()
     rng = np.random.default_rng(SEED)
-    names = tuple(EFFECTS)
     progress("reading benches and compiling kernels")
-    train = Study(dataset.train, model, names, time_step=SEARCH_STEP)
+    train = Study(dataset.train, model, tuple(EFFECTS), time_step=SEARCH_STEP)
+    names = testable_effects(train)
     search = Search(train, model)
     progress(f"trying {len(names)} effects on {len(dataset.train)} recordings")
-    attribution = attribute(search, names, train.noise, rng)
+    attribution = attribute(search, names, [e.name for e in model.effects], train.noise, rng)
     progress("measuring the gain on held-out recordings")
-    test = Study(dataset.test, model, names)
+    test = Study(dataset.test, model, tuple(EFFECTS))
     diagnosis, evidence = conclude(search, attribution, model, test, rng, start)
     return diagnosis, evidence
+
+
+def testable_effects(study: Study) -> tuple[str, ...]:
+    """Return the effects that could show: no load cell's without one, no string's on a shaft."""
+    has_cell = any(recording.force is not None for recording in study.recordings)
+    has_string = any(not tendon.direct for m in study.mechanisms for tendon in m.tendons)
+    return tuple(
+        name
+        for name, effect in EFFECTS.items()
+        if (has_cell or not effect.acts_on_cell_only())
+        and (has_string or effect.side != "transmission")
+    )
 
 
 def conclude(
@@ -97,7 +109,7 @@ def conclude(
     baseline = values_of(attribution.baseline)
     verdict, final = judge(search, attribution, model)
     extended = baseline if final is None else values_of(final.candidate)
-    without = [without_effect(search, extended, baseline, e, model) for e in effects_of(final)]
+    without = [without_effect(search, extended, e) for e in effects_of(final)]
     before, after, *partial = evaluate_models(test, [baseline, extended, *without])
     fraction = explained_fraction(before.pooled(), after.pooled(), train.noise)
     low, high = fraction_interval(before, after, train.noise, rng)
@@ -121,8 +133,8 @@ def conclude(
         ),
         model=extended_model(search, model, extended, effects_of(final)),
         p_value=attribution.p_value,
-        fitted=fitted_numbers(search, shown, model),
-        notes=notes(search, final, model),
+        fitted=fitted_numbers(search, shown),
+        notes=notes(search),
     )
     return diagnosis, Evidence(baseline=baseline, extended=extended, test=test, train=train)
 
@@ -132,12 +144,12 @@ def judge(search: Search, attribution: Attribution, model: Model) -> tuple[Verdi
     noise = search.study.noise
     first = attribution.rounds[0]
     known = [effect.name for effect in model.effects]
-    quiet = is_noise(search, first.current.point, scales_of(first), noise, known)
+    quiet = is_noise(search, first.current.point, first.scales, noise, known)
     final = attribution.final
     if final is None:
         return ("no_gap" if quiet else "unexplained"), None
     last = attribution.rounds[len(final.effects) - 1]
-    left = is_noise(search, final.point, scales_of(last), noise, [*known, *final.effects])
+    left = is_noise(search, final.point, last.scales, noise, [*known, *final.effects])
     top = attribution.rounds[0].current
     floor = noise_loss(search, first.scales, noise)
     rescored = search.score(
@@ -151,11 +163,6 @@ def judge(search: Search, attribution: Attribution, model: Model) -> tuple[Verdi
     return "partly_explained", final
 
 
-def scales_of(tried) -> tuple[float, float]:
-    """Return a round's units as (angle, force)."""
-    return tried.scales.theta, tried.scales.force
-
-
 def effects_of(final: Fit | None) -> tuple[str, ...]:
     """Return the named causes."""
     return () if final is None else final.effects
@@ -166,13 +173,7 @@ def values_of(candidate: Candidate) -> dict[int, float]:
     return {c: float(v) for c, v in zip(candidate.columns, candidate.value, strict=True)}
 
 
-def without_effect(
-    search: Search,
-    extended: dict[int, float],
-    baseline: dict[int, float],
-    effect: str,
-    model: Model,
-) -> dict[int, float]:
+def without_effect(search: Search, extended: dict[int, float], effect: str) -> dict[int, float]:
     """Return the extended model with one effect back at the starting model's values."""
     own = search.study.table.columns(effect)
     return {c: (search.study.base_value(c) if c in own else v) for c, v in extended.items()}
@@ -222,7 +223,7 @@ def estimates(
     return out
 
 
-def fitted_numbers(search: Search, fit: Fit, model: Model) -> dict[str, Estimate]:
+def fitted_numbers(search: Search, fit: Fit) -> dict[str, Estimate]:
     """Return the numbers of the model's ``fit`` list."""
     if not search.fit_columns:
         return {}
@@ -231,7 +232,10 @@ def fitted_numbers(search: Search, fit: Fit, model: Model) -> dict[str, Estimate
 
 
 def candidate_scores(search: Search, attribution: Attribution) -> tuple[CandidateScore, ...]:
-    """Return how every effect did alone, best first; those that were not followed to the end have their coarse score."""
+    """Return how every effect did alone, best first.
+
+    Those that were not followed to the end have their coarse score.
+    """
     first = attribution.rounds[0]
     floor = noise_loss(search, first.scales, search.study.noise)
     above = max(first.current.loss - floor, 1.0e-12)
@@ -267,7 +271,10 @@ def remaining_fraction(verdict: Verdict, fraction: float) -> float:
 def extended_model(
     search: Search, model: Model, values: dict[int, float], effects: tuple[str, ...]
 ) -> Model:
-    """Return the model with fitted numbers and named effects; an effect named again replaces its old entry."""
+    """Return the model with fitted numbers and named effects.
+
+    An effect named again replaces its old entry.
+    """
     table = search.study.table
     actuator = dict(model.actuator.values)
     for column in search.fit_columns:
@@ -287,19 +294,21 @@ def extended_model(
     )
 
 
-def notes(search: Search, final: Fit | None, model: Model) -> tuple[str, ...]:
+def notes(search: Search) -> tuple[str, ...]:
     """Say what a reader must know before trusting the numbers."""
     out = []
     recordings = search.study.recordings
     if any(r.force is None for r in recordings):
         out.append(
-            "No load cell: only the motor angle was compared, so causes that act on the force alone could not be tested."
+            "No load cell: only the motor angle was compared, so causes that act on the force "
+            "alone could not be tested."
         )
     if any(r.command is None for r in recordings):
         out.append("No commands: the mechanism alone was tested, driven by what was measured.")
     untrusted = sum(int((~search.study.timeline(i).trusted).sum()) for i in range(len(recordings)))
     if untrusted:
         out.append(
-            f"{untrusted} rows after gaps in which the command jumped unseen were left out of the fits."
+            f"{untrusted} rows after gaps in which the command jumped unseen were left out of the "
+            "fits."
         )
     return tuple(out)

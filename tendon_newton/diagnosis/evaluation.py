@@ -9,8 +9,8 @@ import numpy as np
 
 from tendon_newton.diagnosis.result import Errors
 from tendon_newton.identification.noise_floor import NoiseFloor
-from tendon_newton.identification.objective import BLOCK
-from tendon_newton.identification.study import Study
+from tendon_newton.identification.objective import BLOCK, group_sums
+from tendon_newton.identification.study import Study, replacements
 from tendon_newton.recording import Array
 
 RESAMPLES = 2000
@@ -45,13 +45,7 @@ class SquaredErrors:
 
 def evaluate_models(study: Study, models: Sequence[Mapping[int, float]]) -> list[SquaredErrors]:
     """Simulate held-out recordings with some models, each given as parameter column -> value."""
-    width = max(1, max(len(m) for m in models))
-    columns = np.full((len(models), width), -1, dtype=int)
-    values = np.zeros((len(models), width))
-    for n, model in enumerate(models):
-        columns[n, : len(model)] = list(model.keys())
-        values[n, : len(model)] = list(model.values())
-    residuals = study.residuals(columns, values)
+    residuals = study.residuals(*replacements(models))
     parts: list[list[dict[str, Array]]] = [[] for _ in models]
     for recording, residual in zip(study.recordings, residuals, strict=True):
         block = ((recording.time - recording.time[0]) / BLOCK).astype(int)
@@ -61,10 +55,10 @@ def evaluate_models(study: Study, models: Sequence[Mapping[int, float]]) -> list
             theta = residual.theta[n]
             force = np.zeros_like(theta) if residual.force is None else residual.force[n]
             part.append({
-                "theta": np.bincount(block, theta**2, count),
-                "theta_abs": np.bincount(block, np.abs(theta), count),
+                "theta": group_sums(theta**2, block, count),
+                "theta_abs": group_sums(np.abs(theta), block, count),
                 "theta_rows": rows,
-                "force": np.bincount(block, force**2, count),
+                "force": group_sums(force**2, block, count),
                 "force_rows": rows if residual.force is not None else 0.0 * rows,
             })  # fmt: skip
     return [
@@ -74,7 +68,10 @@ def evaluate_models(study: Study, models: Sequence[Mapping[int, float]]) -> list
 
 
 def explained_fraction(before: Errors, after: Errors, noise: NoiseFloor) -> float:
-    """Return the share of the squared error above the noise that is gone, signals with a gap counting alike."""
+    """Return the share of the squared error above the noise that is gone.
+
+    Signals with a gap count alike; those without count for nothing.
+    """
     shares = []
     for top, left, floor in (
         (before.theta_rmse, after.theta_rmse, noise.theta),

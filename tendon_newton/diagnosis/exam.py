@@ -1,4 +1,4 @@
-"""A folder of datasets with known truths, diagnosed in parallel; a broken-off exam goes on where it stopped."""
+"""A folder of datasets with known truths, diagnosed in parallel; a broken-off exam goes on."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ def read_truths(folder: Path) -> list[Truth]:
     truths = [read_truth(path) for path in sorted((folder / "truth").glob("*.json"))]
     if not truths:
         raise InvalidDataset(
-            f"{folder}: an exam holds folders with dataset.toml and model.toml, and truth/NAME.json for each; no truth was found"
+            f"{folder}: an exam holds folders with dataset.toml and model.toml, and "
+            "truth/NAME.json for each; no truth was found"
         )
     for truth in truths:
         if not (folder / truth.id / "dataset.toml").is_file():
@@ -58,7 +59,8 @@ def take_exam(
         for truth in waiting:
             yield judge(truth, answer_one(folder / truth.id, out / truth.id, None))
         return
-    # A fresh interpreter each: Warp's state must not be forked, and one thread each leaves the cores to the processes.
+    # A fresh interpreter each, as Warp's state must not be forked; one thread each, as the
+    # processes already keep all cores busy.
     with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
         jobs = {
             pool.submit(answer_one, folder / truth.id, out / truth.id, 1): truth
@@ -70,15 +72,16 @@ def take_exam(
 
 def answer_one(dataset: Path, out: Path, threads: int | None) -> dict[str, Any] | None:
     """Diagnose one dataset and write its answer; None if it cannot be diagnosed."""
-    if threads is not None:
-        os.environ["TENDON_NEWTON_THREADS"] = str(threads)
     import warp as wp
 
     from tendon_newton.dataset import load_dataset
     from tendon_newton.diagnosis.diagnose import diagnose
     from tendon_newton.diagnosis.result import write_diagnosis
     from tendon_newton.model_file import load_model, write_model
+    from tendon_newton.simulation.rollout import THREADS_VARIABLE
 
+    if threads is not None:
+        os.environ[THREADS_VARIABLE] = str(threads)
     wp.config.log_level = wp.LOG_ERROR
     out.mkdir(parents=True, exist_ok=True)
     try:

@@ -33,6 +33,11 @@ class Truth:
     weak: bool
     """Whether the cause is too weak to be expected."""
 
+    @property
+    def causes(self) -> str:
+        """All true causes in one word."""
+        return "+".join([*self.effects, *self.outside]) or "nothing"
+
 
 @dataclass(frozen=True, kw_only=True)
 class Mark:
@@ -58,7 +63,7 @@ class Mark:
 
     @property
     def in_class(self) -> bool:
-        """Whether the strongest named effect, or one that it was not told apart from, is a true one."""
+        """Whether the strongest named effect, or one not told apart from it, is a true one."""
         return bool(self.said) and any(name in self.truth.effects for name in self.classes[0])
 
     @property
@@ -176,8 +181,7 @@ def confusion(marks: Iterable[Mark]) -> dict[str, dict[str, int]]:
     """Return true cause -> first name given -> count."""
     table: dict[str, dict[str, int]] = {}
     for mark in marks:
-        true = "+".join([*mark.truth.effects, *mark.truth.outside]) or "nothing"
         said = mark.said[0] if mark.said else mark.verdict
-        row = table.setdefault(true, {})
+        row = table.setdefault(mark.truth.causes, {})
         row[said] = row.get(said, 0) + 1
     return table

@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tendon_newton.diagnosis.diagnose import Evidence
-from tendon_newton.identification.study import Residual
-from tendon_newton.recording import Array, Recording
+from tendon_newton.identification.study import Residual, replacements
+from tendon_newton.recording import Array, Mask, Recording
 
 WINDOW = 4.0
 """Length of the window that is shown of a recording [s]."""
@@ -55,7 +54,7 @@ class Window:
     """Since the recording's first row [s]."""
 
     @property
-    def rows(self) -> NDArray[np.bool_]:
+    def rows(self) -> Mask:
         """Rows inside, shape (T,)."""
         time = self.comparison.time
         return (time >= self.start) & (time <= self.start + WINDOW)
@@ -63,14 +62,7 @@ class Window:
 
 def compare(evidence: Evidence) -> tuple[Comparison, ...]:
     """Simulate the held-out recordings with the starting and the extended model."""
-    columns = sorted({*evidence.baseline, *evidence.extended})
-    places = np.full((2, max(1, len(columns))), -1, dtype=int)
-    values = np.zeros(places.shape)
-    for n, model in enumerate((evidence.baseline, evidence.extended)):
-        for f, column in enumerate(columns):
-            if column in model:
-                places[n, f], values[n, f] = column, model[column]
-    residuals = evidence.test.residuals(places, values)
+    residuals = evidence.test.residuals(*replacements((evidence.baseline, evidence.extended)))
     return tuple(
         comparison_of(recording, residual)
         for recording, residual in zip(evidence.test.recordings, residuals, strict=True)

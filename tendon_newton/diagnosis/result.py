@@ -99,7 +99,7 @@ class Diagnosis:
     fitted: Mapping[str, Estimate] = field(default_factory=dict)
     """Numbers of the model's ``fit`` list."""
     notes: tuple[str, ...] = ()
-    """What the reader must know: sides that could not be tested, defects of the data, parameters at a bound."""
+    """What the reader must know: sides that could not be tested, defects of the data."""
 
     def to_json(self) -> dict[str, Any]:
         """Return the contract's dictionary."""

@@ -1,4 +1,4 @@
-"""Joint refits of candidate causes, from a coarse look at the gap down to what may remain, and their scores on folds."""
+"""Joint refits of candidate causes, from the gap's scale down to what may remain, and scores."""
 
 from __future__ import annotations
 
@@ -27,15 +27,23 @@ from tendon_newton.parameters import Parameter
 from tendon_newton.recording import Array
 
 FORM_THETA = 3.0e-3
-"""Angle [rad] by which Coulomb's law misses real friction (bristles of 5 to 40 um) although nothing is wrong with the model."""
+"""Angle [rad] by which Coulomb's law misses real friction (bristles of 5 to 40 um).
+
+A model that is right in all else leaves as much.
+"""
 FORM_FORCE = 0.1
 """The same of the force [N]."""
+TYPICAL_SHARE = 0.9
+"""Share of the residuals whose size is the size of a gap; a few jumps must not inflate it."""
 LONGLIST = 16
 """Candidates that are fitted at the scale of the gap, after a look at their starting points."""
 SHORTLIST = 6
 """Candidates that are followed down to the finest scale."""
 STARTS_AROUND = (0.7, 0.87, 1.15, 1.4)
-"""Factors on a fitted value at which a finer search starts again: the finer the scale, the narrower the valley."""
+"""Factors on a fitted value at which a finer search starts again.
+
+The finer the scale, the narrower the valley.
+"""
 MOST_STARTS = 24
 """Starting points per candidate."""
 ROUGH_STEP = 1.0e-3
@@ -153,12 +161,12 @@ class Search:
         )
 
     def gap_scales(self, candidate: Candidate) -> Scales:
-        """Return the size of a candidate's residuals, but no less than what the right model leaves."""
+        """Return the size of a candidate's residuals, at least what the right model leaves."""
         unit = evaluate(self.simulate_at(UNIT), [candidate], [candidate.value])[0]
         force = unit[self.where.is_force]
         return Scales(
-            theta=max(FORM_THETA, typical_size(unit[~self.where.is_force])),
-            force=max(FORM_FORCE, typical_size(force) if len(force) else 0.0),
+            theta=max(FORM_THETA, trimmed_size(unit[~self.where.is_force], TYPICAL_SHARE)),
+            force=max(FORM_FORCE, trimmed_size(force, TYPICAL_SHARE) if len(force) else 0.0),
         )
 
     def problem(self, names: tuple[str, ...], current: Candidate | None) -> tuple[Candidate, Array]:
@@ -198,9 +206,9 @@ def between(coarse: Scales, fine: Scales) -> Scales:
     )
 
 
-def typical_size(residual: Array) -> float:
-    """Return the root mean square of the smaller nine tenths of the residuals, which a few jumps cannot inflate."""
-    ordered = np.sort(np.abs(residual))[: max(1, int(0.9 * len(residual)))]
+def trimmed_size(residual: Array, share: float) -> float:
+    """Return the root mean square of the smaller residuals, which are that share [1] of all."""
+    ordered = np.sort(np.abs(residual))[: max(1, int(share * len(residual)))]
     return float(np.sqrt(np.mean(ordered**2)))
 
 

@@ -17,7 +17,7 @@ from tendon_newton.recording import Recording
 DURATION = 12.0
 """Length of a proposed run [s]."""
 TENDON_BENCHES = ("finger", "spring_weak", "spring_strong")
-"""Benches on which a run may be proposed for a servo with a tendon; a direct drive stays on its own."""
+"""Benches on which a run may be proposed for a servo with a tendon; a direct drive stays put."""
 STEP = 5.0e-4
 """Simulation step [s]."""
 SEED = 7
@@ -40,8 +40,8 @@ class Proposal:
         """Return the proposal as a sentence."""
         force = "" if self.force is None else f" and {self.force:.2g} N"
         return (
-            f"record {DURATION:.0f} s of {self.excitation} on bench {self.bench!r}: there {' and '.join(names)} "
-            f"differ by {1e3 * self.theta:.2g} mrad{force} RMS"
+            f"record {DURATION:.0f} s of {self.excitation} on bench {self.bench!r}: "
+            f"there {' and '.join(names)} differ by {1e3 * self.theta:.2g} mrad{force} RMS"
         )
 
 
@@ -55,7 +55,8 @@ def propose(
     """Choose bench and excitation by simulating both fitted models on all of them.
 
     Args:
-        recordings: The runs at hand; their benches come first, and say whether there is a load cell.
+        recordings: The runs at hand; their benches come first, and say whether there is a load
+            cell.
         model: The starting model.
         first: One cause's fitted parameters, column -> value, in kernels with the whole catalogue.
         second: The other's.

@@ -90,3 +90,9 @@ class Effect:
         stage left it. A very long `elapsed` asks for the relaxed state.
         """
         return getattr(cls, "remember", None)
+
+    @classmethod
+    def acts_on_cell_only(cls) -> bool:
+        """Tell whether the effect changes nothing but what the load cell reads."""
+        cell = {Stage.CELL_CLOCK, Stage.CELL_LAG, Stage.CELL}
+        return all(cls.hook(stage) is None for stage in Stage if stage not in cell)

@@ -1,1 +1,1 @@
-"""Fitting models to recordings: residuals, noise floors, least squares over many candidates at once, intervals."""
+"""Fitting models to recordings: residuals, noise floors, parallel least squares, intervals."""

@@ -7,23 +7,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_newton.identification.least_squares import Candidate, Linearisation
+from tendon_newton.identification.least_squares import Candidate, Linearisation, invertible
 from tendon_newton.identification.objective import Layout, Scales, block_losses, stack
 from tendon_newton.identification.study import Study
-from tendon_newton.recording import Array
+from tendon_newton.recording import Array, Indices, Mask
 
 FOLDS = 5
-"""Folds at most; with fewer than `LEAST_RECORDINGS` recordings each is cut into so many spans of time."""
+"""Folds at most."""
 LEAST_RECORDINGS = 3
+"""With fewer recordings than this, each is cut into `FOLDS` spans of time."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Folds:
     """Which fold each entry of a residual vector, and each recording, belongs to."""
 
-    of_entry: Array
+    of_entry: Indices
     """Fold of each entry, shape (M,)."""
-    of_recording: Array | None
+    of_recording: Indices | None
     """Fold of each recording, shape (R,); None where recordings are cut into spans."""
     count: int
 
@@ -39,14 +40,15 @@ def make_folds(study: Study, where: Layout) -> Folds:
     return Folds(of_entry=span[where.block], of_recording=None, count=FOLDS)
 
 
-def value_without(candidate: Candidate, point: Linearisation, left_out: Array) -> Array:
-    """Return where a fit ends that does not see some rows: one Gauss-Newton step from the optimum of all, shape (F,)."""
+def value_without(candidate: Candidate, point: Linearisation, left_out: Mask) -> Array:
+    """Return where a fit ends that does not see some rows, shape (F,).
+
+    It takes one Gauss-Newton step from the optimum of all.
+    """
     if not candidate.columns:
         return candidate.value
     seen = (~left_out).astype(np.float64)
-    hessian = point.normal_matrix(seen)
-    ridge = 1.0e-9 * np.diag(np.maximum(np.diag(hessian), 1.0e-30))
-    step = np.linalg.solve(hessian + ridge, point.gradient(seen))
+    step = np.linalg.solve(invertible(point.normal_matrix(seen)), point.gradient(seen))
     return np.clip(candidate.value - step, candidate.lower, candidate.upper)
 
 
@@ -58,7 +60,7 @@ def held_out_losses(
     candidates: Sequence[Candidate],
     points: Sequence[Linearisation],
 ) -> Array:
-    """Return the loss of each block of time under the fit that did not see its fold, shape (N, B)."""
+    """Return each block of time's loss under the fit that did not see its fold, shape (N, B)."""
     width = max(1, max(len(c.columns) for c in candidates))
     columns = np.full((len(candidates), width), -1, dtype=int)
     values = np.zeros((folds.count, len(candidates), width))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import stats
 
-from tendon_newton.identification.least_squares import Candidate, Linearisation
+from tendon_newton.identification.least_squares import Candidate, Linearisation, invertible
 from tendon_newton.identification.objective import Layout, loss_weights
 from tendon_newton.recording import Array
 
@@ -13,12 +13,11 @@ from tendon_newton.recording import Array
 def intervals(candidate: Candidate, point: Linearisation, where: Layout) -> Array:
     """Return 95 % intervals of a fit's parameters, shape (F, 2).
 
-    The scatter of the gradient between blocks of time stands for the noise (a sandwich estimate), so rows inside a block may be
-    correlated and the noise need not be known; recordings as blocks give a second estimate, and the wider one counts.
+    The scatter of the gradient between blocks of time stands for the noise (a sandwich estimate),
+    so rows inside a block may be correlated and the noise need not be known; recordings as blocks
+    give a second estimate, and the wider one counts.
     """
-    hessian = point.normal_matrix()
-    ridge = 1.0e-9 * np.diag(np.maximum(np.diag(hessian), 1.0e-30))
-    inverse = np.linalg.inv(hessian + ridge)
+    inverse = np.linalg.inv(invertible(point.normal_matrix()))
     weighted = (loss_weights(point.residual) * point.residual)[:, None] * point.jacobian
     variances = []
     for groups in (where.block, where.recording):

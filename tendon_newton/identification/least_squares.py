@@ -1,4 +1,4 @@
-"""Levenberg-Marquardt for many small problems at once: every trial of every candidate is one world of one launch."""
+"""Levenberg-Marquardt for many small problems at once: their trials are worlds of one launch."""
 
 from __future__ import annotations
 
@@ -8,15 +8,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tendon_newton.identification.objective import loss_terms, loss_weights
-from tendon_newton.recording import Array
+from tendon_newton.identification.study import replacements
+from tendon_newton.recording import Array, Indices
 
-Simulate = Callable[[Array, Array], Array]
+Simulate = Callable[[Indices, Array], Array]
 """(columns (N, F), values (N, F)) -> scaled residuals (N, M)."""
 
 DAMPINGS = (0.0, 0.1, 5.0)
 """Marquardt factors that are tried side by side."""
 STEP_SHARE = 1.0e-2
-"""Finite-difference step as a share of a parameter's value; stick and slip make smaller steps noisy."""
+"""Finite-difference step as a share of a parameter's value.
+
+Stick and slip make smaller steps noisy.
+"""
 STEP_FLOOR = 1.0e-4
 """The same as a share of its range, which is added."""
 
@@ -63,13 +67,8 @@ class Linearisation:
 
 def evaluate(simulate: Simulate, candidates: Sequence[Candidate], values: Sequence[Array]) -> Array:
     """Return the scaled residuals of candidates at given values, shape (N, M)."""
-    width = max(1, max(len(c.columns) for c in candidates))
-    columns = np.full((len(candidates), width), -1, dtype=int)
-    table = np.zeros((len(candidates), width))
-    for n, (candidate, value) in enumerate(zip(candidates, values, strict=True)):
-        columns[n, : len(candidate.columns)] = candidate.columns
-        table[n, : len(candidate.columns)] = value
-    return simulate(columns, table)
+    pairs = zip(candidates, values, strict=True)
+    return simulate(*replacements([dict(zip(c.columns, v, strict=True)) for c, v in pairs]))
 
 
 def choose_start(
@@ -87,7 +86,7 @@ def choose_start(
 
 
 def linearise(simulate: Simulate, candidates: Sequence[Candidate]) -> list[Linearisation]:
-    """Return residuals and Jacobians at the candidates' values, by finite differences in parallel worlds."""
+    """Return residuals and Jacobians at the candidates' values, by finite differences."""
     owners, values, steps = [], [], []
     for candidate in candidates:
         owners.append(candidate)
@@ -120,7 +119,14 @@ def refine(
     iterations: int = 8,
     tolerance: float = 1e-4,
 ) -> list[Candidate]:
-    """Descend from each candidate's value until its loss falls by less than a share, or for so many iterations."""
+    """Descend from each candidate's value.
+
+    Args:
+        simulate: Simulates candidates.
+        candidates: Where to start.
+        iterations: Steps at most.
+        tolerance: A step that lowers the loss by a smaller share [1] is a candidate's last.
+    """
     current = list(candidates)
     active = [bool(c.columns) for c in current]
     for _ in range(iterations):
@@ -146,8 +152,16 @@ def refine(
     return current
 
 
+def invertible(hessian: Array) -> Array:
+    """Return a normal matrix with a ridge so small that it helps idle parameters only."""
+    return hessian + 1.0e-9 * np.diag(np.maximum(np.diag(hessian), 1.0e-30))
+
+
 def damped_step(candidate: Candidate, point: Linearisation, damping: float) -> Array:
-    """Return where one Marquardt step leads, inside the bounds; parameters held by a bound do not move the others."""
+    """Return where one Marquardt step leads, inside the bounds.
+
+    Parameters held by a bound do not move the others.
+    """
     hessian, gradient = point.normal_matrix(), point.gradient()
     value = candidate.value
     held = ((value <= candidate.lower) & (gradient > 0)) | (

@@ -8,11 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_newton.recording import Array, Recording
+from tendon_newton.simulation.load_cell import reading_stride
 
 QUIET_WINDOWS = (0.4, 0.8, 1.6)
-"""Lengths [s] of windows in which neither command nor encoder moves; slow noise shows in the long ones only."""
+"""Lengths [s] of windows in which neither command nor encoder moves.
+
+Slow noise shows in the long ones only.
+"""
 QUIET_LEAD = 0.3
-"""Time [s] of rest before such a window, in which the mechanism comes to rest behind a stuck tendon."""
+"""Time [s] of rest before such a window: behind a stuck tendon the mechanism comes to rest late."""
 MIN_WINDOWS = 5
 """Windows without which the scatter at rest is not trusted."""
 MIN_READINGS = 8
@@ -34,8 +38,9 @@ class NoiseFloor:
 def estimate_noise_floor(recordings: Sequence[Recording]) -> NoiseFloor:
     """Estimate the sensors' noise over all recordings.
 
-    The encoder's is that of its step (a twelfth of its square). The load cell's is its scatter while command and encoder rest,
-    so that slow (coloured) noise counts; failing that, of its second differences.
+    The encoder's is that of its step (a twelfth of its square). The load cell's is its scatter
+    while command and encoder rest, so that slow (coloured) noise counts; failing that, of its
+    second differences.
     """
     theta = [
         encoder_noise(r.motor_position[:, d]) for r in recordings for d in range(r.tendon_count)
@@ -53,7 +58,10 @@ def estimate_noise_floor(recordings: Sequence[Recording]) -> NoiseFloor:
 
 
 def encoder_noise(angle: Array) -> float:
-    """Return the noise [rad] of one encoder's readings, shape (T,): that of its counts, or of its scatter if it has none."""
+    """Return the noise [rad] of one encoder's readings, shape (T,).
+
+    It is that of its counts, or of its scatter if it has none.
+    """
     moves = np.abs(np.diff(angle))
     moves = moves[moves > 1.0e-7]
     if len(moves) == 0:
@@ -72,21 +80,18 @@ def difference_noise(signal: Array) -> float:
 
 def cell_stride(recording: Recording) -> int:
     """Return how many rows a recording has per reading of its load cell."""
-    if recording.load_cell_rate is None:
-        return 1
-    return max(
-        1, round(1.0 / (recording.load_cell_rate * float(np.median(np.diff(recording.time)))))
-    )
+    rate = recording.load_cell_rate
+    return 1 if rate is None else reading_stride(rate, recording.time)
 
 
 def cell_readings(recording: Recording) -> Array:
-    """Return the force at the rows on which the cell was read, or at one in so many, shape (T',)."""
+    """Return the force at the rows on which the cell was read, or one in so many, shape (T',)."""
     assert recording.force is not None
     return recording.force[:: cell_stride(recording), 0]
 
 
 def quiet_variances(recording: Recording, window: float) -> list[float]:
-    """Return the variance of the force [N2] in each window [s] in which command and encoder rest."""
+    """Return the variance of the force [N2] in each window [s] while command and encoder rest."""
     assert recording.force is not None
     time, angle = recording.time, recording.motor_position
     command = angle if recording.command is None else recording.command

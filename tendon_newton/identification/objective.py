@@ -1,4 +1,4 @@
-"""From residuals to one number: robust loss in units of what may be left over, by row and by block of time."""
+"""The robust loss of residuals, in units of what may be left over, by row and by block of time."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_newton.identification.study import Residual, Study
-from tendon_newton.recording import Array
+from tendon_newton.recording import Array, Indices, Mask
 
 TAIL = 3.0
 """Residuals beyond this many scales count logarithmically: rows of a jump must not decide."""
@@ -30,11 +30,11 @@ class Scales:
 class Layout:
     """Where each entry of a residual vector comes from, shape (M,) each."""
 
-    recording: Array
+    recording: Indices
     """Index of the recording."""
-    block: Array
+    block: Indices
     """Index of the block of time, counted through all recordings."""
-    is_force: Array
+    is_force: Mask
     """Whether the entry is a force (or else an angle)."""
     block_count: int
     """Number of blocks B."""
@@ -71,7 +71,7 @@ def layout(study: Study) -> Layout:
 
 
 def loss_terms(scaled: Array) -> Array:
-    """Return the loss of each entry: r^2 / 2 for small residuals, logarithmic beyond `TAIL` scales."""
+    """Return the loss of each entry: r^2 / 2 for a small one, logarithmic beyond `TAIL` scales."""
     return 0.5 * TAIL**2 * np.log1p((scaled / TAIL) ** 2)
 
 
@@ -83,13 +83,10 @@ def loss_weights(scaled: Array) -> Array:
 def block_losses(scaled: Array, where: Layout) -> Array:
     """Return the summed loss of each block of time, shape (N, B)."""
     terms = loss_terms(scaled)
-    return np.stack([np.bincount(where.block, row, minlength=where.block_count) for row in terms])
+    return np.stack([group_sums(row, where.block, where.block_count) for row in terms])
 
 
-def robust_scale(residuals: Sequence[Residual]) -> tuple[Array, Array]:
-    """Return the robust size of the angle [rad] and force [N] residuals of each candidate, shapes (N,)."""
-    theta = np.concatenate([r.theta[:, r.trusted] for r in residuals], axis=1)
-    forces = [r.force[:, r.trusted] for r in residuals if r.force is not None]
-    size = lambda x: 1.4826 * np.median(np.abs(x), axis=1)  # noqa: E731
-    force = size(np.concatenate(forces, axis=1)) if forces else np.zeros(len(theta))
-    return size(theta), force
+def group_sums(values: Array, groups: Indices, least_count: int = 0) -> Array:
+    """Sum values by group, at least so many groups, shape (G,)."""
+    # the copy that astype leaves out: with weights bincount is float64, though annotated as intp
+    return np.bincount(groups, values, minlength=least_count).astype(np.float64, copy=False)

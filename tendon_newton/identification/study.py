@@ -1,4 +1,4 @@
-"""Measured recordings beside what candidate models make of them: the residuals that everything else is built on."""
+"""Measured recordings beside what candidate models make of them: the residuals of every fit."""
 
 from __future__ import annotations
 
@@ -8,15 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_newton.identification.noise_floor import estimate_noise_floor
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.mechanism import Mechanism
 from tendon_newton.model_file import Model
-from tendon_newton.recording import Array, Recording
+from tendon_newton.recording import Array, Indices, Mask, Recording
 from tendon_newton.simulation.load_cell import (
     fill_between_readings,
     first_reading,
     reading_stride,
 )
-from tendon_newton.simulation.parameter_table import ParameterTable
+from tendon_newton.simulation.parameter_table import ParameterTable, spool_radius_of
+from tendon_newton.simulation.replay import bench_of
 from tendon_newton.simulation.rollout import TIME_STEP, Rollout, Trajectory
 from tendon_newton.simulation.timeline import Timeline
 
@@ -32,7 +33,7 @@ class Residual:
     """Motor angle [rad], shape (N, T)."""
     force: Array | None
     """Tension [N], shape (N, T); None without a load cell."""
-    trusted: Array
+    trusted: Mask
     """Rows whose past is known, shape (T,)."""
 
 
@@ -57,19 +58,18 @@ class Study:
         self.recordings = tuple(recordings)
         self.table = ParameterTable(actuator=model.actuator.name, effects=())
         self.noise = estimate_noise_floor(self.recordings)
+        self.mechanisms: list[Mechanism] = []
         self._groups: list[tuple[Rollout, tuple[int, ...]]] = []
-        radius = model.actuator.values.get("spool_radius")
         for bench in dict.fromkeys(r.bench for r in self.recordings):
             members = tuple(i for i, r in enumerate(self.recordings) if r.bench == bench)
-            mechanism = load_mechanism(bench)
-            if bench in model.bench_overrides:
-                mechanism = mechanism.with_overrides(model.bench_overrides[bench])
+            mechanism = bench_of(bench, model)
+            self.mechanisms.append(mechanism)
             rollout = Rollout(
                 mechanism,
                 [self.recordings[i] for i in members],
                 actuator=model.actuator.name,
                 effects=effects,
-                spool_radius=None if radius is None else float(radius),
+                spool_radius=spool_radius_of(model),
                 time_step=time_step,
             )
             self.table = rollout.table
@@ -85,20 +85,21 @@ class Study:
         raise IndexError(index)
 
     def base_value(self, column: int) -> float:
-        """Return the model's own value of one parameter (that of the first recording, where they differ)."""
+        """Return the model's own value of one parameter; the first recording's, if they differ."""
         return float(self._vectors[0][0, column])
 
     def residuals(
-        self, columns: Array, values: Array, time_step: float | None = None
+        self, columns: Indices, values: Array, time_step: float | None = None
     ) -> list[Residual]:
         """Simulate N candidates on every recording and compare.
 
         Args:
             columns: Parameters that each candidate replaces, shape (N, F); -1 for none.
-            values: Values in place of the model's own, shape (N, F), or (N, R, F) where each recording has its own.
+            values: Values in place of the model's own, shape (N, F), or (N, R, F) where each
+                recording has its own.
             time_step: Step of the simulation [s] in place of the study's.
         """
-        out: list[Residual | None] = [None] * len(self.recordings)
+        out: dict[int, Residual] = {}
         per_recording = values.ndim == 3
         for (rollout, members), base in zip(self._groups, self._vectors, strict=True):
             vectors = np.repeat(base[None], len(values), axis=0)
@@ -108,11 +109,10 @@ class Study:
             rows = rollout.run_rows(vectors, time_step)
             for place, index in enumerate(members):
                 out[index] = self._compare(index, rollout, place, rows)
-        assert all(residual is not None for residual in out)
-        return out  # type: ignore[return-value]
+        return [out[index] for index in range(len(self.recordings))]
 
     def trajectories(self, values: Mapping[int, float]) -> list[Trajectory]:
-        """Simulate every recording with some parameters (column -> value) in place of the model's own."""
+        """Simulate every recording with some of the model's numbers replaced (column -> value)."""
         out: dict[int, Trajectory] = {}
         for (rollout, members), base in zip(self._groups, self._vectors, strict=True):
             vectors = base[None].copy()
@@ -139,13 +139,24 @@ class Study:
         )
 
 
+def replacements(models: Sequence[Mapping[int, float]]) -> tuple[Indices, Array]:
+    """Return what `Study.residuals` takes, for candidates given as parameter column -> value."""
+    width = max(1, max(len(model) for model in models))
+    columns = np.full((len(models), width), -1, dtype=np.intp)
+    values = np.zeros((len(models), width))
+    for n, model in enumerate(models):
+        columns[n, : len(model)] = list(model.keys())
+        values[n, : len(model)] = list(model.values())
+    return columns, values
+
+
 def finite(signal: Array) -> Array:
     """Replace what diverged by a number that no fit will like."""
     return np.clip(np.nan_to_num(signal, nan=DIVERGED), -DIVERGED, DIVERGED)
 
 
 def find_cell(recording: Recording, timeline: Timeline) -> tuple[int, int] | None:
-    """Return (first row read, rows per reading) of a slow load cell, None for one that reads every row."""
+    """Return (first row read, rows per reading) of a slow load cell, None for a fast one."""
     if recording.force is None or recording.load_cell_rate is None:
         return None
     stride = reading_stride(recording.load_cell_rate, timeline.time)

@@ -20,7 +20,7 @@ from tendon_newton.recording import Array, Recording
 from tendon_newton.simulation import gradient_kernels, gradient_rules
 from tendon_newton.simulation.assembly import assemble
 from tendon_newton.simulation.kernel_types import kernel_types
-from tendon_newton.simulation.parameter_table import ParameterTable
+from tendon_newton.simulation.parameter_table import ParameterTable, spool_radius_of
 from tendon_newton.simulation.rollout import TIME_STEP, Rollout
 from tendon_newton.simulation.structure import Structure
 from tendon_newton.simulation.supported_effects import refuse_stages
@@ -89,7 +89,6 @@ class DifferentiableRollout:
         time_step: float = TIME_STEP,
         device: Any = None,
     ) -> None:
-        radius = model.actuator.values.get("spool_radius")
         every = (*effects, *(e.name for e in model.effects if e.name not in effects))
         refuse_stages(every, (Stage.CELL_CLOCK, Stage.CELL_LAG), "DifferentiableRollout")
         rollout = Rollout(
@@ -97,7 +96,7 @@ class DifferentiableRollout:
             recordings,
             actuator=model.actuator.name,
             effects=every,
-            spool_radius=None if radius is None else float(radius),
+            spool_radius=spool_radius_of(model),
             time_step=time_step,
             device=device,
         )

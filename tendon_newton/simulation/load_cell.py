@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from tendon_newton.recording import Array
+from tendon_newton.recording import Array, Indices
 
 
 def reading_stride(rate: float, time: Array) -> int:
     """Return how many rows lie between two readings of a cell at a rate [Hz]."""
     period = float(np.median(np.diff(time)))
-    return max(1, int(round(1.0 / (rate * period))))
+    return max(1, round(1.0 / (rate * period)))
 
 
-def first_reading(force: Array, rows: Array, stride: int) -> int:
+def first_reading(force: Array, rows: Indices, stride: int) -> int:
     """Find the row (modulo the stride) on which a linearly filled cell was really read.
 
-    Between readings the second difference vanishes up to rounding, so that the readings are where it does not.
+    Between readings the second difference vanishes up to rounding, so that the readings are where
+    it does not.
 
     Args:
         force: Recorded force [N], shape (T,).
@@ -31,7 +32,7 @@ def first_reading(force: Array, rows: Array, stride: int) -> int:
 
 
 def fill_between_readings(force: Array, first: int, stride: int) -> Array:
-    """Keep every ``stride``-th value from ``first`` on, fill the others in linearly, hold both ends.
+    """Keep every ``stride``-th value from ``first`` on, fill in the others linearly, hold the ends.
 
     Args:
         force: Force at every row of the even grid [N], shape (..., T).

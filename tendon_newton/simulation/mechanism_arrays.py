@@ -8,15 +8,13 @@ from typing import Any, TypeAlias
 import newton
 import numpy as np
 import warp as wp
-from numpy.typing import NDArray
 
 from tendon_newton.errors import InvalidAsset
-from tendon_newton.recording import Array
+from tendon_newton.recording import Array, Indices
 from tendon_newton.simulation.assembly import Assembly, KernelSet
 
 FinalModel: TypeAlias = Any
 """A `newton.Model` after `finalize`; its class declares every array as optional."""
-Indices: TypeAlias = NDArray[np.intp]
 TIPPING_AXIS = np.array([0.0, 1.0, 0.0])
 """Axis of the base about which a bench that is not level is tipped."""
 PUSH_FORCE = 1.0e30

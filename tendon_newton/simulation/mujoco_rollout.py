@@ -21,6 +21,7 @@ from tendon_newton.simulation import mujoco_kernels
 from tendon_newton.simulation.assembly import assemble
 from tendon_newton.simulation.joint_places import joint_places, write_joints
 from tendon_newton.simulation.kernel_types import kernel_types
+from tendon_newton.simulation.parameter_table import spool_radius_of
 from tendon_newton.simulation.rollout import Rollout, Trajectory
 from tendon_newton.simulation.structure import Structure
 from tendon_newton.simulation.supported_effects import LOG_STAGES, refuse_stages
@@ -63,13 +64,12 @@ class MujocoRollout:
     ) -> None:
         effects = [effect.name for effect in model.effects]
         refuse_stages(effects, UNSUPPORTED, "SolverMuJoCo")
-        radius = model.actuator.values.get("spool_radius")
         self._rollout = Rollout(
             mechanism,
             recordings,
             actuator=model.actuator.name,
             effects=effects,
-            spool_radius=None if radius is None else float(radius),
+            spool_radius=spool_radius_of(model),
             time_step=time_step,
             device=device,
         )

@@ -49,12 +49,14 @@ class ParameterTable:
         )
 
     def null_vector(self) -> Array:
-        """Return the vector at which every effect vanishes and the actuator is at its typical values, shape (P,)."""
+        """Return the vector without effects, the actuator at its typical values, shape (P,)."""
         values = [p.nominal if n == self.actuator else p.null for n, p in self.owners]
         return np.array([*values, 0.0, 0.0])
 
     def vector(self, model: Model, actuator_overrides: Mapping[str, float] | None = None) -> Array:
-        """Return a model's numbers, with one recording's own actuator numbers; absent effects at null, shape (P,).
+        """Return a model's numbers with one recording's own actuator numbers, shape (P,).
+
+        Effects that the model does not have are at null.
 
         Raises:
             InvalidModelFile: A parameter is missing, unknown or outside its range.
@@ -81,6 +83,12 @@ class ParameterTable:
         }
 
 
+def spool_radius_of(model: Model) -> float | None:
+    """Return the spool radius [m] that a model's actuator gives in place of the bench's, if any."""
+    radius = model.actuator.values.get("spool_radius")
+    return None if radius is None else float(radius)
+
+
 def check_values(entry: NamedValues, declared: Sequence[Parameter], where: str) -> None:
     """Refuse numbers that are missing, unknown, words, or outside their range."""
     known = {p.name: p for p in declared}
@@ -90,11 +98,12 @@ def check_values(entry: NamedValues, declared: Sequence[Parameter], where: str) 
     for name, parameter in known.items():
         if name not in entry.values:
             raise InvalidModelFile(
-                f"{where} needs {name} [{parameter.unit}]; the model gives {', '.join(entry.values) or 'nothing'}"
+                f"{where} needs {name} [{parameter.unit}]; the model gives "
+                f"{', '.join(entry.values) or 'nothing'}"
             )
         value = entry.values[name]
         if isinstance(value, str) or not parameter.lower <= value <= parameter.upper:
             raise InvalidModelFile(
-                f"{name} of {where} must be between {parameter.lower:g} and {parameter.upper:g} {parameter.unit} "
-                f"({parameter.source}); it is {value!r}"
+                f"{name} of {where} must be between {parameter.lower:g} and {parameter.upper:g} "
+                f"{parameter.unit} ({parameter.source}); it is {value!r}"
             )

@@ -10,6 +10,7 @@ from tendon_newton.mechanisms.kinematics import tip_position
 from tendon_newton.mechanisms.mechanism import Mechanism, load_mechanism
 from tendon_newton.model_file import Model
 from tendon_newton.recording import Recording
+from tendon_newton.simulation.parameter_table import spool_radius_of
 from tendon_newton.simulation.rollout import TIME_STEP, Rollout, Trajectory
 
 
@@ -29,7 +30,6 @@ def replay(
         UnknownName: A bench, the actuator or an effect is not known.
         InvalidModelFile: A number of the model is missing or out of range.
     """
-    radius = model.actuator.values.get("spool_radius")
     out: dict[int, Trajectory] = {}
     for bench in dict.fromkeys(r.bench for r in recordings):
         members = [i for i, r in enumerate(recordings) if r.bench == bench]
@@ -38,7 +38,7 @@ def replay(
             [recordings[i] for i in members],
             actuator=model.actuator.name,
             effects=[effect.name for effect in model.effects],
-            spool_radius=None if radius is None else float(radius),
+            spool_radius=spool_radius_of(model),
             time_step=time_step,
         )
         out.update(zip(members, rollout.run(rollout.base_vectors(model)[None])[0], strict=True))

@@ -1,7 +1,8 @@
 """The rows that a simulation visits: those of a recording, and those that its log lost.
 
-A bench goes on hearing commands while its log has a gap. Where the command moved smoothly before and after, the lost commands are
-interpolated; where it jumped, the last one is held, and the rows that follow cannot be trusted.
+A bench goes on hearing commands while its log has a gap. Where the command moved smoothly before
+and after, the lost commands are interpolated; where it jumped, the last one is held, and the rows
+that follow cannot be trusted.
 """
 
 from __future__ import annotations
@@ -10,14 +11,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_newton.recording import Array, Recording
+from tendon_newton.recording import Array, Indices, Mask, Recording
 
 GAP_RATIO = 1.5
 """An interval this many times longer than the median has lost rows."""
 MEMORY = 1.0
-"""Time [s] for which a wrong command in a gap disturbs what follows; measured on bristle-friction benches."""
+"""Time [s] for which a wrong command in a gap disturbs what follows.
+
+Measured on bristle-friction benches.
+"""
 SLOPE_SLACK = 0.5
-"""A gap is smooth if its mean slope lies between those around it, widened by this share of their size."""
+"""A gap is smooth if its mean slope lies between those around it, widened by this share of them."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,9 +32,9 @@ class Timeline:
     """Instants of the simulated rows [s], shape (S,) with S >= T."""
     command: Array
     """Commands in force from each of them on [rad], shape (S, D)."""
-    measured: Array
+    measured: Indices
     """Index of each recorded row among the simulated ones, shape (T,)."""
-    trusted: Array
+    trusted: Mask
     """Whether the command's past is known well enough at each recorded row, shape (T,)."""
 
 
@@ -50,7 +54,7 @@ def make_timeline(recording: Recording) -> Timeline:
     if len(gaps):
         commands = [command[: gaps[0] + 1]]
     for index, gap in enumerate(gaps):
-        lost = int(round(intervals[gap] / period)) - 1
+        lost = round(intervals[gap] / period) - 1
         share = np.arange(1, lost + 1)[:, None] / (lost + 1)
         filled, smooth = fill_commands(time, command, int(gap), share)
         if not smooth:
@@ -68,11 +72,11 @@ def make_timeline(recording: Recording) -> Timeline:
 
 
 def fill_commands(time: Array, command: Array, gap: int, share: Array) -> tuple[Array, bool]:
-    """Return the commands of the rows lost after row ``gap``, and whether the command moved smoothly there."""
+    """Return the commands lost after row ``gap``, and whether the command moved smoothly there."""
     before, after = command[gap], command[gap + 1]
     length = time[gap + 1] - time[gap]
     slope = (after - before) / length
-    if 0 < gap and gap + 2 < len(time):
+    if 0 < gap < len(time) - 2:
         left = (before - command[gap - 1]) / (time[gap] - time[gap - 1])
         right = (command[gap + 2] - after) / (time[gap + 2] - time[gap + 1])
     else:

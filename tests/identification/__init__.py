@@ -1,0 +1,1 @@
+"""Tests of noise floors and least squares."""

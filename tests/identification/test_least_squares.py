@@ -14,7 +14,7 @@ TIMES = np.linspace(0.0, 2.0, 200)
 
 
 def decay(columns: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Residuals of y = exp(-2 t) + 0.5 against a exp(-b t) + c; column n of the model is value n."""
+    """Residuals of y = exp(-2 t) + 0.5 against a exp(-b t) + c; columns 0, 1, 2 are a, b, c."""
     model = np.array([1.0, 2.0, 0.5]) * np.ones((len(values), 1))
     for n, row in enumerate(columns):
         for f in np.flatnonzero(row >= 0):
@@ -81,7 +81,7 @@ def test_the_best_start_is_chosen_for_each_candidate() -> None:
 
 
 def test_the_jacobian_is_the_derivative_of_the_residual() -> None:
-    """Forward differences with the default step against the analytic slope; their error is of first order in the step."""
+    """Forward differences agree with the analytic slope to first order in their default step."""
     point = linearise(decay, [candidate((1,), [2.0])])[0]
     slope = TIMES * np.exp(-2.0 * TIMES)
     assert point.jacobian[:, 0] == pytest.approx(slope, abs=2e-3)  # step 0.01 times half of t^2

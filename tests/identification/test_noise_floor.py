@@ -10,7 +10,7 @@ COUNT = 2.0 * np.pi / 4096.0
 
 
 def log(rng: np.random.Generator, colour: float, scatter: float = 0.05) -> Recording:
-    """A motor that moves in steps held for 2 s, with an encoder of 4096 counts and a coloured load cell."""
+    """A motor that steps every 2 s, with an encoder of 4096 counts and a coloured load cell."""
     time = np.arange(0.0, 24.0, 0.0125)
     command = np.repeat(rng.uniform(0.0, 3.0, 12), 160)
     angle = np.zeros_like(command)

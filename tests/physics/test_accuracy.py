@@ -11,8 +11,8 @@ from tendon_newton.simulation.replay import replay
 from tendon_newton.simulation.rollout import TIME_STEP
 
 ANGLE, FORCE = 0.044e-3, 0.005  # rad, N: a tenth of an encoder's and a load cell's noise
-CASES = ("c001", "c005", "c013")
-"""One starting model with viscous and dry friction, two without."""
+CASES = ("c005", "c008", "c021")
+"""Without friction, and the two on which dry friction at the end stops leaves most."""
 
 
 def kept_rms(error: np.ndarray) -> float:
@@ -21,16 +21,29 @@ def kept_rms(error: np.ndarray) -> float:
     return float(np.sqrt(np.mean(size[: int(0.98 * len(size))] ** 2)))
 
 
-@pytest.mark.parametrize("case", CASES)
-def test_the_default_step_leaves_a_tenth_of_the_sensors_noise(case: str, shared: Path) -> None:
-    """Against a step 16 times shorter, on all three benches."""
-    folder = shared / "challenges" / case
+def check(folder: Path) -> None:
+    """Compare the default step with one 16 times shorter on every recording of a dataset."""
     if not folder.is_dir():
         pytest.skip(f"needs {folder}")
-    recordings = load_dataset(folder).test
+    dataset = load_dataset(folder)
+    recordings = (*dataset.train, *dataset.test)
     model = load_model(folder / "model.toml")
     coarse = replay(recordings, model)
     fine = replay(recordings, model, time_step=TIME_STEP / 16.0)
     for recording, a, b in zip(recordings, coarse, fine, strict=True):
-        assert kept_rms(a.motor_position - b.motor_position) < ANGLE, recording.name
-        assert kept_rms(a.force - b.force) < FORCE, recording.name
+        where = f"{folder.name}/{recording.name}"
+        assert kept_rms(a.motor_position - b.motor_position) < ANGLE, where
+        assert kept_rms(a.force - b.force) < FORCE, where
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_default_step_leaves_a_tenth_of_the_sensors_noise(case: str, shared: Path) -> None:
+    """On the benches and with the starting models of public challenges."""
+    check(shared / "challenges" / case)
+
+
+@pytest.mark.slow
+def test_the_default_step_leaves_a_tenth_of_the_noise_on_all_commands(shared: Path) -> None:
+    """On every public challenge."""
+    for folder in sorted((shared / "challenges").glob("c???")):
+        check(folder)

@@ -9,7 +9,6 @@ STIFFNESS = 200.0  # [N/m] the weak spring
 DAMPING = 5.0  # [N s/m]
 WALL = {"stiffness": 1e6}
 """A spring that hardly moves (21 um under 21 N), so that the force alone is seen."""
-WALL_REL = 4e-4  # the wall gives way by P / (k r) = 3.4e-4 of the command
 
 
 def step(level: float, rows: int = 120, at: int = 20) -> np.ndarray:

@@ -1,0 +1,1 @@
+"""Results with the scripts that make them."""
