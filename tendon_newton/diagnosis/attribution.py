@@ -108,11 +108,16 @@ def attribute(
 
 
 def simplest(tried: Round) -> Fit:
-    """Return the simplest candidate that is within one standard error of the best."""
-    best = tried.fits[0]
+    """Return the simplest candidate that is within one standard error of the best.
+
+    A number at the edge of its range stands for something that the range rules out: such
+    candidates come last.
+    """
+    inside = [fit for fit in tried.fits if not at_bound(fit)] or list(tried.fits)
+    best = inside[0]
     gain = tried.current.loss - best.loss
     choice = best
-    for fit in tried.fits[1:]:
+    for fit in inside[1:]:
         behind, error = paired(fit.losses, best.losses)
         close = behind <= max(min(error, SMALL_SHARE * gain), EQUAL_SHARE * gain)
         if close and parameter_count(fit.effects) < parameter_count(choice.effects):

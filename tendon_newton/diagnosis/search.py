@@ -220,6 +220,7 @@ def starting_grid(parameter: Parameter, value: float) -> list[float]:
         typical = abs(parameter.nominal) or 0.1 * parameter.upper
         sizes = [typical * factor for factor in (0.1, 0.3, 1.0, 3.0)]
         grid = [*sizes, *(-s for s in sizes)] if parameter.lower < 0.0 else sizes
+        grid += [value * factor for factor in (0.5, 1.5, 2.0, 3.0) if np.isfinite(value)]
     inside = [float(np.clip(x, parameter.lower, parameter.upper)) for x in grid]
     return (
         list(dict.fromkeys([*inside, value])) if np.isfinite(value) else list(dict.fromkeys(inside))

@@ -24,8 +24,8 @@ class SamplePeriodError(Effect):
     side = "sensor"
     parameters = (
         Parameter(
-            name="scale", unit="1", null=1.0, nominal=1.0, lower=0.5, upper=2.0,
-            source="a rate is rarely mistaken by more than a factor of two",
+            name="scale", unit="1", null=1.0, nominal=1.0, lower=0.8, upper=1.25,
+            source="a clock that is off by more than a quarter is seen without a model",
         ),
     )  # fmt: skip
 

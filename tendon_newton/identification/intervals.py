@@ -9,6 +9,12 @@ from tendon_newton.identification.least_squares import Candidate, Linearisation,
 from tendon_newton.identification.objective import Layout, loss_weights
 from tendon_newton.recording import Array
 
+WIDENING = 1.5
+"""Blocks of time are few, alike, and share the model's error of form: scatter alone held 8 in 10
+truths of planted causes, this factor 19 in 20."""
+LEAST_SHARE = 1.0e-3
+"""Share of a value that step size and simplified sensors leave open, whatever the noise."""
+
 
 def intervals(candidate: Candidate, point: Linearisation, where: Layout) -> Array:
     """Return 95 % intervals of a fit's parameters, shape (F, 2).
@@ -29,6 +35,7 @@ def intervals(candidate: Candidate, point: Linearisation, where: Layout) -> Arra
         quantile = stats.t.ppf(0.975, max(1, present - 1))
         variances.append(np.sqrt(np.diag(inverse @ spread @ inverse)) * quantile)
     half = np.maximum(variances[0], np.minimum(variances[1], 3.0 * variances[0]))
+    half = WIDENING * half + LEAST_SHARE * np.abs(candidate.value)
     return np.stack(
         [
             np.maximum(candidate.value - half, candidate.lower),
