@@ -27,8 +27,10 @@ class SimulateConfig:
     """Model file."""
     out: Path
     """Folder for the results; made if it is not there."""
-    time_step: float = 1.25e-4
-    """Longest step of the integrator [s]."""
+    time_step: float | None = None
+    """Longest step of the integrator [s]; by default 0.125 ms, and 0.5 ms for mujoco."""
+    solver: str = "tendon"
+    """Engine: tendon (every effect, friction that sticks) or mujoco (Newton's SolverMuJoCo)."""
     plots: bool = True
     """Whether to draw a picture per recording."""
 
@@ -40,7 +42,7 @@ def main(config: SimulateConfig) -> None:
     from tendon_newton.errors import InvalidParameter
     from tendon_newton.model_file import load_model
 
-    if not 1.0e-6 <= config.time_step <= 0.01:
+    if config.time_step is not None and not 1.0e-6 <= config.time_step <= 0.01:
         raise InvalidParameter(
             f"--time-step must be between 1e-6 and 0.01 s; it is {config.time_step:g}"
         )
@@ -50,12 +52,15 @@ def main(config: SimulateConfig) -> None:
     out = make_folder(config.out)
 
     from tendon_newton.recording_csv import write_csv
-    from tendon_newton.simulation.replay import replay, simulated_recording
+    from tendon_newton.simulation.replay import simulated_recording
+    from tendon_newton.simulation.simulators import find_simulator
     from tendon_newton.simulation.trajectory_plot import plot_trajectory
 
+    choice = find_simulator(config.solver)
+    simulator = choice() if config.time_step is None else choice(time_step=config.time_step)
     recordings = (*dataset.train, *dataset.test)
     for recording, trajectory in zip(
-        recordings, replay(recordings, model, time_step=config.time_step), strict=True
+        recordings, simulator.simulate(recordings, model), strict=True
     ):
         path = out / Path(recording.name).with_suffix(".csv").name
         write_csv(path, simulated_recording(recording, trajectory))

@@ -48,8 +48,8 @@ class Attribution:
     """The starting model with its unknown numbers refitted."""
     final: Fit | None
     """All causes together; None where none passed."""
-    classes: dict[str, tuple[str, ...]]
-    """For each cause the effects that the data cannot tell from it."""
+    classes: dict[str, tuple[Fit, ...]]
+    """For each cause the fits with another effect in its place that explain the data as well."""
     p_value: float
     """Of the first round."""
 
@@ -200,7 +200,7 @@ def prune(search: Search, final: Fit, noise: NoiseFloor) -> Fit:
     return final
 
 
-def find_classes(search: Search, final: Fit, rounds: Sequence[Round]) -> dict[str, tuple[str, ...]]:
+def find_classes(search: Search, final: Fit, rounds: Sequence[Round]) -> dict[str, tuple[Fit, ...]]:
     """For each cause find what would explain the data as well in its place."""
     classes = {}
     for effect in final.effects:
@@ -214,7 +214,7 @@ def find_classes(search: Search, final: Fit, rounds: Sequence[Round]) -> dict[st
     return classes
 
 
-def indistinguishable(tried: Round, effect: str) -> tuple[str, ...]:
+def indistinguishable(tried: Round, effect: str) -> tuple[Fit, ...]:
     """Return the rivals of one effect that the data cannot tell from it, nearest first."""
     own = next((fit for fit in tried.fits if fit.effects[-1] == effect), None)
     if own is None:
@@ -226,5 +226,6 @@ def indistinguishable(tried: Round, effect: str) -> tuple[str, ...]:
         contains = effect in find_effect(fit.effects[-1]).includes
         close = behind <= max(min(CLASS_ERRORS * error, SMALL_SHARE * gain), EQUAL_SHARE * gain)
         if fit is not own and close and not (contains and behind > -error):
-            rivals.append((behind, fit.effects[-1]))
-    return tuple(name for _, name in sorted(rivals))[: LARGEST_CLASS - 1]
+            rivals.append((behind, fit))
+    nearest = sorted(rivals, key=lambda rival: rival[0])
+    return tuple(fit for _, fit in nearest)[: LARGEST_CLASS - 1]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +26,7 @@ from tendon_newton.diagnosis.result import (
     Verdict,
 )
 from tendon_newton.diagnosis.search import Fit, Search
+from tendon_newton.diagnosis.separation import propose
 from tendon_newton.effects import EFFECTS, find_effect
 from tendon_newton.identification.intervals import intervals
 from tendon_newton.identification.least_squares import Candidate
@@ -123,7 +124,7 @@ def conclude(
         noise_theta=train.noise.theta,
         explained_fraction=fraction,
         explained_interval=(low, high),
-        effects=named_effects(search, attribution, final, partial),
+        effects=named_effects(search, attribution, final, partial, model),
         candidates=candidate_scores(search, attribution),
         unexplained=Unexplained(
             fraction=remaining_fraction(verdict, fraction),
@@ -180,7 +181,11 @@ def without_effect(search: Search, extended: dict[int, float], effect: str) -> d
 
 
 def named_effects(
-    search: Search, attribution: Attribution, final: Fit | None, without: list[SquaredErrors]
+    search: Search,
+    attribution: Attribution,
+    final: Fit | None,
+    without: list[SquaredErrors],
+    model: Model,
 ) -> tuple[NamedEffect, ...]:
     """Describe the named causes."""
     if final is None:
@@ -198,11 +203,24 @@ def named_effects(
                     search, final.candidate, bounds, search.study.table.columns(effect)
                 ),
                 without=errors.pooled(),
-                indistinguishable_from=rivals,
-                separating_experiment=None,
+                indistinguishable_from=tuple(fit.effects[-1] for fit in rivals),
+                separating_experiment=separating_run(search, final, effect, rivals, model),
             )
         )
     return tuple(described)
+
+
+def separating_run(
+    search: Search, final: Fit, effect: str, rivals: Sequence[Fit], model: Model
+) -> str | None:
+    """Return the run that would tell an effect from its nearest rival; None where it has none."""
+    if not rivals:
+        return None
+    study, rival = search.study, rivals[0]
+    proposal = propose(
+        study.recordings, model, values_of(final.candidate), values_of(rival.candidate), study.noise
+    )
+    return proposal.text((effect, rival.effects[-1]))
 
 
 def estimates(
