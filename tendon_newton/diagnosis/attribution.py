@@ -20,7 +20,7 @@ MOST_CAUSES = 3
 """Causes that are looked for at once."""
 P_VALUE = 0.02
 """Chance of a false alarm that a step of the extension may take."""
-LEAST_T = 2.0
+LEAST_T = 1.7
 """Paired gain over its standard error, from block to block, that a step needs."""
 LEAST_SHARE = 0.15
 """Share of the loss above the noise that a cause must remove."""

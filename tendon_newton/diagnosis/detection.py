@@ -8,6 +8,7 @@ import numpy as np
 
 from tendon_newton.diagnosis.search import Fit, Search
 from tendon_newton.identification.least_squares import invertible
+from tendon_newton.identification.objective import loss_terms, loss_weights
 from tendon_newton.recording import Array
 
 SURROGATES = 200
@@ -26,7 +27,9 @@ def gain_p_value(
     the null.
     """
     observed = max(current.loss - fit.loss for fit in fits)
-    noise = surrogates(search, fits[0].point.residual, rng)
+    residual = fits[0].point.residual
+    # What counts is the robust loss, so the noise has its size: r^2 / 2 = loss.
+    noise = surrogates(search, np.sign(residual) * np.sqrt(2.0 * loss_terms(residual)), rng)
     best = np.zeros(SURROGATES)
     for fit in fits:
         best = np.maximum(best, surrogate_gains(search, fit, noise))
@@ -54,7 +57,8 @@ def surrogate_gains(search: Search, fit: Fit, noise: Array) -> Array:
     The refit is of first order. A parameter starts at what the current model has, and stays in its
     range: friction cannot turn negative.
     """
-    candidate, jacobian = fit.candidate, fit.point.jacobian
+    candidate = fit.candidate
+    jacobian = np.sqrt(loss_weights(fit.point.residual))[:, None] * fit.point.jacobian
     start = np.array([search.study.base_value(c) for c in candidate.columns])[:, None]
     start = np.clip(start, candidate.lower[:, None], candidate.upper[:, None])
     gains = np.zeros(len(noise))

@@ -76,10 +76,10 @@ def test_a_lagging_cell_rounds_a_step_off() -> None:
 
 
 def test_a_wrong_clock_is_another_row_rate() -> None:
-    """Twice the seconds per logged second is the same commands at half the rate."""
+    """A fifth more seconds per logged second is the same commands at a fifth lower rate."""
     command = steps_and_waves()
-    wrong = simulate(commanded(command), {"sample_period_error": {"scale": 2.0}})
-    slow = simulate(commanded(command, row=2.0 * ROW))
+    wrong = simulate(commanded(command), {"sample_period_error": {"scale": 1.2}})
+    slow = simulate(commanded(command, row=1.2 * ROW))
     np.testing.assert_allclose(wrong.motor_position, slow.motor_position, atol=1e-10)
 
 
