@@ -321,8 +321,6 @@ def notes(search: Search) -> tuple[str, ...]:
             "No load cell: only the motor angle was compared, so causes that act on the force "
             "alone could not be tested."
         )
-    if any(r.command is None for r in recordings):
-        out.append("No commands: the mechanism alone was tested, driven by what was measured.")
     untrusted = sum(int((~search.study.timeline(i).trusted).sum()) for i in range(len(recordings)))
     if untrusted:
         out.append(

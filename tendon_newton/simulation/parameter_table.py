@@ -14,6 +14,8 @@ from tendon_newton.model_file import Model, NamedValues
 from tendon_newton.parameters import Parameter
 from tendon_newton.recording import Array
 
+SPOOL_RADII = (1.0e-3, 1.0)
+"""Radii [m] that a spool may have; a direct drive's angle is its excursion, so that it has 1."""
 SHARED_KEYS = ("spool_radius", "file")
 """Keys that any actuator may carry besides its own parameters."""
 
@@ -84,9 +86,21 @@ class ParameterTable:
 
 
 def spool_radius_of(model: Model) -> float | None:
-    """Return the spool radius [m] that a model's actuator gives in place of the bench's, if any."""
+    """Return the spool radius [m] that a model's actuator gives in place of the bench's, if any.
+
+    Raises:
+        InvalidModelFile: It is a word, or no spool of a servo has this radius.
+    """
     radius = model.actuator.values.get("spool_radius")
-    return None if radius is None else float(radius)
+    if radius is None:
+        return None
+    low, high = SPOOL_RADII
+    if isinstance(radius, str) or not low <= radius <= high:
+        raise InvalidModelFile(
+            f"spool_radius of actuator {model.actuator.name!r} must be between {low:g} and "
+            f"{high:g} m (a shaft counts as 1 m); it is {radius!r}"
+        )
+    return float(radius)
 
 
 def check_values(entry: NamedValues, declared: Sequence[Parameter], where: str) -> None:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tendon_newton.errors import InvalidRecording
 from tendon_newton.recording import Array, Indices, Mask, Recording
 
 GAP_RATIO = 1.5
@@ -42,10 +43,17 @@ def make_timeline(recording: Recording) -> Timeline:
     """Fill the gaps of a recording.
 
     Args:
-        recording: Any recording with commands; one without is driven by its measured positions.
+        recording: A recording with commands.
+
+    Raises:
+        InvalidRecording: It has none; to drive the mechanism by measured force is not possible yet.
     """
-    time = recording.time
-    command = recording.command if recording.command is not None else recording.motor_position
+    if recording.command is None:
+        raise InvalidRecording(
+            f"{recording.name}: a simulation needs the command theta_d in every row; the recording "
+            "has no such column, and driving the mechanism by its force alone is not possible yet"
+        )
+    time, command = recording.time, recording.command
     intervals = np.diff(time)
     period = float(np.median(intervals)) if len(intervals) else 1.0
     gaps = np.flatnonzero(intervals > GAP_RATIO * period)

@@ -1,6 +1,8 @@
 """The bundled example is what its README says that it is."""
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +10,8 @@ import numpy as np
 from tendon_newton.dataset import load_dataset
 from tests.planted.generator import main
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "hidden_friction"
+ROOT = Path(__file__).parents[2]
+EXAMPLE = ROOT / "examples" / "hidden_friction"
 
 
 def test_the_generator_makes_the_example_again(tmp_path: Path) -> None:
@@ -29,3 +32,16 @@ def test_the_generator_makes_the_example_again(tmp_path: Path) -> None:
 def test_the_example_stays_small() -> None:
     """It is part of every clone: under a megabyte."""
     assert sum(file.stat().st_size for file in EXAMPLE.iterdir()) < 1_000_000
+
+
+def test_the_readmes_example_runs_and_names_the_cause() -> None:
+    """The Python block of the README, run as it stands, finds what the bundled dataset hides."""
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    (block,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    run = subprocess.run(
+        [sys.executable, "-c", block], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert run.returncode == 0, run.stderr
+    lines = run.stdout.splitlines()
+    assert "explained" in lines
+    assert any(line.startswith("viscous_friction coefficient") for line in lines)
