@@ -24,7 +24,7 @@ LEAST_T = 1.7
 """Paired gain over its standard error, from block to block, that a step needs."""
 LEAST_SHARE = 0.15
 """Share of the loss above the noise that a cause must remove."""
-QUIET_SHARE = 0.4
+QUIET_SHARE = 0.65
 """The same where the residual looks like noise already: form errors must not get names."""
 LEAST_ORIGINAL_SHARE = 0.05
 """Share of the starting model's loss above the noise below which nothing is sought or named."""

@@ -121,7 +121,7 @@ def main() -> None:
         "command": "python -m tests.benchmarks.speed",
         "commit": commit(),
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
-        "device": device.name if device.is_cuda else f"{(platform.processor() or platform.machine())} ({device.name})",
+        "device": device.name if device.is_cuda else f"{platform.machine()} ({device.name})",
         "actuator": MODEL.actuator.name,
         "same_step_s": SAME_STEP,
         "same_step": measure_rates(SAME_STEP, SAME_STEP),
