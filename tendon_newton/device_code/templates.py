@@ -30,16 +30,19 @@ class Specialiser:
 
     Args:
         bindings: Placeholder name -> type, constant or Warp function.
+        inline: Whether functions are inlined. The adjoint of a call repeats its forward pass at every
+            depth; inlined, the compiler finds the repetition, and takes far longer to do so.
     """
 
-    def __init__(self, bindings: Mapping[str, Any]) -> None:
+    def __init__(self, bindings: Mapping[str, Any], *, inline: bool = False) -> None:
         self._bindings = dict(bindings)
+        self._inline = inline
         self._functions: dict[types.CodeType, Any] = {}
         self._sources: list[str] = []
 
     def child(self) -> Specialiser:
         """Return one with the same bindings, which may get more; its sources count here too."""
-        child = Specialiser(self._bindings)
+        child = Specialiser(self._bindings, inline=self._inline)
         child._sources = self._sources
         return child
 
@@ -51,7 +54,8 @@ class Specialiser:
         """Return the Warp function of a template under the bindings."""
         code = template.__code__
         if code not in self._functions:
-            self._functions[code] = wp.func(self._bind(template))
+            decorator: Any = wp.func(inline=True) if self._inline else wp.func
+            self._functions[code] = decorator(self._bind(template))
         return self._functions[code]
 
     def gradient(self, template: Callable[..., Any], rule: Callable[..., Any]) -> None:
@@ -75,7 +79,9 @@ class Specialiser:
             options: As for `warp.kernel`.
         """
         bound = self._bind(template)
-        digest = hashlib.sha256("\n".join([identity, *self._sources]).encode()).hexdigest()[:12]
+        digest = hashlib.sha256(
+            "\n".join([identity, str(self._inline), *self._sources]).encode()
+        ).hexdigest()[:12]
         name = f"{template.__name__}_{digest}"
         decorator: Any = wp.kernel
         return decorator(bound, name=name, module="unique", **options)

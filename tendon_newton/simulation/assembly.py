@@ -81,14 +81,15 @@ def kernel_set(structure: Structure) -> KernelSet:
     )
 
 
-def assemble(structure: Structure, types: dict[str, Any]) -> Assembly:
+def assemble(structure: Structure, types: dict[str, Any], *, inline: bool = False) -> Assembly:
     """Bind the device code of a structure.
 
     Args:
         structure: What decides the code.
         types: Its `kernel_types`, and further placeholders of the kernels to be made.
+        inline: Whether its functions are inlined; see `Specialiser`.
     """
-    specialiser = Specialiser(types)
+    specialiser = Specialiser(types, inline=inline)
     bind_stages(specialiser, structure)
     actuator = find_actuator(structure.actuator)
     specialiser.bind("actuator_force", specialiser.function(actuator.force))
