@@ -30,8 +30,8 @@ class Specialiser:
 
     Args:
         bindings: Placeholder name -> type, constant or Warp function.
-        inline: Whether functions are inlined. The adjoint of a call repeats its forward pass at every
-            depth; inlined, the compiler finds the repetition, and takes far longer to do so.
+        inline: Whether functions are inlined. The adjoint of a call repeats its forward pass at
+            every depth; inlined, the compiler finds the repetition, and takes far longer to do so.
     """
 
     def __init__(self, bindings: Mapping[str, Any], *, inline: bool = False) -> None:
