@@ -1,0 +1,105 @@
+"""The load cell: sends, at a rate that it keeps, without gaps, and moves a little."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+
+from hardware.clock import Clock
+from hardware.doctor.observation import Observation
+from hardware.load_cells.base import LoadCell, LoadCellReading
+from hardware.load_cells.calibrating import reading_rate
+from hardware.load_cells.clock_fit import READINGS_MIN, fit_clock, runs
+
+LISTEN_TIME = 3.0
+"""How long the cell is listened to [s]."""
+SLOW_RATE = 40.0
+"""Below, the converter's RATE pin is low: it gives 10 or 80 per second, nothing between [1/s]."""
+CLOCK_ERROR_MAX = 200e-6
+"""Greatest error of a crystal [1]; the line through the clocks corrects it in any case."""
+COMMAND = "tendon-newton calibrate"
+
+
+def check_load_cell(
+    cell: LoadCell, clock: Clock, show: Callable[[str], None]
+) -> Iterator[Observation]:
+    """Listen to an open load cell, left alone meanwhile."""
+    show(f"listening to the load cell for {LISTEN_TIME:g} s")
+    readings: list[LoadCellReading] = []
+    end = clock.now() + LISTEN_TIME
+    while clock.now() < end:
+        clock.sleep_until(clock.now() + 0.02)
+        readings += cell.drain()
+    counters = cell.counters
+    if len(readings) < READINGS_MIN:
+        yield Observation(
+            subject="load cell",
+            verdict="fix",
+            found=f"{len(readings)} readings and {counters.rejected} broken lines "
+            f"in {LISTEN_TIME:g} s",
+            remedy="see that the microcontroller runs hardware/load_cells/firmware and that "
+            "nothing else listens; broken lines alone mean another rate or format",
+        )
+        return
+    yield from check_counts(readings)
+    yield from check_stream(runs(readings)[-1], counters.lost, counters.rejected)
+
+
+def check_counts(readings: Sequence[LoadCellReading]) -> Iterator[Observation]:
+    """Judge the values themselves."""
+    counts = np.array([reading.counts for reading in readings], dtype=np.float64)
+    sigma = float(counts.std())
+    if any(reading.saturated for reading in readings):
+        yield Observation(
+            subject="load cell",
+            verdict="fix",
+            found="at the end of its range",
+            remedy="look for a broken wire of the bridge; else choose a lower gain",
+        )
+    elif sigma == 0.0:
+        yield Observation(
+            subject="load cell",
+            verdict="fix",
+            found=f"{counts[0]:.0f} counts, without any noise",
+            remedy="a live cell always has some: look at the wires between bridge and converter",
+        )
+    else:
+        yield Observation(
+            subject="load cell",
+            verdict="good",
+            found=f"{counts.mean():.0f} counts, scatter {sigma:.0f} counts",
+        )
+
+
+def check_stream(
+    readings: Sequence[LoadCellReading], lost: int, rejected: int
+) -> Iterator[Observation]:
+    """Judge rate, gaps and the microcontroller's clock."""
+    rate = reading_rate(readings)
+    slow = rate < SLOW_RATE
+    yield Observation(
+        subject="load cell rate",
+        verdict="note" if slow else "good",
+        found=f"{rate:.1f} per second",
+        remedy="tie the converter's RATE pin to its supply for 80 per second" if slow else "",
+    )
+    broken = lost or rejected > 1  # the first line may have begun before we listened
+    yield Observation(
+        subject="load cell gaps",
+        verdict="fix" if broken else "good",
+        found=f"{lost} readings lost, {rejected} broken lines",
+        remedy="look at the USB cable; lines come over no hub with other traffic" if broken else "",
+    )
+    if len(readings) >= READINGS_MIN:
+        fit = fit_clock(readings)
+        # transport scatters, so that a short time shows no small error
+        wrong = abs(fit.error) > CLOCK_ERROR_MAX + fit.delay_median / LISTEN_TIME
+        yield Observation(
+            subject="load cell clock",
+            verdict="note" if wrong else "good",
+            found=f"{1e6 * fit.error:+.0f} ppm against ours; readings arrive "
+            f"{1e3 * fit.delay_median:.1f} ms later than the quickest, at most "
+            f"{1e3 * fit.delay_max:.1f} ms",
+            remedy="nothing: readings are dated by its clock, corrected" if wrong else "",
+        )

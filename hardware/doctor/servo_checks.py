@@ -1,0 +1,180 @@
+"""The servo: found at some rate, known, healthy, and quick enough."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from hardware.clock import Clock
+from hardware.doctor.observation import Observation
+from hardware.doctor.servo_search import RATES, RETRIES, find_servos
+from hardware.errors import HardwareFault, ServoSilent
+from hardware.servos import SERVOS
+from hardware.servos.base import ServoHealth, ServoSpec
+from hardware.servos.dynamixel_servo import DynamixelServo
+
+RATE_MIN = 1_000_000
+"""Slowest rate at which a read leaves time for a loop at 80 Hz [1/s]: it takes 0.35 ms on the bus,
+and 6.1 ms at the factory's 57,600."""
+READS = 200
+"""States that are read to time them."""
+FAILURE_MAX = 0.01
+"""Share of instructions that may fail once [1]."""
+WARM = 55.0
+"""Temperature from which a long recording will end early [degC]."""
+
+
+def check_servo(port: str, clock: Clock, show: Callable[[str], None]) -> Iterator[Observation]:
+    """Find the servos on a port and examine each; no motor moves."""
+    found = find_servos(port, clock, show)
+    if found is None:
+        listed = ", ".join(str(rate) for rate in RATES)
+        yield Observation(
+            subject="servo",
+            verdict="fix",
+            found=f"none answers at {listed} baud",
+            remedy="see that the power board's supply is on, the servo's lamp blinks when it is "
+            "switched on, and the three-pin plug sits at both ends",
+        )
+        return
+    rate, models = found
+    names = {spec.model_number: spec for spec in SERVOS.values()}
+    for identifier, model in models.items():
+        subject = f"servo {identifier}"
+        if model not in names:
+            known = ", ".join(f"{spec.name} ({number})" for number, spec in names.items())
+            yield Observation(
+                subject=subject,
+                verdict="fix",
+                found=f"model {model} is not among {known}",
+                remedy="describe it in hardware/servos, from its control table",
+            )
+            continue
+        yield from check_rate(subject, names[model], rate)
+        servo = DynamixelServo(
+            names[model], port, identifier=identifier, baud=rate, clock=clock, retries=RETRIES
+        )
+        try:
+            servo.open()
+            yield from check_one(subject, servo, clock, show)
+        except HardwareFault as fault:
+            yield Observation(
+                subject=subject,
+                verdict="fix",
+                found=str(fault),
+                remedy="look at plugs and cable, and start again",
+            )
+        finally:
+            servo.close()
+
+
+def check_rate(subject: str, spec: ServoSpec, rate: int) -> Iterator[Observation]:
+    """Judge the rate of the bus."""
+    if rate >= RATE_MIN:
+        yield Observation(subject=subject, verdict="good", found=f"{spec.name} at {rate} baud")
+    else:
+        yield Observation(
+            subject=subject,
+            verdict="fix",
+            found=f"{spec.name} at {rate} baud, too slow for 80 Hz",
+            remedy=f"tendon-newton doctor --port ... --set-baud {RATE_MIN}",
+        )
+
+
+def check_one(
+    subject: str, servo: DynamixelServo, clock: Clock, show: Callable[[str], None]
+) -> Iterator[Observation]:
+    """Examine an open servo."""
+    settings = servo.settings()
+    delay = settings.return_delay
+    yield Observation(
+        subject=f"{subject} settings",
+        verdict="note" if delay > 0.0 else "good",
+        found=f"firmware {settings.firmware}, mode {settings.operating_mode}, gains "
+        f"{settings.gains.proportional}/{settings.gains.integral}/{settings.gains.derivative}, "
+        f"current limit {settings.current_limit:g} A, answers after {1e6 * delay:.0f} us",
+        remedy="nothing: our programs set what they need and log it" if delay > 0.0 else "",
+    )
+    yield from check_health(subject, servo.spec, servo.read_health())
+    show(f"timing {READS} reads")
+    yield check_speed(subject, servo, clock)
+
+
+def check_health(subject: str, spec: ServoSpec, health: ServoHealth) -> Iterator[Observation]:
+    """Judge supply, temperature, alerts, watchdog and torque."""
+    low, high = spec.supply_range
+    good = low <= health.voltage <= high
+    yield Observation(
+        subject=f"{subject} supply",
+        verdict="good" if good else "fix",
+        found=f"{health.voltage:.1f} V",
+        remedy="" if good else f"give it {spec.supply_voltage:g} V ({low:g} to {high:g} V)",
+    )
+    warm = health.temperature >= WARM
+    yield Observation(
+        subject=f"{subject} temperature",
+        verdict="note" if warm else "good",
+        found=f"{health.temperature:.0f} degC; it shuts down at {spec.temperature_limit:.0f}",
+        remedy="let it cool before a long recording" if warm else "",
+    )
+    yield Observation(
+        subject=f"{subject} alerts",
+        verdict="fix" if health.alerts else "good",
+        found=", ".join(health.alerts) or "none",
+        remedy="remove the cause, then restart it: tendon-newton doctor --port ... --reboot"
+        if health.alerts
+        else "",
+    )
+    if health.watchdog_tripped:
+        yield Observation(
+            subject=f"{subject} watchdog",
+            verdict="note",
+            found="tripped: the last program ended without switching the motor off",
+            remedy="nothing: our programs clear it before they start",
+        )
+    if health.torque_enabled:
+        yield Observation(
+            subject=f"{subject} motor",
+            verdict="note",
+            found="on, though no program of ours holds it",
+            remedy="keep clear of the finger; our programs switch it off before they start",
+        )
+
+
+def check_speed(subject: str, servo: DynamixelServo, clock: Clock) -> Observation:
+    """Time reads of the state and judge whether a loop at 80 Hz has room for a read and a write."""
+    counters = servo.counters
+    silent, corrupted = counters.silent, counters.corrupted
+    times: list[float] = []
+    missed = 0
+    for _ in range(READS):
+        start = clock.now()
+        try:
+            servo.read_state()
+        except ServoSilent:
+            missed += 1
+            continue
+        times.append(clock.now() - start)
+    silent, corrupted = counters.silent - silent, counters.corrupted - corrupted
+    failed = silent + corrupted
+    subject = f"{subject} speed"
+    if missed or not times or failed > FAILURE_MAX * READS:
+        return Observation(
+            subject=subject,
+            verdict="fix",
+            found=f"of {READS} reads {missed} never came and {failed} answers were lost or broken",
+            remedy="look at plugs, cable and ground; keep the cable away from the motor's supply"
+            if corrupted
+            else "answers come late or never: end what else runs on this computer (see clock), see "
+            "the latency timer, then look at plugs and cable",
+        )
+    median, slow = (1e3 * float(q) for q in np.quantile(times, (0.5, 0.99)))
+    fits = 2.0 * slow < 12.5  # a read and a write per tick of 12.5 ms
+    return Observation(
+        subject=subject,
+        verdict="good" if fits else "fix",
+        found=f"a read takes {median:.2f} ms, one in a hundred {slow:.2f} ms: "
+        f"{1e3 / median:.0f} Hz; a loop at 80 Hz {'fits' if fits else 'does not fit'}",
+        remedy="" if fits else "set the latency timer to 1 ms and end what else runs here",
+    )

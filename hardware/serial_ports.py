@@ -1,0 +1,108 @@
+"""Serial ports of this computer: one user each, and what the system knows about them."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import tempfile
+import termios
+from pathlib import Path
+
+from hardware.errors import PortBusy, PortUnavailable
+
+LOCK_FOLDER = Path("/run/lock")
+"""Where the file hierarchy standard puts the locks of devices."""
+LATENCY_TIMERS = Path("/sys/bus/usb-serial/devices")
+"""Where Linux keeps the latency timer of FTDI adapters."""
+
+
+LOST = (OSError, termios.error)
+"""What an unplugged adapter raises; the second is no child of the first."""
+
+
+class PortLock:
+    """Hold a serial port against other programs of ours.
+
+    Neither the SDK nor the system keeps a second program from opening a port, and then each takes
+    the other's answers. The lock is released by the system when the process dies.
+
+    Args:
+        port: Path of the device; links lead to the same lock as their target.
+    """
+
+    def __init__(self, port: str) -> None:
+        self.port = port
+        self._file: int | None = None
+
+    def acquire(self) -> None:
+        """Take the lock.
+
+        Raises:
+            PortBusy: Another process has it.
+            PortUnavailable: No lock file may be made.
+        """
+        if self._file is not None:
+            return
+        path = lock_path(self.port)
+        try:
+            file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+        except OSError as error:
+            raise PortUnavailable(
+                f"{self.port}: its lock {path} cannot be opened; {error.strerror or error}"
+            ) from error
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            holder = os.pread(file, 20, 0).decode("ascii", "replace").strip() or "unknown"
+            os.close(file)
+            raise PortBusy(
+                f"{self.port}: held by process {holder}; end it, or see what it is: ps -p {holder}"
+            ) from error
+        os.ftruncate(file, 0)
+        os.pwrite(file, f"{os.getpid()}\n".encode(), 0)
+        self._file = file
+
+    def release(self) -> None:
+        """Give the lock back; more than once does no harm."""
+        if self._file is not None:
+            os.ftruncate(self._file, 0)
+            os.close(self._file)
+            self._file = None
+
+
+def lock_path(port: str) -> Path:
+    """Return the lock file of a port."""
+    device = os.path.realpath(port).removeprefix("/dev/").strip("/").replace("/", "_")
+    folder = LOCK_FOLDER if os.access(LOCK_FOLDER, os.W_OK) else Path(tempfile.gettempdir())
+    return folder / f"tendon-newton.{device}.lock"
+
+
+def latency_timer(port: str) -> int | None:
+    """Read how long an FTDI adapter collects bytes [ms]; ``None`` where it has no such timer."""
+    try:
+        return int(
+            (LATENCY_TIMERS / Path(os.path.realpath(port)).name / "latency_timer").read_text()
+        )
+    except (OSError, ValueError):
+        return None
+
+
+def holders(port: str) -> tuple[tuple[int, str], ...]:
+    """Find the other processes that have a port open: number and name, as far as we may see."""
+    device = os.path.realpath(port)
+    found: list[tuple[int, str]] = []
+    for process in Path("/proc").glob("[0-9]*"):
+        if int(process.name) == os.getpid():
+            continue
+        try:
+            if any(os.path.realpath(file) == device for file in (process / "fd").iterdir()):
+                found.append((int(process.name), (process / "comm").read_text().strip()))
+        except OSError:  # it has ended, or belongs to another user
+            continue
+    return tuple(sorted(found))
+
+
+def reason(error: BaseException) -> str:
+    """Say what the system says, without its error number."""
+    words = [part for part in error.args if isinstance(part, str)]
+    return words[-1] if words else str(error)

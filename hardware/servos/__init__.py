@@ -1,0 +1,14 @@
+"""Servos by name: a data sheet each, all driven by the same driver."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from hardware.servos import xc330_t288_t, xl330_m288_t
+from hardware.servos.base import ServoSpec
+
+SERVOS: Mapping[str, ServoSpec] = MappingProxyType(
+    {
+        "xc330_t288_t": xc330_t288_t.SPEC,
+        "xl330_m288_t": xl330_m288_t.SPEC,
+    }
+)

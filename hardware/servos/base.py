@@ -1,0 +1,219 @@
+"""What passes between a servo and the rest: its data sheet, its state, health and settings."""
+
+from dataclasses import dataclass
+from math import isfinite, pi
+from typing import Literal
+
+from tendon_newton.errors import InvalidParameter
+
+Mode = Literal["extended_position", "pwm"]
+"""``extended_position``: the servo's firmware closes the loop; ``pwm``: the host does."""
+
+# bits of Hardware Error Status (70), e-manual of the X-330 series
+ALERTS = {
+    0: "input voltage outside its limits",
+    2: "overheating",
+    3: "encoder fault",
+    4: "electrical shock or too little power",
+    5: "overload",
+}
+
+
+def alert_words(hardware_error: int) -> tuple[str, ...]:
+    """Name the bits of Hardware Error Status (70)."""
+    return tuple(
+        ALERTS.get(bit, f"unknown alert, bit {bit}")
+        for bit in range(8)
+        if hardware_error >> bit & 1
+    )
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ServoSpec:
+    """One row of a data sheet: units of the registers, limits, and what the motor can do."""
+
+    name: str
+    """Key in the table of servos."""
+    model_number: int
+    """What register 0 holds."""
+    position_unit: float
+    """One count of position [rad]."""
+    velocity_unit: float
+    """One count of velocity [rad/s]."""
+    current_unit: float
+    """One count of current [A]."""
+    voltage_unit: float
+    """One count of supply voltage [V]."""
+    duty_counts: int
+    """Counts of full duty, 100 % of the supply voltage."""
+    supply_voltage: float
+    """Voltage at which torque and speed hold [V]."""
+    supply_range: tuple[float, float]
+    """Least and greatest supply voltage [V]."""
+    stall_torque: float
+    """Torque at standstill and full duty [N m]; the e-manual advises a fifth for long loads."""
+    stall_current: float
+    """Supply current at that torque [A]."""
+    no_load_speed: float
+    """Speed without load at full duty [rad/s]."""
+    current_limit: float
+    """Greatest value of Current Limit (38) [A]."""
+    temperature_limit: float
+    """Temperature at which it shuts down [degC]."""
+    position_gain: int
+    """Position P Gain (84) after a restart."""
+
+    @property
+    def counts_per_turn(self) -> int:
+        """Counts of one turn of the spool."""
+        return round(2.0 * pi / self.position_unit)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ServoState:
+    """One read of current, velocity and position: one instant."""
+
+    time: float
+    """Middle of the transaction on the bench's clock [s]."""
+    position: float
+    """Spool angle from home [rad], over several turns."""
+    velocity: float
+    """Spool speed [rad/s]."""
+    current: float
+    """Supply current [A]: of the power input, not of the motor, so no measure of torque."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ServoHealth:
+    """What changes slowly, read about once a second."""
+
+    voltage: float
+    """Supply voltage [V]."""
+    temperature: float
+    """Temperature inside [degC]."""
+    hardware_error: int
+    """Hardware Error Status (70)."""
+    torque_enabled: bool
+    """The motor is driven; false after a restart of the servo, whatever was set."""
+    watchdog_tripped: bool
+    """The servo stopped because no instruction came in time."""
+
+    @property
+    def alerts(self) -> tuple[str, ...]:
+        """What the hardware error means, in words."""
+        return alert_words(self.hardware_error)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PositionGains:
+    """Gains of the firmware's position loop, in its own units."""
+
+    proportional: int
+    """Position P Gain (84); 1/128 of a count of duty per count of position."""
+    integral: int = 0
+    """Position I Gain (82)."""
+    derivative: int = 0
+    """Position D Gain (80)."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ServoConfiguration:
+    """All that is set in a servo before its motor may run, and again after it restarted."""
+
+    mode: Mode
+    """Who closes the position loop."""
+    watchdog: float = 0.2
+    """Silence on the bus after which the servo stops [s]; steps of 20 ms up to 2.54 s."""
+    position_range: tuple[float, float] = (0.0, 2.0 * pi)
+    """Spool angles from home that a command may name [rad]; extended position has no others."""
+    gains: PositionGains | None = None
+    """Gains of the firmware's loop; the data sheet's unless given."""
+    return_delay: float = 0.0
+    """Pause of the servo before it answers [s], steps of 2 us; the factory's 0.5 ms wastes half of
+    a read."""
+    duty_limit: float = 1.0
+    """Greatest duty in PWM mode [1]."""
+
+    def __post_init__(self) -> None:
+        """Refuse what no servo can be set to."""
+        if not 0.02 <= self.watchdog <= 2.54:
+            raise InvalidParameter(
+                f"watchdog must be 0.02 to 2.54 s, what the servo can hold; it is {self.watchdog}"
+            )
+        low, high = self.position_range
+        if not (isfinite(low) and isfinite(high) and low < high):
+            raise InvalidParameter(f"position_range must be low, high; it is {self.position_range}")
+        if not 0.0 <= self.return_delay <= 508e-6:
+            raise InvalidParameter(f"return_delay must be 0 to 508 us; it is {self.return_delay} s")
+        if not 0.0 < self.duty_limit <= 1.0:
+            raise InvalidParameter(f"duty_limit must be above 0, up to 1; it is {self.duty_limit}")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ServoSettings:
+    """Read back from a servo: all that decides its step response, for the log."""
+
+    model: str
+    """Name in the table of servos."""
+    firmware: int
+    """Firmware Version (6)."""
+    identifier: int
+    """ID on the bus."""
+    baud: int
+    """Rate of the bus [1/s]."""
+    operating_mode: int
+    """Operating Mode (11)."""
+    drive_mode: int
+    """Drive Mode (10)."""
+    return_delay: float
+    """Pause before an answer [s]."""
+    gains: PositionGains
+    """Gains of the firmware's position loop."""
+    feedforward: tuple[int, int]
+    """Feedforward 1st and 2nd Gain (90, 88)."""
+    profile_velocity: int
+    """Profile Velocity (112) [counts]; 0 is a step."""
+    profile_acceleration: int
+    """Profile Acceleration (108) [counts]; 0 is a step."""
+    duty_limit: float
+    """PWM Limit (36) [1]."""
+    current_limit: float
+    """Current Limit (38) [A]."""
+    velocity_limit: float
+    """Velocity Limit (44) [rad/s]."""
+    temperature_limit: float
+    """Temperature Limit (31) [degC]."""
+    voltage_limits: tuple[float, float]
+    """Min and Max Voltage Limit (34, 32) [V]."""
+    shutdown: int
+    """Shutdown (63): which alerts stop the motor."""
+    watchdog: float
+    """Bus Watchdog (98) [s]; 0 is off."""
+    latency_timer: int | None
+    """Latency timer of the USB adapter [ms], where the system tells."""
+
+
+@dataclass(kw_only=True, slots=True)
+class ServoCounters:
+    """What a servo has been asked and how often it failed; counts up only."""
+
+    reads: int = 0
+    """States that were asked for."""
+    missed: int = 0
+    """Of these, the ones that never came."""
+    retries: int = 0
+    """Instructions that were sent again."""
+    silent: int = 0
+    """Answers that did not come."""
+    corrupted: int = 0
+    """Answers that came broken."""
+    limited: int = 0
+    """Commands outside the position range, which were cut."""
+    alerts: int = 0
+    """Answers with the alert bit."""
+    resets: int = 0
+    """Times that the servo had restarted by itself."""
+    watchdog_trips: int = 0
+    """Times that its watchdog had stopped it."""
+    reconnects: int = 0
+    """Times that the port was opened again."""

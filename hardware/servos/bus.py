@@ -1,0 +1,240 @@
+"""One servo bus: transactions that are tried again, counted, and never mistaken for one another."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from hardware.clock import Clock
+from hardware.errors import ServoRefused, ServoSilent
+from hardware.servos.base import ServoCounters
+from hardware.servos.registers import Register
+from hardware.servos.servo_port import PortHandler, ServoPort
+
+SUCCESS = 0
+SILENT = -3001  # COMM_RX_TIMEOUT; all other results mean a broken answer
+PING = 1
+STATUS_LENGTH = 11
+"""Bytes of an answer without data."""
+ALERT_BIT = 0x80
+SPARE = 64
+"""Choices of the bytes that are asked for; the table goes on after all that is read, to 227."""
+LATE_TIME = 0.5
+"""Time after which an answer will not come any more [s]."""
+REFUSALS = {
+    1: "could not process the instruction",
+    2: "does not know the instruction",
+    3: "received a broken instruction",
+    4: "value out of range",
+    5: "wrong length of data",
+    6: "value beyond a limit that is set",
+    7: "register cannot be written now",
+}
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Answer:
+    """A servo's answer that came whole."""
+
+    data: bytes
+    error: int
+
+
+class Bus:
+    """Transactions with one servo.
+
+    Answers carry no number. One that is late could be taken for the answer to the next question, so
+    questions that are open at the same time ask for different lengths: a few bytes more than
+    needed, as long as an answer may be on its way.
+
+    Args:
+        port: Path of a serial port, or a port handler of the SDK's kind, which is not locked.
+        identifier: ID of the servo.
+        baud: Rate of the bus [1/s].
+        clock: Clock that gives the instants.
+        counters: Where failures are counted.
+        retries: How often an instruction is sent again before it has failed.
+    """
+
+    def __init__(
+        self, port: str | PortHandler, *, identifier: int, baud: int, clock: Clock,
+        counters: ServoCounters, retries: int,
+    ) -> None:  # fmt: skip
+        self.identifier = identifier
+        self.instant = 0.0
+        """Middle of the last transaction that succeeded [s]."""
+        self._port = ServoPort(port, baud=baud)
+        self._clock = clock
+        self._counters = counters
+        self._retries = retries
+        self._late: dict[int, float] = {}
+        """Lengths of answers that may still come, and until when [s]."""
+
+    @property
+    def name(self) -> str:
+        """What the errors call the port."""
+        return self._port.name
+
+    @property
+    def baud(self) -> int:
+        """Rate of the bus [1/s]."""
+        return self._port.baud
+
+    @property
+    def is_open(self) -> bool:
+        """The port is open, as far as is known."""
+        return self._port.is_open
+
+    def open(self) -> None:
+        """Lock and open the port.
+
+        Raises:
+            PortBusy: Another process holds it.
+            PortUnavailable: It is not there, may not be opened, or has no such rate.
+        """
+        self._port.open()
+
+    def close(self) -> None:
+        """Close the port and give it back; more than once does no harm."""
+        self._port.close()
+
+    def read(self, *registers: Register) -> tuple[int, ...]:
+        """Read registers in one transaction, with all that stands between them.
+
+        Raises:
+            ServoSilent: No whole answer came.
+            ServoRefused: The servo answered with an error.
+            PortLost: The adapter is gone.
+        """
+        start = min(register.address for register in registers)
+        length = max(register.address + register.size for register in registers) - start
+        data = self._exchange(
+            f"read {registers[0].name}",
+            lambda asked: self._port.packets.readTx(
+                self._port.handler, self.identifier, start, asked
+            ),
+            length,
+        )
+        return tuple(
+            r.decode(data[r.address - start : r.address - start + r.size]) for r in registers
+        )
+
+    def write(self, register: Register, counts: int) -> None:
+        """Write a register and wait for the answer, which tells alerts and refusals.
+
+        The answer may be that to an earlier write; what matters is read back.
+        """
+        data = list(register.encode(counts))
+        self._exchange(
+            f"write {counts} to {register.name}",
+            lambda _: self._send_write(register, data),
+            0,
+            fixed=True,
+        )
+
+    def write_unanswered(self, register: Register, counts: int) -> None:
+        """Write a register of a servo that answers nothing but a ping."""
+        self._port.guard(lambda: self._send_write(register, list(register.encode(counts))))
+
+    def ping(self) -> int:
+        """Return the model number of the servo."""
+        packet = [0, 0, 0, 0, self.identifier, 3, 0, PING, 0, 0]  # the SDK fills in the rest
+        model_and_firmware = self._exchange(
+            "ping", lambda _: self._send(packet.copy()), 3, fixed=True
+        )
+        return int.from_bytes(model_and_firmware[:2], "little")
+
+    def find_all(self) -> dict[int, int]:
+        """Return the model numbers of all servos at this rate, by ID; takes 0.8 s."""
+        found, _ = self._port.guard(lambda: self._port.packets.broadcastPing(self._port.handler))
+        return {int(identifier): int(row[0]) for identifier, row in found.items()}
+
+    def reboot(self) -> None:
+        """Restart the servo; its answer may be lost in the restart."""
+        self._port.guard(lambda: self._port.packets.reboot(self._port.handler, self.identifier))
+
+    def _send_write(self, register: Register, data: list[int]) -> int:
+        result = self._port.packets.writeTxOnly(
+            self._port.handler, self.identifier, register.address, register.size, data
+        )
+        return int(result)
+
+    def _send(self, packet: list[int]) -> int:
+        result = self._port.packets.txPacket(self._port.handler, packet)
+        return int(result)
+
+    def _exchange(
+        self, what: str, send: Callable[[int], int], length: int, *, fixed: bool = False
+    ) -> bytes:
+        """Send an instruction until one of the attempts is answered.
+
+        Args:
+            what: The instruction, in words.
+            send: Sends it, given the bytes of data to ask for; returns the SDK's result.
+            length: Bytes of data that the answer has at least.
+            fixed: The answer cannot have more.
+        """
+        sent: dict[int, float] = {}
+        silent = 0
+        for attempt in range(1 + self._retries):
+            self._counters.retries += attempt > 0
+            asked = length if fixed else self._unambiguous(length)
+            if asked is not None:
+                sent[asked] = self._clock.now()
+                self._late[asked] = sent[asked] + LATE_TIME
+            result, answer = self._port.guard(
+                lambda asked=asked: self._await(SUCCESS if asked is None else send(asked), sent)
+            )
+            if answer is not None:
+                now = self._clock.now()
+                self.instant = 0.5 * (sent.get(len(answer.data), now) + now)
+                self._refuse(what, answer.error)
+                return answer.data[:length]
+            if result == SILENT:
+                silent += 1
+                self._counters.silent += 1
+            else:
+                self._counters.corrupted += 1
+                self._late.pop(asked or 0, None)  # that was it, broken
+        attempts = 1 + self._retries
+        raise ServoSilent(
+            f"servo {self.identifier} on {self.name} must answer to {what} at {self.baud} baud; "
+            f"{attempts} attempts gave {silent} times nothing and "
+            f"{attempts - silent} times a broken answer"
+        )
+
+    def _unambiguous(self, length: int) -> int | None:
+        """Choose how many bytes to ask for, so that no answer on its way has as many.
+
+        Where there are too many on their way, nothing may be asked until they have come or are
+        given up: there is only listening.
+        """
+        now = self._clock.now()
+        self._late = {asked: until for asked, until in self._late.items() if until > now}
+        spare = [asked for asked in range(length, length + SPARE) if asked not in self._late]
+        return spare[0] if spare else None
+
+    def _await(self, result: int, sent: dict[int, float]) -> tuple[int, Answer | None]:
+        """Receive until there is an answer of a length that was asked for, or none comes."""
+        self._port.handler.setPacketTimeout(STATUS_LENGTH + max(sent, default=0))
+        while result == SUCCESS:
+            packet, result = self._port.packets.rxPacket(self._port.handler, False)
+            if result != SUCCESS:
+                break
+            length = (packet[5] | packet[6] << 8) - 4  # without instruction, error and CRC
+            answer = Answer(data=bytes(packet[9 : 9 + max(length, 0)]), error=packet[8])
+            if packet[4] != self.identifier:
+                continue
+            self._late.pop(len(answer.data), None)
+            if answer.error & ~ALERT_BIT or len(answer.data) in sent:
+                return SUCCESS, answer
+        return result, None
+
+    def _refuse(self, what: str, error: int) -> None:
+        self._counters.alerts += bool(error & ALERT_BIT)
+        refusal = error & ~ALERT_BIT
+        if refusal:
+            raise ServoRefused(
+                f"servo {self.identifier} on {self.name} refused to {what}: "
+                f"{REFUSALS.get(refusal, f'error {refusal}')}"
+            )

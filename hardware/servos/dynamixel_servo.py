@@ -1,0 +1,370 @@
+"""The driver of one servo: set and verified, watched, and switched off whatever happens."""
+
+from __future__ import annotations
+
+from math import isfinite
+
+from hardware.clock import Clock, MonotonicClock
+from hardware.errors import (
+    CommandNotFinite,
+    HardwareFault,
+    PortLost,
+    PortUnavailable,
+    ServoAlert,
+    ServoRefused,
+    ServoReset,
+    ServoSilent,
+    SettingMismatch,
+    WatchdogTripped,
+)
+from hardware.servos import registers as r
+from hardware.servos.base import (
+    Mode,
+    PositionGains,
+    ServoConfiguration,
+    ServoCounters,
+    ServoHealth,
+    ServoSettings,
+    ServoSpec,
+    ServoState,
+)
+from hardware.servos.bus import Bus, PortHandler
+from hardware.servos.setting_up import (
+    alert_text,
+    apply,
+    arm_watchdog,
+    await_restart,
+    greet,
+    hold_still,
+    refuse_alert,
+    set_verified,
+    switch_off,
+    verify,
+)
+from hardware.servos.settings import MARK, read_settings
+from hardware.servos.spool_angle import SpoolAngle
+
+POLL_PERIOD = 0.05
+"""Pause between attempts while something comes back [s]."""
+
+
+class DynamixelServo:
+    """One servo of the X-330 series on its bus.
+
+    Args:
+        spec: Its data sheet.
+        port: Path of a serial port, or a port handler of the SDK's kind.
+        identifier: ID on the bus.
+        baud: Rate of the bus [1/s].
+        clock: Clock that dates the states; the computer's monotonic one unless given.
+        retries: How often an instruction is sent again.
+    """
+
+    def __init__(
+        self, spec: ServoSpec, port: str | PortHandler, *, identifier: int = 1,
+        baud: int = 1_000_000, clock: Clock | None = None, retries: int = 2,
+    ) -> None:  # fmt: skip
+        self.spec = spec
+        self.port = port if isinstance(port, str) else None
+        self.identifier = identifier
+        self.baud = baud
+        self.counters = ServoCounters()
+        self.configuration: ServoConfiguration | None = None
+        self._clock: Clock = MonotonicClock() if clock is None else clock
+        self._bus = Bus(
+            port, identifier=identifier, baud=baud, clock=self._clock,
+            counters=self.counters, retries=retries,
+        )  # fmt: skip
+        self._spool = SpoolAngle(spec)
+        self._torque = False
+        self._restarted = False
+
+    @property
+    def torque_enabled(self) -> bool:
+        """The motor was switched on here and, as far as is known, still is."""
+        return self._torque
+
+    def open(self) -> None:
+        """Open the port and make sure that the expected servo answers.
+
+        Raises:
+            PortBusy: Another process holds the port.
+            PortUnavailable: It is not there.
+            ServoSilent: Nothing answers at this rate and ID.
+            UnsupportedServo: Another model does.
+        """
+        self._bus.open()
+        try:
+            greet(self._bus, self.spec, self._clock)
+        except BaseException:
+            self._bus.close()
+            raise
+
+    def close(self) -> bool:
+        """Switch the motor off and close the port; more than once does no harm.
+
+        Returns:
+            Whether the motor is known to be off. If not, the supply must be switched off.
+        """
+        try:
+            if self._torque and self._bus.is_open:
+                self.disable_torque()
+        except HardwareFault:
+            return False
+        finally:
+            self._bus.close()
+        return not self._torque
+
+    def configure(
+        self, mode: Mode, *, watchdog_s: float = 0.2,
+        position_range: tuple[float, float] | None = None, gains: PositionGains | None = None,
+        duty_limit: float = 1.0, return_delay: float = 0.0,
+    ) -> ServoSettings:  # fmt: skip
+        """Set everything that decides how the servo moves, verify it, and take home if unset.
+
+        Args:
+            mode: Who closes the position loop.
+            watchdog_s: Silence after which the servo stops [s].
+            position_range: Spool angles that a command may name [rad]; one turn unless given.
+            gains: Gains of the firmware's loop; the data sheet's unless given.
+            duty_limit: Greatest duty that the servo may give in any mode [1].
+            return_delay: Pause of the servo before it answers [s].
+
+        Returns:
+            The settings as they read back.
+        """
+        if self.configuration is not None:
+            self._notice(*self._bus.read(r.TORQUE_ENABLE, r.LED))
+        given = {} if position_range is None else {"position_range": position_range}
+        self.configuration = ServoConfiguration(
+            mode=mode, watchdog=watchdog_s, gains=gains, duty_limit=duty_limit,
+            return_delay=return_delay, **given,
+        )  # fmt: skip
+        self._set_up(self.configuration)
+        if not self._spool.has_home:
+            self.set_home()
+        return self.settings()
+
+    def settings(self) -> ServoSettings:
+        """Read back all that decides the step response, for the log."""
+        return read_settings(self._bus, self.spec, self.port)
+
+    def set_home(self, angle: float = 0.0) -> None:
+        """Call the present spool angle ``angle`` [rad]; the servo itself keeps no home."""
+        (position,) = self._bus.read(r.PRESENT_POSITION)
+        self._spool.set_home(position, angle)
+
+    def read_state(self) -> ServoState:
+        """Read current, velocity and position in one transaction of ten bytes.
+
+        Raises:
+            ServoSilent: No whole answer came in all attempts.
+            PortLost: The adapter is gone; ``reconnect`` brings it back.
+        """
+        self.counters.reads += 1
+        try:
+            current, velocity, position = self._bus.read(*r.STATE_BLOCK)
+        except HardwareFault:
+            self.counters.missed += 1
+            raise
+        return ServoState(
+            time=self._bus.instant,
+            position=self._spool.angle(position),
+            velocity=velocity * self.spec.velocity_unit,
+            current=current * self.spec.current_unit,
+        )
+
+    def read_health(self) -> ServoHealth:
+        """Read what changes slowly, in two transactions; count restarts and watchdog trips."""
+        torque, lamp, error, watchdog = self._bus.read(
+            r.TORQUE_ENABLE, r.LED, r.HARDWARE_ERROR, r.BUS_WATCHDOG
+        )
+        voltage, temperature = self._bus.read(r.PRESENT_VOLTAGE, r.PRESENT_TEMPERATURE)
+        self._notice(torque, lamp)
+        tripped = watchdog == r.WATCHDOG_TRIPPED
+        return ServoHealth(
+            voltage=voltage * self.spec.voltage_unit,
+            temperature=float(temperature),
+            hardware_error=error,
+            torque_enabled=bool(torque),
+            watchdog_tripped=tripped,
+        )
+
+    def check(self) -> ServoHealth:
+        """Read the health and refuse to go on where the motor does not do what it is told.
+
+        Raises:
+            ServoAlert: The servo reports a hardware error.
+            WatchdogTripped: It stopped for want of instructions.
+            ServoReset: It has started anew.
+        """
+        driven = self._torque
+        health = self.read_health()
+        if health.alerts:
+            raise ServoAlert(alert_text(self.identifier, health.hardware_error))
+        if health.watchdog_tripped:
+            self.counters.watchdog_trips += 1
+            raise WatchdogTripped(self._watchdog_text())
+        if self._restarted:
+            raise ServoReset(
+                f"servo {self.identifier} must keep its settings but has started anew; "
+                "look at its supply and plug"
+            )
+        if driven and not health.torque_enabled:
+            raise ServoReset(
+                f"servo {self.identifier} must drive its motor; something else has switched it off"
+            )
+        return health
+
+    def command_position(self, angle: float) -> float:
+        """Send a goal to the firmware's loop.
+
+        Args:
+            angle: Spool angle from home [rad]; cut to the position range.
+
+        Returns:
+            The angle that was sent [rad].
+
+        Raises:
+            WatchdogTripped: The servo stopped and takes no goals.
+        """
+        low, high = self._finite(angle, "position").position_range
+        sent = min(max(angle, low), high)
+        self.counters.limited += sent != angle
+        self._goal(r.GOAL_POSITION, self._spool.counts(sent))
+        return sent
+
+    def command_duty(self, fraction: float) -> float:
+        """Send a duty [1], positive winds in; cut to the limit and returned as sent."""
+        limit = self._finite(fraction, "duty").duty_limit
+        sent = min(max(fraction, -limit), limit)
+        self.counters.limited += sent != fraction
+        self._goal(r.GOAL_PWM, round(sent * self.spec.duty_counts))
+        return sent
+
+    def enable_torque(self) -> None:
+        """Switch the motor on, after settings and alerts were looked at and the watchdog armed.
+
+        The first goal is where the spool stands, or no duty: nothing moves.
+
+        Raises:
+            ServoAlert: The servo reports a hardware error.
+            SettingMismatch: A register reads back other than it was set.
+        """
+        configuration = self._configured()
+        refuse_alert(self._bus)
+        verify(self._bus, configuration, self.spec)
+        hold_still(self._bus, configuration)
+        arm_watchdog(self._bus, configuration)
+        self._torque = True  # from here on something must be switched off
+        set_verified(self._bus, r.TORQUE_ENABLE, 1)
+
+    def disable_torque(self) -> None:
+        """Switch the motor off, under an alert as well, and until it reads back as off.
+
+        Raises:
+            ServoSilent: It never did.
+            PortLost: The adapter is gone.
+        """
+        switch_off(self._bus)
+        self._torque = False
+
+    def clear_watchdog(self) -> None:
+        """Make a servo take goals again whose watchdog had stopped it; it stays armed."""
+        arm_watchdog(self._bus, self._configured())
+
+    def recover(self, *, resume_torque: bool = False) -> None:
+        """Set a servo up again that has started anew, was stopped or could not be reached.
+
+        A servo that has restarted knows its angle within one turn only. The turn is put back from
+        the last position that was read: without the motor the tendon unwinds the spool, so that it
+        may have turned back by up to 5.3 rad, and on by 1 rad.
+
+        Args:
+            resume_torque: Switch the motor on again, holding where it is.
+
+        Raises:
+            ServoAlert: The servo reports a hardware error; only ``reboot`` clears it.
+        """
+        configuration = self._configured()
+        self._notice(*self._bus.read(r.TORQUE_ENABLE, r.LED))
+        refuse_alert(self._bus)
+        self._set_up(configuration)
+        if resume_torque:
+            self.enable_torque()
+
+    def reboot(self) -> None:
+        """Restart the servo, which clears alerts, and set it up again; the motor stays off."""
+        self._bus.reboot()
+        self._torque = False
+        self._restarted = self.configuration is not None
+        await_restart(self._bus, self.spec, self._clock)
+        if self.configuration is not None:
+            self.recover()
+
+    def reconnect(self, *, limit: float = 5.0, resume_torque: bool = False) -> bool:
+        """Open a lost port again and set the servo up, waiting up to a limit.
+
+        Args:
+            limit: Longest wait [s]; 0 is one attempt.
+            resume_torque: Switch the motor on again, holding where it is.
+
+        Returns:
+            Whether the servo is back; where the port stays away it is not.
+        """
+        deadline = self._clock.now() + limit
+        while True:
+            self._bus.close()
+            try:
+                self.open()
+                if self.configuration is not None:
+                    self.recover(resume_torque=resume_torque)
+                self.counters.reconnects += 1
+                return True
+            except (PortLost, PortUnavailable, ServoSilent):
+                if self._clock.now() >= deadline:
+                    return False
+            self._clock.sleep_until(min(deadline, self._clock.now() + POLL_PERIOD))
+
+    def _goal(self, register: r.Register, counts: int) -> None:
+        try:
+            self._bus.write(register, counts)
+        except ServoRefused:
+            (watchdog,) = self._bus.read(r.BUS_WATCHDOG)
+            if watchdog != r.WATCHDOG_TRIPPED:
+                raise
+            self.counters.watchdog_trips += 1
+            raise WatchdogTripped(self._watchdog_text()) from None
+
+    def _set_up(self, configuration: ServoConfiguration) -> None:
+        self.disable_torque()
+        if self._restarted:
+            (position,) = self._bus.read(r.PRESENT_POSITION)
+            self._spool.restore_turns(position)
+            self._restarted = False
+        apply(self._bus, configuration, self.spec)
+
+    def _notice(self, torque: int, lamp: int) -> None:
+        """Notice that a servo has restarted, or that an alert has switched its motor off."""
+        self._torque = self._torque and bool(torque)
+        if self.configuration is not None and lamp != MARK and not self._restarted:
+            self._restarted = True
+            self.counters.resets += 1
+
+    def _configured(self) -> ServoConfiguration:
+        if self.configuration is None:
+            raise SettingMismatch(
+                f"servo {self.identifier} must be configured before it is driven; it is not"
+            )
+        return self.configuration
+
+    def _finite(self, value: float, what: str) -> ServoConfiguration:
+        if not isfinite(value):
+            raise CommandNotFinite(f"a {what} command must be finite; it is {value}")
+        return self._configured()
+
+    def _watchdog_text(self) -> str:
+        return (
+            f"servo {self.identifier} stopped: no instruction came for "
+            f"{self._configured().watchdog:g} s; it takes goals again once the watchdog is cleared"
+        )

@@ -1,0 +1,58 @@
+"""The position loop on the host: a servo in PWM mode becomes a spring that the tendon pulls on."""
+
+from dataclasses import dataclass
+from math import isfinite, pi
+
+from hardware.errors import CommandNotFinite
+from tendon_newton.errors import InvalidParameter
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class HostPositionLoop:
+    r"""Duty for a command and a measured position, meant to run at 20 Hz.
+
+    .. math:: u = clip(k (\theta_d - \theta), \pm u_{max}) + u_0
+
+    Source: the controller of the bench on which the force network was measured. The offset
+    :math:`u_0` keeps the tendon taut.
+    """
+
+    gain: float = 0.10
+    """Duty per angle, k [1/rad]."""
+    duty_limit: float = 0.90
+    """Greatest duty of the feedback [1]."""
+    offset: float = 0.02
+    """Duty that is always added [1]."""
+    position_range: tuple[float, float] = (0.0, 2.0 * pi)
+    """Where commands lie and the spool may turn [rad]; outside, no duty drives it further out."""
+
+    def __post_init__(self) -> None:
+        """Refuse numbers that would drive the motor anywhere."""
+        if not self.gain > 0.0 or not isfinite(self.gain):
+            raise InvalidParameter(f"gain must be above 0 1/rad; it is {self.gain}")
+        if not 0.0 < self.duty_limit <= 1.0 or not abs(self.offset) < self.duty_limit:
+            raise InvalidParameter(
+                "duty_limit must be above 0, up to 1, and the offset within it; they are "
+                f"{self.duty_limit} and {self.offset}"
+            )
+
+    def duty(self, command: float, position: float) -> float:
+        """Return the duty [1].
+
+        Args:
+            command: Desired spool angle [rad]; cut to the range.
+            position: Measured spool angle [rad].
+        """
+        if not (isfinite(command) and isfinite(position)):
+            raise CommandNotFinite(
+                f"command and position must be finite; they are {command} and {position} rad"
+            )
+        low, high = self.position_range
+        error = min(max(command, low), high) - position
+        duty = min(max(self.gain * error, -self.duty_limit), self.duty_limit) + self.offset
+        duty = min(max(duty, -1.0), 1.0)
+        if position >= high:
+            return min(duty, 0.0)
+        if position <= low:
+            return max(duty, 0.0)
+        return duty

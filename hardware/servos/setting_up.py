@@ -1,0 +1,155 @@
+"""Steps of setting a servo up: greet it, set and verify its registers, arm it, switch it off."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+
+from hardware.clock import Clock
+from hardware.errors import (
+    ServoAlert,
+    ServoRefused,
+    ServoSilent,
+    SettingMismatch,
+    UnsupportedServo,
+)
+from hardware.servos import SERVOS
+from hardware.servos import registers as r
+from hardware.servos.base import ServoConfiguration, ServoSpec, alert_words
+from hardware.servos.bus import Bus
+from hardware.servos.settings import targets
+
+ANSWERS_ALL = 2
+"""Status Return Level at which a servo answers every instruction."""
+GREETINGS = 3
+"""Pings before another model is believed."""
+LATE_ANSWER = 0.05
+"""Wait for an answer that nobody asked for [s]."""
+RESTART_TIME = 2.0
+"""Longest restart of a servo [s]; it takes some tenths."""
+POLL_PERIOD = 0.05
+"""Pause between pings while it restarts [s]."""
+TORQUE_OFF_ATTEMPTS = 5
+"""Rounds of writing and reading back, each with the retries of the bus."""
+
+
+def greet(bus: Bus, spec: ServoSpec, clock: Clock) -> None:
+    """Make sure that the expected servo answers, and answers everything from now on."""
+    model = 0
+    for _ in range(GREETINGS):  # the answer to an earlier read may look like one to a ping
+        model = bus.ping()
+        if model == spec.model_number:
+            break
+    if model != spec.model_number:
+        names = {each.model_number: each.name for each in SERVOS.values()}
+        raise UnsupportedServo(
+            f"servo {bus.identifier} must be {spec.name} (model {spec.model_number}); "
+            f"it is model {model}, {names.get(model, 'unknown')}"
+        )
+    try:
+        (level,) = bus.read(r.STATUS_RETURN_LEVEL)
+    except ServoSilent:
+        level = 0  # it answers to a ping alone
+    if level != ANSWERS_ALL:
+        bus.write_unanswered(r.STATUS_RETURN_LEVEL, ANSWERS_ALL)
+        clock.sleep_until(clock.now() + LATE_ANSWER)
+
+
+def await_restart(bus: Bus, spec: ServoSpec, clock: Clock) -> None:
+    """Wait until a servo that was restarted answers again."""
+    deadline = clock.now() + RESTART_TIME
+    while True:
+        clock.sleep_until(clock.now() + POLL_PERIOD)
+        try:
+            greet(bus, spec, clock)
+            return
+        except ServoSilent:
+            if clock.now() > deadline:
+                raise
+
+
+def apply(bus: Bus, configuration: ServoConfiguration, spec: ServoSpec) -> None:
+    """Set a servo whose motor is off, and verify it."""
+    set_verified(bus, r.BUS_WATCHDOG, 0)
+    for register, counts in targets(configuration, spec):
+        if bus.read(register) != (counts,):  # EEPROM wears out with every write
+            bus.write(register, counts)
+    verify(bus, configuration, spec)
+
+
+def verify(bus: Bus, configuration: ServoConfiguration, spec: ServoSpec) -> None:
+    """Read everything back that was set.
+
+    Raises:
+        SettingMismatch: A register differs.
+    """
+    for register, counts in targets(configuration, spec):
+        (found,) = bus.read(register)
+        if found != counts:
+            raise SettingMismatch(
+                f"servo {bus.identifier}: {register.name} ({register.address}) must be {counts} "
+                f"before the motor runs; it reads {found}"
+            )
+
+
+def set_verified(bus: Bus, register: r.Register, counts: int) -> None:
+    """Write a register and read it back."""
+    bus.write(register, counts)
+    (found,) = bus.read(register)
+    if found != counts:
+        raise SettingMismatch(
+            f"servo {bus.identifier}: {register.name} ({register.address}) was set to {counts}; "
+            f"it reads {found}"
+        )
+
+
+def refuse_alert(bus: Bus) -> None:
+    """Refuse to go on with a servo that reports a hardware error."""
+    (error,) = bus.read(r.HARDWARE_ERROR)
+    if error:
+        raise ServoAlert(alert_text(bus.identifier, error))
+
+
+def alert_text(identifier: int, error: int) -> str:
+    """Say what a hardware error is and what ends it."""
+    return (
+        f"servo {identifier} reports {', '.join(alert_words(error))} (register 70 is {error}); "
+        "remove the cause, then reboot it"
+    )
+
+
+def hold_still(bus: Bus, configuration: ServoConfiguration) -> None:
+    """Set the first goal to where the spool stands, or to no duty, so that nothing will move."""
+    if configuration.mode == "pwm":
+        set_verified(bus, r.GOAL_PWM, 0)
+    else:
+        (position,) = bus.read(r.PRESENT_POSITION)
+        set_verified(bus, r.GOAL_POSITION, position)
+
+
+def arm_watchdog(bus: Bus, configuration: ServoConfiguration) -> None:
+    """Let the servo stop by itself where no instruction comes; armed from a clear state only."""
+    set_verified(bus, r.BUS_WATCHDOG, 0)
+    set_verified(bus, r.BUS_WATCHDOG, round(configuration.watchdog / r.WATCHDOG_PERIOD))
+
+
+def switch_off(bus: Bus) -> None:
+    """Switch the motor off, under an alert as well, and until it reads back as off.
+
+    Raises:
+        ServoSilent: It never did.
+        PortLost: The adapter is gone.
+    """
+    for _ in range(TORQUE_OFF_ATTEMPTS):
+        # the answer may be lost where the motor is off; the register tells
+        with suppress(ServoSilent, ServoRefused):
+            bus.write(r.TORQUE_ENABLE, 0)
+        try:
+            (torque,) = bus.read(r.TORQUE_ENABLE)
+        except ServoSilent:
+            continue
+        if not torque:
+            return
+    raise ServoSilent(
+        f"servo {bus.identifier} must answer that its motor is off; after "
+        f"{TORQUE_OFF_ATTEMPTS} attempts it has not: switch its supply off"
+    )

@@ -1,0 +1,50 @@
+"""The angle of a spool over several turns, from a register that a restart cuts to one."""
+
+from hardware.servos.base import ServoSpec
+
+WIND_MAX = 1.0
+"""Greatest angle by which a spool turns on while its motor is off [rad]."""
+
+
+class SpoolAngle:
+    """Counts of a servo as angles from home; the servo itself keeps no home.
+
+    Args:
+        spec: The servo's data sheet.
+    """
+
+    def __init__(self, spec: ServoSpec) -> None:
+        self._unit = spec.position_unit
+        self._turn = spec.counts_per_turn
+        self._home = 0
+        self._last = 0
+        self.has_home = False
+
+    def set_home(self, counts: int, angle: float) -> None:
+        """Call the place where the register holds these counts an angle [rad]."""
+        self._home = counts - round(angle / self._unit)
+        self._last = counts
+        self.has_home = True
+
+    def angle(self, counts: int) -> float:
+        """Return the angle of counts that were just read [rad]."""
+        self._last = counts
+        return (counts - self._home) * self._unit
+
+    def counts(self, angle: float) -> int:
+        """Return the counts of an angle [rad]."""
+        return round(angle / self._unit) + self._home
+
+    def restore_turns(self, counts: int) -> None:
+        """Put back the turns that a restart has made the servo forget.
+
+        It knows its angle within one turn. Without a motor the tendon unwinds the spool, so that of
+        all turns the one is taken with which it has turned back by less than a turn, and on by no
+        more than a little.
+
+        Args:
+            counts: What the register holds after the restart.
+        """
+        latest = self._last + round(WIND_MAX / self._unit)
+        self._home -= (latest - counts) // self._turn * self._turn
+        self._last = counts

@@ -1,0 +1,90 @@
+"""Examine a bench: ports, servo, load cell and clock, each with what to do about it.
+
+No motor moves. Without --port the serial ports that are there are listed. The exit code is 1 where
+something must be mended before data is worth taking.
+
+    tendon-newton doctor
+    tendon-newton doctor --port /dev/ttyUSB0 --load-cell-port /dev/ttyACM0
+    tendon-newton doctor --port virtual
+    tendon-newton doctor --port /dev/ttyUSB0 --set-baud 1000000
+"""
+
+from __future__ import annotations
+
+import sys
+from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from tendon_newton.errors import InvalidParameter
+
+if TYPE_CHECKING:
+    from hardware.doctor import Observation
+
+EXIT_FIX = 1
+"""Exit code where something must be mended."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Doctor:
+    """Which bench is examined, and what is changed first."""
+
+    port: str | None = None
+    """Serial port of the servo's adapter, or virtual[:BENCH[:SEED]]."""
+    load_cell_port: str | None = None
+    """Serial port of the load cell; a virtual bench brings its own."""
+    set_baud: int | None = None
+    """Set the rate of the only servo on the port, which comes with 57600 from the factory."""
+    reboot: bool = False
+    """Restart the servos on the port first, which clears their alerts."""
+
+
+def main(config: Doctor) -> None:
+    """Examine, print, and leave with code 1 where something must be mended."""
+    from hardware.clock import MonotonicClock
+    from hardware.doctor import examine
+    from hardware.doctor.servo_search import reboot_servos, set_baud
+
+    clock = MonotonicClock()
+    port, cell_port, ours = config.port, config.load_cell_port, frozenset[int]()
+    with ExitStack() as stack:
+        if port is not None and port.split(":")[0] == "virtual":
+            from hardware.virtual_bench import open_virtual
+
+            ports = stack.enter_context(open_virtual(port))
+            port, cell_port = ports.servo_port, ports.load_cell_port
+            ours = frozenset({ports.process_id})
+        if port is None and (config.set_baud is not None or config.reboot):
+            raise InvalidParameter("--port must name the servo's port to change it; it does not")
+        if port is not None and config.reboot:
+            show_observation(reboot_servos(port, clock, show))
+        if port is not None and config.set_baud is not None:
+            show_observation(set_baud(port, config.set_baud, clock, show))
+        count = 0
+        for observation in examine(port, cell_port, clock=clock, ours=ours, show=show):
+            show_observation(observation)
+            count += observation.verdict == "fix"
+    print(f"{count or 'nothing'} to mend")
+    if count:
+        raise SystemExit(EXIT_FIX)
+
+
+def show_observation(observation: Observation) -> None:
+    """Print one row, and the remedy below it."""
+    clear()
+    print(f"{observation.verdict:5} {observation.subject:22} {observation.found}")
+    if observation.remedy:
+        print(f"      {'':22} -> {observation.remedy}")
+
+
+def show(text: str) -> None:
+    """Say what takes time, where somebody looks."""
+    if sys.stdout.isatty():
+        clear()
+        print(f"      {text} ...", end="", flush=True)
+
+
+def clear() -> None:
+    """Wipe what was said to take time."""
+    if sys.stdout.isatty():
+        print("\r\033[K", end="")

@@ -1,0 +1,1 @@
+"""Load cells: lines, clocks, calibrations and the microcontroller's program."""

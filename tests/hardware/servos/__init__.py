@@ -1,0 +1,1 @@
+"""Servos: data sheets, registers, and the driver on an emulated bus."""

@@ -1,0 +1,193 @@
+"""What the driver does with a servo that works."""
+
+from math import nan, pi
+
+import pytest
+
+from hardware.errors import (
+    CommandNotFinite,
+    ServoAlert,
+    ServoSilent,
+    SettingMismatch,
+    UnsupportedServo,
+)
+from hardware.servos import SERVOS
+from hardware.servos.dynamixel_servo import DynamixelServo
+from hardware.virtual_bench import LockstepBench
+from hardware.virtual_bench.control_table import SERVO_MODELS
+from tests.hardware.servos.virtual_servo import VirtualServo
+
+TORQUE, WATCHDOG, MODE, P_GAIN = 64, 98, 11, 84
+
+
+def test_the_spool_goes_where_it_is_told() -> None:
+    """After two seconds it is at the goal, from a home at zero."""
+    rig = VirtualServo()
+    assert rig.servo.read_state().position == pytest.approx(0.0, abs=2e-3)  # one count
+    states = rig.run(2.0, 2.0)
+    state = states[-1]
+    assert state.position == pytest.approx(2.0, abs=0.1)  # the firmware's loop has no integral
+    assert rig.bench.state().angle == pytest.approx(state.position, abs=0.05)  # home is as found
+    assert (rig.servo.counters.reads, rig.servo.counters.missed) == (len(states) + 1, 0)
+    assert rig.servo.close()
+
+
+def test_a_full_turn_is_within_reach() -> None:
+    """The range ends at one turn, which position mode would refuse."""
+    rig = VirtualServo("spring_weak")
+    assert rig.servo.command_position(2.0 * pi) == 2.0 * pi
+    assert rig.register(MODE) == 4
+
+
+def test_commands_beyond_the_range_are_cut_and_counted() -> None:
+    """Extended position has no limits of its own."""
+    rig = VirtualServo()
+    assert rig.servo.command_position(9.0) == 2.0 * pi
+    assert rig.servo.command_position(-1.0) == 0.0
+    assert rig.servo.counters.limited == 2
+    with pytest.raises(CommandNotFinite):
+        rig.servo.command_position(nan)
+
+
+def test_a_duty_winds_in_and_is_limited() -> None:
+    """In PWM mode the host decides; positive pulls the tendon in."""
+    rig = VirtualServo(mode="pwm")
+    assert rig.servo.command_duty(2.0) == 1.0
+    for _ in range(20):
+        rig.servo.command_duty(0.2)
+        rig.wait(0.05)
+    assert rig.servo.read_state().position > 0.1
+    assert rig.register(MODE) == 16
+
+
+def test_state_times_are_the_middle_of_the_transaction() -> None:
+    """The instant lies between asking and having."""
+    rig = VirtualServo()
+    before = rig.clock.now()
+    state = rig.servo.read_state()
+    assert before < state.time < rig.clock.now()
+    assert state.time == pytest.approx(0.5 * (before + rig.clock.now()))
+
+
+def test_the_watchdog_is_armed_before_the_motor_runs() -> None:
+    """200 ms are ten of its units; configured alone it is off."""
+    rig = VirtualServo()
+    assert (rig.register(WATCHDOG), rig.register(TORQUE)) == (10, 1)
+    rig.servo.disable_torque()
+    assert rig.register(TORQUE) == 0
+
+
+def test_switching_on_moves_nothing() -> None:
+    """The first goal is where the spool stands."""
+    rig = VirtualServo()
+    rig.run(1.5, 1.5)
+    rig.servo.disable_torque()
+    before = rig.servo.read_state().position
+    rig.servo.enable_torque()
+    rig.wait(0.15)
+    assert rig.servo.read_state().position == pytest.approx(before, abs=0.02)
+
+
+@pytest.mark.parametrize("address", [MODE, P_GAIN, 36])
+def test_a_setting_that_differs_keeps_the_motor_off(address: int) -> None:
+    """Somebody has changed a register since it was set."""
+    rig = VirtualServo()
+    rig.servo.disable_torque()
+    rig.corrupt(address, 1)
+    with pytest.raises(SettingMismatch, match=rf"\({address}\) must be \d+ .* it reads 1"):
+        rig.servo.enable_torque()
+    assert rig.register(TORQUE) == 0
+
+
+def test_an_unconfigured_servo_is_not_driven() -> None:
+    """No limits, no watchdog, no motor."""
+    bench = LockstepBench("finger", 3)
+    servo = DynamixelServo(SERVOS["xc330_t288_t"], bench.servo_port(), clock=bench.clock)
+    servo.open()
+    with pytest.raises(SettingMismatch, match="must be configured"):
+        servo.enable_torque()
+
+
+@pytest.mark.parametrize("name", SERVOS)
+def test_every_servo_in_the_table_is_driven(name: str) -> None:
+    """Found, set, switched on, moved and switched off, with its own gain and limits."""
+    (model,) = (m for m in SERVO_MODELS.values() if m.number == SERVOS[name].model_number)
+    bench = LockstepBench("finger", 3, model=model)
+    servo = DynamixelServo(SERVOS[name], bench.servo_port(), clock=bench.clock)
+    servo.open()
+    settings = servo.configure("extended_position")
+    assert settings.gains.proportional == SERVOS[name].position_gain
+    assert settings.current_limit == pytest.approx(SERVOS[name].current_limit)
+    servo.enable_torque()
+    for _ in range(100):
+        servo.command_position(1.0)
+        bench.clock.sleep_until(bench.clock.now() + 0.0125)
+    assert servo.read_state().position == pytest.approx(1.0, abs=0.3)
+    assert servo.close()
+
+
+def test_a_servo_that_another_program_left_is_taken_over() -> None:
+    """Reversed, in another mode, answering pings alone, its motor on and its watchdog tripped."""
+    rig = VirtualServo()
+    for address, counts in ((10, 1), (MODE, 16), (98, 255), (TORQUE, 1), (68, 0), (9, 250)):
+        rig.corrupt(address, counts)
+    servo = DynamixelServo(SERVOS["xc330_t288_t"], rig.bench.servo_port(), clock=rig.clock)
+    servo.open()
+    assert rig.register(68) == 2
+    settings = servo.configure("extended_position")
+    assert (settings.operating_mode, settings.drive_mode, settings.return_delay) == (4, 0, 0.0)
+    assert (rig.register(TORQUE), rig.register(WATCHDOG)) == (0, 0)
+    servo.enable_torque()
+    assert servo.check().torque_enabled
+
+
+def test_another_model_is_refused_by_name() -> None:
+    """A data sheet of the wrong servo would give wrong units."""
+    bench = LockstepBench("finger", 3)
+    servo = DynamixelServo(SERVOS["xl330_m288_t"], bench.servo_port(), clock=bench.clock)
+    with pytest.raises(UnsupportedServo, match="model 1220, xc330_t288_t"):
+        servo.open()
+
+
+def test_silence_says_where_and_how_often() -> None:
+    """Nothing answers at another rate; the message says which."""
+    bench = LockstepBench("finger", 3)
+    servo = DynamixelServo(
+        SERVOS["xc330_t288_t"], bench.servo_port(), clock=bench.clock, baud=57_600
+    )
+    with pytest.raises(ServoSilent, match="at 57600 baud; 3 attempts gave 3 times nothing"):
+        servo.open()
+
+
+def test_settings_for_the_log_are_read_back() -> None:
+    """All that decides the step response, in SI units."""
+    rig = VirtualServo()
+    settings = rig.servo.settings()
+    assert (settings.model, settings.operating_mode, settings.baud) == ("xc330_t288_t", 4, 10**6)
+    assert settings.gains.proportional == 900
+    assert settings.return_delay == 0.0
+    assert settings.watchdog == pytest.approx(0.2)
+    assert settings.duty_limit == 1.0
+
+
+def test_closing_twice_does_no_harm_and_switches_the_motor_off() -> None:
+    """The second close finds nothing to do."""
+    rig = VirtualServo()
+    assert rig.servo.close()
+    assert rig.register(TORQUE) == 0
+    assert rig.servo.close()
+
+
+def test_an_alert_does_not_keep_the_motor_on() -> None:
+    """A write is answered with the alert bit, and was done all the same."""
+    rig = VirtualServo()
+    rig.corrupt(63, 0)  # no alert stops the motor by itself
+    rig.let("alert")
+    assert rig.register(TORQUE) == 1
+    with pytest.raises(ServoAlert, match=r"overload \(register 70 is 32\)"):
+        rig.servo.check()
+    assert rig.servo.counters.alerts > 0
+    rig.servo.disable_torque()
+    assert rig.register(TORQUE) == 0
+    with pytest.raises(ServoAlert, match="reboot"):
+        rig.servo.enable_torque()

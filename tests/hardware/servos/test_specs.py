@@ -1,0 +1,95 @@
+"""Every servo in the table agrees with its data sheet."""
+
+from math import pi
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hardware.servos import SERVOS
+from hardware.servos import registers as r
+from hardware.servos.base import ServoConfiguration, alert_words
+from tendon_newton.errors import InvalidParameter
+
+# rows of the e-manual: model number, no-load speed [rev/min] and stall torque [N m] at a voltage,
+# Velocity Limit (44) after a reset, which the data sheet sets just beyond the no-load speed
+DATA_SHEET = {
+    "xc330_t288_t": (1220, 65.0, 0.92, 11.1, 320),
+    "xl330_m288_t": (1200, 103.0, 0.52, 5.0, 445),
+}
+
+every_servo = pytest.mark.parametrize("name", SERVOS)
+
+
+@every_servo
+def test_a_servo_stands_under_its_own_name_with_its_row(name: str) -> None:
+    """Name, model number, speed, torque and voltage are those of the data sheet."""
+    spec = SERVOS[name]
+    model, speed, torque, voltage, _ = DATA_SHEET[name]
+    assert (spec.name, spec.model_number) == (name, model)
+    assert spec.no_load_speed == pytest.approx(speed * 2.0 * pi / 60.0)
+    assert (spec.stall_torque, spec.supply_voltage) == (torque, voltage)
+    low, high = spec.supply_range
+    assert low < spec.supply_voltage <= high
+
+
+@every_servo
+def test_counts_become_the_units_of_the_data_sheet(name: str) -> None:
+    """A count is 0.088 degrees and 0.229 rev/min; full duty is 885 of 0.113 %."""
+    spec = SERVOS[name]
+    assert spec.counts_per_turn == 4096
+    assert spec.position_unit * 180.0 / pi == pytest.approx(0.088, abs=2e-4)  # printed digits
+    assert spec.velocity_unit * 60.0 / (2.0 * pi) == pytest.approx(0.229)
+    assert 100.0 / spec.duty_counts == pytest.approx(0.113, abs=5e-4)  # printed digits
+    limit = DATA_SHEET[name][4] * spec.velocity_unit
+    assert 0.9 < limit / spec.no_load_speed < 1.2
+
+
+@every_servo
+@given(angle=st.floats(-50.0, 50.0))
+def test_counts_to_si_and_back_lose_half_a_count(name: str, angle: float) -> None:
+    """Rounding to counts moves an angle by half a count at most."""
+    unit = SERVOS[name].position_unit
+    counts = r.GOAL_POSITION.decode(r.GOAL_POSITION.encode(round(angle / unit)))
+    assert counts * unit == pytest.approx(angle, abs=0.5001 * unit)
+
+
+@given(current=st.integers(-0x8000, 0x7FFF), position=st.integers(-(2**31), 2**31 - 1))
+def test_signed_registers_keep_their_sign(current: int, position: int) -> None:
+    """Two's complement in little endian, which the SDK leaves undone."""
+    assert r.PRESENT_CURRENT.decode(r.PRESENT_CURRENT.encode(current)) == current
+    assert r.PRESENT_POSITION.decode(r.PRESENT_POSITION.encode(position)) == position
+    assert r.PRESENT_CURRENT.decode(b"\xff\xff") == -1
+
+
+def test_the_state_is_one_block_of_ten_bytes() -> None:
+    """Current, velocity and position stand side by side from 126 to 135."""
+    assert r.STATE_BLOCK[0].address == 126
+    for left, right in zip(r.STATE_BLOCK, r.STATE_BLOCK[1:], strict=False):
+        assert left.address + left.size == right.address
+    assert sum(register.size for register in r.STATE_BLOCK) == 10
+
+
+def test_alerts_have_words() -> None:
+    """The bits of register 70, not those of 63, which is a mask."""
+    assert alert_words(0) == ()
+    assert alert_words(0x20) == ("overload",)
+    assert alert_words(0x05) == ("input voltage outside its limits", "overheating")
+    assert alert_words(0x40) == ("unknown alert, bit 6",)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ({"watchdog": 0.0}, "0.02 to 2.54 s"),
+        ({"watchdog": 3.0}, "0.02 to 2.54 s"),
+        ({"position_range": (1.0, 1.0)}, "low, high"),
+        ({"position_range": (0.0, float("nan"))}, "low, high"),
+        ({"return_delay": 1.0}, "0 to 508 us"),
+        ({"duty_limit": 0.0}, "above 0, up to 1"),
+    ],
+)
+def test_a_configuration_without_watchdog_or_limits_is_refused(words: dict, said: str) -> None:
+    """Extended position knows no limits of its own, so there is no servo without ours."""
+    with pytest.raises(InvalidParameter, match=said):
+        ServoConfiguration(mode="extended_position", **words)

@@ -1,0 +1,49 @@
+"""A driver on an emulated bus that runs as fast as it can."""
+
+from hardware.servos import SERVOS
+from hardware.servos.dynamixel_servo import DynamixelServo
+from hardware.virtual_bench import FaultEvent, LockstepBench
+
+TICK = 0.0125
+"""Period of a loop at 80 Hz [s]."""
+
+
+class VirtualServo:
+    """A bench and its driver, configured and holding where it stands."""
+
+    def __init__(self, bench: str = "finger", *, mode: str = "extended_position") -> None:
+        self.bench = LockstepBench(bench, 3)
+        self.clock = self.bench.clock
+        self.servo = DynamixelServo(
+            SERVOS["xc330_t288_t"], self.bench.servo_port(), clock=self.clock
+        )
+        self.servo.open()
+        self.servo.configure(mode)
+        self.servo.enable_torque()
+
+    def run(self, command: float, seconds: float) -> list:
+        """Command an angle [rad] at 80 Hz for a time [s] and return the states."""
+        states = []
+        end = self.clock.now() + seconds
+        while self.clock.now() < end:
+            self.servo.command_position(command)
+            states.append(self.servo.read_state())
+            self.wait(TICK)
+        return states
+
+    def wait(self, seconds: float) -> None:
+        """Let time pass without an instruction."""
+        self.clock.sleep_until(self.clock.now() + seconds)
+
+    def let(self, name: str, **words) -> None:
+        """Let a mishap happen now."""
+        self.bench.plan(FaultEvent(name=name, start=self.clock.now(), **words))
+        self.wait(2e-3)
+
+    def register(self, address: int) -> int:
+        """Look into the servo's memory."""
+        return self.bench.bench.plant.registers.value(address)
+
+    def corrupt(self, address: int, counts: int) -> None:
+        """Change the servo's memory behind the driver's back."""
+        self.bench.bench.plant.registers.store(address, counts)

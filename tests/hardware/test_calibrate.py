@@ -1,0 +1,97 @@
+"""The verb that calibrates, as its user meets it."""
+
+from pathlib import Path
+
+import pytest
+
+from hardware.load_cells.calibration_file import load_calibration
+from tendon_newton.cli import main
+
+MASSES = ["--masses", "0.2,0.5,1,2"]
+VIRTUAL = ["--port", "virtual:finger:1", "--faster-than-real-time"]
+
+
+@pytest.fixture
+def calibrated(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Path:
+    """A file that the verb has made."""
+    path = tmp_path / "cell.toml"
+    assert main(["calibrate", *VIRTUAL, *MASSES, "--out", str(path)]) == 0
+    return path
+
+
+def test_the_operator_is_led_through_and_shown_what_came_of_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Nine steps, nine points with their errors, and the identifier that logs will name."""
+    path = tmp_path / "cell.toml"
+    assert main(["calibrate", *VIRTUAL, *MASSES, "--out", str(path)]) == 0
+    out = capsys.readouterr().out
+    assert "1/9: take all load off" in out
+    assert "5/9: hang 2 kg" in out
+    assert out.count("error ") == 9
+    calibration = load_calibration(path)
+    assert f"{path}: calibration {calibration.identifier}" in out
+    assert "good up to 19.6 N" in out
+
+
+def test_the_same_cell_has_not_drifted_and_another_has(
+    calibrated: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Re-taring says by how much zero has moved; code 1 where that is too much."""
+    assert main(["calibrate", *VIRTUAL, "--retare", str(calibrated)]) == 0
+    assert "zero has moved by" in capsys.readouterr().out
+    other = ["--port", "virtual:finger:2", "--faster-than-real-time"]
+    assert main(["calibrate", *other, "--retare", str(calibrated)]) == 1
+    assert "calibrate again" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ([*VIRTUAL], "needs 3 different masses; these are 0: none"),
+        ([*VIRTUAL, "--masses", "0.2,0.5"], "needs 3 different masses; these are 2"),
+        ([*VIRTUAL, "--masses", "0.2,half,1"], "masses are numbers in kg"),
+        ([*MASSES], "--load-cell-port must name the load cell's port"),
+        ([*MASSES, "--port", "/dev/ttyUSB0"], "no servo is needed here"),
+        ([*MASSES, "--load-cell-port", "/dev/no_such_port"], "/dev/no_such_port"),
+        ([*MASSES, "--load-cell-port", "gpio:5"], "gpio:DATA,CLOCK"),
+        ([*MASSES, *VIRTUAL, "--gain", "100"], "the gain of an HX711 is 128, 64 or 32"),
+        ([*MASSES, *VIRTUAL, "--out", "no/such/folder.toml"], "there is no folder"),
+        ([*VIRTUAL, "--retare", "none.toml"], "a calibration is a TOML file"),
+    ],
+)
+def test_misuse_is_one_line(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    words: list[str], said: str,
+) -> None:  # fmt: skip
+    """Code 2, before anybody has hung anything."""
+    monkeypatch.chdir(tmp_path)
+    assert main(["calibrate", *words]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert said in line
+
+
+def test_a_calibration_is_not_written_over(
+    calibrated: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Recordings name it."""
+    before = calibrated.read_bytes()
+    assert main(["calibrate", *VIRTUAL, *MASSES, "--out", str(calibrated)]) == 2
+    assert "there is a calibration already" in capsys.readouterr().err
+    assert calibrated.read_bytes() == before
+
+
+def test_an_operator_who_is_not_there_is_missed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A real cell needs somebody at the keyboard."""
+    from hardware.virtual_bench import VirtualPorts
+
+    def end_of_input(prompt: str) -> str:
+        raise EOFError(prompt)
+
+    monkeypatch.setattr("builtins.input", end_of_input)
+    with VirtualPorts("finger", 1) as ports:
+        words = [*MASSES, "--load-cell-port", ports.load_cell_port, "--out", f"{tmp_path}/c.toml"]
+        assert main(["calibrate", *words]) == 2
+    assert "somebody must hang the masses" in capsys.readouterr().err
