@@ -1,0 +1,19 @@
+"""A bench that is not there: a servo and a load cell behind real serial protocols.
+
+``open_virtual`` starts one as a process with two ports; ``LockstepBench`` runs one faster than
+real time.
+"""
+
+from hardware.virtual_bench.constants import BENCH_SEEDS
+from hardware.virtual_bench.faults import FaultEvent, Faults
+from hardware.virtual_bench.lockstep import LockstepBench
+from hardware.virtual_bench.process import VirtualPorts, open_virtual
+
+__all__ = [
+    "BENCH_SEEDS",
+    "FaultEvent",
+    "Faults",
+    "LockstepBench",
+    "VirtualPorts",
+    "open_virtual",
+]

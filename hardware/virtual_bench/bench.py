@@ -1,0 +1,229 @@
+"""A virtual bench with its two wires: bytes in, bytes out, and faults on the way."""
+
+from __future__ import annotations
+
+import random
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+from hardware.virtual_bench import addresses as at
+from hardware.virtual_bench.control_table import XC330_T288_T, ServoModel
+from hardware.virtual_bench.faults import ALERT_BITS, FaultEvent, Faults
+from hardware.virtual_bench.firmware import TICK
+from hardware.virtual_bench.load_cell import BANNER
+from hardware.virtual_bench.obstacle import Obstacle, grips
+from hardware.virtual_bench.plant import Plant, PlantState
+from hardware.virtual_bench.protocol import FrameParser
+from hardware.virtual_bench.servo_emulator import ServoEmulator
+from hardware.virtual_bench.unit import draw_unit
+
+BUS_BAUD = 3
+"""Register 8 of a bench's servo: 1 Mbit/s, as an operator has set it once."""
+USB_LATENCY = 0.5e-3
+"""From the servo's last bit to the host's first byte [s]: an FTDI whose latency timer is 1 ms."""
+CELL_LATENCY = 1.2e-3
+"""From the end of a conversion to the host [s]: line time at 115200 and USB."""
+CELL_JITTER = 0.6e-3
+"""Mean of what USB adds to that [s]."""
+BROWNOUT = 4.5
+"""Supply below which the servo's processor restarts [V]; assumed."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Reply:
+    """Bytes for the host and the instant at which they arrive [s]."""
+
+    due: float
+    data: bytes
+
+
+class VirtualBench:
+    """Servo, load cell and plant on one clock that starts at zero.
+
+    Args:
+        bench: ``spring_weak``, ``spring_strong`` or ``finger``.
+        seed: Which unit, and which noise.
+        faults: What goes wrong.
+        obstacle: What blocks the mechanism: ``free``, ``tape_roll``, ``hand`` or
+        ``hand_perturbation``. load_cell_rate: Lines per second: 80, 20 or 10 [Hz].
+        model: Which servo's control table.
+    """
+
+    def __init__(
+        self,
+        bench: str = "finger",
+        seed: int = 0,
+        *,
+        faults: Faults | None = None,
+        obstacle: str = "free",
+        load_cell_rate: int = 80,
+        model: ServoModel = XC330_T288_T,
+    ) -> None:
+        self.unit = draw_unit(bench, seed, model.name)
+        self.plant = Plant(self.unit, seed=seed, model=model, load_cell_rate=load_cell_rate)
+        plant = self.plant
+        plant.registers.store(at.BAUD_RATE, BUS_BAUD)
+        self.servo = ServoEmulator(
+            plant.registers,
+            plant.firmware,
+            plant.motor,
+            self.unit.servo,
+            random.Random(f"servo sensors {seed}"),
+        )
+        self._seed = seed
+        self._random = random.Random(f"bench {seed}")
+        self._parser = FrameParser()
+        self._cell: deque[Reply] = deque([Reply(due=0.0, data=BANNER)])
+        self._faults = Faults()
+        self._events: list[FaultEvent] = []
+        self._unplugged_until = self._silent_until = self._dip_until = 0.0
+        self.set_faults(faults or Faults())
+        self.set_obstacle(obstacle)
+
+    @property
+    def time(self) -> float:
+        """The bench's clock [s]."""
+        return self.plant.time
+
+    @property
+    def plugged(self) -> bool:
+        """Whether the servo's adapter is in its socket."""
+        return self.time >= self._unplugged_until
+
+    @property
+    def unplugged_until(self) -> float:
+        """When the adapter comes back [s]."""
+        return self._unplugged_until
+
+    @property
+    def faults(self) -> Faults:
+        """What goes wrong by chance."""
+        return self._faults
+
+    def set_faults(self, faults: Faults) -> None:
+        """Take other chances, and plan the events besides those already planned."""
+        self._faults = replace(faults, events=())
+        for event in faults.events:
+            self.plan(event)
+
+    def plan(self, event: FaultEvent) -> None:
+        """Plan one mishap."""
+        self._events.append(event)
+        self._events.sort(key=lambda each: each.start)
+
+    def set_obstacle(self, name: str) -> None:
+        """Put something in the mechanism's way from now on."""
+        stays = grips(name, self._seed)
+        now = self.time
+        later = tuple(
+            replace(stay, start=stay.start + now if stay.start else 0.0, end=stay.end + now)
+            for stay in stays
+        )
+        self.plant.obstacle = Obstacle(later)
+
+    def hang_mass(self, mass: float | None) -> None:
+        """Hang a mass [kg] on the load cell; ``None`` hooks the tendon in again."""
+        self.plant.load_cell.mass = mass
+
+    def state(self) -> PlantState:
+        """Return what is true now."""
+        return self.plant.state()
+
+    def advance(self, time: float) -> None:
+        """Let everything happen up to an instant [s]."""
+        plant, cell = self.plant, self._cell
+        while (plant.ticks + 1) * TICK <= time + 1e-9:  # rounding of the instant
+            line = plant.tick()
+            if self._events or self._dip_until:
+                self._happen(plant.time)
+            if line:
+                cell.extend(self._sent(line, plant.time))
+
+    def _sent(self, line: bytes, time: float) -> Iterable[Reply]:
+        """Return a line on its way to the host, unless it is lost."""
+        faults, rng = self._faults, self._random
+        if time < self._silent_until or rng.random() < faults.lost_lines:
+            return ()
+        if rng.random() < faults.garbled_lines:
+            line = changed(line, rng)
+        due = time + CELL_LATENCY + rng.expovariate(1.0 / CELL_JITTER)
+        if self._cell:  # one wire: lines never overtake each other
+            due = max(due, self._cell[-1].due)
+        return (Reply(due=due, data=line),)
+
+    def receive(self, data: bytes, time: float, baud: int | None = None) -> list[Reply]:
+        """Take bytes from the host and return the servo's answers.
+
+        Args:
+            data: Bytes that the host has sent.
+            time: When their last one reached the servo [s].
+            baud: Speed at which they were sent; at another than the servo's own they are noise.
+        """
+        self.advance(time)
+        if not self.plugged or (baud is not None and baud != self.servo.baud):
+            return []
+        replies: list[Reply] = []
+        due = time
+        for instruction in self._parser.feed(data):
+            bits = 10.0 / self.servo.baud
+            answer = self.servo.answer(instruction, self.time, self.plant.encoder.count)
+            if not answer:
+                continue
+            answer = self._on_the_line(answer)
+            due += self.servo.return_delay + bits * len(answer)
+            if answer:
+                late = USB_LATENCY + self._faults.extra_latency
+                replies.append(Reply(due=due + late, data=answer))
+        return replies
+
+    def _on_the_line(self, answer: bytes) -> bytes:
+        """Return an answer as it arrives, empty where it is dropped."""
+        faults, rng = self._faults, self._random
+        if rng.random() < faults.dropped_replies:
+            return b""
+        if rng.random() < faults.corrupted_replies:
+            answer = changed(answer, rng)
+        if rng.random() < faults.line_noise:
+            answer = rng.randbytes(rng.randint(1, 6)) + answer
+        return answer
+
+    def cell_lines(self, time: float) -> list[Reply]:
+        """Return what the load cell's board has sent up to an instant [s], line by line."""
+        self.advance(time)
+        lines: list[Reply] = []
+        while self._cell and self._cell[0].due <= time:
+            lines.append(self._cell.popleft())
+        return lines
+
+    def _happen(self, time: float) -> None:
+        """Let the events that are due happen."""
+        if self._dip_until and time >= self._dip_until:
+            self._dip_until = 0.0
+            if self.plant.motor.supply < BROWNOUT:
+                self.servo.restart(time, self.plant.encoder.count)
+            self.plant.motor.supply = self.unit.servo.supply_voltage
+        while self._events and self._events[0].start <= time:
+            event = self._events.pop(0)
+            end = time + event.duration
+            if event.name == "unplug":
+                self._unplugged_until = end
+                self._parser.reset()
+            elif event.name == "cell_silence":
+                self._silent_until = end
+            elif event.name == "alert":
+                self.plant.registers.raise_error(ALERT_BITS[event.alert])
+            elif event.name == "reboot":
+                self.servo.restart(time, self.plant.encoder.count)
+            else:
+                self._dip_until = end
+                self.plant.motor.supply = event.voltage
+                if event.voltage < BROWNOUT:
+                    self.servo.restart(end, self.plant.encoder.count)
+
+
+def changed(data: bytes, rng: random.Random) -> bytes:
+    """Return bytes with one bit of one of them flipped."""
+    broken = bytearray(data)
+    broken[rng.randrange(len(broken))] ^= 1 << rng.randrange(8)
+    return bytes(broken)

@@ -1,0 +1,205 @@
+"""Start a virtual bench as a process: ports for the driver, a control channel for faults."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import socket
+import subprocess
+import sys
+import tempfile
+from dataclasses import fields
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from hardware.virtual_bench.control_table import XC330_T288_T
+from hardware.virtual_bench.faults import FaultEvent, Faults
+from hardware.virtual_bench.plant import PlantState
+from hardware.virtual_bench.server import CONTROL, LOAD_CELL, SERVO
+from hardware.virtual_bench.truth import write_plant_file
+from hardware.virtual_bench.unit import BENCHES, draw_unit
+from tendon_newton.errors import TendonNewtonError, unknown_name
+
+WORD = "virtual"
+"""First part of the word that names a virtual bench in place of a port."""
+DEFAULT_BENCH = "finger"
+STOP_TIME = 5.0
+"""How long a bench may take to end [s]."""
+
+
+class InvalidVirtualBench(TendonNewtonError):
+    """The word for a virtual bench means none, or the bench did not start or answer."""
+
+
+def parse_word(word: str) -> tuple[str, int]:
+    """Return bench and seed of ``virtual``, ``virtual:finger`` or ``virtual:finger:3``.
+
+    Raises:
+        InvalidVirtualBench: The word has another form.
+        UnknownName: No such bench.
+    """
+    parts = word.split(":")
+    if parts[0] != WORD or len(parts) > 3:
+        raise InvalidVirtualBench(
+            f"A virtual bench is named virtual, virtual:BENCH or virtual:BENCH:SEED; got {word!r}"
+        )
+    bench = parts[1] if len(parts) > 1 and parts[1] else DEFAULT_BENCH
+    if bench not in BENCHES:
+        raise unknown_name("virtual bench", bench, BENCHES)
+    seed = parts[2] if len(parts) > 2 else "0"
+    if not seed.isdecimal():
+        raise InvalidVirtualBench(f"The seed of a virtual bench is a whole number; got {seed!r}")
+    return bench, int(seed)
+
+
+class VirtualPorts:
+    """A running virtual bench: use it as a context manager, or close it.
+
+    Args:
+        bench: ``spring_weak``, ``spring_strong`` or ``finger``.
+        seed: Which unit, and which noise.
+        obstacle: What blocks the mechanism.
+        load_cell_rate: Lines per second: 80, 20 or 10 [Hz].
+        faults: What goes wrong from the beginning.
+        servo: Name of the servo.
+    """
+
+    def __init__(
+        self,
+        bench: str = DEFAULT_BENCH,
+        seed: int = 0,
+        *,
+        obstacle: str = "free",
+        load_cell_rate: int = 80,
+        faults: Faults | None = None,
+        servo: str = XC330_T288_T.name,
+    ) -> None:
+        self._unit = draw_unit(bench, seed, servo)
+        self.folder = Path(tempfile.mkdtemp(prefix="virtual_bench_"))
+        self._process = subprocess.Popen(
+            [
+                *(sys.executable, "-m", "hardware.virtual_bench"),
+                *("--bench", bench, "--seed", str(seed), "--folder", str(self.folder)),
+                *("--obstacle", obstacle, "--load-cell-rate", str(load_cell_rate)),
+                *("--servo", servo),
+            ],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+        )
+        assert self._process.stdout is not None
+        if self._process.stdout.readline() != b"ready\n":
+            _, said = self._process.communicate()
+            shutil.rmtree(self.folder, ignore_errors=True)
+            last = said.decode(errors="replace").strip().split("\n")[-1]
+            raise InvalidVirtualBench(f"The virtual bench {bench}:{seed} did not start: {last}")
+        self._control = socket.socket(socket.AF_UNIX)
+        self._control.connect(str(self.folder / CONTROL))
+        self._answers = self._control.makefile("rb")
+        if faults is not None:
+            self.set_faults(faults)
+
+    @property
+    def servo_port(self) -> str:
+        """Path of the servo's serial port; gone while it is unplugged."""
+        return str(self.folder / SERVO)
+
+    @property
+    def load_cell_port(self) -> str:
+        """Path of the load cell's serial port."""
+        return str(self.folder / LOAD_CELL)
+
+    @property
+    def process_id(self) -> int:
+        """Of the process that emulates."""
+        return self._process.pid
+
+    def __enter__(self) -> VirtualPorts:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the bench; more than once does no harm."""
+        if self._process.stdin is None or self._process.stdin.closed:
+            return
+        self._answers.close()
+        self._control.close()
+        self._process.stdin.close()
+        try:
+            self._process.wait(STOP_TIME)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        for stream in (self._process.stdout, self._process.stderr):
+            if stream is not None:
+                stream.close()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def set_faults(self, faults: Faults) -> None:
+        """Let other things go wrong from now on, and plan the events."""
+        chances = {
+            each.name: getattr(faults, each.name)
+            for each in fields(faults)
+            if each.name != "events"
+        }
+        self._ask("faults", **chances)
+        for event in faults.events:
+            self.plan(event)
+
+    def plan(self, event: FaultEvent) -> None:
+        """Plan one mishap; a start of zero means now."""
+        arguments = {each.name: getattr(event, each.name) for each in fields(event)}
+        if not event.start:
+            del arguments["start"]
+        self._ask("event", **arguments)
+
+    def set_obstacle(self, name: str) -> None:
+        """Put something in the mechanism's way from now on."""
+        self._ask("obstacle", name=name)
+
+    def hang_mass(self, mass: float | None) -> None:
+        """Hang a mass [kg] on the load cell; ``None`` hooks the tendon in again."""
+        self._ask("mass", mass=mass)
+
+    def state(self) -> PlantState:
+        """Return what is true now."""
+        answer = self._ask("state")
+        tip = answer["tip"]
+        return PlantState(**{**answer, "tip": None if tip is None else (tip[0], tip[1])})
+
+    def plant_file(self, path: Path) -> None:
+        """Write every constant of this unit, and the effects that they amount to, as TOML."""
+        write_plant_file(path, self._unit)
+
+    def _ask(self, command: str, **arguments: Any) -> dict[str, Any]:
+        """Send one command over the control channel and return its answer."""
+        try:
+            line = json.dumps({"command": command, "arguments": arguments})
+            self._control.sendall(line.encode() + b"\n")
+            answer = json.loads(self._answers.readline())
+        except (OSError, ValueError) as error:
+            raise InvalidVirtualBench(
+                f"The virtual bench (process {self._process.pid}) does not answer"
+            ) from error
+        if "error" in answer:
+            raise InvalidVirtualBench(f"The virtual bench refused: {answer['error']}")
+        return answer
+
+
+def open_virtual(word: str) -> VirtualPorts:
+    """Start the bench that a word names: ``virtual``, ``virtual:finger`` or ``virtual:finger:3``.
+
+    Raises:
+        InvalidVirtualBench: The word has another form, or the bench did not start.
+        UnknownName: No such bench.
+    """
+    bench, seed = parse_word(word)
+    return VirtualPorts(bench, seed)

@@ -1,0 +1,122 @@
+"""What a unit really is, as a file: its constants, and the named effects that they amount to.
+
+The names and parameters of the effects are those by which a diagnosis reports, so that its answer
+for a recording of this unit can be scored. An effect without parameters is there, but has none
+that could be compared one to one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from hardware.virtual_bench.constants import FingerConstants, SliderConstants
+from hardware.virtual_bench.load_cell import FILTER
+from hardware.virtual_bench.obstacle import NOMINAL_SPOOL
+from hardware.virtual_bench.unit import BENCHES, Unit
+from tendon_newton.toml_file import write_toml
+
+CELL_PERIOD = 1.0 / 80.0  # [s]
+
+
+def write_plant_file(path: Path, unit: Unit) -> None:
+    """Write every constant of a unit and the effects that they amount to."""
+    table: dict[str, Any] = {"bench": unit.bench, "seed": unit.seed}
+    for part in ("servo", "tendon", "mechanism", "load_cell"):
+        values = asdict(getattr(unit, part))
+        table[part] = {k: list(v) if isinstance(v, tuple) else v for k, v in values.items()}
+    effects = actuator_effects(unit) + transmission_effects(unit)
+    effects += mechanism_effects(unit) + sensor_effects(unit)
+    write_toml(path, table, effects=[{"name": name, **values} for name, values in effects])
+
+
+Effect = tuple[str, dict[str, Any]]
+
+
+def actuator_effects(unit: Unit) -> list[Effect]:
+    """Return what lies between the command and the load cell."""
+    c = unit.servo
+    damping = c.torque_constant**2 / c.resistance + c.viscous_friction
+    return [
+        ("command_delay", {}),  # where the host closes the loop: its duty stands for 50 ms
+        (
+            "stribeck_friction",
+            {
+                "parameters": {
+                    "coulomb_force": c.dry_friction / c.spool_radius,
+                    "static_force": c.dry_friction * (1.0 + c.stick_excess) / c.spool_radius,
+                    "stribeck_velocity": c.stribeck_speed,
+                }
+            },
+        ),
+        ("viscous_friction", {"parameters": {"coefficient": damping / c.spool_radius}}),
+        ("load_dependent_friction", {"parameters": {"coefficient": c.tendon_load_friction}}),
+        ("holding_friction", {}),
+        ("voltage_sag", {}),
+        ("gain_error", {}),
+    ]
+
+
+def transmission_effects(unit: Unit) -> list[Effect]:
+    """Return what lies between spool and mechanism."""
+    t = unit.tendon
+    stiffness = 1.0 / (1.0 / t.spool_side_stiffness + 1.0 / t.mechanism_side_stiffness)
+    return [
+        ("tendon_slack", {"parameters": {"length": t.slack}}),
+        ("tendon_compliance", {"parameters": {"stiffness": stiffness}}),
+        (
+            "routing_friction",
+            {"parameters": {"exponent": t.guide_friction + t.routing_friction}},
+        ),
+        (
+            "spool_radius_error",
+            {"parameters": {"scale": unit.servo.spool_radius / NOMINAL_SPOOL}},
+        ),
+    ]
+
+
+def mechanism_effects(unit: Unit) -> list[Effect]:
+    """Return how the mechanism differs from its nominal numbers."""
+    c, nominal = unit.mechanism, BENCHES[unit.bench]
+    if isinstance(c, SliderConstants) and isinstance(nominal, SliderConstants):
+        dry = c.rail_friction / (nominal.stiffness * nominal.travel)
+        return [
+            ("joint_stiffness_error", {"parameters": {"scale": c.stiffness / nominal.stiffness}}),
+            ("joint_damping_error", {"parameters": {"scale": c.damping / nominal.damping}}),
+            ("inertia_error", {"parameters": {"scale": c.mass / nominal.mass}}),
+            ("joint_dry_friction", {"parameters": {"fraction": dry}}),
+        ]
+    assert isinstance(c, FingerConstants)
+    assert isinstance(nominal, FingerConstants)
+    return [
+        ("joint_stiffness_error", {"parameters": {"scale": ratio(c.stiffness, nominal.stiffness)}}),
+        ("joint_damping_error", {"parameters": {"scale": ratio(c.damping, nominal.damping)}}),
+        ("inertia_error", {"parameters": {"scale": ratio(c.masses, nominal.masses)}}),
+        (
+            "viscoelastic_spring",
+            {
+                "parameters": {
+                    "stiffness_ratio": c.maxwell_ratio,
+                    "relaxation_time": c.maxwell_time,
+                }
+            },
+        ),
+        ("spring_stiffening", {}),
+        ("gravity_misalignment", {"parameters": {"angle": c.tilt}}),
+    ]
+
+
+def sensor_effects(unit: Unit) -> list[Effect]:
+    """Return what the sensors add, once the cell is calibrated."""
+    late = CELL_PERIOD * (0.5 + sum(k * weight for k, weight in enumerate(FILTER)))
+    return [
+        ("load_cell_delay", {"parameters": {"delay": late}}),
+        ("load_cell_drift", {"parameters": {"rate": unit.load_cell.drift}}),
+        ("position_offset", {}),
+    ]
+
+
+def ratio(values: tuple[float, float], nominal: tuple[float, float]) -> float:
+    """Return the mean ratio of two joints' values to their nominal ones [1]."""
+    return 0.5 * (values[0] / nominal[0] + values[1] / nominal[1])

@@ -1,0 +1,60 @@
+"""Run a virtual bench: a servo and a load cell behind serial ports, with nothing plugged in.
+
+Any program that speaks to a Dynamixel servo can use the ports: ``tendon-newton doctor --port
+PORT``, ROBOTIS's own tools, yours. Verbs that take --port virtual start a bench of their own
+and need none of this.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+
+@dataclass(frozen=True, kw_only=True)
+class VirtualBenchConfig:
+    """Run a virtual bench until Ctrl-C."""
+
+    bench: Literal["finger", "spring_weak", "spring_strong"] = "finger"
+    """What the tendon pulls."""
+    seed: int = 0
+    """Which unit: servos, tendons and fingers differ from one to the next."""
+    obstacle: Literal["free", "tape_roll", "hand", "hand_perturbation"] = "free"
+    """What blocks the mechanism."""
+    load_cell_rate: Literal[80, 20, 10] = 80
+    """Readings per second [Hz]; 20 is a mean of four at 80."""
+    servo: Literal["xc330_t288_t", "xl330_m288_t"] = "xc330_t288_t"
+    """Which servo."""
+    plant_file: Path | None = None
+    """Also write every constant of the unit here, as TOML."""
+
+
+def main(config: VirtualBenchConfig) -> None:
+    """Start the bench, say how to reach it, and wait."""
+    import signal
+    from contextlib import suppress
+
+    from hardware.virtual_bench import VirtualPorts
+
+    with (
+        suppress(KeyboardInterrupt),
+        VirtualPorts(
+            config.bench,
+            config.seed,
+            obstacle=config.obstacle,
+            load_cell_rate=config.load_cell_rate,
+            servo=config.servo,
+        ) as ports,
+    ):
+        if config.plant_file is not None:
+            ports.plant_file(config.plant_file)
+        print(f"virtual bench {config.bench}, unit {config.seed}, {config.servo}")
+        print(f"  servo      {ports.servo_port}   ID 1, 1000000 baud")
+        print(f"  load cell  {ports.load_cell_port}   115200 baud")
+        print("\ntry, in another terminal:")
+        words = f"--port {ports.servo_port} --load-cell-port {ports.load_cell_port}"
+        print(f"  tendon-newton doctor {words}")
+        print("\nCtrl-C ends it", flush=True)
+        signal.pause()
+    print("\nended")

@@ -1,0 +1,1 @@
+"""The virtual bench: protocol, plant, faults, process."""

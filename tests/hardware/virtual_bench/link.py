@@ -1,0 +1,57 @@
+"""The real SDK on a virtual bench, in lockstep."""
+
+from typing import Any
+
+from hardware.virtual_bench import LockstepBench
+
+ID = 1
+SUCCESS, SILENT, BROKEN = 0, -3001, -3002
+TORQUE, MODE, PWM_GOAL, POSITION_GOAL, POSITION = 64, 11, 100, 116, 132
+EXTENDED, PWM = 4, 16
+
+
+class Link:
+    """A lockstep bench and the SDK's handlers for its servo."""
+
+    def __init__(self, bench: str = "finger", seed: int = 0, **options: Any) -> None:
+        from dynamixel_sdk import PacketHandler
+
+        self.bench = LockstepBench(bench, seed, **options)
+        self.port = self.bench.servo_port()
+        self.sdk = PacketHandler(2.0)
+        assert self.port.openPort()
+
+    def read(self, address: int, size: int) -> int:
+        """Return a register that must answer, unsigned."""
+        value, result, error = self.sdk.readTxRx(self.port, ID, address, size)
+        assert (result, error) == (SUCCESS, 0)
+        return int.from_bytes(bytes(value), "little")
+
+    def write(self, address: int, size: int, value: int) -> int:
+        """Write a register and return the servo's error."""
+        data = list((value & ((1 << 8 * size) - 1)).to_bytes(size, "little"))
+        result, error = self.sdk.writeTxRx(self.port, ID, address, size, data)
+        assert result == SUCCESS
+        return error
+
+    def ping(self) -> tuple[int, int, int]:
+        """Return model, result and error."""
+        return self.sdk.ping(self.port, ID)
+
+    def enable(self, mode: int) -> None:
+        """Choose a mode and switch the torque on."""
+        assert self.write(TORQUE, 1, 0) & 0x7F == 0
+        assert self.write(MODE, 1, mode) == 0
+        assert self.write(TORQUE, 1, 1) == 0
+
+    def wait(self, duration: float) -> None:
+        """Let time pass [s]."""
+        clock = self.bench.clock
+        clock.sleep_until(clock.now() + duration)
+
+    def lines(self, duration: float) -> list[tuple[float, bytes]]:
+        """Return what the load cell sends in a while [s], with arrivals [s]."""
+        stream = self.bench.load_cell_stream()
+        stream.open()
+        self.wait(duration)
+        return stream.receive()
