@@ -1,26 +1,34 @@
 """A dataset: a folder of recordings with ``dataset.toml``, split by recording."""
 
 import os.path
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import isfinite
 from pathlib import Path
 from typing import Any, Literal
 
 from tendon_newton.bench_overrides import read_bench_overrides, write_bench_overrides
-from tendon_newton.errors import InvalidDataset, TendonNewtonError
+from tendon_newton.errors import InvalidDataset, TendonNewtonError, listed, shown
 from tendon_newton.recording import Recording
-from tendon_newton.recording_csv import read_csv, write_csv
+from tendon_newton.recording_formats.any_file import read_recording_file
+from tendon_newton.recording_formats.csv_file import write_csv
+from tendon_newton.recording_formats.topic_mapping_file import read_mapping
+from tendon_newton.text_file import finite_number
 from tendon_newton.toml_file import read_toml, refuse_unknown_keys, write_toml
 
 FILE_NAME = "dataset.toml"
 SPLITS = ("train", "test")
 REQUIRED_KEYS = ("file", "bench", "split")
-KNOWN_KEYS = (*REQUIRED_KEYS, "start", "bench_overrides", "actuator_overrides", "load_cell_rate")
+KNOWN_KEYS = (
+    *REQUIRED_KEYS, "mapping", "start", "bench_overrides", "actuator_overrides", "load_cell_rate",
+)  # fmt: skip
+PATH_LIMIT = 1000
+"""Longest path of a recording [characters]; no file system of today takes 4096."""
 KEY_TYPES: dict[str, tuple[type | tuple[type, ...], str]] = {
     "file": (str, "a string"),
     "bench": (str, "a string"),
     "split": (str, "a string"),
+    "mapping": (str, "a string"),
     "start": (str, "a string"),
     "bench_overrides": (dict, "a table"),
     "actuator_overrides": (dict, "a table"),
@@ -77,22 +85,53 @@ def write_dataset(path: Path, train: Sequence[Recording], test: Sequence[Recordi
     entries = []
     for split, recordings in (("train", train), ("test", test)):
         for recording in recordings:
-            file = path / recording.name
+            entry = entry_of(recording, split)
+            file = path / entry["file"]
             file.parent.mkdir(parents=True, exist_ok=True)
             write_csv(file, recording)
-            entries.append(entry_of(recording, split))
+            entries.append(entry)
     write_toml(path / FILE_NAME, {}, recordings=entries)
+
+
+def list_recording(
+    path: Path, file: str, *, bench: str, split: str, start: str = "equilibrium",
+    load_cell_rate: float | None = None,
+) -> None:  # fmt: skip
+    """Add a recording that was written to a folder to its ``dataset.toml``, whole or not at all.
+
+    Args:
+        path: The folder.
+        file: The recording's path inside it.
+        bench: Name under ``assets/`` of the bench that was measured.
+        split: ``train`` or ``test``.
+        start: State from which a simulation starts.
+        load_cell_rate: Rate of the load cell where it is slower than the rows [Hz].
+    """
+    entry: Entry = {"file": file, "bench": bench, "split": split}
+    if start != "equilibrium":
+        entry["start"] = start
+    if load_cell_rate is not None:
+        entry["load_cell_rate"] = load_cell_rate
+    check_entry(entry, str(path / FILE_NAME))
+    beside = path / f".{FILE_NAME}"
+    write_toml(beside, {}, recordings=[*listed_recordings(path), entry])
+    beside.replace(path / FILE_NAME)
+
+
+def listed_recordings(path: Path) -> list[Entry]:
+    """Read the entries of a folder, none where it is no dataset yet."""
+    return read_entries(path) if (path / FILE_NAME).exists() else []
+
+
+def listed_files(path: Path) -> tuple[str, ...]:
+    """Return the recordings that a folder lists, none where it is no dataset yet."""
+    return tuple(entry["file"] for entry in listed_recordings(path))
 
 
 def read_entries(path: Path) -> list[Entry]:
     """Read and check ``dataset.toml`` without opening the recordings."""
     where = path / FILE_NAME
-    if not path.is_dir():
-        came = "it is a file: give the folder that holds it" if path.exists() else "no such folder"
-        raise InvalidDataset(f"{path}: a dataset is a folder with {FILE_NAME}; {came}")
-    if not where.is_file():
-        raise InvalidDataset(f"{path}: a dataset is a folder with {FILE_NAME}; it holds none")
-    table = read_toml(where, InvalidDataset)
+    table = read_toml(where, InvalidDataset, f"a dataset is a folder with {FILE_NAME}")
     refuse_unknown_keys(table, ("recordings",), str(where), InvalidDataset)
     entries = table.get("recordings", [])
     if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
@@ -101,12 +140,11 @@ def read_entries(path: Path) -> list[Entry]:
         raise InvalidDataset(f"{where}: a dataset lists one [[recordings]] or more; it lists none")
     for index, entry in enumerate(entries):
         check_entry(entry, f"{where}: [[recordings]] {index}")
-    files = [os.path.normpath(entry["file"]) for entry in entries]
-    for entry, file in zip(entries, files, strict=True):
-        if files.count(file) > 1:
+    for file, count in Counter(os.path.normpath(entry["file"]) for entry in entries).items():
+        if count > 1:
             raise InvalidDataset(
                 f"{where}: a recording belongs to one split and is listed once; "
-                f"{entry['file']!r} is listed {files.count(file)} times"
+                f"{file!r} is listed {count} times"
             )
     return entries
 
@@ -116,14 +154,20 @@ def check_entry(entry: Entry, where: str) -> None:
     refuse_unknown_keys(entry, KNOWN_KEYS, where, InvalidDataset)
     for key in REQUIRED_KEYS:
         if key not in entry:
-            raise InvalidDataset(f"{where}: key {key!r} is missing; there are {', '.join(entry)}")
-    where = f"{where} ({entry['file']!r})"
+            raise InvalidDataset(f"{where}: key {key!r} is missing; there are {listed(entry)}")
+    where = f"{where} ({shown(entry['file'])})"
     for key, value in entry.items():
         types, words = KEY_TYPES[key]
         if not isinstance(value, types) or isinstance(value, bool):
-            raise InvalidDataset(f"{where}: {key} must be {words}; it is {value!r}")
+            raise InvalidDataset(f"{where}: {key} must be {words}; it is {shown(value)}")
     if entry["split"] not in SPLITS:
-        raise InvalidDataset(f"{where}: split must be 'train' or 'test'; it is {entry['split']!r}")
+        raise InvalidDataset(
+            f"{where}: split must be 'train' or 'test'; it is {shown(entry['split'])}"
+        )
+    if len(entry["file"]) > PATH_LIMIT or not entry["file"].isprintable():
+        raise InvalidDataset(
+            f"{where}: file must be a path of at most {PATH_LIMIT} printable characters"
+        )
     file = os.path.normpath(entry["file"])
     if not entry["file"] or Path(file).is_absolute() or Path(file).parts[:1] in ((), ("..",)):
         raise InvalidDataset(
@@ -135,42 +179,56 @@ def read_recording(path: Path, entry: Entry) -> Recording:
     """Read the recording that an entry lists."""
     name = entry["file"]
     file = path / name
-    if file.is_dir() or file.suffix in (".mcap", ".db3"):
-        kind = "rosbag2 folders" if file.is_dir() else f"{file.suffix} files"
-        raise InvalidDataset(
-            f"{name}: {kind} are not supported yet by this version; export to CSV ({file})"
-        )
     where = f"{path / FILE_NAME}: {name}"
     try:
         overrides = read_bench_overrides(entry.get("bench_overrides", {}))
     except TendonNewtonError as error:
         raise InvalidDataset(f"{where}: {error}") from error
     start: Literal["equilibrium", "first_row"] = entry.get("start", "equilibrium")
-    rate = entry.get("load_cell_rate")
-    return read_csv(
-        file,
-        name=name,
-        bench=entry["bench"],
-        start=start,
-        bench_overrides=overrides,
-        actuator_overrides=read_numbers(entry.get("actuator_overrides", {}), where),
-        load_cell_rate=None if rate is None else float(rate),
-    )
+    try:
+        return read_recording_file(
+            file,
+            name=name,
+            bench=entry["bench"],
+            mapping=read_mapping(path / entry["mapping"]) if "mapping" in entry else None,
+            start=start,
+            bench_overrides=overrides,
+            actuator_overrides=read_numbers(entry.get("actuator_overrides", {}), where),
+            load_cell_rate=read_rate(entry, where),
+        )
+    except OSError as error:
+        raise InvalidDataset(f"{where}: cannot be read: {error.strerror or error}") from error
+
+
+def read_rate(entry: Entry, where: str) -> float | None:
+    """Read the load cell's rate [Hz], where an entry gives one."""
+    if "load_cell_rate" not in entry:
+        return None
+    rate = finite_number(entry["load_cell_rate"])
+    if rate is None:
+        raise InvalidDataset(
+            f"{where}: load_cell_rate must be a finite number; it is "
+            f"{shown(entry['load_cell_rate'])}"
+        )
+    return rate
 
 
 def read_numbers(table: dict[str, Any], where: str) -> dict[str, float]:
     """Read actuator numbers; which keys an actuator knows is checked where it is built."""
     for key, value in table.items():
-        if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
+        if finite_number(value) is None:
             raise InvalidDataset(
-                f"{where}: actuator override {key!r} must be a finite number; it is {value!r}"
+                f"{where}: actuator override {shown(key)} must be a finite number; "
+                f"it is {shown(value)}"
             )
     return {key: float(value) for key, value in table.items()}
 
 
 def entry_of(recording: Recording, split: str) -> Entry:
     """Make the ``[[recordings]]`` table of a recording; defaults are left out."""
-    entry: Entry = {"file": recording.name, "bench": recording.bench, "split": split}
+    file = Path(recording.name)
+    name = file.with_suffix(".csv") if file.suffix in (".mcap", ".db3") else file
+    entry: Entry = {"file": name.as_posix(), "bench": recording.bench, "split": split}
     if recording.start != "equilibrium":
         entry["start"] = recording.start
     if overrides := write_bench_overrides(recording.bench_overrides):

@@ -3,6 +3,7 @@
 import csv
 import io
 import re
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -10,8 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_newton.errors import InvalidRecording
+from tendon_newton.errors import InvalidRecording, listed, shown
 from tendon_newton.recording import Array, Mask, Recording
+from tendon_newton.text_file import read_text
 
 # column -> field, for columns of which there is one per tendon (theta_0, theta_1, ...)
 TENDON_COLUMNS = {
@@ -23,6 +25,12 @@ TENDON_COLUMNS = {
 SHARED_COLUMNS = ("current", "voltage", "temperature", "enabled")
 REQUIRED_COLUMNS = ("t", "theta", "theta_dot")
 KNOWN_COLUMNS = ("t", *TENDON_COLUMNS, "tip_x", "tip_z", *SHARED_COLUMNS)
+
+INDEX = "0|[1-9][0-9]{0,2}"
+"""How the number of a tendon is written; no servo bus carries a thousand."""
+
+WORD_LIMIT = 1000
+"""Longest cell of an unknown column [characters]: all rows are padded to the longest."""
 
 TextColumns = dict[str, list[str]]
 
@@ -53,7 +61,7 @@ def read_csv(path: Path, *, bench: str, name: str | None = None, **entry: Any) -
         tip = [numbers(text.pop(column), column, name) for column in ("tip_x", "tip_z")]
         known["tip"] = np.column_stack(tip)
     time = numbers(text.pop("t"), "t", name)
-    extra = {column: numbers_or_words(cells) for column, cells in text.items()}
+    extra = {column: numbers_or_words(cells, column, name) for column, cells in text.items()}
     return Recording(name=name, bench=bench, time=time, extra=extra, **known, **entry)
 
 
@@ -92,19 +100,7 @@ def named_by_tendon(column: str, values: Array) -> dict[str, Array]:
 
 def read_columns(path: Path, name: str) -> TextColumns:
     """Read the cells of every column as text."""
-    if not path.is_file():
-        raise InvalidRecording(f"{name}: no such file ({path})")
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InvalidRecording(
-            f"{name}: a CSV file must be UTF-8 text; byte {error.start} is not ({path})"
-        ) from error
-    if "\0" in text:
-        raise InvalidRecording(
-            f"{name}: a CSV file must be text; it holds a zero byte at character "
-            f"{text.index(chr(0))} ({path})"
-        )
+    text = read_text(path, InvalidRecording, "a recording is a CSV file")
     try:
         lines = list(csv.reader(io.StringIO(text, newline=""), skipinitialspace=True))
     except csv.Error as error:
@@ -135,9 +131,9 @@ def columns_of(lines: list[list[str]], name: str) -> TextColumns:
 
 def check_header(header: list[str], name: str) -> None:
     """Refuse a header with doubled, empty or missing columns."""
-    for cell in header:
-        if header.count(cell) > 1 or not cell:
-            fault = f"{cell!r} stands {header.count(cell)} times" if cell else "one is empty"
+    for cell, count in Counter(header).items():
+        if count > 1 or not cell:
+            fault = f"{shown(cell)} stands {count} times" if cell else "one is empty"
             raise InvalidRecording(f"{name}: column names must differ and not be empty; {fault}")
     if len(header) == 1 and re.search(r"[;\t ]", header[0]):
         raise InvalidRecording(f"{name}: cells must be separated by commas; line 1 has none")
@@ -151,7 +147,7 @@ def require(present: Iterable[str], columns: tuple[str, ...], name: str) -> None
     missing = [column for column in columns if column not in present]
     if missing:
         raise InvalidRecording(
-            f"{name}: column {missing[0]!r} is missing; there are {', '.join(present)} "
+            f"{name}: column {missing[0]!r} is missing; there are {listed(present)} "
             f"(known columns: {', '.join(KNOWN_COLUMNS)})"
         )
 
@@ -159,7 +155,7 @@ def require(present: Iterable[str], columns: tuple[str, ...], name: str) -> None
 def tendon_columns(text: TextColumns, column: str, name: str) -> Array:
     """Take a channel's columns out of the text, one per tendon, shape (T, D)."""
     indices = sorted(
-        int(match[1]) for cell in text if (match := re.fullmatch(rf"{column}_(\d+)", cell))
+        int(match[1]) for cell in text if (match := re.fullmatch(rf"{column}_({INDEX})", cell))
     )
     if column in text and indices:
         raise InvalidRecording(
@@ -168,7 +164,7 @@ def tendon_columns(text: TextColumns, column: str, name: str) -> Array:
     if indices != list(range(len(indices))):
         raise InvalidRecording(
             f"{name}: {column!r} must be indexed from 0 without gaps; came "
-            + ", ".join(f"{column}_{place}" for place in indices)
+            + listed(f"{column}_{place}" for place in indices)
         )
     names = [f"{column}_{place}" for place in indices] or [column]
     return np.column_stack([numbers(text.pop(cell), cell, name) for cell in names])
@@ -197,7 +193,7 @@ def shared_column(text: TextColumns, column: str, name: str) -> Array | None:
 
 def cells_named(text: TextColumns, column: str) -> list[str]:
     """Header cells of a channel: plain or with the index of a tendon."""
-    return [cell for cell in text if re.fullmatch(rf"{column}(_\d+)?", cell)]
+    return [cell for cell in text if re.fullmatch(rf"{column}(_({INDEX}))?", cell)]
 
 
 def numbers(cells: list[str], column: str, name: str) -> Array:
@@ -207,18 +203,23 @@ def numbers(cells: list[str], column: str, name: str) -> Array:
     except ValueError as error:
         for row, cell in enumerate(cells):
             if not is_number(cell):
-                came = f"is {cell!r}" if cell else "is empty"
+                came = f"is {shown(cell)}" if cell else "is empty"
                 raise InvalidRecording(
                     f"{name}: {column} must be a number; row {row} {came}"
                 ) from error
         raise
 
 
-def numbers_or_words(cells: list[str]) -> NDArray[Any]:
+def numbers_or_words(cells: list[str], column: str, name: str) -> NDArray[Any]:
     """Read an unknown column: numbers if all of its cells are, else words."""
     try:
         return np.array(cells, dtype=np.float64)
     except ValueError:
+        if max(map(len, cells)) > WORD_LIMIT:
+            raise InvalidRecording(
+                f"{name}: a cell holds a number or at most {WORD_LIMIT} characters; one of "
+                f"{shown(column)} has {max(map(len, cells))}"
+            ) from None
         return np.array(cells, dtype=np.str_)
 
 

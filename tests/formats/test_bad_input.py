@@ -1,63 +1,13 @@
 """Bad input through the command line: one line that names what was expected, what came, where."""
 
 import importlib.util
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from tendon_newton.cli import VERBS, main
+from tests.formats.damage import Damage, cell, junk, refusal, swap, text
 from tests.formats.logs import dataset, model, xl330_log
-
-Damage = Callable[[Path], None]
-
-
-def refusal(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
-    """Run the command line, require the exit code of misuse, and return the one error line."""
-    assert main(arguments) == 2
-    (line,) = capsys.readouterr().err.splitlines()
-    assert line.startswith("error: ")
-    assert "Traceback" not in line
-    return line
-
-
-def text(name: str, content: str) -> Damage:
-    """Replace a file by this text."""
-    return junk(name, content.encode())
-
-
-def junk(name: str, content: bytes) -> Damage:
-    """Replace a file by these bytes."""
-
-    def damage(folder: Path) -> None:
-        (folder / name).write_bytes(content)
-
-    return damage
-
-
-def swap(name: str, old: str, new: str) -> Damage:
-    """Replace the first occurrence of a text in a file."""
-
-    def damage(folder: Path) -> None:
-        content = (folder / name).read_text()
-        assert old in content
-        (folder / name).write_text(content.replace(old, new, 1))
-
-    return damage
-
-
-def cell(row: int, column: int, value: str) -> Damage:
-    """Replace one cell of the train recording."""
-
-    def damage(folder: Path) -> None:
-        lines = (folder / "train.csv").read_text().splitlines()
-        cells = lines[row + 1].split(",")
-        cells[column] = value
-        lines[row + 1] = ",".join(cells)
-        (folder / "train.csv").write_text("\n".join(lines))
-
-    return damage
-
 
 HEADER = "t,theta,theta_dot,force\n"
 ENTRY = '[[recordings]]\nfile = "train.csv"\nbench = "finger"\nsplit = "train"\n'
@@ -90,8 +40,11 @@ DATASETS: dict[str, tuple[Damage, tuple[str, ...]]] = {
         swap("dataset.toml", "train.csv", "../train.csv"),
         ("inside the dataset's folder", "'../train.csv'"),
     ),
-    "file missing": (swap("dataset.toml", "train.csv", "trian.csv"), ("trian.csv: no such file",)),
-    "bag": (swap("dataset.toml", "train.csv", "run.mcap"), ("not supported yet", "export to CSV")),
+    "file missing": (
+        swap("dataset.toml", "train.csv", "trian.csv"),
+        ("trian.csv: a recording is a CSV file; no such file",),
+    ),
+    "bag": (swap("dataset.toml", "train.csv", "run.mcap"), ("run.mcap: no such file",)),
     "negative mass": (
         swap("dataset.toml", 'split = "train"', 'split = "train"\nbench_overrides = {mass = -1.0}'),
         ("'mass' must lie in", "-1", "train.csv"),
@@ -238,4 +191,5 @@ def test_an_unknown_log_format_is_refused(
 ) -> None:
     """The known formats are listed."""
     line = refusal(["import", "xl430", str(tmp_path), "--out", str(tmp_path / "out")], capsys)
-    assert "No log format named 'xl430'; known: xl330" in line
+    assert "No log format named 'xl430'; known: " in line
+    assert "did you mean 'xl330'?" in line

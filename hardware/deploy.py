@@ -1,0 +1,188 @@
+"""One deployment, from an open bench to a closed log."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from hardware.bench import FILTERS, Bench
+from hardware.collect import MODES, closed
+from hardware.deploy_log import STEP_FIELDS, DeployLog
+from hardware.deploy_loop import DeployLoop
+from hardware.deploy_settings import DeploySettings
+from hardware.errors import SafetyStop
+from hardware.force_estimate import ForceEstimate
+from hardware.goals import Goals
+from hardware.keyboard import Keyboard
+from hardware.operator import Operator
+from hardware.pacing import PacingReport
+from hardware.pilot import Pilot
+from hardware.policy_runner import Policy
+from hardware.safety import Trip
+from hardware.servos.base import ServoSettings
+from hardware.session import Session
+from hardware.session_log import open_log
+from hardware.stop_request import StopRequest
+from tendon_newton.errors import TendonNewtonError
+
+
+@dataclass(frozen=True, kw_only=True)
+class DeployOutcome:
+    """What came of a deployment."""
+
+    path: Path | None
+    """Its log."""
+    rows: int
+    """Readings of the servo."""
+    missed: int
+    """Ticks whose reading never came."""
+    steps: int
+    """Steps of the pilot."""
+    pacing: PacingReport
+    trips: dict[str, int]
+    """How often each safety rule came into effect."""
+    ended: str
+    """Why it ended, in words."""
+    fault: TendonNewtonError | None
+    """What ended it against the operator's will."""
+    first_command: float | None
+    """Instant of the first command on the bench's clock [s]."""
+    acted: tuple[tuple[Trip, float], ...]
+    """The latest trips of safety rules, and when what they ask for had been done [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Deployment:
+    """Who drives what, and how."""
+
+    bench: Bench
+    """An open bench."""
+    pilot: Pilot
+    settings: DeploySettings
+    goals: Goals
+    policy: Policy | None = None
+    """Named in the log; a hand at the keys is none."""
+    estimate: ForceEstimate | None = None
+    """Gives the tension where no load cell does."""
+
+
+def deploy(
+    deployment: Deployment, path: Path | None, keyboard: Keyboard, operator: Operator,
+    stop: StopRequest,
+) -> DeployOutcome:  # fmt: skip
+    """Let a pilot drive; the motor is off before and after it, whatever happens.
+
+    Args:
+        deployment: Who drives what.
+        path: The log; it must not exist. Without one nothing is kept.
+        keyboard: The operator's keys.
+        operator: Who is told.
+        stop: Who may end it.
+
+    Raises:
+        TendonNewtonError: It could not begin.
+    """
+    bench, settings = deployment.bench, deployment.settings
+    read_back = bench.servo.configure(
+        MODES[settings.mode],  # pyright: ignore[reportArgumentType]
+        watchdog_s=settings.watchdog,
+        position_range=settings.loop.position_range,
+        duty_limit=settings.duty_limit if settings.mode == "position" else 1.0,
+    )
+    loop = DeployLoop(
+        bench, deployment.pilot, settings, deployment.goals, keyboard, operator, stop,
+        deployment.estimate,
+    )  # fmt: skip
+    session = session_of(deployment, read_back)
+    log = None
+    if path is not None:
+        log = open_log(path, session, bench.time_base(), background=not bench.lockstep)
+    fault: TendonNewtonError | None = None
+    stop.patient = True
+    try:
+        if not settings.dry:
+            bench.servo.enable_torque()
+        loop.run(None if log is None else DeployLog(log))
+    except TendonNewtonError as error:
+        fault = error
+    finally:
+        stop.patient = False
+        loop.switch_off()
+        if loop.ending is not None and not loop.complete:
+            fault = fault or SafetyStop(loop.ending.reason)
+        if log is not None:
+            fault = closed(log, session | ending(loop, fault), fault)
+    return DeployOutcome(
+        path=path,
+        rows=loop.rows,
+        missed=loop.missed,
+        steps=loop.steps,
+        pacing=loop.ticker.report(),
+        trips=dict(loop.guard.trips),
+        ended=ended(loop, fault),
+        fault=fault,
+        first_command=loop.first_command,
+        acted=tuple(loop.acted),
+    )
+
+
+def session_of(deployment: Deployment, read_back: ServoSettings) -> dict[str, str]:
+    """Return what decides a deployment, as a metadata record holds it."""
+    bench, settings, policy = deployment.bench, deployment.settings, deployment.policy
+    address = bench.address
+    pilot = "jog" if policy is None else policy.path.stem
+    session = Session(
+        bench=address.bench,
+        port=address.port,
+        run=pilot,
+        excitation="deployment",
+        duration=settings.duration or 0.0,
+        split="test",
+        obstacle="free",
+        seed=0,
+        mode=settings.mode,
+        rate=settings.rate,
+        command_rate=settings.policy_rate,
+        host_loop=asdict(settings.loop) if settings.mode == "pwm" else None,
+        servo=read_back,
+        calibration=bench.calibration.identifier if bench.calibration else None,
+        load_cell=bench.load_cell.name if bench.load_cell else None,
+        load_cell_rate=float(address.load_cell_rate) if address.virtual else None,
+        load_cell_filter=FILTERS[address.load_cell_rate] if address.virtual else None,
+        simulated=address.virtual,
+        notes=settings.notes,
+    ).text()
+    session |= {"deploy.dry": str(settings.dry), "policy.step_fields": ", ".join(STEP_FIELDS)}
+    session["deploy.limits"] = json.dumps(asdict(settings.limits))
+    if policy is not None:
+        session |= {
+            "policy.file": policy.path.name,
+            "policy.sha256": policy.sha256,
+            "policy.engine": policy.engine,
+            "policy.card": policy.card.to_json(),
+        }
+    return session
+
+
+def ending(loop: DeployLoop, fault: TendonNewtonError | None) -> dict[str, str]:
+    """Return what is known at the end only: counters, pacing, trips, and why it ended."""
+    facts = {
+        "ended": ended(loop, fault),
+        "rows": str(loop.rows),
+        "missed": str(loop.missed),
+        "pacing": loop.ticker.report().text,
+        "safety.trips": json.dumps(loop.guard.trips),
+    }
+    facts |= {f"counters.servo.{k}": str(v) for k, v in asdict(loop.servo.counters).items()}
+    if loop.bench.load_cell is not None:
+        counters = asdict(loop.bench.load_cell.counters)
+        facts |= {f"counters.load_cell.{k}": str(v) for k, v in counters.items()}
+    return facts
+
+
+def ended(loop: DeployLoop, fault: TendonNewtonError | None) -> str:
+    """Say why a run ended."""
+    if fault is not None:
+        return str(fault)
+    return "complete" if loop.ending is None else loop.ending.reason

@@ -1,0 +1,98 @@
+"""How a policy is deployed, and what must agree before its motor may run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import isfinite
+from typing import Literal
+
+from hardware.bench import BenchAddress
+from hardware.errors import PolicyMismatch
+from hardware.safety_limits import DeployLimits
+from hardware.servos.host_position_loop import HostPositionLoop
+from tendon_newton.errors import InvalidParameter
+from tendon_newton.policy_card import PolicyCard
+from tendon_newton.policy_observation import RATE, SERVO_RATE
+
+RADIUS_TOLERANCE = 1e-3
+"""Difference of spool radii that is none [1]: 12.5 um of the finger's spool."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class DeploySettings:
+    """Rates, who closes the position loop, limits and length."""
+
+    mode: Literal["pwm", "position"] = "pwm"
+    """``pwm``: the position loop runs here, as on the paper's bench; ``position``: in the servo."""
+    rate: float = SERVO_RATE
+    """Readings of the servo per second [Hz]."""
+    policy_rate: float = RATE
+    """Policy steps and commands per second [Hz]."""
+    spool_radius: float = 0.0125
+    """Of the bench [m]."""
+    loop: HostPositionLoop = field(default_factory=HostPositionLoop)
+    """The position loop of mode ``pwm``, and the command range in either."""
+    duty_limit: float = 0.65
+    """Greatest duty of the servo's own loop in mode ``position`` [1]."""
+    watchdog: float = 0.2
+    """Silence on the bus after which the servo stops by itself [s]."""
+    limits: DeployLimits = field(default_factory=DeployLimits)
+    """What a run may do."""
+    duration: float | None = None
+    """Length [s]; none ends with the operator's stop."""
+    dry: bool = False
+    """Whether the motor stays off."""
+    unwind: bool = True
+    """Whether the tendon is let out at the end; if not, the motor is just switched off."""
+    notes: str = ""
+    """What the operator wants remembered."""
+
+    def __post_init__(self) -> None:
+        """Refuse rates that do not divide."""
+        if not 10.0 <= self.rate <= 500.0:
+            raise InvalidParameter(f"the rate must be 10 to 500 Hz; it is {self.rate:g} Hz")
+        ratio = self.rate / self.policy_rate if self.policy_rate > 0.0 else 0.0
+        if ratio < 1.0 or abs(ratio - round(ratio)) > 1e-9:
+            raise InvalidParameter(
+                f"the rate must be a whole multiple of the policy's; they are {self.rate:g} and "
+                f"{self.policy_rate:g} Hz"
+            )
+        if not 0.0 < self.duty_limit <= 1.0:
+            raise InvalidParameter(f"duty_limit must be above 0, up to 1; it is {self.duty_limit}")
+        if self.duration is not None and not (isfinite(self.duration) and self.duration > 0.0):
+            raise InvalidParameter(f"the duration must be above 0 s; it is {self.duration}")
+
+    @property
+    def divider(self) -> int:
+        """Ticks per policy step."""
+        return round(self.rate / self.policy_rate)
+
+
+def refuse_mismatch(card: PolicyCard, settings: DeploySettings, address: BenchAddress) -> None:
+    """Refuse a policy that was trained for another bench.
+
+    Raises:
+        PolicyMismatch: Rates, servo, spool or limits differ; the message names both sides.
+    """
+    low, high = settings.limits.position
+    least, greatest = card.command_range
+    radius = card.spool_radius
+    agreements = (
+        ("rate_hz", card.rate == settings.policy_rate, f"{card.rate:g}",
+         f"{settings.policy_rate:g}"),
+        ("servo_rate_hz", card.servo_rate == settings.rate, f"{card.servo_rate:g}",
+         f"{settings.rate:g}"),
+        ("servo", card.servo == address.servo, card.servo, address.servo),
+        ("spool_radius_m", abs(radius / settings.spool_radius - 1.0) <= RADIUS_TOLERANCE,
+         f"{radius:g}", f"{settings.spool_radius:g}"),
+        ("command_range_rad", low <= least and greatest <= high,
+         f"{least:.3f} to {greatest:.3f}", f"{low:.3f} to {high:.3f} at most"),
+        ("force_limit_n", card.force_limit <= settings.limits.force, f"{card.force_limit:g}",
+         f"{settings.limits.force:g} at most"),
+    )  # fmt: skip
+    for name, agrees, trained, here in agreements:
+        if not agrees:
+            raise PolicyMismatch(
+                f"a policy drives the bench that it was trained for; its card has {name} "
+                f"{trained}, this bench {here}"
+            )

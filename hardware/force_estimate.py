@@ -1,0 +1,81 @@
+"""The tension where no load cell is: what a force network makes of commands and motion."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hardware.numpy_network import NumpyNetwork, UnsupportedOperation
+from hardware.onnx_file import parse_onnx
+from hardware.policy_runner import first_line, onnx_session, read_content
+from tendon_newton.errors import InvalidNetworkFile, InvalidPolicyFile
+from tendon_newton.force_network_card import ForceNetworkCard
+from tendon_newton.policy_card import CARD_KEY
+
+
+class ForceEstimate:
+    """Estimates tension from the latest samples of command, position and velocity.
+
+    Args:
+        card: What the network expects.
+        run: Gives tensions [N] for a window (1, window, 3), oldest sample first.
+    """
+
+    def __init__(self, card: ForceNetworkCard, run: Callable[..., Any]) -> None:
+        self.card = card
+        self._run = run
+        self._window: deque[tuple[float, float, float]] = deque(maxlen=card.window)
+
+    def __call__(self, command: float, position: float, velocity: float) -> float:
+        """Enter a sample [rad, rad, rad/s] and return the tension [N], cut to what is possible.
+
+        Before the first sample the servo is taken to have rested in its state.
+        """
+        self._window.append((command, position, velocity))
+        while len(self._window) < self.card.window:
+            self._window.append(self._window[-1])
+        window = np.array([self._window], dtype=np.float32)
+        tension = float(np.asarray(self._run(window)).reshape(-1)[0])
+        return min(max(tension, 0.0), self.card.force_limit)
+
+
+def load_estimate(path: Path, rate: float) -> ForceEstimate:
+    """Read a force network's ONNX file for use at a rate [Hz].
+
+    Raises:
+        InvalidNetworkFile: It is none, runs at another rate, or needs its state kept.
+    """
+    try:
+        content = read_content(path)
+        file = parse_onnx(content)
+    except InvalidPolicyFile as error:
+        raise InvalidNetworkFile(f"{path}: {error}") from error
+    if CARD_KEY not in file.metadata:
+        raise InvalidNetworkFile(f"{path}: a force network's metadata has its card; there is none")
+    try:
+        card = ForceNetworkCard.from_json(file.metadata[CARD_KEY])
+    except InvalidNetworkFile as error:
+        raise InvalidNetworkFile(f"{path}: {error}") from error
+    if card.streaming or abs(card.rate - rate) > 1e-6:
+        kind = "keeps a state" if card.streaming else f"runs at {card.rate:g} Hz"
+        raise InvalidNetworkFile(
+            f"{path}: a force network that guards a run takes windows at {rate:g} Hz; this one "
+            f"{kind}"
+        )
+    try:
+        run: Callable[..., Any] = NumpyNetwork(file)
+    except UnsupportedOperation:
+        run = onnx_session(content, file)
+    estimate = ForceEstimate(card, run)
+    try:
+        estimate(0.0, 0.0, 0.0)
+    except Exception as error:  # each engine fails in its own ways
+        raise InvalidNetworkFile(
+            f"{path}: must take windows of {card.window} samples, as its card says; a test call "
+            f"failed: {first_line(error)}"
+        ) from error
+    return ForceEstimate(card, run)

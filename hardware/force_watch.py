@@ -1,0 +1,112 @@
+"""The load cell during a run: its readings into the log, its silence noticed."""
+
+from __future__ import annotations
+
+from hardware.bench import Bench
+from hardware.errors import SafetyStop
+from hardware.limits import SafetyLimits
+from hardware.load_cells.base import LoadCell, LoadCellReading
+from hardware.operator import Operator
+from hardware.reading_dates import ReadingDates
+from hardware.session_log import SessionLog
+
+SILENCE = 0.5
+"""Time without a reading that is worth a word [s]: five periods of the slowest cell, 10 Hz."""
+
+
+class ForceWatch:
+    """Takes what the load cell sends.
+
+    Args:
+        bench: Load cell and its calibration.
+        limits: What ends a run; without them whoever takes the readings looks after that.
+        operator: Who is told.
+    """
+
+    def __init__(self, bench: Bench, limits: SafetyLimits | None, operator: Operator) -> None:
+        self.cell: LoadCell | None = bench.load_cell
+        self.calibration = bench.calibration
+        self.clock = bench.clock
+        self.limits = limits
+        self.operator = operator
+        self.dates = ReadingDates()
+        self.force: float | None = None
+        """Last tension [N]."""
+        self.readings = 0
+        """Readings in the log."""
+        self.silences: list[tuple[float, float]] = []
+        """First and last instant of each silence [s]."""
+        self._first: tuple[float, int] | None = None
+        self._latest = self.clock.now()
+        self._count = 0
+        self._silent = False
+
+    @property
+    def rate(self) -> float | None:
+        """Readings per second as they came [Hz]."""
+        if self._first is None or self._count < 2:
+            return None
+        return (self._count - 1) / max(self._latest - self._first[0], 1e-9)
+
+    @property
+    def silence(self) -> float | None:
+        """Time since the last reading [s], where there is a load cell."""
+        return None if self.cell is None else self.clock.now() - self._latest
+
+    def take(self, log: SessionLog | None) -> None:
+        """Take what has come; without a log it is only watched.
+
+        Raises:
+            SafetyStop: The tension is too great, or has been unknown for too long.
+        """
+        if self.cell is None:
+            return
+        readings = self.cell.drain()
+        for reading, instant in zip(readings, self.dates.instants(readings), strict=True):
+            self._keep(reading, instant, log)
+        if readings:
+            self._hear(readings[-1].host_time, log)
+        else:
+            self._miss(log)
+
+    def _keep(self, reading: LoadCellReading, instant: float, log: SessionLog | None) -> None:
+        self._count += 1
+        if self._first is None:
+            self._first = (reading.host_time, reading.sequence)
+        if log is not None:
+            log.raw_force(reading)
+            self.readings += 1
+        if self.calibration is None or reading.saturated:
+            return
+        self.force = float(self.calibration.force(reading.counts))
+        if log is not None:
+            log.force(instant, reading.host_time, self.force)
+        if self.limits is not None:
+            self.limits.check_force(self.force)
+
+    def _hear(self, arrival: float, log: SessionLog | None) -> None:
+        if self._silent:
+            self._silent = False
+            self.silences.append((self._latest, arrival))
+            self.operator.tell(f"The load cell is back after {arrival - self._latest:.1f} s.")
+            if log is not None:
+                log.event(
+                    arrival, "load_cell", "warn", "readings were missing",
+                    start=f"{self._latest - log.time_base.start:.3f}",
+                    seconds=f"{arrival - self._latest:.3f}",
+                )  # fmt: skip
+        self._latest = arrival
+
+    def _miss(self, log: SessionLog | None) -> None:
+        now = self.clock.now()
+        silence = now - self._latest
+        if self.limits is not None and silence > self.limits.blindness:
+            raise SafetyStop(
+                f"the tension must be known while the motor runs; the load cell has been silent "
+                f"for {silence:.1f} s: the motor is off; look at its plug"
+            )
+        if silence > SILENCE and not self._silent:
+            self._silent = True
+            self.operator.tell("The load cell is silent; rows without force will be left out.")
+            if log is not None:
+                log.event(now, "load_cell", "error", "silent")

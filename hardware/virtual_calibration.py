@@ -1,0 +1,65 @@
+"""The load cell of a virtual bench as its operator has calibrated it once, with hung masses."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from hardware.load_cells.calibration import CalibrationPoint, LoadCellCalibration
+from hardware.load_cells.calibration_fit import fit_calibration
+from hardware.load_cells.hx711_serial import Hx711Serial
+from hardware.virtual_bench import LockstepBench
+
+MASSES = (0.0, 0.2, 0.5, 1.0, 2.0)
+"""What is hung, up and down [kg]; the greatest is about what the servo pulls, 21 N."""
+REST = 1.0
+"""Time that a mass hangs before it is measured [s]; at 10 SPS the filter takes 0.4 s."""
+TARE_TIME, MASS_TIME = 5.0, 2.0
+"""Lengths of a measurement without and with a mass [s]."""
+DATE = "2026-01-01T00:00:00+00:00"
+"""When a virtual operator did it: always, so that the same unit has the same calibration."""
+
+Direction = Literal["up", "down"]
+
+
+def calibrated_twin(bench: str, unit: int, rate: int) -> LoadCellCalibration:
+    """Calibrate the load cell of a unit, on a twin of the bench that runs before it.
+
+    Nothing is looked up: the scale comes from readings under masses, as on a real cell, and so has
+    a real one's error.
+
+    Args:
+        bench: Which bench.
+        unit: Which unit of it.
+        rate: Readings per second [Hz].
+    """
+    twin = LockstepBench(bench, unit, load_cell_rate=rate)
+    cell = Hx711Serial(twin.load_cell_stream(), clock=twin.clock)
+    cell.open()
+    points = [hung(twin, cell, mass, "up") for mass in MASSES]
+    points += [hung(twin, cell, mass, "down") for mass in MASSES[-2::-1]]
+    return fit_calibration(
+        points, cell=f"virtual {bench} {unit}", gain=128, rate=float(rate), date=DATE
+    )
+
+
+def hung(
+    twin: LockstepBench, cell: Hx711Serial, mass: float, direction: Direction
+) -> CalibrationPoint:
+    """Hang a mass [kg], let it come to rest, and measure."""
+    twin.hang_mass(mass)
+    clock = twin.clock
+    clock.sleep_until(clock.now() + REST)
+    cell.drain()
+    duration = MASS_TIME if mass else TARE_TIME
+    clock.sleep_until(clock.now() + duration)
+    counts = np.array([reading.counts for reading in cell.drain()], dtype=np.float64)
+    return CalibrationPoint(
+        mass=mass,
+        direction=direction,
+        counts=float(counts.mean()),
+        sigma=float(counts.std()),
+        readings=counts.size,
+        duration=duration,
+    )

@@ -1,0 +1,82 @@
+"""Recordings as ROS 2 bags that other programs wrote: folders, and bare .db3 files."""
+
+from collections.abc import Iterator, Set
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Any
+
+from tendon_newton.errors import InvalidRecording, MissingDependency
+from tendon_newton.recording import Recording
+from tendon_newton.recording_formats.mcap_file import require_topics
+from tendon_newton.recording_formats.message_streams import TimedMessage, read_streams
+from tendon_newton.recording_formats.resampling import rows_of
+from tendon_newton.recording_formats.topic_mapping import DEFAULT_MAPPING, TopicMapping
+
+METADATA_FILE = "metadata.yaml"
+
+
+def read_rosbag(
+    path: Path,
+    *,
+    bench: str,
+    name: str | None = None,
+    mapping: TopicMapping = DEFAULT_MAPPING,
+    **entry: Any,
+) -> Recording:
+    """Read one recording.
+
+    Args:
+        path: A folder with ``metadata.yaml``, or a .db3 file alone.
+        bench: Name under ``assets/`` of the bench that was measured.
+        name: Name for messages and outputs; the folder's own name unless given.
+        mapping: Which topic and field is which column.
+        entry: What else the dataset says of it (``start``, ``bench_overrides``,
+            ``actuator_overrides``, ``load_cell_rate``).
+
+    Raises:
+        InvalidRecording: It is no such bag, it is damaged, or it lacks a topic.
+        MissingDependency: The package that reads it is not installed.
+    """
+    name = name or path.name
+    if not path.exists():
+        raise InvalidRecording(f"{name}: no such file or folder ({path})")
+    if path.is_dir() and not (path / METADATA_FILE).is_file():
+        files = sorted(file.name for file in path.iterdir() if file.suffix in (".mcap", ".db3"))
+        hint = f"; list a file of it alone: {path.name}/{files[0]}" if files else ""
+        raise InvalidRecording(f"{name}: a bag is a folder with {METADATA_FILE}; it has none{hint}")
+    wanted = {source.topic for source in mapping.sources.values()}
+    try:
+        with open_bag(path, name) as bag:
+            topics = {topic: info.msgtype or "several types" for topic, info in bag.topics.items()}
+            streams = read_streams(bag_messages(bag, wanted), mapping, name)
+    except (InvalidRecording, MissingDependency):
+        raise
+    except Exception as error:  # SQLite, YAML, CDR and rosbags' own errors share no base
+        raise InvalidRecording(
+            f"{name}: must be a ROS 2 bag that rosbags can read; it says "
+            f"{type(error).__name__}: {error} ({path})"
+        ) from error
+    require_topics(streams, mapping, topics, name)
+    return Recording(name=name, bench=bench, **rows_of(streams, mapping, name), **entry)
+
+
+def open_bag(path: Path, name: str) -> AbstractContextManager[Any]:
+    """Open a bag; one without definitions of its messages is taken as ROS 2 Humble's."""
+    try:
+        from rosbags.highlevel import AnyReader
+        from rosbags.typesys import Stores, get_typestore
+    except ModuleNotFoundError as error:
+        raise MissingDependency(
+            f"{name}: a ROS 2 bag needs the package 'rosbags', which is not installed; "
+            "pip install 'tendon-newton[ros]'"
+        ) from error
+    return AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE))
+
+
+def bag_messages(bag: Any, wanted: Set[str]) -> Iterator[TimedMessage]:
+    """Decode the messages of some topics."""
+    connections = [connection for connection in bag.connections if connection.topic in wanted]
+    if not connections:
+        return
+    for connection, time, data in bag.messages(connections=connections):
+        yield connection.topic, time, bag.deserialize(data, connection.msgtype)

@@ -1,0 +1,99 @@
+"""Records on virtual benches that run faster than real time, for tests."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from hardware.bench import Bench, BenchAddress, open_bench
+from hardware.collect import RunOutcome, record_run
+from hardware.collect_settings import CollectSettings
+from hardware.excitation_plan import PlannedRun
+from hardware.operator import Progress, SilentOperator
+from hardware.stop_request import StopRequest
+from hardware.virtual_bench import FaultEvent, Faults
+from tendon_newton.recording import Recording
+from tendon_newton.recording_formats.mcap_file import read_mcap, read_session
+
+APPROACH = 4.0
+"""No run of these tests begins later than this after its bench [s]."""
+
+
+class Watcher(SilentOperator):
+    """An operator who keeps what is said and does something once a run has come far enough.
+
+    Args:
+        after: Time since the run's first row [s].
+        act: What is done then.
+    """
+
+    def __init__(self, after: float = 0.0, act: Callable[[], None] | None = None) -> None:
+        super().__init__()
+        self.after = after
+        self.act = act
+        self.shown: list[Progress] = []
+
+    def show(self, progress: Progress) -> None:
+        """Keep the figures and act when it is time."""
+        self.shown.append(progress)
+        if self.act is not None and progress.elapsed >= self.after:
+            act, self.act = self.act, None
+            act()
+
+
+@dataclass(kw_only=True)
+class Trial:
+    """One run on a bench with faults, and what came of it."""
+
+    path: Path
+    bench: str = "finger"
+    excitation: str = "random_steps"
+    duration: float = 6.0
+    obstacle: str = "free"
+    load_cell_rate: int = 80
+    lockstep: bool = True
+    settings: CollectSettings = field(default_factory=CollectSettings)
+    faults: Faults = field(default_factory=Faults)
+    """What goes wrong by chance, from the first row on; events count from there as well."""
+    outcome: RunOutcome | None = None
+    said: list[str] = field(default_factory=list)
+    session: dict[str, str] = field(default_factory=dict)
+
+    def record(self) -> RunOutcome:
+        """Record; faults begin with the first look at the figures, half a second in."""
+        address = BenchAddress(
+            bench=self.bench, port="virtual", load_cell_rate=self.load_cell_rate,
+            lockstep=self.lockstep,
+        )  # fmt: skip
+        operator = Watcher()
+        run = PlannedRun(
+            name="run", bench=self.bench, excitation=self.excitation, duration=self.duration,
+            obstacle=self.obstacle,
+        )  # fmt: skip
+        with open_bench(address, operator.tell) as bench, StopRequest() as stop:
+            operator.act = lambda: begin(bench, self.faults)
+            self.outcome = record_run(bench, run, self.settings, self.path, operator, stop)
+        self.said = operator.told
+        self.session = read_session(self.path)
+        return self.outcome
+
+    def recording(self) -> Recording:
+        """Read what was recorded."""
+        return read_mcap(self.path, bench=self.bench)
+
+
+def begin(bench: Bench, faults: Faults) -> None:
+    """Let faults begin now; the events' starts count from here [s]."""
+    controls = bench.controls
+    assert controls is not None
+    now = controls.state().time
+    events = tuple(
+        FaultEvent(
+            name=event.name, start=now + event.start, duration=event.duration,
+            voltage=event.voltage, alert=event.alert,
+        )
+        for event in faults.events
+    )  # fmt: skip
+    chances = {
+        name: getattr(faults, name) for name in Faults.__dataclass_fields__ if name != "events"
+    }
+    controls.set_faults(Faults(**chances, events=events))

@@ -1,0 +1,364 @@
+"""Collecting on virtual benches: rows, splits, interruption, limits, and what is refused."""
+
+import os
+import signal
+from collections.abc import Callable
+from dataclasses import replace
+from math import pi
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
+
+from hardware.bench import BenchAddress
+from hardware.collect_plan import collect
+from hardware.collect_settings import CollectSettings
+from hardware.errors import SafetyStop
+from hardware.excitation_plan import BENCHES, OBSTACLES, PLANS, PlannedRun, find_plan, paper_plan
+from hardware.limits import SafetyLimits
+from hardware.load_cells.calibration_file import write_calibration
+from hardware.operator import SilentOperator
+from hardware.session import software
+from hardware.stop_request import StopRequest
+from hardware.virtual_bench import VirtualPorts
+from hardware.virtual_bench.obstacle import OBSTACLES as VIRTUAL_OBSTACLES
+from hardware.virtual_calibration import calibrated_twin
+from tendon_newton.cli import main
+from tendon_newton.dataset import load_dataset
+from tendon_newton.errors import InvalidOutput, InvalidParameter
+from tendon_newton.excitations import EXCITATIONS, TEST_EXCITATIONS, excite
+from tendon_newton.recording_formats.mcap_file import read_mcap, read_session
+from tests.hardware.recording import Trial, Watcher
+
+LOCKSTEP = BenchAddress(bench="finger", port="virtual", lockstep=True)
+SHORT = tuple(
+    PlannedRun(name=f"finger_{name}_0", bench="finger", excitation=name, duration=2.0, split=split)
+    for name, split in (("sine", "train"), ("ramps", "train"), ("steps_held_1s", "test"))
+)
+
+
+@pytest.mark.parametrize("name", [*EXCITATIONS, *TEST_EXCITATIONS])
+def test_every_excitation_stays_inside_the_command_range(name: str) -> None:
+    """From 0 to 2 pi, finite, one value per row, whatever is drawn."""
+    for seed in range(20):
+        time, command = excite(name, 20.0, np.random.default_rng(seed))
+        assert time.shape == command.shape == (1600,)
+        assert np.all((command >= 0.0) & (command <= 2.0 * pi))
+
+
+def test_the_test_commands_are_those_of_the_paper() -> None:
+    """Steps to 0, 2, 4, 1 rad held 1, 2, 3 s; a ramp of 1.5 rad/s; a sine from open to pi."""
+    for hold in (1, 2, 3):
+        _, steps = excite(f"steps_held_{hold}s", 8.0 * hold, np.random.default_rng(0))
+        np.testing.assert_array_equal(steps[40 :: 80 * hold], [0.0, 2.0, 4.0, 1.0] * 2)
+        assert np.flatnonzero(np.diff(steps))[0] + 1 == 80 * hold
+    _, ramp = excite("contact_ramp", 8.0, np.random.default_rng(0))
+    np.testing.assert_allclose(np.diff(ramp[:335]) * 80.0, 1.5, rtol=1e-9)
+    assert ramp.max() > 2.0 * pi - 0.02
+    _, sine = excite("closing_sine", 4.0, np.random.default_rng(0))
+    assert (sine[0], sine.max()) == (0.0, pytest.approx(pi))
+
+
+def test_the_paper_plan_has_its_proportions() -> None:
+    """36 minutes, half on the finger, a quarter on each spring, with whole recordings held out."""
+    plan = paper_plan()
+    minutes = {
+        bench: sum(run.duration for run in plan if run.bench == bench) / 60.0 for bench in BENCHES
+    }
+    assert minutes == pytest.approx({"finger": 18.0, "spring_weak": 9.0, "spring_strong": 9.0})
+    assert len({run.name for run in plan}) == len(plan)
+    tests = {(run.bench, run.excitation, run.obstacle) for run in plan if run.split == "test"}
+    assert tests == {
+        *((b, f"steps_held_{k}s", "free") for b in minutes for k in (1, 2, 3)),
+        *(("finger", "contact_ramp", obstacle) for obstacle in ("free", "tape_roll", "hand")),
+        ("finger", "closing_sine", "free"),
+        ("finger", "closing_sine", "hand_perturbation"),
+    }
+    trained = {run.excitation for run in plan if run.split == "train"}
+    assert trained == {"random_steps", "sine", "ramps", "stairs"}
+
+
+@pytest.mark.parametrize("name", PLANS)
+def test_every_plan_can_be_recorded(name: str) -> None:
+    """Benches come one after the other, obstacles are known, commands are drawn per run."""
+    plan = find_plan(name)
+    benches = [run.bench for run in plan]
+    assert benches == sorted(benches, key=benches.index)
+    assert {run.obstacle for run in plan} <= set(OBSTACLES) & set(VIRTUAL_OBSTACLES)
+    for run in plan:
+        command = run.command(3, 80.0)
+        np.testing.assert_array_equal(command, run.command(3, 80.0))
+        drawn = run.excitation in EXCITATIONS
+        assert drawn != np.array_equal(command, run.command(4, 80.0))
+
+
+def test_a_plan_becomes_a_dataset(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """One command records all benches; the folder loads as contract and layout promise."""
+    words = ["collect", "--plan", "quick", "--port", "virtual", "--faster-than-real-time"]
+    assert main([*words, "--out", str(tmp_path)]) == 0
+    assert "6 recorded now, 0 before, 0 left" in capsys.readouterr().out
+    loaded = load_dataset(tmp_path)
+    assert [log.bench for log in loaded.train] == ["finger", "spring_weak", "spring_strong"]
+    for log in (*loaded.train, *loaded.test):
+        assert log.start == "first_row"
+        assert log.load_cell_rate == 20.0
+        assert log.force is not None
+        # every row to the tick, at its true time: 12.5 ms but for a transaction's length
+        np.testing.assert_allclose(np.diff(log.time), 0.0125, atol=1.5e-3)
+        assert (log.tip is not None) == (log.bench == "finger")
+    assert main([*words, "--out", str(tmp_path)]) == 0
+    assert "0 recorded now, 6 before, 0 left" in capsys.readouterr().out
+
+
+def test_the_same_seed_gives_the_same_files(tmp_path: Path) -> None:
+    """Faster than real time nothing depends on the machine: the files are equal byte by byte."""
+    files = [Trial(path=tmp_path / f"{k}.mcap", duration=2.0) for k in range(2)]
+    for trial in files:
+        trial.record()
+    assert files[0].path.read_bytes() == files[1].path.read_bytes()
+    other = Trial(path=tmp_path / "2.mcap", duration=2.0, settings=CollectSettings(seed=1))
+    other.record()
+    command, changed = files[0].recording().command, other.recording().command
+    assert command is not None
+    assert changed is not None
+    assert not np.array_equal(command, changed)
+
+
+@pytest.mark.parametrize(("mode", "rate"), [("pwm", 20.0), ("position", 80.0)])
+def test_a_command_comes_before_the_reading_that_follows_it(
+    tmp_path: Path, mode: str, rate: float
+) -> None:
+    """Each reading follows its command at once, and commands come at their own rate."""
+    trial = Trial(
+        path=tmp_path / "run.mcap", duration=4.0, excitation="sine",
+        settings=CollectSettings(mode=mode),  # pyright: ignore
+    )  # fmt: skip
+    trial.record()
+    with trial.path.open("rb") as file:
+        messages = [
+            (topic.topic, record.log_time, decoded)
+            for _, topic, record, decoded in make_reader(
+                file, decoder_factories=[DecoderFactory()]
+            ).iter_decoded_messages(topics=["/servo/command", "/servo/state"], log_time_order=False)
+        ]
+    commands = [place for place, m in enumerate(messages) if m[0] == "/servo/command"]
+    assert len(commands) == round(4.0 * rate)
+    for place in commands:
+        topic, stamp, _ = messages[place + 1]
+        assert topic == "/servo/state"
+        assert 0 < stamp - messages[place][1] < 5_000_000  # [ns]
+    log = trial.recording()
+    expected = PlannedRun(name="run", bench="finger", excitation="sine", duration=4.0).command(
+        0, 80.0
+    )
+    stride = round(80.0 / rate)
+    assert log.command is not None
+    np.testing.assert_array_equal(log.command[:, 0], np.repeat(expected[::stride], stride)[:320])
+
+
+def test_forces_are_near_the_truth(tmp_path: Path) -> None:
+    """Raw counts and a calibration made with hung masses give the plant's own tension.
+
+    The finger rests against its springs at the end, where tension no longer changes.
+    """
+    trial = Trial(path=tmp_path / "run.mcap", duration=6.0, excitation="steps_held_3s")
+    trial.record()
+    log = trial.recording()
+    calibration = calibrated_twin("finger", 0, 80)
+    assert trial.session["calibration"] == calibration.identifier
+    with trial.path.open("rb") as file:
+        raw = [
+            decoded.data[2]
+            for *_, decoded in make_reader(
+                file, decoder_factories=[DecoderFactory()]
+            ).iter_decoded_messages(topics=["/load_cell/raw"])
+        ]
+    assert log.force is not None
+    # the log's forces are those counts, so a better calibration can be applied later
+    np.testing.assert_allclose(
+        np.interp(log.time[-40:], log.time, log.force[:, 0]).mean(),
+        calibration.force(raw[-40:]).mean(),
+        atol=0.05,  # [N] readings and rows are not the same instants
+    )
+
+
+def test_a_recording_says_how_it_was_made(tmp_path: Path) -> None:
+    """What decides a step response stands in the file, and at its end how it went."""
+    trial = Trial(path=tmp_path / "run.mcap", duration=1.0, load_cell_rate=20)
+    trial.record()
+    said = trial.session
+    expected = {
+        "bench": "finger", "excitation": "random_steps", "seed": "0", "mode": "pwm",
+        "rate": "80.0", "command_rate": "20.0", "host_loop.gain": "0.1", "servo.firmware": "52",
+        "servo.operating_mode": "16", "servo.gains.proportional": "900", "simulated": "True",
+        "servo.return_delay": "0.0", "servo.latency_timer": "", "load_cell": "hx711_serial",
+        "ended": "complete", "rows": "80", "missed": "0", "gaps": "",
+    }  # fmt: skip
+    assert {key: said[key] for key in expected} == expected
+    assert float(said["load_cell_rate"]) == pytest.approx(20.0, rel=0.02)  # an HX711's oscillator
+    assert "mean of 4" in said["load_cell_filter"]
+    assert said["software"].startswith("tendon-newton ")
+    assert "date" not in said, "a simulated run is the same on every day"
+    assert "date" in software(simulated=False)
+
+
+def test_an_interrupted_plan_is_taken_up_again(tmp_path: Path) -> None:
+    """What was finished stays, the partial file is kept unlisted, and the run is made anew."""
+
+    def stop_now() -> None:
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    operator = Watcher(1.0, None)
+    with StopRequest() as stop:
+        first = collect(LOCKSTEP, SHORT[:1], CollectSettings(), tmp_path, operator, stop,
+                        title="short")  # fmt: skip
+        assert first.left == 0
+        kept = (tmp_path / "finger_sine_0.mcap").read_bytes()
+        operator.act = stop_now
+        second = collect(LOCKSTEP, SHORT, CollectSettings(), tmp_path, operator, stop,
+                         title="short")  # fmt: skip
+    assert (second.kept, second.left, second.outcomes[0].interrupted) == (1, 2, "SIGTERM")
+    partial = read_mcap(tmp_path / "finger_ramps_0.mcap", bench="finger")
+    assert 0.9 < partial.duration < 1.6
+    with StopRequest() as stop:
+        third = collect(LOCKSTEP, SHORT, CollectSettings(), tmp_path, SilentOperator(), stop,
+                        title="short")  # fmt: skip
+    assert (third.kept, third.left) == (1, 0)
+    assert (tmp_path / "finger_sine_0.mcap").read_bytes() == kept
+    loaded = load_dataset(tmp_path)
+    assert [log.name for log in loaded.train] == [
+        "finger_sine_0.mcap",
+        "finger_ramps_0_again1.mcap",
+    ]
+    assert (tmp_path / "finger_ramps_0.mcap").exists()
+
+
+def test_a_folder_keeps_to_one_plan_and_seed(tmp_path: Path) -> None:
+    """Taking a plan up with another seed would mix what belongs apart."""
+    with StopRequest() as stop:
+        arguments = (tmp_path, SilentOperator(), stop)
+        collect(LOCKSTEP, SHORT[:1], CollectSettings(), *arguments, title="short")
+        with pytest.raises(InvalidOutput, match="seed = 0; asked for is 1"):
+            collect(LOCKSTEP, SHORT, CollectSettings(seed=1), *arguments, title="short")
+        with pytest.raises(InvalidOutput, match="plan = 'short'; asked for is 'paper'"):
+            collect(LOCKSTEP, SHORT, CollectSettings(), *arguments, title="paper")
+
+
+@pytest.mark.parametrize(
+    ("limits", "said"),
+    [
+        (SafetyLimits(force=8.0), "tension must stay below 8 N"),
+        (SafetyLimits(temperature=20.0), "motor must stay below 20 degC"),
+        (SafetyLimits(position=(-0.5, 1.5)), "spool must stay within -0.50 to 1.50 rad"),
+    ],
+)
+def test_a_limit_ends_the_run_and_keeps_its_rows(
+    tmp_path: Path, limits: SafetyLimits, said: str
+) -> None:
+    """Past a limit the motor is off, the file is closed, and the reason stands in it."""
+    settings = CollectSettings(limits=limits, settle=0.0)
+    trial = Trial(path=tmp_path / "run.mcap", excitation="contact_ramp", settings=settings)
+    outcome = trial.record()
+    assert isinstance(outcome.fault, SafetyStop)
+    assert said in str(outcome.fault)
+    assert said in trial.session["ended"]
+    if limits.temperature > 30.0:
+        assert trial.recording().duration > 1.0
+
+
+def test_an_alert_is_cleared_and_the_run_made_anew(tmp_path: Path) -> None:
+    """After an alert the operator is asked, the servo restarted, and the run recorded again."""
+    from hardware.virtual_bench import FaultEvent, LockstepBench
+
+    operator, benches = Watcher(0.5), []
+    made = LockstepBench.__init__
+
+    def remember(bench: LockstepBench, *arguments: object, **named: object) -> None:
+        made(bench, *arguments, **named)  # pyright: ignore
+        benches.append(bench)
+
+    operator.act = lambda: benches[-1].plan(FaultEvent(name="alert", alert="overheating"))
+    patch = pytest.MonkeyPatch()
+    patch.setattr(LockstepBench, "__init__", remember)
+    try:
+        with StopRequest() as stop:
+            collection = collect(LOCKSTEP, SHORT[:1], CollectSettings(), tmp_path, operator, stop,
+                                 title="short")  # fmt: skip
+    finally:
+        patch.undo()
+    assert [outcome.finished for outcome in collection.outcomes] == [False, True]
+    assert collection.left == 0
+    assert any("overheating" in text for text in operator.told)
+    assert any("Remove the cause" in text for text in operator.told)
+
+
+def test_a_bench_that_is_plugged_in_is_asked_for_and_recorded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Two serial ports and a calibration file: the operator mounts, blocks by hand, and it runs."""
+    asked: list[str] = []
+    monkeypatch.setattr("builtins.input", asked.append)
+    monkeypatch.setattr("sys.stdin.isatty", lambda: True)
+    write_calibration(tmp_path / "cell.toml", calibrated_twin("finger", 0, 80))
+    with VirtualPorts("finger", 0) as ports:
+        words = ["collect", "--port", ports.servo_port, "--load-cell-port", ports.load_cell_port]
+        words += ["--calibration", str(tmp_path / "cell.toml"), "--duration", "2"]
+        words += ["--retries", "20"]  # this computer is also the servo
+        assert main([*words, "--obstacle", "hand", "--out", str(tmp_path / "out")]) == 0
+    assert ["Mount the bench 'finger'" in asked[0], "Hold the finger open" in asked[1]] == [
+        True
+    ] * 2
+    assert "1 recorded now" in capsys.readouterr().out
+    (log,) = load_dataset(tmp_path / "out", require_test=False).train
+    assert log.force is not None
+    assert log.load_cell_rate is None, "80 readings per second are as fast as the rows"
+    session = read_session(tmp_path / "out" / log.name)
+    assert session["simulated"] == "False"
+    assert session["calibration"] == calibrated_twin("finger", 0, 80).identifier
+    assert session["date"]
+
+
+@pytest.mark.parametrize(
+    ("build", "said"),
+    [
+        (lambda: replace(LOCKSTEP, port="/dev/ttyUSB0"), "only a virtual bench can be faster"),
+        (lambda: replace(LOCKSTEP, load_cell_rate=50), "gives 80, 20, 10 readings per second"),
+        (lambda: replace(LOCKSTEP, port="virtual:spring_weak"), "names another bench"),
+        (lambda: CollectSettings(rate=80.0, command_rate=30.0), "whole multiple of the command"),
+        (lambda: CollectSettings(rate=1000.0), "the rate must be 10 to 500 Hz"),
+        (lambda: SafetyLimits(force=0.0), "limit of force must be above 0"),
+        (lambda: SafetyLimits(position=(1.0, 0.0)), "position window must be low, high"),
+        (lambda: replace(SHORT[0], duration=0.5), "a run must last 1 to 3600 s"),
+    ],
+)
+def test_what_cannot_be_recorded_is_refused(build: Callable[[], object], said: str) -> None:
+    """Before any port is opened."""
+    with pytest.raises(InvalidParameter, match=said):
+        build()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--excitation", "sines"], "No excitation named 'sines'"),
+        (["--plan", "papers"], "No plan named 'papers'; known: paper, quick"),
+        (["--bench", "pendulum"], "No bench with a tendon named 'pendulum'"),
+        (["--obstacle", "wall"], "No obstacle named 'wall'"),
+        (["--servo", "mx28"], "No servo named 'mx28'"),
+        (["--port", "/dev/no_such_port"], "/dev/no_such_port"),
+        (["--port", "virtual:finger:x"], "seed"),
+    ],
+)
+def test_misuse_is_answered_in_one_line(
+    words: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    """The verb names what it does not know, with what it knows, and exits with 2."""
+    monkeypatch.setattr("builtins.input", lambda text: "")
+    monkeypatch.setattr("sys.stdin.isatty", lambda: True)
+    base = ["collect", "--port", "virtual", "--out", str(tmp_path / "out")]
+    assert main([*base, *words]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert said in line

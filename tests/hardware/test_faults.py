@@ -1,0 +1,332 @@
+"""Faults of a bench during a run: nothing crashes, nothing measured is lost, every gap is told.
+
+The short forms run in lockstep with the virtual bench, the same bytes through the same driver at no
+particular hour of the day; the marked ones in real time through a pseudo-terminal.
+"""
+
+import json
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
+
+from hardware.background_log import BackgroundLog
+from hardware.bench import BenchAddress, open_bench
+from hardware.collect import record_run
+from hardware.collect_settings import CollectSettings
+from hardware.errors import LogNotWritten, SafetyStop, ServoAlert
+from hardware.excitation_plan import PlannedRun
+from hardware.limits import SafetyLimits
+from hardware.mcap_file import McapFile
+from hardware.servos.base import ServoState
+from hardware.session_log import SessionLog, TimeBase
+from hardware.stop_request import StopRequest
+from hardware.virtual_bench import FaultEvent, Faults
+from tendon_newton.recording_formats.mcap_file import read_mcap
+from tests.hardware.recording import Trial, Watcher
+
+NOISE = Faults(dropped_replies=0.01, corrupted_replies=0.01, garbled_lines=0.01)
+
+
+def gap_of(trial: Trial) -> float:
+    """Longest interval between two rows [s]; in lockstep there must be no other beside it."""
+    steps = np.diff(trial.recording().time)
+    if trial.lockstep:
+        assert np.count_nonzero(steps > 0.03) == 1
+    return float(steps.max())
+
+
+def events_of(path: Path) -> list[str]:
+    """What the diagnostics of a recording say, in order."""
+    with path.open("rb") as file:
+        reader = make_reader(file, decoder_factories=[DecoderFactory()])
+        return [
+            decoded.decoded_message.status[0].message
+            for decoded in reader.iter_decoded_messages(topics=["/servo/diagnostics"])
+        ]
+
+
+@pytest.mark.parametrize("lockstep", [True, pytest.param(False, marks=pytest.mark.slow)])
+def test_lost_and_garbled_bytes_cost_hardly_a_row(tmp_path: Path, lockstep: bool) -> None:
+    """With 1 % of the answers lost, 1 % broken and 1 % of the cell's lines garbled, 99 % stays.
+
+    A retry takes 4 ms of the 12.5 ms of a tick, so that only two in a row cost one.
+    """
+    trial = Trial(path=tmp_path / "run.mcap", duration=60.0, faults=NOISE, lockstep=lockstep)
+    outcome = trial.record()
+    assert outcome.finished
+    assert_little_lost(trial)
+    assert int(trial.session["counters.servo.retries"]) > 50
+    assert int(trial.session["counters.load_cell.rejected"]) > 20
+
+
+def assert_little_lost(trial: Trial, silence: float = 0.0) -> None:
+    """Require 99 % of the rows, 97 % of the forces, and no force that is a garbled line."""
+    outcome, ticks = trial.outcome, round(80.0 * trial.duration)
+    assert outcome is not None
+    assert outcome.rows + outcome.missed == ticks
+    # in real time the scheduler of a busy machine takes ticks as well, and those are counted apart
+    assert outcome.missed - outcome.pacing.overruns <= 0.01 * ticks
+    readings = 80.0 * (trial.duration - silence)
+    # readings that were on their way before the first row are logged too
+    assert 0.97 * readings <= outcome.readings <= 1.01 * readings + 40
+    log = trial.recording()
+    assert log.force is not None
+    steps = np.abs(np.diff(log.force[:, 0])) / np.diff(log.time)
+    assert steps.max() < 240.0, "a garbled reading would jump by far more than 3 N in a tick"
+
+
+def test_a_noisy_bench_in_real_time(tmp_path: Path) -> None:
+    """Lost, broken and garbled bytes and a second without load cell, through a pseudo-terminal."""
+    faults = replace(NOISE, events=(FaultEvent(name="cell_silence", start=1.0, duration=1.0),))
+    trial = Trial(path=tmp_path / "run.mcap", duration=5.0, faults=faults, lockstep=False)
+    assert trial.record().finished
+    assert_little_lost(trial, silence=1.0)
+    assert gap_of(trial) == pytest.approx(1.0, abs=0.5)  # a busy machine adds some
+    assert {"silent", "readings were missing"} <= set(events_of(trial.path))
+
+
+@pytest.mark.parametrize("lockstep", [True, False])
+def test_an_unplugged_servo_leaves_a_gap_and_comes_back(tmp_path: Path, lockstep: bool) -> None:
+    """Two seconds without the adapter: no rows there, forces go on, and rows come again after."""
+    pulled = FaultEvent(name="unplug", start=0.5, duration=2.0)
+    trial = Trial(
+        path=tmp_path / "run.mcap", duration=4.0, faults=Faults(events=(pulled,)), lockstep=lockstep
+    )
+    outcome = trial.record()
+    assert outcome.finished
+    gap = gap_of(trial)
+    # found out at the next attempt, 0.25 s at most, and set up again in some transactions
+    assert 2.0 <= gap <= (2.8 if lockstep else 4.0)
+    assert trial.recording().time[-1] > (3.9 if lockstep else 3.0)
+    assert outcome.readings >= 0.97 * 80.0 * trial.duration, "the load cell was read all along"
+    assert any("waiting for it" in text for text in trial.said)
+    assert any("servo is back after" in text for text in trial.said)
+    assert any(text.startswith("no rows between") for text in events_of(trial.path))
+    assert trial.session["gaps"]
+    assert trial.session["counters.servo.reconnects"] == "1"
+
+
+def test_a_servo_that_stays_away_ends_the_run(tmp_path: Path) -> None:
+    """After ten seconds of silence the run ends with what it has."""
+    pulled = FaultEvent(name="unplug", start=0.5, duration=60.0)
+    trial = Trial(path=tmp_path / "run.mcap", duration=30.0, faults=Faults(events=(pulled,)))
+    outcome = trial.record()
+    assert isinstance(outcome.fault, SafetyStop)
+    assert "silent for 10" in str(outcome.fault)
+    assert trial.recording().duration == pytest.approx(1.0, abs=0.1)
+    assert any("SWITCH ITS SUPPLY OFF" in text for text in trial.said)
+
+
+def test_a_loop_that_hears_nothing_lets_go(tmp_path: Path) -> None:
+    """Without answers the host's loop does not know where the spool is, and gives no duty."""
+    operator, duties = Watcher(1.0), []
+    address = BenchAddress(bench="finger", port="virtual", lockstep=True)
+    run = PlannedRun(name="run", bench="finger", excitation="contact_ramp", duration=8.0)
+    settings = CollectSettings(limits=SafetyLimits(silence=2.0))
+    with open_bench(address, operator.tell) as bench, StopRequest() as stop:
+        controls = bench.controls
+        assert controls is not None
+
+        def deafen() -> None:
+            duties.append(controls.state().duty)
+            controls.set_faults(Faults(dropped_replies=1.0))
+            operator.act, operator.after = lambda: duties.append(controls.state().duty), 1.4
+
+        operator.act = deafen
+        outcome = record_run(bench, run, settings, tmp_path / "run.mcap", operator, stop)
+        controls.set_faults(Faults())
+    assert isinstance(outcome.fault, SafetyStop)
+    assert duties[0] > 0.05
+    assert duties[1] == 0.0
+
+
+@pytest.mark.parametrize("lockstep", [True, False])
+def test_an_alert_ends_the_run_with_its_reason(tmp_path: Path, lockstep: bool) -> None:
+    """An overload switches the motor off; the file is closed and says so."""
+    alert = FaultEvent(name="alert", start=1.0, alert="overload")
+    trial = Trial(path=tmp_path / "run.mcap", faults=Faults(events=(alert,)), lockstep=lockstep)
+    outcome = trial.record()
+    assert isinstance(outcome.fault, ServoAlert)
+    assert "overload" in str(outcome.fault)
+    assert "overload" in trial.session["ended"]
+    # noticed by the alert bit of the next answer, not at the next look
+    assert trial.recording().duration == pytest.approx(1.5, abs=0.1 if lockstep else 1.0)
+
+
+def test_a_silent_load_cell_leaves_a_gap(tmp_path: Path) -> None:
+    """One second without readings: the servo is logged on, and the rows without force are out."""
+    silent = FaultEvent(name="cell_silence", start=0.5, duration=1.0)
+    trial = Trial(path=tmp_path / "run.mcap", faults=Faults(events=(silent,)))
+    outcome = trial.record()
+    assert outcome.finished
+    assert outcome.rows == 80.0 * trial.duration
+    assert gap_of(trial) == pytest.approx(1.0, abs=0.06)
+    assert any("load cell is silent" in text for text in trial.said)
+    assert any("load cell is back after 1.0" in text for text in trial.said)
+    assert {"silent", "readings were missing"} <= set(events_of(trial.path))
+
+
+def test_a_load_cell_that_stays_silent_ends_the_run(tmp_path: Path) -> None:
+    """Without a tension for three seconds the motor is switched off."""
+    silent = FaultEvent(name="cell_silence", start=0.5, duration=60.0)
+    trial = Trial(path=tmp_path / "run.mcap", duration=20.0, faults=Faults(events=(silent,)))
+    outcome = trial.record()
+    assert isinstance(outcome.fault, SafetyStop)
+    assert "load cell has been silent for 3.0 s" in str(outcome.fault)
+
+
+def test_a_servo_that_restarts_is_set_up_again(tmp_path: Path) -> None:
+    """A servo that restarts forgets its settings; it is noticed, told and mended in the run."""
+    event = FaultEvent(name="reboot", start=1.0)
+    trial = Trial(path=tmp_path / "run.mcap", faults=Faults(events=(event,)))
+    outcome = trial.record()
+    assert outcome.finished
+    assert any("set up again" in text for text in trial.said)
+    assert trial.session["counters.servo.resets"] == "1"
+    log = trial.recording()
+    assert log.duration > 5.9
+    # the turns that it forgot are put back: the spool does not jump
+    assert np.abs(np.diff(log.motor_position[:, 0])).max() < 0.5
+
+
+def test_a_full_disk_keeps_what_is_written(tmp_path: Path) -> None:
+    """Where no byte more fits the run stops, the motor is off, and the file is readable."""
+    limit = resource.getrlimit(resource.RLIMIT_FSIZE)
+    trial = Trial(path=tmp_path / "run.mcap", duration=20.0)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, limit[1]))
+    try:
+        outcome = trial.record()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limit)
+    assert isinstance(outcome.fault, LogNotWritten)
+    assert "File too large" in str(outcome.fault)
+    # 100 kB take 5 to 7 s; the last chunk of 4 kB and what was not flushed, 0.5 s, are lost
+    assert 4.0 <= trial.recording().duration <= 8.0
+
+
+def test_a_full_disk_stops_a_loop_that_writes_beside_it(tmp_path: Path) -> None:
+    """The thread that writes hands its failure to the loop at the next message."""
+    limit = resource.getrlimit(resource.RLIMIT_FSIZE)
+    log = SessionLog(
+        BackgroundLog(McapFile(tmp_path / "run.mcap", {})), TimeBase(start=0.0, epoch=0)
+    )
+    rng = np.random.default_rng(0)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, limit[1]))
+    try:
+        with pytest.raises(LogNotWritten, match="File too large"):
+            fill(log, rng)
+        with pytest.raises(LogNotWritten):
+            log.finish({})
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limit)
+    log.close()
+
+
+def fill(log: SessionLog, rng: np.random.Generator) -> None:
+    """Write 140 kB of readings that hardly compress, over two seconds."""
+    for k in range(2000):
+        position, velocity = rng.normal(size=2)
+        log.state(ServoState(time=k / 80.0, position=position, velocity=velocity, current=0.0))
+        time.sleep(0.001)
+
+
+CHILDREN = """
+import json, os, sys, time
+from pathlib import Path
+from hardware.background_log import BackgroundLog
+from hardware.bench import BenchAddress, open_bench
+from hardware.collect import record_run
+from hardware.collect_settings import CollectSettings
+from hardware.mcap_file import McapFile
+from hardware.ros_messages import DEFINITIONS
+from hardware.servos.base import ServoState
+from hardware.session_log import SessionLog, TimeBase
+import mcap_ros2.writer
+folder = Path(sys.argv[1])
+children = []
+for place in range(int(sys.argv[2])):
+    child = os.fork()
+    if child:
+        children.append(child)
+        continue
+    log = SessionLog(BackgroundLog(McapFile(folder / f"{place}.mcap", {})),
+                     TimeBase(start=0.0, epoch=0))
+    start, k = time.monotonic(), 0
+    while True:
+        due = start + k / 80.0
+        time.sleep(max(0.0, due - time.monotonic()))
+        log.command(due, 0.001 * k)
+        log.state(ServoState(time=due, position=0.001 * k, velocity=0.0, current=0.0))
+        k += 1
+print(json.dumps(children), flush=True)
+for child in children:
+    os.waitpid(child, 0)
+"""
+"""Twenty processes that log a row every 12.5 ms until they are killed."""
+
+
+def test_killed_processes_lose_less_than_a_second(
+    tmp_path: Path, rng: np.random.Generator, caplog: pytest.LogCaptureFixture
+) -> None:
+    """``kill -9`` at twenty random moments: of all rows older than 1 s, 99 % are in the file."""
+    moments = np.sort(rng.uniform(1.5, 4.5, 20))
+    parent = subprocess.Popen(
+        [sys.executable, "-c", CHILDREN, str(tmp_path), str(moments.size)], stdout=subprocess.PIPE
+    )
+    assert parent.stdout is not None
+    children = json.loads(parent.stdout.readline())
+    begin, killed = time.monotonic(), []
+    for child, moment in zip(children, moments, strict=True):
+        time.sleep(max(0.0, begin + moment - time.monotonic()))
+        killed.append(time.monotonic())
+        os.kill(child, signal.SIGKILL)
+    assert parent.wait(10.0) == 0
+    parent.stdout.close()
+    for place, instant in enumerate(killed):
+        path = tmp_path / f"{place}.mcap"
+        log = read_mcap(path, bench="finger")
+        first = first_stamp(path)
+        old = int((instant - 1.0 - first) * 80.0)
+        assert np.count_nonzero(first + log.time < instant - 1.0) >= 0.99 * old
+        np.testing.assert_allclose(log.motor_position[:, 0], 0.001 * np.arange(log.sample_count))
+    assert "the file breaks off" in caplog.text
+
+
+def first_stamp(path: Path) -> float:
+    """Instant of the first row on the clock that all processes share [s]."""
+    from tendon_newton.recording_formats.mcap_file import McapReading
+
+    with path.open("rb") as file:
+        _, stamp, _ = next(McapReading(file, path.name).messages({"/servo/state"}))
+    return 1e-9 * stamp
+
+
+@pytest.mark.slow
+def test_killed_runs_on_a_bench_lose_less_than_a_second(
+    tmp_path: Path, rng: np.random.Generator, caplog: pytest.LogCaptureFixture
+) -> None:
+    """The same with the whole program beside a bench in real time."""
+    for place, moment in enumerate(rng.uniform(6.0, 10.0, 20)):
+        out = tmp_path / str(place)
+        words = ["collect", "--port", "virtual", "--duration", "60", "--out", str(out)]
+        process = subprocess.Popen([sys.executable, "-m", "tendon_newton", *words],
+                                   stdout=subprocess.DEVNULL)  # fmt: skip
+        time.sleep(moment)
+        process.kill()
+        process.wait()
+        killed = time.time()
+        path = out / "finger_random_steps_0.mcap"
+        log = read_mcap(path, bench="finger")
+        # chunks follow each other without a hole, so all that can be lost is the end
+        assert killed - first_stamp(path) - log.duration <= 1.0
+    assert "the file breaks off" in caplog.text

@@ -1,0 +1,55 @@
+"""What the hardware package loads: nothing that a Raspberry Pi does not have."""
+
+import subprocess
+import sys
+
+import pytest
+
+ABSENT = ("warp", "newton", "torch", "pxr", "mujoco", "scipy", "matplotlib", "rosbags", "jinja2")
+"""Packages outside the extra ``hardware``."""
+
+BLOCK = f"""
+import sys
+from importlib.abc import MetaPathFinder
+class Absent(MetaPathFinder):
+    def find_spec(self, name, path=None, target=None):
+        if name.split(".")[0] in {ABSENT}:
+            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
+sys.meta_path.insert(0, Absent())
+"""
+"""Makes an interpreter like one without those packages."""
+
+
+def run(code: str) -> str:
+    """Run code in such an interpreter and return what it printed."""
+    result = subprocess.run(
+        [sys.executable, "-c", BLOCK + code], capture_output=True, text=True, timeout=60
+    )
+    assert result.returncode == 0, result.stderr
+    return result.stdout
+
+
+@pytest.mark.parametrize(
+    "module",
+    ["hardware.collect_plan", "hardware.virtual_bench", "hardware.doctor", "hardware.servos",
+     "hardware.load_cells", "tendon_newton.cli.collect", "tendon_newton.dataset",
+     "tendon_newton.recording_formats.mcap_file"],
+)  # fmt: skip
+def test_a_pi_needs_only_the_hardware_extra(module: str) -> None:
+    """Each part is imported where the others' packages cannot be."""
+    run(f"import {module}")
+
+
+def test_recording_and_reading_need_only_the_hardware_extra() -> None:
+    """A whole run, recorded and loaded as a dataset, in an interpreter without the simulator."""
+    said = run("""
+import tempfile
+from pathlib import Path
+from tendon_newton.cli import main
+from tendon_newton.dataset import load_dataset
+with tempfile.TemporaryDirectory() as out:
+    words = ["collect", "--port", "virtual", "--faster-than-real-time", "--duration", "2"]
+    assert main([*words, "--out", out]) == 0
+    print(load_dataset(Path(out), require_test=False).train[0].sample_count)
+""")
+    assert said.splitlines()[-1] == "160"
