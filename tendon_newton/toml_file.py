@@ -7,17 +7,36 @@ from typing import Any
 
 import tomli_w
 
-from tendon_newton.errors import TendonNewtonError
+from tendon_newton.errors import TendonNewtonError, listed, shown
+from tendon_newton.text_file import SIZE_LIMIT, read_text
+
+MESSAGE_LENGTH = 300
+"""Longest message of the parser that is repeated in full [characters]."""
 
 
-def read_toml(path: Path, fault: type[TendonNewtonError]) -> dict[str, Any]:
-    """Read a TOML file, raising ``fault`` with the place where it is broken."""
+def read_toml(
+    path: Path, fault: type[TendonNewtonError], promise: str = "must be a TOML file"
+) -> dict[str, Any]:
+    """Read a TOML file, raising ``fault`` with the place where it is broken.
+
+    Args:
+        path: The file.
+        fault: Error to raise where there is no such table.
+        promise: What the file should be, in words ("a model is a TOML file").
+    """
+    text = read_text(path, fault, promise, size_limit=SIZE_LIMIT)
     try:
-        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
-    except UnicodeDecodeError as error:
-        raise fault(f"{path}: must be UTF-8 text; byte {error.start} is not") from error
-    except tomllib.TOMLDecodeError as error:
-        raise fault(f"{path}: must be TOML: {error}") from error
+        return tomllib.loads(text)
+    except RecursionError as error:
+        raise fault(f"{path}: {promise}; its values are nested too deeply") from error
+    except ValueError as error:  # TOMLDecodeError is one, and so is what int() raises
+        raise fault(f"{path}: must be TOML: {shortened(error)}") from error
+
+
+def shortened(error: ValueError) -> str:
+    """Return what the parser says, without the kilobytes of a name that it may repeat."""
+    text = str(error)
+    return text if len(text) <= MESSAGE_LENGTH else f"{text[:100]} ... {text[-100:]}"
 
 
 def write_toml(path: Path, table: Mapping[str, Any], **rows: Sequence[Mapping[str, Any]]) -> None:
@@ -46,4 +65,4 @@ def refuse_unknown_keys(
     known = list(known)
     for key in table:
         if key not in known:
-            raise fault(f"{where}: no key named {key!r}; known: {', '.join(known)}")
+            raise fault(f"{where}: no key named {shown(key)}; known: {listed(known)}")

@@ -1,4 +1,4 @@
-"""Check a bench's USD asset, or draw how it closes."""
+"""Start, check or draw a bench's USD asset."""
 
 from __future__ import annotations
 
@@ -9,11 +9,45 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from tendon_newton.cli.output import quiet_warp
+
 if TYPE_CHECKING:
     from tendon_newton.mechanisms.findings import AssetFinding
 
 EXIT_FINDINGS = 1
 """Exit code where an asset was read and has errors; an unreadable one gives 2."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class New:
+    """Write a starting asset of a finger: joints in a row, springs that open them, one tendon.
+
+    Give one value per joint from the base to the tip, or one for all. Edit the numbers in the
+    files, then check and show it: docs/your_own_finger.md.
+    """
+
+    name: tyro.conf.Positional[str]
+    """Name of the finger; its folder, its file and its root prim have it."""
+    joints: tuple[str, ...] = ("pip", "dip")
+    """Names of the joints, from the base to the tip."""
+    length: tuple[float, ...] = (0.030,)
+    """From each joint to the next, and to the tip [m]."""
+    mass: tuple[float, ...] = (0.010,)
+    """Mass of each link, a slender rod [kg]."""
+    moment_arm: tuple[float, ...] = (0.008,)
+    """Tendon excursion per joint angle [m/rad], positive closes."""
+    stiffness: tuple[float, ...] = (0.045,)
+    """Return spring of each joint [N m/rad]."""
+    range: tuple[float, ...] = (1.57,)
+    """Angle at which each joint is closed [rad]; it is open at 0."""
+    damping: tuple[float, ...] = (5.0e-4,)
+    """Viscous damping of each joint [N m s/rad]."""
+    spool_radius: float = 0.0125
+    """Radius of the spool that winds the tendon [m]."""
+    force_limit: float = 21.0
+    """The most that the servo can pull [N]."""
+    folder: Path = Path()
+    """Where the new folder goes; list it in TENDON_NEWTON_ASSETS to use the finger by its name."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,28 +60,60 @@ class Check:
 
 @dataclass(frozen=True, kw_only=True)
 class Show:
-    """Draw excursion, moment arms, closing force and postures into a PNG file."""
+    """Draw excursion, moment arms, closing force, postures and a view in space into a PNG file."""
 
     asset: tyro.conf.Positional[str]
     """Name under assets/, or path of a USD file."""
     out: Path | None = None
     """Picture to write; <name>.png in the current folder by default."""
+    window: bool = False
+    """Also open Newton's own viewer and let the finger close and open there."""
 
 
 Asset = (
-    Annotated[Check, tyro.conf.subcommand("check")] | Annotated[Show, tyro.conf.subcommand("show")]
+    Annotated[New, tyro.conf.subcommand("new")]
+    | Annotated[Check, tyro.conf.subcommand("check")]
+    | Annotated[Show, tyro.conf.subcommand("show")]
 )
 
 
 def main(config: Asset) -> None:
     """Run the chosen action."""
-    import warp as wp
-
-    wp.config.log_level = wp.LOG_ERROR  # nothing here needs a GPU, so none is missed
+    if isinstance(config, New):
+        new(config)
+        return
+    quiet_warp()
     if isinstance(config, Check):
         check(config)
     else:
         show(config)
+
+
+def new(config: New) -> None:
+    """Write a starting asset and print what to do with it."""
+    from tendon_newton.errors import InvalidAsset
+    from tendon_newton.mechanisms.asset_library import asset_files
+    from tendon_newton.mechanisms.asset_plan import plan_asset, write_asset
+
+    if (taken := asset_files().get(config.name)) is not None:
+        raise InvalidAsset(f"an asset's name is its own; {config.name!r} is {taken}")
+    plan = plan_asset(
+        config.name,
+        config.joints,
+        spool_radius=config.spool_radius,
+        force_limit=config.force_limit,
+        length=config.length,
+        mass=config.mass,
+        moment_arm=config.moment_arm,
+        stiffness=config.stiffness,
+        range=config.range,
+        damping=config.damping,
+    )
+    path = write_asset(config.folder, plan)
+    print(path)
+    print(f"edit the numbers in {path.parent}, then")
+    print(f"  tendon-newton asset check {path}")
+    print(f"  tendon-newton asset show {path}")
 
 
 def check(config: Check) -> None:
@@ -87,3 +153,7 @@ def show(config: Show) -> None:
     path = config.out or Path(f"{mechanism.name}.png")
     plot_asset(mechanism, path)
     print(path)
+    if config.window:
+        from tendon_newton.mechanisms.asset_window import show_in_window
+
+        show_in_window(mechanism)

@@ -1,12 +1,16 @@
-"""Where the assets lie: in the repository, or inside an installed wheel."""
+"""Where the assets lie: in the repository or an installed wheel, and in folders of the user's."""
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from tendon_newton.errors import InvalidAsset, unknown_name
 
 USD_SUFFIXES = (".usda", ".usd", ".usdc", ".usdz")
+
+FOLDERS_VARIABLE = "TENDON_NEWTON_ASSETS"
+"""Environment variable that lists the user's own folders of assets."""
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 _FOLDERS = (_PACKAGE / "_assets", _PACKAGE.parent / "assets")
@@ -24,28 +28,59 @@ def asset_folder() -> Path:
     )
 
 
+def asset_folders() -> tuple[Path, ...]:
+    """Return the folders that hold one folder per asset: the program's own, then the user's.
+
+    The user's stand in the environment variable ``TENDON_NEWTON_ASSETS``, separated as in ``PATH``.
+    """
+    own = os.environ.get(FOLDERS_VARIABLE, "")
+    return (asset_folder(), *(Path(folder) for folder in own.split(os.pathsep) if folder))
+
+
 def asset_names() -> tuple[str, ...]:
-    """Return the names of all assets, sorted.
+    """Return the names of all assets, sorted."""
+    return tuple(sorted(asset_files()))
+
+
+def asset_files() -> dict[str, Path]:
+    """Return the USD file of every asset by its name.
 
     An asset is a folder that holds a ``.usda`` file of the folder's own name. Folders without one
     hold parts that several assets share.
+
+    Raises:
+        InvalidAsset: A folder of the user's is missing, or a name is there twice.
     """
-    folder = asset_folder()
-    return tuple(sorted(p.name for p in folder.iterdir() if (p / f"{p.name}.usda").is_file()))
+    table: dict[str, Path] = {}
+    for folder in asset_folders():
+        if not folder.is_dir():
+            raise InvalidAsset(f"{FOLDERS_VARIABLE} must list folders; {folder} is none.")
+        for home in folder.iterdir():
+            file = home / f"{home.name}.usda"
+            if not file.is_file():
+                continue
+            if home.name in table and not table[home.name].samefile(file):
+                raise InvalidAsset(
+                    f"An asset's name is its own; {home.name!r} is both {table[home.name]} and "
+                    f"{file}. Rename the folder, its file and its root prim."
+                )
+            table[home.name] = file
+    return table
 
 
 def asset_path(name_or_file: str | Path) -> Path:
     """Return the USD file of an asset that is given by its name or by a path.
 
     Args:
-        name_or_file: A name under ``assets/``, or the path of a USD file.
+        name_or_file: A name under ``assets/`` or in a folder of the user's, or the path of a USD
+            file.
     """
     path = Path(name_or_file)
     if path.suffix in USD_SUFFIXES:
         if not path.is_file():
             raise InvalidAsset(f"An asset must be a USD file; {path} does not exist.")
         return path.resolve()
-    names = asset_names()
-    if str(name_or_file) not in names:
-        raise unknown_name("asset", str(name_or_file), names)
-    return asset_folder() / str(name_or_file) / f"{name_or_file}.usda"
+    files = asset_files()
+    if str(name_or_file) not in files:
+        raise unknown_name("asset", str(name_or_file), files)
+    return files[str(name_or_file)]

@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 
 from tendon_newton.errors import InvalidOutput
+from tendon_newton.mechanisms.asset_view import plot_space
 from tendon_newton.mechanisms.kinematics import posture, tip_position
 from tendon_newton.mechanisms.mechanism import Mechanism
 from tendon_newton.mechanisms.mechanism_rules import range_positions
 from tendon_newton.mechanisms.parts import Joint, excursion, moment_arms
 from tendon_newton.mechanisms.statics import ClosingPath, closing_path
-from tendon_newton.recording import Array
+from tendon_newton.recording import Array, Indices
 
 COLORS = ("#1f6f8b", "#d1603d", "#6a4c93", "#3d8361", "#b8860b", "#555555")
 GREY = "#8a8f98"
@@ -22,7 +23,7 @@ POSTURES = 5
 
 
 def plot_asset(mechanism: Mechanism, path: Path) -> None:
-    """Draw excursion, moment arms, closing force and the posture along the way into a PNG file.
+    """Draw excursion, moment arms, closing force and postures, flat and in space, into a PNG file.
 
     Args:
         mechanism: The mechanism.
@@ -33,14 +34,20 @@ def plot_asset(mechanism: Mechanism, path: Path) -> None:
 
     if path.suffix.lower() != ".png":
         raise InvalidOutput(f"The picture is a PNG file; {path} ends otherwise.")
-    figure = Figure(figsize=(10.5, 7.5), layout="constrained")
+    figure = Figure(figsize=(15.5, 7.5), layout="constrained")
     FigureCanvasAgg(figure)
-    (top_left, top_right), (low_left, low_right) = figure.subplots(2, 2)
+    grid = figure.add_gridspec(2, 3)
+    top_left, top_right = (figure.add_subplot(grid[0, column]) for column in (0, 1))
+    low_left, low_right = (figure.add_subplot(grid[1, column]) for column in (0, 1))
     path_of_closing = closing_path(mechanism)
+    rows = _posture_rows(path_of_closing)
+    plot_space(
+        figure.add_subplot(grid[:, 2], projection="3d"), mechanism, path_of_closing, rows[[0, 2, 4]]
+    )
     _plot_excursion(top_left, mechanism)
     _plot_arms(top_right, mechanism)
     _plot_force(low_left, mechanism, path_of_closing)
-    _plot_postures(low_right, mechanism, path_of_closing)
+    _plot_postures(low_right, mechanism, path_of_closing, rows)
     for axes in (top_left, top_right, low_left, low_right):
         axes.grid(color="#e4e6ea", linewidth=0.8)
         axes.set_axisbelow(True)
@@ -151,10 +158,14 @@ def _plot_force(axes: Any, mechanism: Mechanism, path: ClosingPath) -> None:
     twin.legend(frameon=False, loc="lower right")
 
 
-def _plot_postures(axes: Any, mechanism: Mechanism, path: ClosingPath) -> None:
-    """Draw five postures from slack to closed, at equal steps of the tendon."""
+def _posture_rows(path: ClosingPath) -> Indices:
+    """Return five postures from slack to closed, at equal steps of the tendon."""
     steps = np.linspace(path.excursion[0], path.excursion[-1], POSTURES)
-    rows = np.minimum(np.searchsorted(path.excursion, steps), len(path.tension) - 1)
+    return np.minimum(np.searchsorted(path.excursion, steps), len(path.tension) - 1)
+
+
+def _plot_postures(axes: Any, mechanism: Mechanism, path: ClosingPath, rows: Indices) -> None:
+    """Draw five postures, of a finger from the side and of a slider as a bar."""
     if "prismatic" in mechanism.joint_kinds:
         _plot_travel(axes, path, rows)
         axes.set_ylabel(f"tension [{_force_unit(mechanism)}]")
@@ -167,7 +178,7 @@ def _plot_postures(axes: Any, mechanism: Mechanism, path: ClosingPath) -> None:
     axes.set_xlabel("x [mm]")
 
 
-def _plot_travel(axes: Any, path: ClosingPath, rows: Array) -> None:
+def _plot_travel(axes: Any, path: ClosingPath, rows: Indices) -> None:
     """Draw one line per posture of a slider, lowest tension on top."""
     for line, k in enumerate(rows):
         x = 1.0e3 * path.joint_position[k, 0]
@@ -177,7 +188,7 @@ def _plot_travel(axes: Any, path: ClosingPath, rows: Array) -> None:
     axes.set_ylim(len(rows) - 0.5, -0.5)
 
 
-def _plot_links(axes: Any, mechanism: Mechanism, path: ClosingPath, rows: Array) -> None:
+def _plot_links(axes: Any, mechanism: Mechanism, path: ClosingPath, rows: Indices) -> None:
     """Draw the links seen along +y: x to the right, z up."""
     for line, k in enumerate(rows):
         q = path.joint_position[k]

@@ -8,12 +8,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from tendon_newton.errors import InvalidAsset
 from tendon_newton.mechanisms.asset_library import asset_path
 from tendon_newton.mechanisms.findings import AssetFinding
 from tendon_newton.mechanisms.mechanism import load_mechanism
 from tendon_newton.mechanisms.mechanism_rules import mechanism_findings
 from tendon_newton.mechanisms.stage_rules import stage_findings
-from tendon_newton.mechanisms.usd_asset import open_stage
+from tendon_newton.mechanisms.usd_asset import open_stage, usd_errors
 
 
 def check_asset(name_or_file: str | Path) -> tuple[AssetFinding, ...]:
@@ -29,23 +30,34 @@ def check_asset(name_or_file: str | Path) -> tuple[AssetFinding, ...]:
     """
     path = asset_path(name_or_file)
     stage = open_stage(path)
-    findings = stage_findings(stage)
-    if any(finding.rule == "composition" for finding in findings):
-        return tuple(findings)  # USD's validators would repeat each missing layer three times
-    findings = [*validator_findings(stage), *findings]
+    with usd_errors(path):
+        findings = stage_findings(stage)
+    if any(finding.rule in ("composition", "attribute") for finding in findings):
+        return tuple(findings)  # USD's validators would repeat a missing layer, or stop at it
+    findings = [*validator_findings(stage, path), *findings]
     if not any(finding.severity == "error" for finding in findings):
         findings += mechanism_findings(load_mechanism(path))
     return tuple(findings)
 
 
-def validator_findings(stage: Any) -> list[AssetFinding]:
+def validator_findings(stage: Any, path: Path) -> list[AssetFinding]:
     """Run the validators that come with USD: layers, units, rigid bodies, joints, colliders."""
-    from pxr import UsdUtils, UsdValidation
+    from pxr import UsdValidation
 
-    listener = UsdUtils.CoalescingDiagnosticDelegate()  # else USD writes its own to stderr
     validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
-    errors = UsdValidation.ValidationContext(validators).Validate(stage)
-    del listener
+    try:
+        with usd_errors(path):
+            errors = UsdValidation.ValidationContext(validators).Validate(stage)
+    except InvalidAsset as error:
+        return [
+            AssetFinding(
+                prim="/",
+                rule="usd:Validate",
+                message=f"USD's validators must come to an end; {str(error).rstrip('.')}",
+                remedy="Mend the value that they name",
+                severity="error",
+            )
+        ]
     return [_from_validator(error) for error in errors]
 
 

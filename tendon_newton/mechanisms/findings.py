@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 Severity = Literal["error", "warning", "note"]
 
@@ -22,3 +22,12 @@ class AssetFinding:
     """What to do about it, without a full stop."""
     severity: Severity
     """An ``error`` cannot be simulated, a ``warning`` should be mended, a ``note`` informs."""
+
+
+def about(
+    prim: Any, rule: str, message: str, remedy: str, severity: Severity = "error"
+) -> AssetFinding:
+    """Build the finding about a prim of a stage."""
+    return AssetFinding(
+        prim=str(prim.GetPath()), rule=rule, message=message, remedy=remedy, severity=severity
+    )

@@ -121,7 +121,9 @@ def load_mechanism(name_or_file: str | Path) -> Mechanism:
     """
     path = asset_path(name_or_file)
     stage = usd_asset.open_stage(path)
-    for finding in stage_findings(stage):
+    with usd_asset.usd_errors(path):
+        findings = stage_findings(stage)
+    for finding in findings:
         if finding.severity == "error":
             raise InvalidAsset(f"{path}: {finding.prim}: {finding.message}. {finding.remedy}.")
     template = usd_asset.read_template(stage, path)

@@ -3,8 +3,12 @@
 from pathlib import Path
 
 import pytest
+from newton import State
 
 from tendon_newton.cli import main
+from tendon_newton.mechanisms.asset_window import play
+from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.statics import closing_path
 from tests.mechanisms.flat_assets import write_changed
 
 
@@ -22,6 +26,15 @@ def test_check_of_a_broken_asset_lists_rule_and_remedy(tmp_path: Path, capsys) -
     assert "tendon_coef" in printed
     assert "/finger/tendons/flexor" in printed
     assert "Write one moment arm per joint" in printed
+
+
+def test_an_edited_asset_is_read_anew(tmp_path: Path, capsys) -> None:
+    """USD keeps layers in memory; a check after an edit must see the edit."""
+    path = write_changed(tmp_path, "finger", ("coef = [0.008, 0.0055]", "coef = [0.008]"))
+    assert main(["asset", "check", str(path)]) == 1
+    write_changed(tmp_path, "finger")
+    assert main(["asset", "check", str(path)]) == 0
+    assert "no errors" in capsys.readouterr().out
 
 
 def test_unreadable_asset_is_misuse(tmp_path: Path, capsys) -> None:
@@ -45,3 +58,45 @@ def test_picture_that_cannot_be_written_is_misuse(out: str, tmp_path: Path, caps
     """Another suffix or a missing folder gives exit code 2 and names the path."""
     assert main(["asset", "show", "finger", "--out", str(tmp_path / out)]) == 2
     assert Path(out).name in capsys.readouterr().err
+
+
+class FilmedViewer:
+    """A viewer that keeps what it is shown and is closed after four frames."""
+
+    def __init__(self) -> None:
+        self.joint_positions: list[float] = []
+        self.times: list[float] = []
+        self.closed = False
+
+    def set_model(self, model: object) -> None:
+        """Take the model, as Newton's viewers do."""
+
+    def is_running(self) -> bool:
+        """Whether the window is still open."""
+        return len(self.times) < 4
+
+    def begin_frame(self, time: float) -> None:
+        """Start a frame."""
+        self.times.append(time)
+
+    def log_state(self, state: State) -> None:
+        """Keep the first joint's position."""
+        assert state.joint_q is not None
+        self.joint_positions.append(float(state.joint_q.numpy()[0]))
+
+    def end_frame(self) -> None:
+        """End a frame."""
+
+    def close(self) -> None:
+        """Shut the window."""
+        self.closed = True
+
+
+def test_the_window_shows_the_finger_closing() -> None:
+    """Each frame has the next equilibrium, until the window is shut."""
+    viewer = FilmedViewer()
+    play(load_mechanism("finger"), viewer)
+    path = closing_path(load_mechanism("finger")).joint_position[:4, 0]
+    assert viewer.joint_positions == pytest.approx(path, rel=1e-6)  # float32
+    assert viewer.times == pytest.approx([0.0, 1 / 60, 2 / 60, 3 / 60])
+    assert viewer.closed
