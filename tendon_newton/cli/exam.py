@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -20,7 +21,8 @@ class ExamConfig:
     """Diagnose a folder of datasets with known causes and say how often the answer is right.
 
     The folder holds NAME/dataset.toml, NAME/model.toml and truth/NAME.json. Answers go to
-    OUT/NAME/diagnosis.json; a run that broke off goes on where it stopped.
+    OUT/NAME/diagnosis.json, the figures to OUT/exam.json, and OUT/exam.html and OUT/confusion.png
+    show them. A run that broke off goes on where it stopped.
     """
 
     folder: Annotated[Path, tyro.conf.Positional]
@@ -34,25 +36,39 @@ class ExamConfig:
 
 
 def main(config: ExamConfig) -> None:
-    """Take the exam and print the marks."""
+    """Take the exam, and print and write the marks."""
     import json
 
     from tendon_newton.cli.output import make_folder
-    from tendon_newton.diagnosis.exam import take_exam
-    from tendon_newton.diagnosis.exam_score import confusion, rates
+    from tendon_newton.diagnosis.exam import read_truths, take_exam
+    from tendon_newton.diagnosis.exam_rates import by_strength, confusion, rates
+    from tendon_newton.diagnosis.exam_report import write_exam_report
 
     out = make_folder(config.out)
+    total = len(config.only or read_truths(config.folder))
     marks: list[Mark] = []
+    start, fresh = time.monotonic(), 0
     for mark in take_exam(config.folder, out, workers=config.workers, only=config.only):
         marks.append(mark)
-        print(f"{len(marks):4d}  {line(mark)}", flush=True)
+        fresh += not mark.earlier
+        left = (time.monotonic() - start) / max(1, fresh) * (total - len(marks))
+        end = f"  {time_text(left)} left" if fresh and len(marks) < total else ""
+        print(f"{len(marks):4d}/{total}  {line(mark)}{end}", flush=True)
     print(table(marks))
     record = {
-        "rates": {name: {"rate": rate, "cases": n} for name, (rate, n) in rates(marks).items()},
+        "rates": {r.name: {"rate": r.value, "cases": r.cases} for r in rates(marks)},
+        "by_strength": [vars(row) for row in by_strength(marks)],
         "confusion": confusion(marks),
     }
     (out / "exam.json").write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
-    print(f"\nwrote {out / 'exam.json'}")
+    write_exam_report(out, marks)
+    for name in ("exam.json", "exam.html", "confusion.png"):
+        print(f"  {out / name}")
+
+
+def time_text(seconds: float) -> str:
+    """Return a time as a person would say it."""
+    return f"about {seconds / 60.0:.0f} min" if seconds > 90.0 else f"about {seconds:.0f} s"
 
 
 def line(mark: Mark) -> str:
@@ -67,12 +83,14 @@ def line(mark: Mark) -> str:
 
 
 def table(marks: Sequence[Mark]) -> str:
-    """Return the rates as a table."""
-    from tendon_newton.diagnosis.exam_score import rates
+    """Return the figures as tables."""
+    from tendon_newton.diagnosis.exam_rates import by_strength, rates
 
-    rows = [f"  {name:46s} {rate:7.3f}   of {n}" for name, (rate, n) in rates(marks).items()]
-    walls = sorted(m.wall_time_s for m in marks)
-    if walls:
-        name = "seconds per dataset, median and longest"
-        rows.append(f"  {name:46s} {walls[len(walls) // 2]:7.1f}   {walls[-1]:.1f}")
-    return "\n".join(["", *rows])
+    rows = [f"  {r.name:46s} {r.value:9.3f}   of {r.cases}" for r in rates(marks)]
+    bins = [
+        f"  {f'{b.low:g} to {b.high:g}':14s} {b.cases:5d} {b.first:7.2f} {b.in_class:9.2f} "
+        f"{b.silent:8.2f} {b.wrong:7.2f}"
+        for b in by_strength(marks)
+    ]
+    head = f"  {'strength':14s} cases   first  in class   silent   wrong"
+    return "\n".join(["", *rows, *(["", head, *bins] if bins else []), ""])

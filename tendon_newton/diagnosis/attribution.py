@@ -28,12 +28,16 @@ QUIET_SHARE = 0.65
 """The same where the residual looks like noise already: form errors must not get names."""
 LEAST_ORIGINAL_SHARE = 0.05
 """Share of the starting model's loss above the noise below which nothing is sought or named."""
+POSITION_SHARE = 0.01
+"""The same where only positions are known: no law of dry friction leaves an error of form there."""
 EQUAL_SHARE = 0.01
 """Losses closer than this share of the gain count as equal, however small their standard error."""
 SMALL_SHARE = 0.2
 """Losses further apart than this share of the gain differ, however large their standard error."""
 CLASS_ERRORS = 2.0
 """Candidates within so many paired standard errors of the best are not told from it."""
+NESTED_ERRORS = 0.3
+"""Standard errors by which a law that contains another must do better to be a rival of it."""
 LARGEST_CLASS = 3
 """A class counts as an answer with at most so many names."""
 
@@ -75,6 +79,7 @@ def attribute(
         noise: Noise of the sensors.
         rng: Of the surrogates.
     """
+    original = POSITION_SHARE if search.study.kinematic else LEAST_ORIGINAL_SHARE
     baseline = search.baseline()
     current, chosen = baseline, ()
     rounds: list[Round] = []
@@ -90,18 +95,18 @@ def attribute(
         gap = above_noise(search, tried, tried.current, noise)
         least = max(
             least_share(search, tried, known, noise) * gap,
-            LEAST_ORIGINAL_SHARE * above_noise(search, tried, start, noise),
+            original * above_noise(search, tried, start, noise),
         )
-        if chance > P_VALUE or not passes(search, tried, best, least):
+        if gap <= 0.0 or chance > P_VALUE or not passes(search, tried, best, least):
             break
         final = best
         current, chosen = best.candidate, best.effects
         left = above_noise(search, tried, best, noise)
-        if left < LEAST_ORIGINAL_SHARE * above_noise(search, tried, start, noise):
+        if left < original * above_noise(search, tried, start, noise):
             break
-    if final is not None and len(final.effects) > 1:
-        final = prune(search, final, noise)
-    classes = {} if final is None else find_classes(search, final, rounds)
+    classes: dict[str, tuple[Fit, ...]] = {}
+    if final is not None:
+        final, classes = examine(search, final, rounds, noise)
     return Attribution(
         rounds=tuple(rounds), baseline=baseline, final=final, classes=classes, p_value=p_value
     )
@@ -126,13 +131,13 @@ def simplest(tried: Round) -> Fit:
 
 
 def passes(search: Search, tried: Round, fit: Fit, least_gain: float) -> bool:
-    """Gate a step: a clear, significant gain on unseen folds, in most recordings, in the ranges."""
+    """Gate a step: a clear, significant gain on unseen folds, in most of the data."""
     gain, error = paired(tried.current.losses, fit.losses)
-    by_recording = recording_losses(search, tried.current.losses - fit.losses)
+    by_part = part_losses(search, tried.current.losses - fit.losses)
     return (
         gain > least_gain
         and gain > LEAST_T * error
-        and float(np.mean(by_recording > 0.0)) > 0.5
+        and float(np.mean(by_part > 0.0)) > 0.5
         and not at_bound(fit)
     )
 
@@ -164,10 +169,12 @@ def noise_loss(search: Search, scales: Scales, noise: NoiseFloor) -> float:
     return 0.5 * (theta + force)
 
 
-def recording_losses(search: Search, losses: Array) -> Array:
-    """Sum losses of blocks by recording, shape (R,)."""
+def part_losses(search: Search, losses: Array) -> Array:
+    """Sum losses of blocks by recording, or by fold where those are few, shape (R,) or (K,)."""
+    folds = search.folds
+    parts = search.where.recording if folds.of_recording is not None else folds.of_entry
     owner = np.zeros(search.where.block_count, dtype=np.intp)
-    owner[search.where.block] = search.where.recording
+    owner[search.where.block] = parts
     return group_sums(losses, owner)
 
 
@@ -187,31 +194,45 @@ def others_of(search: Search, final: Fit, effect: str) -> tuple[tuple[str, ...],
     return others, candidate
 
 
-def prune(search: Search, final: Fit, noise: NoiseFloor) -> Fit:
-    """Drop what later additions made redundant."""
-    for effect in final.effects:
-        others, candidate = others_of(search, final, effect)
-        tried = search.extend(candidate, others, [effect])
-        gain, error = paired(tried.current.losses, tried.fits[0].losses)
-        least = LEAST_SHARE * above_noise(search, tried, tried.current, noise)
-        if gain < max(LEAST_T * error, least):
-            reduced = tried.current
-            return prune(search, reduced, noise) if len(others) > 1 else reduced
-    return final
-
-
-def find_classes(search: Search, final: Fit, rounds: Sequence[Round]) -> dict[str, tuple[Fit, ...]]:
-    """For each cause find what would explain the data as well in its place."""
+def examine(
+    search: Search, final: Fit, rounds: Sequence[Round], noise: NoiseFloor
+) -> tuple[Fit, dict[str, tuple[Fit, ...]]]:
+    """Drop causes that later ones made redundant; find for the others what could replace them."""
+    if len(final.effects) == 1:
+        return final, {final.effects[0]: indistinguishable(rounds[0], final.effects[0])}
+    rivals = list(dict.fromkeys(fit.effects[-1] for tried in rounds for fit in tried.fits))
     classes = {}
     for effect in final.effects:
         others, candidate = others_of(search, final, effect)
-        if others:
-            rivals = [f.effects[-1] for r in rounds for f in r.fits if f.effects[-1] not in others]
-            tried = search.extend(candidate, others, list(dict.fromkeys([effect, *rivals])))
-        else:
-            tried = rounds[0]
+        special = find_effect(effect).includes
+        names = dict.fromkeys([effect, *(n for n in (*special, *rivals) if n not in others)])
+        tried = search.extend(candidate, others, list(names))
+        if redundant(search, tried, effect, noise):
+            return examine(search, tried.current, rounds, noise)
+        if (simpler := special_case(tried, effect)) is not None:
+            return examine(search, simpler, rounds, noise)
         classes[effect] = indistinguishable(tried, effect)
-    return classes
+    return final, classes
+
+
+def special_case(tried: Round, effect: str) -> Fit | None:
+    """Return the fit with a special case of an effect in its place that explains as much."""
+    own = next((fit for fit in tried.fits if fit.effects[-1] == effect), None)
+    for fit in tried.fits:
+        if own is not None and fit.effects[-1] in find_effect(effect).includes:
+            gain = tried.current.loss - own.loss
+            behind, error = paired(fit.losses, own.losses)
+            if behind <= max(min(error, SMALL_SHARE * gain), EQUAL_SHARE * gain):
+                return fit
+    return None
+
+
+def redundant(search: Search, tried: Round, effect: str, noise: NoiseFloor) -> bool:
+    """Tell whether the others explain the data as well without a cause."""
+    own = [fit for fit in tried.fits if fit.effects[-1] == effect]
+    gain, error = paired(tried.current.losses, (own or tried.fits)[0].losses)
+    least = LEAST_SHARE * above_noise(search, tried, tried.current, noise)
+    return gain < max(LEAST_T * error, least)
 
 
 def indistinguishable(tried: Round, effect: str) -> tuple[Fit, ...]:
@@ -225,7 +246,7 @@ def indistinguishable(tried: Round, effect: str) -> tuple[Fit, ...]:
         behind, error = paired(fit.losses, own.losses)
         contains = effect in find_effect(fit.effects[-1]).includes
         close = behind <= max(min(CLASS_ERRORS * error, SMALL_SHARE * gain), EQUAL_SHARE * gain)
-        if fit is not own and close and not (contains and behind > -error):
+        if fit is not own and close and not (contains and behind > -NESTED_ERRORS * error):
             rivals.append((behind, fit))
     nearest = sorted(rivals, key=lambda rival: rival[0])
     return tuple(fit for _, fit in nearest)[: LARGEST_CLASS - 1]

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tendon_newton.dataset import Dataset
-from tendon_newton.diagnosis.adequacy import dependencies, is_noise
+from tendon_newton.diagnosis.adequacy import is_noise
 from tendon_newton.diagnosis.attribution import Attribution, attribute, noise_loss
 from tendon_newton.diagnosis.evaluation import (
     SquaredErrors,
@@ -17,6 +17,13 @@ from tendon_newton.diagnosis.evaluation import (
     explained_fraction,
     fraction_interval,
 )
+from tendon_newton.diagnosis.explanation import (
+    Explanation,
+    OpenClass,
+    model_without,
+    settings_of,
+)
+from tendon_newton.diagnosis.identifiability import Confounded, find_confounded, is_flat
 from tendon_newton.diagnosis.result import (
     CandidateScore,
     Diagnosis,
@@ -27,10 +34,12 @@ from tendon_newton.diagnosis.result import (
 )
 from tendon_newton.diagnosis.search import Fit, Search
 from tendon_newton.diagnosis.separation import propose
+from tendon_newton.diagnosis.structure import find_structure
 from tendon_newton.effects import EFFECTS, find_effect
 from tendon_newton.identification.intervals import intervals
 from tendon_newton.identification.least_squares import Candidate
 from tendon_newton.identification.study import Study
+from tendon_newton.identification.testable import testable_effects, untested_sides
 from tendon_newton.model_file import Model, NamedValues
 from tendon_newton.recording import Array
 
@@ -74,7 +83,7 @@ def diagnose(
     start = time.monotonic()
     rng = np.random.default_rng(SEED)
     progress("reading benches and compiling kernels")
-    train = Study(dataset.train, model, tuple(EFFECTS), time_step=SEARCH_STEP)
+    train = Study(dataset.train, model, tuple(EFFECTS), time_step=SEARCH_STEP, in_pieces=True)
     names = testable_effects(train)
     search = Search(train, model)
     progress(f"trying {len(names)} effects on {len(dataset.train)} recordings")
@@ -83,18 +92,6 @@ def diagnose(
     test = Study(dataset.test, model, tuple(EFFECTS))
     diagnosis, evidence = conclude(search, attribution, model, test, rng, start)
     return diagnosis, evidence
-
-
-def testable_effects(study: Study) -> tuple[str, ...]:
-    """Return the effects that could show: no load cell's without one, no string's on a shaft."""
-    has_cell = any(recording.force is not None for recording in study.recordings)
-    has_string = any(not tendon.direct for m in study.mechanisms for tendon in m.tendons)
-    return tuple(
-        name
-        for name, effect in EFFECTS.items()
-        if (has_cell or not effect.acts_on_cell_only())
-        and (has_string or effect.side != "transmission")
-    )
 
 
 def conclude(
@@ -115,6 +112,7 @@ def conclude(
     fraction = explained_fraction(before.pooled(), after.pooled(), train.noise)
     low, high = fraction_interval(before, after, train.noise, rng)
     shown = final or attribution.rounds[0].current
+    structure = find_structure(train, extended)
     diagnosis = Diagnosis(
         verdict=verdict,
         wall_time_s=time.monotonic() - start,
@@ -128,13 +126,16 @@ def conclude(
         candidates=candidate_scores(search, attribution),
         unexplained=Unexplained(
             fraction=remaining_fraction(verdict, fraction),
-            depends_on=dependencies(search, shown.point.residual)
+            depends_on=structure.depends_on
             if verdict in ("partly_explained", "unexplained")
             else (),
+            structure=structure,
         ),
         model=extended_model(search, model, extended, effects_of(final)),
         p_value=attribution.p_value,
         fitted=fitted_numbers(search, shown),
+        confounded=confounded_numbers(search, shown),
+        recorded=settings_of(train.recordings),
         notes=notes(search),
     )
     return diagnosis, Evidence(baseline=baseline, extended=extended, test=test, train=train)
@@ -195,6 +196,7 @@ def named_effects(
     for effect, errors in zip(final.effects, without, strict=True):
         declared = find_effect(effect)
         rivals = attribution.classes.get(effect, ())
+        question = open_class(search, final, effect, rivals, model) if rivals else None
         described.append(
             NamedEffect(
                 name=effect,
@@ -204,23 +206,39 @@ def named_effects(
                 ),
                 without=errors.pooled(),
                 indistinguishable_from=tuple(fit.effects[-1] for fit in rivals),
-                separating_experiment=separating_run(search, final, effect, rivals, model),
+                separating_experiment=propose(question)[0].text() if question else None,
+                explanations=question.explanations if question else (),
             )
         )
     return tuple(described)
 
 
-def separating_run(
+def open_class(
     search: Search, final: Fit, effect: str, rivals: Sequence[Fit], model: Model
-) -> str | None:
-    """Return the run that would tell an effect from its nearest rival; None where it has none."""
-    if not rivals:
-        return None
-    study, rival = search.study, rivals[0]
-    proposal = propose(
-        study.recordings, model, values_of(final.candidate), values_of(rival.candidate), study.noise
+) -> OpenClass:
+    """Gather what an experiment must know that tells an effect from its rivals."""
+    extended = extended_model(search, model, values_of(final.candidate), final.effects)
+    pairs = [(effect, final), *((fit.effects[-1], fit) for fit in rivals)]
+    return OpenClass(
+        explanations=tuple(explain(search, fit, cause) for cause, fit in pairs),
+        without=model_without(extended, effect),
+        settings=settings_of(search.study.recordings),
+        noise=search.study.noise,
     )
-    return proposal.text((effect, rival.effects[-1]))
+
+
+def explain(search: Search, fit: Fit, cause: str) -> Explanation:
+    """Describe a fit by the cause that it stands for, and all its numbers."""
+    bounds = intervals(fit.candidate, fit.point, search.where)
+    table = search.study.table
+    owners = dict.fromkeys(table.owners[column][0] for column in fit.candidate.columns)
+    return Explanation(
+        cause=cause,
+        numbers={
+            owner: estimates(search, fit.candidate, bounds, table.columns(owner))
+            for owner in owners
+        },
+    )
 
 
 def estimates(
@@ -232,11 +250,13 @@ def estimates(
         if column in columns:
             parameter = search.study.table.owners[column][1]
             value = float(candidate.value[place])
+            ci95 = (float(bounds[place, 0]), float(bounds[place, 1]))
             out[parameter.name] = Estimate(
                 value=value,
-                ci95=(float(bounds[place, 0]), float(bounds[place, 1])),
+                ci95=ci95,
                 unit=parameter.unit,
                 at_bound=value in (parameter.lower, parameter.upper) and value != parameter.null,
+                flat=is_flat(ci95, parameter.lower, parameter.upper),
             )
     return out
 
@@ -247,6 +267,12 @@ def fitted_numbers(search: Search, fit: Fit) -> dict[str, Estimate]:
         return {}
     bounds = intervals(fit.candidate, fit.point, search.where)
     return estimates(search, fit.candidate, bounds, search.fit_columns)
+
+
+def confounded_numbers(search: Search, fit: Fit) -> tuple[Confounded, ...]:
+    """Return the pairs of fitted numbers that the data cannot tell apart."""
+    owners = [search.study.table.owners[column] for column in fit.candidate.columns]
+    return find_confounded(fit.point, [f"{owner}.{p.name}" for owner, p in owners])
 
 
 def candidate_scores(search: Search, attribution: Attribution) -> tuple[CandidateScore, ...]:
@@ -294,9 +320,6 @@ def extended_model(
     An effect named again replaces its old entry.
     """
     table = search.study.table
-    actuator = dict(model.actuator.values)
-    for column in search.fit_columns:
-        actuator[table.owners[column][1].name] = values[column]
     kept = [effect for effect in model.effects if effect.name not in effects]
     added = [
         NamedValues(
@@ -304,27 +327,17 @@ def extended_model(
         )
         for name in effects
     ]
-    return Model(
-        actuator=NamedValues(name=model.actuator.name, values=actuator),
-        effects=(*kept, *added),
-        bench_overrides=model.bench_overrides,
-        fit=model.fit,
-    )
+    return replace(search.study.with_fitted(model, values), effects=(*kept, *added))
 
 
 def notes(search: Search) -> tuple[str, ...]:
     """Say what a reader must know before trusting the numbers."""
-    out = []
+    out = list(untested_sides(search.study))
     recordings = search.study.recordings
-    if any(r.force is None for r in recordings):
-        out.append(
-            "No load cell: only the motor angle was compared, so causes that act on the force "
-            "alone could not be tested."
-        )
     untrusted = sum(int((~search.study.timeline(i).trusted).sum()) for i in range(len(recordings)))
     if untrusted:
         out.append(
-            f"{untrusted} rows after gaps in which the command jumped unseen were left out of the "
-            "fits."
+            f"{untrusted} rows were left out of the fits: after gaps in which the command jumped "
+            "unseen, or where something solid held a servo's shaft."
         )
     return tuple(out)

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import json
 import os
+import resource
+import sys
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from tendon_newton.diagnosis.exam_score import Mark, Truth, judge, read_truth
-from tendon_newton.errors import InvalidDataset, TendonNewtonError
+from tendon_newton.diagnosis.diagnosis_file import state_diagnosis
+from tendon_newton.diagnosis.exam_score import Mark, Truth, judge
+from tendon_newton.diagnosis.truth_file import read_truth
+from tendon_newton.errors import InvalidDataset, TendonNewtonError, unknown_name
 
 ANSWER = "diagnosis.json"
 
@@ -47,14 +52,18 @@ def take_exam(
         workers: Processes; one per core is best.
         only: Names of datasets; all by default.
     """
-    truths = [t for t in read_truths(folder) if not only or t.id in only]
+    truths = read_truths(folder)
+    for name in only:
+        if name not in (truth.id for truth in truths):
+            raise unknown_name("dataset", name, [truth.id for truth in truths])
+    truths = [truth for truth in truths if not only or truth.id in only]
     waiting = []
     for truth in truths:
         answer = read_answer(out / truth.id / ANSWER)
         if answer is None:
             waiting.append(truth)
         else:
-            yield judge(truth, answer)
+            yield replace(judge(truth, answer), earlier=True)
     if workers <= 1:
         for truth in waiting:
             yield judge(truth, answer_one(folder / truth.id, out / truth.id, None))
@@ -76,7 +85,6 @@ def answer_one(dataset: Path, out: Path, threads: int | None) -> dict[str, Any] 
 
     from tendon_newton.dataset import load_dataset
     from tendon_newton.diagnosis.diagnose import diagnose
-    from tendon_newton.diagnosis.result import write_diagnosis
     from tendon_newton.model_file import load_model, write_model
     from tendon_newton.simulation.rollout import THREADS_VARIABLE
 
@@ -90,13 +98,26 @@ def answer_one(dataset: Path, out: Path, threads: int | None) -> dict[str, Any] 
         (out / "error.txt").write_text(f"{error}\n", encoding="utf-8")
         return None
     write_model(out / "model.toml", diagnosis.model)
-    write_diagnosis(out / ANSWER, diagnosis)
-    return diagnosis.to_json()
+    answer = {**diagnosis.to_json(), "peak_memory_mib": peak_memory()}
+    (out / ANSWER).write_text(json.dumps(answer, indent=1) + "\n", encoding="utf-8")
+    return answer
+
+
+def peak_memory() -> float:
+    """Return the most memory that this process has used so far [MiB]."""
+    used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return round(used / (1024.0**2 if sys.platform == "darwin" else 1024.0), 1)
 
 
 def read_answer(path: Path) -> dict[str, Any] | None:
-    """Read an answer that an earlier run left; None if there is none or it broke off."""
+    """Read an answer that an earlier run left; None if there is none or it broke off.
+
+    Raises:
+        InvalidDiagnosis: The file is whole and no diagnosis: something else would be overwritten.
+    """
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        table = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
         return None
+    state_diagnosis(table if isinstance(table, dict) else {}, str(path))
+    return table

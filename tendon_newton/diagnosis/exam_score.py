@@ -1,17 +1,15 @@
-"""How often the diagnosis is right: answers against truths."""
+"""One answer of an exam against its truth."""
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from tendon_newton.errors import InvalidDataset
-
 Family = Literal["single", "pair", "clean", "outside"]
+WORTH_A_SHARE = 1.2
+"""A signal whose error is less than so many times the true model's has no gap to remove."""
 LARGEST_CLASS = 3
 """Names in an answer's class, the named one included; a larger class is no answer."""
 
@@ -32,6 +30,8 @@ class Truth:
     """Change of the held-out force, in noise floors."""
     weak: bool
     """Whether the cause is too weak to be expected."""
+    oracle: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    """Signal -> held-out RMS error of the starting and of the true model, where they are told."""
 
     @property
     def causes(self) -> str:
@@ -55,6 +55,12 @@ class Mark:
     """Relative errors of the parameters of exactly named effects."""
     covered: tuple[bool, ...]
     """Whether their intervals hold the truth."""
+    gain: float | None = None
+    """Held-out squared error that the extended model removes over what the true one does [1]."""
+    peak_memory: float | None = None
+    """Most memory that the process has used so far [MiB]."""
+    earlier: bool = False
+    """Whether an earlier run of the exam gave the answer."""
 
     @property
     def exact(self) -> bool:
@@ -92,30 +98,6 @@ class Mark:
         return self.in_class
 
 
-def read_truth(path: Path) -> Truth:
-    """Read the truth of one dataset.
-
-    Raises:
-        InvalidDataset: The file is no truth.
-    """
-    try:
-        table = json.loads(path.read_text(encoding="utf-8"))
-        outside = table.get("outside", [])
-        return Truth(
-            id=str(table["id"]),
-            family=table["family"],
-            effects={e["name"]: dict(e["parameters"]) for e in table["effects"]},
-            outside=tuple(o["name"] for o in outside),
-            near=tuple(n for o in outside for n in o.get("near", ())),
-            strength=float(table.get("strength", {}).get("ratio", 0.0)),
-            weak=bool(table.get("weak", False)),
-        )
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise InvalidDataset(
-            f"{path}: a truth needs id, family, effects with name and parameters; {error!r}"
-        ) from error
-
-
 def judge(truth: Truth, answer: Mapping[str, Any] | None) -> Mark:
     """Judge one answer (the contents of a diagnosis.json); None counts as wrong."""
     effects = list(answer["effects"]) if answer else []
@@ -139,49 +121,19 @@ def judge(truth: Truth, answer: Mapping[str, Any] | None) -> Mark:
         wall_time_s=float(answer["wall_time_s"]) if answer else 0.0,
         parameter_errors=tuple(errors),
         covered=tuple(covered),
+        gain=None if answer is None else gain_share(truth, answer),
+        peak_memory=None if answer is None else answer.get("peak_memory_mib"),
     )
 
 
-def rates(marks: Sequence[Mark]) -> dict[str, tuple[float, int]]:
-    """Return each rate with the number of cases it is over; rates over nothing are left out."""
-    single = [m for m in marks if m.truth.family == "single" and not m.truth.weak]
-    pairs = [m for m in marks if m.truth.family == "pair"]
-    clean = [m for m in marks if m.truth.family == "clean"]
-    outside = [m for m in marks if m.truth.family == "outside"]
-    known = [*single, *pairs]
-    covered = [c for m in known for c in m.covered]
-    errors = sorted(e for m in known for e in m.parameter_errors)
-    table: dict[str, tuple[float, int]] = {}
+def gain_share(truth: Truth, answer: Mapping[str, Any]) -> float | None:
+    """Return the removed squared error over what the true model removes, signals counting alike.
 
-    def add(name: str, cases: Sequence[Any], test: Callable[[Any], bool]) -> None:
-        if cases:
-            table[name] = (sum(map(test, cases)) / len(cases), len(cases))
-
-    add("single: true cause named first", single, lambda m: m.exact)
-    add("single: true cause first or in its class", single, lambda m: m.in_class)
-    add("single: confidently wrong", single, confidently_wrong)
-    add("single: something else named too", single, lambda m: len(m.said) > m.found)
-    add("clean: a cause named", clean, lambda m: bool(m.said))
-    add("clean: verdict no_gap", clean, lambda m: m.verdict == "no_gap")
-    add("outside: no wrong name", outside, lambda m: m.right)
-    add("pair: both found", pairs, lambda m: m.found == 2)
-    add("pair: nothing else named", pairs, lambda m: len(m.said) == m.found)
-    add("intervals that hold the truth", covered, bool)
-    if errors:
-        table["median relative error of a parameter"] = (errors[len(errors) // 2], len(errors))
-    return table
-
-
-def confidently_wrong(mark: Mark) -> bool:
-    """Tell whether one cause was named, without a class, and wrongly."""
-    return bool(mark.said) and not mark.in_class and len(mark.classes[0]) == 1
-
-
-def confusion(marks: Iterable[Mark]) -> dict[str, dict[str, int]]:
-    """Return true cause -> first name given -> count."""
-    table: dict[str, dict[str, int]] = {}
-    for mark in marks:
-        said = mark.said[0] if mark.said else mark.verdict
-        row = table.setdefault(mark.truth.causes, {})
-        row[said] = row.get(said, 0) + 1
-    return table
+    None where no signal has a gap, or the truth does not tell.
+    """
+    shares = []
+    for signal, (start, true) in truth.oracle.items():
+        reached = answer.get("extended", {}).get(signal)
+        if start >= WORTH_A_SHARE * true and reached is not None:
+            shares.append((start**2 - reached**2) / (start**2 - true**2))
+    return sum(shares) / len(shares) if shares else None

@@ -16,6 +16,7 @@ from tendon_newton.diagnosis.held_out import (
     telling_windows,
 )
 from tendon_newton.diagnosis.report_captions import captions
+from tendon_newton.diagnosis.report_doubts import doubts
 from tendon_newton.diagnosis.report_figures import NAMES, Panels, short
 from tendon_newton.diagnosis.report_tables import (
     cause_rows,
@@ -101,7 +102,7 @@ def content(diagnosis: Diagnosis, evidence: Evidence, origin: Origin) -> dict[st
         **pictures(diagnosis, comparisons),
         **captions(diagnosis),
         **finding_rows(evidence),
-        "notes": list(diagnosis.notes),
+        "notes": [*doubts(diagnosis), *diagnosis.notes],
         "model": model_rows(diagnosis, evidence),
         "details": detail_rows(diagnosis, evidence, origin.command),
     }
@@ -113,7 +114,6 @@ def pictures(diagnosis: Diagnosis, comparisons: tuple[Comparison, ...]) -> Mappi
     windows = telling_windows(comparisons, gap=diagnosis.verdict != "no_gap")
     sizes = {signal: panels.before(signal) for signal in NAMES}
     worst = max(comparisons, key=lambda c: float(row_weights(c, sizes).sum()))
-    against = diagnosis.unexplained.depends_on[:1]
     return {
         "windows": [
             {
@@ -136,7 +136,21 @@ def pictures(diagnosis: Diagnosis, comparisons: tuple[Comparison, ...]) -> Mappi
         "spreads": [panels.residual_spread(f"spread-{s}", s) for s in panels.signals],
         "ranking": panels.ranking("ranking"),
         "errors": [panels.errors(f"errors-{s}", s) for s in panels.signals],
-        "remainders": [
-            panels.remainder(f"remainder-{s}", s, a) for a in against for s in panels.signals
-        ],
+        **remainder(diagnosis, panels),
     }
+
+
+def remainder(diagnosis: Diagnosis, panels: Panels) -> Mapping[str, Any]:
+    """Draw what remains, and write the formula for it, if there is one."""
+    structure = diagnosis.unexplained.structure
+    if structure is None:
+        return {"remainders": [], "equation": None}
+    drawn = [
+        panels.remainder(f"remainder-{k}", structure, profile)
+        for k, profile in enumerate(structure.profiles)
+    ]
+    equation = structure.equation
+    told = None
+    if equation is not None:
+        told = {"text": equation.text(), "share": f"{100.0 * equation.held_out_r2:.0f}"}
+    return {"remainders": drawn, "equation": told}

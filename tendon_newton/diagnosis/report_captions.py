@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from tendon_newton.diagnosis.held_out import WINDOW
+from tendon_newton.diagnosis.remainder import SIDES
 from tendon_newton.diagnosis.result import Diagnosis
+from tendon_newton.diagnosis.structure import SURROGATES
 
 SIGNAL_WORDS = {
     "theta": "the motor angle",
@@ -13,12 +15,17 @@ SIGNAL_WORDS = {
     "theta_d": "the command",
     "force": "the tendon force",
     "t": "the time since the start",
+    "time_since_reversal": "the time since the motion turned round",
+    "theta_d_change": "how the command has just changed",
+    "force_change": "how the force has just changed",
     "temperature": "the temperature",
     "voltage": "the supply voltage",
 }
 
 NEAR_NOISE = 1.5
 """An error of up to so many noise floors is called noise."""
+LEAST_P = 1.5 / SURROGATES
+"""Below, the chance is too small to be counted with so many surrogates."""
 RESIDUALS = (
     "Measured minus simulated. A model that lacks nothing leaves only noise: a line within the "
     "grey band, and in the lower pictures a hill within the grey area at the left."
@@ -102,6 +109,11 @@ def ranking_caption(diagnosis: Diagnosis) -> str:
 
 def remainder_caption(diagnosis: Diagnosis) -> str:
     """Say whether the rest is noise, and what it follows."""
+    return f"{remainder_sentence(diagnosis)} {structure_sentence(diagnosis)}".strip()
+
+
+def remainder_sentence(diagnosis: Diagnosis) -> str:
+    """Say how much remains."""
     if diagnosis.verdict == "no_gap":
         return (
             "Noise: the error of the starting model is as large as that of the sensors, and none "
@@ -109,19 +121,39 @@ def remainder_caption(diagnosis: Diagnosis) -> str:
         )
     if diagnosis.verdict == "explained" and near_noise(diagnosis):
         return "Noise: with what was named, the error on unseen data is what the sensors leave."
-    depends = diagnosis.unexplained.depends_on
     fraction = diagnosis.unexplained.fraction
     percent = "less than 1" if 0.0 < fraction < 0.01 else f"{100.0 * fraction:.0f}"
     share = f"Of the held-out squared error above the noise {percent} % remains."
     if diagnosis.verdict == "explained":
         return f"{share} That is no more than the simple laws of dry friction miss on any bench."
-    if not depends:
+    return share
+
+
+def structure_sentence(diagnosis: Diagnosis) -> str:
+    """Say what a flexible learner makes of the rest."""
+    structure = diagnosis.unexplained.structure
+    if structure is None:
+        return ""
+    if not structure.found:
+        if diagnosis.verdict in ("no_gap", "explained"):
+            return "A flexible learner, too, can predict nothing of it on recordings held out."
         return (
-            f"{share} It follows none of the recorded signals clearly; see when it occurs, above."
+            "It is more than noise, but a flexible learner cannot predict it from the recorded "
+            "signals: it depends on something that was not recorded, on chance, or on a longer "
+            "past. See when it occurs, above."
         )
-    words = [SIGNAL_WORDS.get(name, name) for name in depends]
+    what, _ = SIDES[structure.side]
+    words = [SIGNAL_WORDS.get(name, name) for name in structure.depends_on]
+    order = ", the strongest first" if len(words) > 1 else ""
+    first = (
+        f"It sits on the side of the {structure.side}: seen there, a"
+        if structure.side != "whole"
+        else "A"
+    )
     return (
-        f"{share} It depends on {', then '.join(words)}, the strongest first. The line is its "
-        f"mean where {words[0]} has that value, the band its scatter; noise alone would give a "
-        "flat line at zero."
+        f"{first} flexible learner predicts {100.0 * structure.held_out_r2:.0f} % of it (the "
+        f"{what}) on recordings held out (chance of that with noise of the same colour: "
+        f"p {'=' if structure.p_value > LEAST_P else '≤'} {structure.p_value:.2g}). It depends on "
+        f"{', then '.join(words)}{order}. Dots are means of what was measured, with "
+        "95 % intervals; the line is what was learned. Noise alone would give dots at zero."
     )

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from tendon_newton.diagnosis.adequacy import signal_of
 from tendon_newton.diagnosis.held_out import (
     Comparison,
     Window,
@@ -15,8 +14,10 @@ from tendon_newton.diagnosis.held_out import (
     pooled_rms,
 )
 from tendon_newton.diagnosis.inline_svg import AFTER, BEFORE, FAINT, GREY, INK, svg
+from tendon_newton.diagnosis.remainder import SIDES
 from tendon_newton.diagnosis.report_words import number
 from tendon_newton.diagnosis.result import Diagnosis
+from tendon_newton.diagnosis.structure import Profile, Structure
 
 PANEL = (4.6, 2.5)
 """Width and height of a panel [inch]."""
@@ -28,14 +29,15 @@ AXES = {
     "theta_dot": "motor speed [rad/s]",
     "theta_d": "commanded angle [rad]",
     "force": "tendon force [N]",
-    "t": "time [s]",
+    "t": "time since the start [s]",
+    "time_since_reversal": "time since the motion turned round [s]",
+    "theta_d_change": "change of the command within 0.1 s [rad]",
+    "force_change": "change of the modelled force within 0.1 s [N]",
     "temperature": "temperature [°C]",
     "voltage": "supply voltage [V]",
 }
 BARS = 12
 """Candidates that the ranking shows."""
-BINS = 30
-"""Bins of a signal that the remaining residual is averaged in."""
 
 
 class Panels:
@@ -70,8 +72,8 @@ class Panels:
 
         def draw(axes: Any) -> None:
             time = c.time[rows]
-            axes.plot(*broken_at_gaps(time, c.measured(signal)[rows]), color=INK, linewidth=2.6,
-                      alpha=0.45, label="measured")  # fmt: skip
+            axes.plot(*broken_at_gaps(time, c.measured(signal)[rows]), color=INK, linewidth=4.0,
+                      alpha=0.4, label="measured")  # fmt: skip
             for which, color, label in self.curves:
                 simulated = (c.measured(signal) - residual[which])[rows]
                 axes.plot(*broken_at_gaps(time, simulated), color=color, label=label,
@@ -195,42 +197,28 @@ class Panels:
 
         return svg(name, "candidate causes by score", (PANEL[0], 0.7 + 0.22 * len(rows)), draw)
 
-    def remainder(self, name: str, signal: str, against: str) -> str:
-        """Draw the mean of what remains where another signal has some value."""
-        scale, unit = SCALES[signal]
-        which, color, _ = self.curves[-1]
-        pairs = [
-            (column - column[0] if against == "t" else column, residual[which])
-            for c in self.comparisons
-            if (column := signal_of(c.recording, against)) is not None
-            and (residual := c.residual(signal)) is not None
-        ]
+    def remainder(self, name: str, structure: Structure, profile: Profile) -> str:
+        """Draw the mean of what remains where a signal has some value, and what was learned."""
+        what, unit = SIDES[structure.side]
+        scale, shown = (1e3, "mrad") if unit == "rad" else (1.0, unit)
 
         def draw(axes: Any) -> None:
-            self._floor(axes.axhspan, signal, scale)
-            if pairs:
-                x, y = (np.concatenate(part) for part in zip(*pairs, strict=True))
-                center, mean, spread = binned(x, scale * y)
-                band = (center, mean - spread, mean + spread)
-                axes.fill_between(*band, color=color, alpha=0.2, linewidth=0.0)
-                axes.plot(center, mean, "-o", color=color, markersize=4)
+            axes.errorbar(
+                profile.center,
+                scale * profile.mean,
+                scale * profile.error,
+                fmt="o",
+                color=INK,
+                markersize=3.5,
+                elinewidth=1.0,
+                label="measured, 95 %",
+            )
+            axes.plot(profile.center, scale * profile.learned, color=AFTER, label="learned")
             axes.axhline(0.0, color=GREY, linewidth=0.8)
-            axes.set_xlabel(AXES.get(against, against))
-            axes.set_ylabel(f"{NAMES[signal]},\nmeasured − simulated [{unit}]")
+            axes.set_xlabel(AXES.get(profile.signal, profile.signal))
+            axes.set_ylabel(f"{what},\nmeasured − modelled [{shown}]", fontsize=8)
 
-        return svg(name, f"what remains of the {NAMES[signal]} against {against}", PANEL, draw)
-
-
-def binned(x: Any, y: Any) -> tuple[Any, Any, Any]:
-    """Return centre, mean and standard deviation of y in bins of x that hold equally many rows."""
-    edges = np.unique(np.quantile(x, np.linspace(0.0, 1.0, BINS + 1)))
-    place = np.searchsorted(edges[1:-1], x, side="right")
-    filled = [k for k in range(max(1, len(edges) - 1)) if np.any(place == k)]
-    return (
-        np.array([x[place == k].mean() for k in filled]),
-        np.array([y[place == k].mean() for k in filled]),
-        np.array([y[place == k].std() for k in filled]),
-    )
+        return svg(name, f"{what}: what remains against {profile.signal}", PANEL, draw)
 
 
 def bracket(axes: Any, rows: list[int], x: float) -> None:

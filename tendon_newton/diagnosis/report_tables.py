@@ -48,7 +48,7 @@ def cause_rows(diagnosis: Diagnosis) -> list[Row]:
             "without": errors_text(effect.without),
             "with_it": errors_text(diagnosis.extended),
             "rivals": [rival.replace("_", " ") for rival in effect.indistinguishable_from],
-            "experiment": effect.separating_experiment,
+            "experiment": (effect.separating_experiment or "").replace("_", " "),
             "meaning": docstring_part(effect.name),
             "signature": docstring_part(effect.name, "Signature"),
             "source": docstring_part(effect.name, "Source"),

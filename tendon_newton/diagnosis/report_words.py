@@ -165,9 +165,16 @@ def headline(diagnosis: Diagnosis) -> str:
     count = len(diagnosis.effects)
     word = COUNTS[count] if count < len(COUNTS) else str(count)
     causes = f"{word} cause{'s' * (count != 1)}"
+    classes = [len(e.indistinguishable_from) for e in diagnosis.effects]
     if diagnosis.verdict == "explained":
-        return f"{causes} account{'s' * (count == 1)} for the gap."
-    return f"{causes} found, and something else remains."
+        text = f"{causes} account{'s' * (count == 1)} for the gap"
+    else:
+        text = f"{causes} found, and something else remains"
+    if not any(classes):
+        return f"{text}."
+    if count == 1:
+        return f"{text}; which of {COUNTS[1 + classes[0]].lower()} it is, this data cannot tell."
+    return f"{text}; not all of them can be told from others."
 
 
 CONSEQUENCES: Mapping[str, str] = {

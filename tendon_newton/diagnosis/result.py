@@ -8,7 +8,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
+from tendon_newton.diagnosis.explanation import Estimate, Explanation, Setting
+from tendon_newton.diagnosis.identifiability import Confounded
+from tendon_newton.diagnosis.structure import Structure
 from tendon_newton.model_file import Model
+
+__all__ = ["Diagnosis", "Errors", "Estimate", "NamedEffect", "Verdict", "write_diagnosis"]
 
 Verdict = Literal["no_gap", "explained", "partly_explained", "unexplained"]
 SCHEMA = 1
@@ -27,18 +32,6 @@ class Errors:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Estimate:
-    """One fitted number."""
-
-    value: float
-    ci95: tuple[float, float]
-    """95 % interval, from the scatter between blocks of time."""
-    unit: str
-    at_bound: bool = False
-    """Whether the fit ended at the edge of the parameter's range."""
-
-
-@dataclass(frozen=True, kw_only=True)
 class NamedEffect:
     """A cause that passed its gates."""
 
@@ -51,6 +44,8 @@ class NamedEffect:
     """Effects that this data cannot tell from it."""
     separating_experiment: str | None = None
     """What to record to tell them apart."""
+    explanations: tuple[Explanation, ...] = ()
+    """It and its rivals with all numbers of their fits; none where it has no rivals."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,7 +65,14 @@ class Unexplained:
     fraction: float
     """Share of the held-out squared error above the noise."""
     depends_on: tuple[str, ...] = ()
-    """Signals that it correlates with, strongest first."""
+    """Signals that it depends on, strongest first."""
+    structure: Structure | None = None
+    """What a flexible learner makes of it."""
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it as the contract names it, and what was learned besides."""
+        out: dict[str, Any] = {"fraction": self.fraction, "depends_on": list(self.depends_on)}
+        return out if self.structure is None else {**out, "structure": self.structure.to_json()}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,6 +100,10 @@ class Diagnosis:
     """Chance of the best candidate's gain if the residual were noise of its own colour."""
     fitted: Mapping[str, Estimate] = field(default_factory=dict)
     """Numbers of the model's ``fit`` list."""
+    confounded: tuple[Confounded, ...] = ()
+    """Numbers that the data know better together than apart."""
+    recorded: tuple[Setting, ...] = ()
+    """Benches of the training data, as they were set up."""
     notes: tuple[str, ...] = ()
     """What the reader must know: sides that could not be tested, defects of the data."""
 
@@ -118,12 +124,27 @@ class Diagnosis:
                 {"name": c.name, "score": c.score, "parameters": dict(c.values)}
                 for c in self.candidates
             ],
-            "unexplained": {
-                "fraction": self.unexplained.fraction,
-                "depends_on": list(self.unexplained.depends_on),
-            },
-            "fitted": {name: estimate_json(value) for name, value in self.fitted.items()},
+            "unexplained": self.unexplained.to_json(),
+            "fitted": {name: value.to_json() for name, value in self.fitted.items()},
+            "identifiability": self.identifiability(),
+            "recorded": [setting.to_json() for setting in self.recorded],
             "notes": list(self.notes),
+        }
+
+    def identifiability(self) -> dict[str, Any]:
+        """Return the numbers that the data did not pin down, as ``effect.parameter``."""
+        numbers = {
+            f"{owner}.{name}": estimate
+            for owner, own in (
+                *((effect.name, effect.parameters) for effect in self.effects),
+                (self.model.actuator.name, self.fitted),
+            )
+            for name, estimate in own.items()
+        }
+        return {
+            "at_bound": [name for name, estimate in numbers.items() if estimate.at_bound],
+            "flat": [name for name, estimate in numbers.items() if estimate.flat],
+            "confounded": [pair.to_json() for pair in self.confounded],
         }
 
 
@@ -136,18 +157,6 @@ def errors_json(errors: Errors) -> dict[str, float | None]:
     }
 
 
-def estimate_json(estimate: Estimate) -> dict[str, Any]:
-    """Return one fitted number as the contract names it."""
-    out: dict[str, Any] = {
-        "value": estimate.value,
-        "ci95": list(estimate.ci95),
-        "unit": estimate.unit,
-    }
-    if estimate.at_bound:
-        out["at_bound"] = True
-    return out
-
-
 def effect_json(effect: NamedEffect, extended: Errors) -> dict[str, Any]:
     """Return one named effect as the contract names it."""
     gain: dict[str, Any] = {"theta_rmse": [effect.without.theta_rmse, extended.theta_rmse]}
@@ -156,10 +165,11 @@ def effect_json(effect: NamedEffect, extended: Errors) -> dict[str, Any]:
     return {
         "name": effect.name,
         "side": effect.side,
-        "parameters": {name: estimate_json(value) for name, value in effect.parameters.items()},
+        "parameters": {name: value.to_json() for name, value in effect.parameters.items()},
         "gain": gain,
         "indistinguishable_from": list(effect.indistinguishable_from),
         "separating_experiment": effect.separating_experiment,
+        "explanations": [explanation.to_json() for explanation in effect.explanations],
     }
 
 

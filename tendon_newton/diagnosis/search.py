@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_newton.effects import find_effect
-from tendon_newton.errors import unknown_name
 from tendon_newton.identification.folds import held_out_losses, make_folds
 from tendon_newton.identification.least_squares import (
     Candidate,
@@ -24,7 +23,7 @@ from tendon_newton.identification.objective import Scales, layout, loss_terms, s
 from tendon_newton.identification.study import Study
 from tendon_newton.model_file import Model
 from tendon_newton.parameters import Parameter
-from tendon_newton.recording import Array
+from tendon_newton.recording import Array, Indices
 
 FORM_THETA = 3.0e-3
 """Angle [rad] by which Coulomb's law misses real friction (bristles of 5 to 40 um).
@@ -35,10 +34,12 @@ FORM_FORCE = 0.1
 """The same of the force [N]."""
 TYPICAL_SHARE = 0.9
 """Share of the residuals whose size is the size of a gap; a few jumps must not inflate it."""
-LONGLIST = 16
+LONGLIST = 12
 """Candidates that are fitted at the scale of the gap, after a look at their starting points."""
 SHORTLIST = 6
 """Candidates that are followed down to the finest scale."""
+PROMISE = 0.4
+"""Share of the best candidate's gain at the scale of the gap that another needs to be followed."""
 STARTS_AROUND = (0.7, 0.87, 1.15, 1.4)
 """Factors on a fitted value at which a finer search starts again.
 
@@ -46,8 +47,14 @@ The finer the scale, the narrower the valley.
 """
 MOST_STARTS = 24
 """Starting points per candidate."""
-ROUGH_STEP = 1.0e-3
+ROUGH_STEP = 2.0e-3
 """Simulation step [s] while candidates are compared at the scale of the gap."""
+MIDDLE_STEP = 1.0e-3
+"""Simulation step [s] on the way down from there."""
+
+DESCENT = ((3, MIDDLE_STEP, 1.0e-3), (3, MIDDLE_STEP, 1.0e-3), (5, None, 1.0e-4))
+"""Iterations, simulation step [s] and tolerance [1] on the way down to the finest scale; the last
+step is the study's own."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,7 +101,7 @@ class Search:
         self.study = study
         self.where = layout(study)
         self.folds = make_folds(study, self.where)
-        self.fit_columns = tuple(fit_column(study, model, name) for name in model.fit)
+        self.fit_columns = study.fit_columns(model)
 
     def baseline(self) -> Candidate:
         """Fit the model's own unknown numbers and nothing else."""
@@ -118,8 +125,12 @@ class Search:
             longlist, refine(rough, [found[i] for i in longlist], iterations=3), strict=True
         ):
             found[i] = candidate
-        order = np.argsort([c.loss for c in found])[:SHORTLIST]
-        finalists, fine = self.descend([current, *(found[i] for i in order)], coarse)
+        order = promising([c.loss for c in found], before)
+        finalists, fine = self.descend(
+            [current, *(found[i] for i in order)],
+            [0, *(parameter_count(sets[i][-1:]) for i in order)],
+            coarse,
+        )
         fits = self.score([chosen, *(sets[i] for i in order)], finalists, fine)
         return Round(
             scales=fine,
@@ -130,17 +141,25 @@ class Search:
         )
 
     def descend(
-        self, candidates: Sequence[Candidate], scales: Scales
+        self, candidates: Sequence[Candidate], newest: Sequence[int], scales: Scales
     ) -> tuple[list[Candidate], Scales]:
-        """Refit candidates at ever finer scales, down to what the best of them leaves."""
+        """Refit candidates at ever finer scales, down to what the best of them leaves.
+
+        Args:
+            candidates: Where the fits start.
+            newest: How many of each candidate's last numbers are new, and so may lie in a wrong
+                valley; the others were searched before.
+            scales: Those of the gap.
+        """
         found = list(candidates)
-        for step, iterations in enumerate((3, 3, 5)):
+        for step, (iterations, time_step, tolerance) in enumerate(DESCENT):
             best = min(found, key=lambda c: c.loss)
             target = self.gap_scales(best)
             scales = between(scales, target) if step == 0 else target
-            simulate = self.simulate_at(scales)
-            found = choose_start(simulate, found, [starts_around(c) for c in found])
-            found = refine(simulate, found, iterations=iterations)
+            simulate = self.simulate_at(scales, time_step)
+            starts = [starts_around(c, n) for c, n in zip(found, newest, strict=True)]
+            found = choose_start(simulate, found, starts)
+            found = refine(simulate, found, iterations=iterations, tolerance=tolerance)
         return found, scales
 
     def score(
@@ -183,7 +202,7 @@ class Search:
             [value] if c in known or c in self.fit_columns else starting_grid(p, value)
             for c, p, value in zip(columns, parameters, values, strict=True)
         ]
-        starts = [values, *itertools.islice(itertools.product(*grids), MOST_STARTS)]
+        starts = [values, *spread(list(itertools.product(*grids)), MOST_STARTS)]
         candidate = Candidate(
             name="+".join(names) or "baseline",
             columns=columns,
@@ -227,24 +246,28 @@ def starting_grid(parameter: Parameter, value: float) -> list[float]:
     )
 
 
-def starts_around(candidate: Candidate) -> Array:
-    """Return a candidate's value and values around it, shape (S, F)."""
+def spread(points: list[tuple[float, ...]], most: int) -> list[tuple[float, ...]]:
+    """Return points evenly spread over a list, at most so many."""
+    places = np.linspace(0, len(points) - 1, min(most, len(points)))
+    return [points[int(place)] for place in places]
+
+
+def starts_around(candidate: Candidate, newest: int) -> Array:
+    """Return a candidate's value, and values with one of its last numbers moved, shape (S, F)."""
     starts = [candidate.value]
-    for f in range(len(candidate.columns)):
-        for factor in STARTS_AROUND:
-            moved = candidate.value.copy()
-            moved[f] = np.clip(moved[f] * factor, candidate.lower[f], candidate.upper[f])
-            starts.append(moved)
+    places = range(len(candidate.columns) - newest, len(candidate.columns))
+    for f, factor in itertools.product(places, STARTS_AROUND):
+        moved = candidate.value.copy()
+        moved[f] = np.clip(moved[f] * factor, candidate.lower[f], candidate.upper[f])
+        starts.append(moved)
     return np.array(starts)
 
 
-def fit_column(study: Study, model: Model, name: str) -> int:
-    """Return the place of one of the model's unknown numbers."""
-    for column, (owner, parameter) in enumerate(study.table.owners):
-        if owner == model.actuator.name and parameter.name == name:
-            return column
-    known = [p.name for owner, p in study.table.owners if owner == model.actuator.name]
-    raise unknown_name("number to fit", name, known)
+def promising(losses: Sequence[float], before: float) -> Indices:
+    """Return the places of the candidates worth following, best first, given what they extend."""
+    order = np.argsort(losses)[:SHORTLIST]
+    gains = before - np.asarray(losses)[order]
+    return order[gains >= min(gains[0], PROMISE * gains[0])]
 
 
 def parameter_count(effects: Sequence[str]) -> int:

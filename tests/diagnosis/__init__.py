@@ -1,1 +1,1 @@
-"""Tests of file formats, the command line and imports."""
+"""Tests of what a diagnosis finds, proposes and shows."""

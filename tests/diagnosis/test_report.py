@@ -6,11 +6,10 @@ from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from tendon_newton.dataset import load_dataset
 from tendon_newton.diagnosis.diagnose import Evidence
+from tendon_newton.diagnosis.identifiability import Confounded
 from tendon_newton.diagnosis.report import Origin, write_report
 from tendon_newton.diagnosis.report_words import (
     SENTENCES,
@@ -21,25 +20,15 @@ from tendon_newton.diagnosis.report_words import (
     quantity,
 )
 from tendon_newton.diagnosis.result import (
-    CandidateScore,
-    Diagnosis,
     Errors,
     Estimate,
-    NamedEffect,
-    Unexplained,
     Verdict,
 )
 from tendon_newton.effects import EFFECTS, find_effect
 from tendon_newton.errors import InvalidOutput
-from tendon_newton.identification.study import Study
-from tendon_newton.model_file import Model, NamedValues, load_model
-from tendon_newton.recording import Recording
+from tests.diagnosis.made_up import EXAMPLE, VERDICTS, diagnosis, evidence, named
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "hidden_friction"
-SECONDS = 5.0  # [s] of each recording; enough for a window, and short to simulate
-COEFFICIENT = 0.810  # [N s/rad] hidden in the example
 VOID = {"meta", "link", "br", "img", "hr", "input"}
-VERDICTS: tuple[Verdict, ...] = ("no_gap", "explained", "partly_explained", "unexplained")
 
 
 class Page(HTMLParser):
@@ -75,100 +64,10 @@ class Page(HTMLParser):
         assert self.open.pop() == tag
 
 
-def beginning(recording: Recording, *, force: bool) -> Recording:
-    """Return a recording's first seconds."""
-    rows = recording.time <= recording.time[0] + SECONDS
-    assert recording.command is not None
-    assert recording.force is not None
-    return replace(
-        recording,
-        time=recording.time[rows],
-        command=recording.command[rows],
-        motor_position=recording.motor_position[rows],
-        motor_velocity=recording.motor_velocity[rows],
-        force=recording.force[rows] if force else None,
-        enabled=recording.enabled[rows],
-        tip=None,
-    )
-
-
-def evidence(*, force: bool = True) -> Evidence:
-    """Simulate two held-out recordings of the example without and with its friction."""
-    dataset, model = load_dataset(EXAMPLE), load_model(EXAMPLE / "model.toml")
-    chosen = [beginning(r, force=force) for r in dataset.test if r.bench.startswith("spring")]
-    study = Study(chosen, model, ("viscous_friction",), time_step=1e-3)
-    (column,) = study.table.columns("viscous_friction")
-    return Evidence(baseline={}, extended={column: COEFFICIENT}, test=study, train=study)
-
-
 @pytest.fixture(scope="module")
 def with_force() -> Evidence:
     """Evidence with angle and force."""
     return evidence()
-
-
-def named(effect: str, value: float | None = None, **changes: object) -> NamedEffect:
-    """A cause whose parameters are at their typical size, or the first at ``value``."""
-    parameters = {
-        p.name: Estimate(value=p.nominal, ci95=(0.98 * p.nominal, 1.02 * p.nominal), unit=p.unit)
-        for p in find_effect(effect).parameters
-    }
-    if value is not None:
-        first = next(iter(parameters))
-        parameters[first] = replace(parameters[first], value=value, ci95=(value, value))
-    cause = NamedEffect(
-        name=effect,
-        side=find_effect(effect).side,
-        parameters=parameters,
-        without=Errors(force_rmse=0.9, theta_rmse=0.3, theta_mae=0.2),
-    )
-    return replace(cause, **changes)  # type: ignore[arg-type]
-
-
-def diagnosis(verdict: Verdict) -> Diagnosis:
-    """A made-up diagnosis of each kind."""
-    causes = {
-        "explained": (named("viscous_friction", COEFFICIENT),),
-        "partly_explained": (
-            named(
-                "viscous_friction",
-                COEFFICIENT,
-                indistinguishable_from=("actuator_lag",),
-                separating_experiment="Record steps.",
-            ),
-            named("command_delay", 0.0229),
-        ),
-    }.get(verdict, ())
-    quiet = Errors(force_rmse=0.051, theta_rmse=0.0005, theta_mae=0.0004)
-    loud = Errors(force_rmse=0.9, theta_rmse=0.3, theta_mae=0.2)
-    effects = tuple(
-        NamedValues(name=c.name, values={n: p.value for n, p in c.parameters.items()})
-        for c in causes
-    )
-    rest = ("theta", "t") if verdict in ("partly_explained", "unexplained") else ()
-    scores = np.linspace(0.99, -0.3, len(EFFECTS))
-    return Diagnosis(
-        verdict=verdict,
-        wall_time_s=9.7,
-        baseline=quiet if verdict == "no_gap" else loud,
-        extended=loud if verdict == "unexplained" else quiet,
-        noise_force=0.05,
-        noise_theta=0.00044,
-        explained_fraction=0.97 if causes else 0.0,
-        explained_interval=(0.95, 0.98),
-        effects=causes,
-        candidates=tuple(
-            CandidateScore(name=n, score=float(s), values={})
-            for n, s in zip(EFFECTS, scores, strict=True)
-        ),
-        unexplained=Unexplained(fraction=0.03, depends_on=rest),
-        model=Model(
-            actuator=NamedValues(name="ideal", values={"gain": 4.2, "spool_radius": 0.0125}),
-            effects=effects,
-        ),
-        p_value=0.004975,
-        notes=("Something <odd> & unusual.",),
-    )
 
 
 @pytest.mark.parametrize("verdict", VERDICTS)
@@ -220,11 +119,50 @@ def test_the_page_says_what_was_found(with_force: Evidence, tmp_path: Path) -> N
     path = tmp_path / "report.html"
     write_report(path, diagnosis("partly_explained"), with_force)
     text = path.read_text(encoding="utf-8")
-    assert "Two causes found, and something else remains." in text
+    assert "Two causes found, and something else remains; not all of them can be told" in text
     assert "The servo loses 0.810 N for every rad/s at which it turns." in text
     assert "The servo acts 22.9 ms late." in text
     assert "<b>actuator lag</b>" in text
     assert "Record steps." in text
+
+
+def test_the_page_says_on_what_the_rest_depends(with_force: Evidence, tmp_path: Path) -> None:
+    """Side, signals and formula where there is structure; a plain denial where there is none."""
+    path = tmp_path / "report.html"
+    write_report(path, diagnosis("unexplained"), with_force)
+    text = path.read_text(encoding="utf-8")
+    assert "It sits on the side of the servo" in text
+    assert "It depends on the motor angle, then the time since the start" in text
+    assert "= 1 sin(9 theta)" in text
+    write_report(path, diagnosis("explained"), with_force)
+    assert "can predict nothing of it" in path.read_text(encoding="utf-8")
+
+
+def test_the_page_says_what_the_data_did_not_pin_down(with_force: Evidence, tmp_path: Path) -> None:
+    """Numbers at a bound, open ones and pairs that go together stand where doubts are listed."""
+    found = diagnosis("partly_explained")
+    first, second = found.effects
+    at_bound = {n: replace(e, at_bound=True) for n, e in first.parameters.items()}
+    flat = {n: replace(e, flat=True) for n, e in second.parameters.items()}
+    tied = Confounded(
+        first="viscous_friction.coefficient", second="command_delay.delay", correlation=-0.97
+    )
+    doubtful = replace(
+        found,
+        effects=(replace(first, parameters=at_bound), replace(second, parameters=flat)),
+        confounded=(tied,),
+    )
+    path = tmp_path / "report.html"
+    write_report(path, doubtful, with_force)
+    text = path.read_text(encoding="utf-8")
+    assert "viscous friction: coefficient ended at the edge of its range" in text
+    assert "command delay: delay is open" in text
+    assert "correlation of their errors -0.97" in text
+    assert doubtful.to_json()["identifiability"] == {
+        "at_bound": ["viscous_friction.coefficient"],
+        "flat": ["command_delay.delay"],
+        "confounded": [tied.to_json()],
+    }
 
 
 def test_a_dataset_speaks_for_itself(with_force: Evidence, tmp_path: Path) -> None:

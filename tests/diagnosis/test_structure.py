@@ -1,0 +1,132 @@
+"""What no effect explains is looked at by a learner that stays silent on noise."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tendon_newton.dataset import load_dataset
+from tendon_newton.diagnosis.equation import find_equation
+from tendon_newton.diagnosis.identifiability import find_confounded, is_flat
+from tendon_newton.diagnosis.remainder import Remainder, find_remainders
+from tendon_newton.diagnosis.structure import LEAST_R2, Structure, find_structure, look, make_folds
+from tendon_newton.effects import EFFECTS
+from tendon_newton.identification.least_squares import Linearisation
+from tendon_newton.identification.study import Study
+from tendon_newton.model_file import load_model
+from tests.planted.generator import Recipe, make_dataset
+from tests.planted.truth import Truth
+
+SHORT = (5.0, 6.0)  # [s] of each recording
+SEARCH_STEP = 5.0e-4  # [s] as a diagnosis simulates
+
+
+def planted(folder: Path, *effects: str, seed: int, **more: object) -> tuple[Study, Truth]:
+    """The training recordings of a planted dataset beside its starting model."""
+    recipe = Recipe(effects=effects, seed=seed, mix="W", duration=SHORT, **more)  # type: ignore[arg-type]
+    truth = make_dataset(folder, recipe)
+    model = load_model(folder / "model.toml")
+    recordings = load_dataset(folder).train
+    return Study(recordings, model, tuple(EFFECTS), time_step=SEARCH_STEP), truth
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_the_learner_is_silent_on_a_right_model(seed: int, tmp_path: Path) -> None:
+    """Slow and medium noise; the second servo has the dry friction that its model knows."""
+    study, _ = planted(
+        tmp_path, seed=seed, noise_colour=(0.0, 0.9, 0.6)[seed], known_friction=seed == 2
+    )
+    seen = find_structure(study, {})
+    assert not seen.found
+    assert seen.held_out_r2 < LEAST_R2
+    assert seen.depends_on == ()
+    assert seen.equation is None
+
+
+def test_cogging_is_seen_where_it_sits_and_written_as_a_sine(tmp_path: Path) -> None:
+    """Servo side, the motor angle first, and a formula with the planted pace and amplitude."""
+    study, truth = planted(tmp_path, "periodic_cogging", seed=4)
+    seen = find_structure(study, {})
+    hidden = truth.parameters["periodic_cogging"]
+    assert (seen.found, seen.side, seen.depends_on[0]) == (True, "servo", "theta")
+    assert seen.held_out_r2 > 0.5
+    assert seen.equation is not None
+    assert seen.equation.held_out_r2 > 0.9
+    ripple = seen.equation.terms[1]
+    assert ripple.coefficient == pytest.approx(hidden["amplitude"], rel=0.1)
+    pace = float(ripple.function.removeprefix("sin(").split()[0])
+    assert pace == pytest.approx(hidden["per_radian"], rel=0.05)  # paces are tried in steps
+
+
+def test_a_dead_spot_is_seen_but_not_put_into_words(tmp_path: Path) -> None:
+    """It depends on the motor angle; its bell is no term of the library."""
+    study, _ = planted(tmp_path, "dead_spot", seed=4)
+    seen = find_structure(study, {})
+    assert (seen.found, seen.side, seen.depends_on[0]) == (True, "servo", "theta")
+    assert worst_place(seen) < 1.6  # [rad]: dead spots are planted at 0.5 to 1.0, 0.2 wide
+
+
+def worst_place(seen: Structure) -> float:
+    """Where in the first signal the remainder is largest."""
+    profile = seen.profiles[0]
+    return float(profile.center[np.argmax(np.abs(profile.mean))])
+
+
+def test_hands_leave_nothing_to_learn(tmp_path: Path) -> None:
+    """Knocks come by chance: there is a gap, and nothing recorded predicts it."""
+    study, _ = planted(tmp_path, "hand_knocks", seed=4)
+    assert not find_structure(study, {}).found
+
+
+def test_the_servos_side_is_free_of_the_loop(tmp_path: Path) -> None:
+    """An error of the mechanism moves both signals, but not the force at the measured motion."""
+    study, _ = planted(tmp_path, "joint_stiffness_error", seed=4)
+    servo, mechanism = find_remainders(study, {})
+    assert servo.size < 0.06  # [N] the cell's noise of 0.05 and the encoder's counts
+    assert mechanism.size > 0.02  # [rad]
+
+
+def made_up(residual: np.ndarray, signals: dict[str, np.ndarray]) -> Remainder:
+    """A remainder of four recordings."""
+    recording = np.arange(len(residual)) * 4 // len(residual)
+    return Remainder(side="servo", residual=residual, signals=signals, recording=recording)
+
+
+def test_a_formula_must_hold_on_recordings_that_it_has_not_seen(rng: np.random.Generator) -> None:
+    """A law that is the same everywhere is written down; one that changes its sign is not."""
+    angle, speed = rng.uniform(0.0, 4.0, 1200), rng.normal(0.0, 1.0, 1200)
+    law = 0.4 * np.sign(speed) + 0.3 * speed + 0.05 * rng.normal(size=1200)
+    same = made_up(law, {"theta": angle, "theta_dot": speed})
+    folds = make_folds(same.recording)
+    found = find_equation(same, ("theta_dot",), folds, 0.9)
+    assert found is not None
+    terms = {term.function: term.coefficient for term in found.terms}
+    assert terms["sign(theta_dot)"] == pytest.approx(0.4, rel=0.1)  # the smoothed sign is lower
+    assert terms["theta_dot"] == pytest.approx(0.3, rel=0.1)
+    changing = made_up(law * np.where(folds % 2, 1.0, -1.0), dict(same.signals))
+    assert find_equation(changing, ("theta_dot",), folds, 0.9) is None
+
+
+def test_slow_noise_is_not_taken_for_structure(rng: np.random.Generator) -> None:
+    """Noise that wanders with the recording goes with time in each, and with nothing in all."""
+    walk = np.cumsum(rng.normal(size=(4, 400)), axis=1)
+    noise = (walk - walk.mean(axis=1, keepdims=True)).ravel()
+    time = np.tile(np.arange(400) / 80.0, 4)
+    signals = {"t": time, "theta": np.sin(time), "theta_d": rng.uniform(0.0, 6.0, 1600)}
+    assert not look(made_up(noise, signals)).found
+
+
+def test_numbers_that_only_their_sum_is_known_of_are_confounded(rng: np.random.Generator) -> None:
+    """Two columns of a Jacobian that are nearly one give a correlation near -1."""
+    column = rng.normal(size=300)
+    twins = np.stack([column, column + 0.01 * rng.normal(size=300), rng.normal(size=300)], axis=1)
+    point = Linearisation(residual=0.1 * rng.normal(size=300), jacobian=twins)
+    (pair,) = find_confounded(point, ("a.x", "b.y", "c.z"))
+    assert (pair.first, pair.second) == ("a.x", "b.y")
+    assert pair.correlation < -0.99
+
+
+def test_an_interval_as_wide_as_the_range_says_nothing() -> None:
+    """It is flat from 95 % of the range on."""
+    assert is_flat((0.0, 0.97), 0.0, 1.0)
+    assert not is_flat((0.1, 0.9), 0.0, 1.0)
