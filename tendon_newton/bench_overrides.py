@@ -2,10 +2,10 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from math import isfinite
 from typing import Any
 
-from tendon_newton.errors import InvalidParameter, unknown_name
+from tendon_newton.errors import InvalidParameter, shown, unknown_name
+from tendon_newton.text_file import finite_number
 
 # key -> (least value, greatest value, unit): the ranges catch grams for kilograms and millimetres
 # for metres; a moment arm may be negative (it opens the joint)
@@ -57,18 +57,20 @@ class BenchOverrides:
         return {f.name: values for f in fields(self) if (values := getattr(self, f.name))}
 
 
-def read_bench_overrides(table: Mapping[str, Any]) -> BenchOverrides:
-    """Read bench numbers from a TOML table; a lone number counts as a tuple of one."""
+def read_bench_overrides(table: Any) -> BenchOverrides:
+    """Read bench numbers from a table of a file; a lone number counts as a tuple of one."""
+    if not isinstance(table, Mapping):
+        raise InvalidParameter(f"bench_overrides must be a table of numbers; it is {shown(table)}")
     values: dict[str, tuple[float, ...]] = {}
     for key, value in table.items():
         if key not in BENCH_OVERRIDE_RANGES:
             raise unknown_name("bench override", key, BENCH_OVERRIDE_RANGES)
         items: list[Any] = value if isinstance(value, list) else [value]
         for item in items:
-            if isinstance(item, bool) or not isinstance(item, int | float) or not isfinite(item):
+            if finite_number(item) is None:
                 raise InvalidParameter(
                     f"bench override {key!r} must be a finite number or a list of them; "
-                    f"it is {value!r}"
+                    f"it is {shown(value)}"
                 )
         values[key] = tuple(float(item) for item in items)
     return BenchOverrides(**values)

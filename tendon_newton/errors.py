@@ -1,7 +1,15 @@
 """Errors, named as facts: what was promised, what came, where."""
 
 import difflib
+import reprlib
 from collections.abc import Iterable
+from itertools import islice
+from typing import Any
+
+SHOWN_LENGTH = 80
+"""Longest value that a message repeats in full [characters]."""
+SHOWN_NAMES = 40
+"""Most names that a message lists."""
 
 
 class TendonNewtonError(Exception):
@@ -16,8 +24,16 @@ class InvalidDataset(TendonNewtonError):
     """A dataset folder or its ``dataset.toml`` breaks what the format promises."""
 
 
+class InvalidMapping(TendonNewtonError):
+    """A mapping of topics to columns breaks what its format promises."""
+
+
 class InvalidModelFile(TendonNewtonError):
     """A model file breaks what its format promises."""
+
+
+class InvalidDiagnosis(TendonNewtonError):
+    """A ``diagnosis.json`` breaks what the format promises."""
 
 
 class InvalidAsset(TendonNewtonError):
@@ -30,6 +46,22 @@ class UnknownName(TendonNewtonError):
 
 class InvalidParameter(TendonNewtonError):
     """A number lies outside what it can mean."""
+
+
+class InvalidNetworkFile(TendonNewtonError):
+    """A force network's file breaks what its format or its card promises."""
+
+
+class UntrustedNetworkFile(TendonNewtonError):
+    """A force network's file holds code that the user has not said to trust."""
+
+
+class InvalidPolicyFile(TendonNewtonError):
+    """A policy's file breaks what its format or its card promises."""
+
+
+class InvalidGoal(TendonNewtonError):
+    """What should be a policy's goal is none."""
 
 
 class SimulationDiverged(TendonNewtonError):
@@ -53,6 +85,29 @@ def unknown_name(kind: str, name: str, known: Iterable[str]) -> UnknownName:
         known: The names in the table.
     """
     names = sorted(known)
-    close = difflib.get_close_matches(name, names, n=1)
+    close = difflib.get_close_matches(name[:SHOWN_LENGTH], names, n=1)
     hint = f"; did you mean {close[0]!r}?" if close else ""
-    return UnknownName(f"No {kind} named {name!r}; known: {', '.join(names) or 'none'}{hint}")
+    return UnknownName(f"No {kind} named {shown(name)}; known: {listed(names)}{hint}")
+
+
+def shown(value: Any) -> str:
+    """Return a value as a message repeats it: as in Python, and cut where it is long or deep."""
+    short = reprlib.Repr()
+    short.maxstring = short.maxlong = short.maxother = SHOWN_LENGTH
+    short.maxlevel = 3
+    try:
+        text = short.repr(value)
+    except ValueError:  # an integer of more digits than Python writes
+        return f"a {type(value).__name__} of more digits than can be shown"
+    return text if len(text) <= 3 * SHOWN_LENGTH else f"{text[: 3 * SHOWN_LENGTH]}..."
+
+
+def listed(names: Iterable[str]) -> str:
+    """Return names as a message lists them: separated by commas, and not all if they are many."""
+    names = iter(names)
+    first = [
+        name if len(name) <= SHOWN_LENGTH else f"{name[:SHOWN_LENGTH]}..."
+        for name in islice(names, SHOWN_NAMES)
+    ]
+    rest = sum(1 for _ in names)
+    return ", ".join([*first, f"and {rest} more"] if rest else first) or "none"

@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from tendon_newton.finding import Finding
-from tendon_newton.recording import Array, Recording
-from tendon_newton.recording_csv import TENDON_COLUMNS, named_by_tendon
+from tendon_newton.recording import Array, Mask, Recording
+from tendon_newton.recording_formats.csv_file import TENDON_COLUMNS, named_by_tendon
 from tendon_newton.registers import lag_between, wrap_period
 
 Check = Callable[[Recording], Iterator[Finding]]
@@ -22,6 +22,10 @@ SCALE_RANGE = (0.3, 3.0)  # [1] theta_dot over slope of theta; impacts and slack
 MOTION_LIMIT = 0.1  # [rad] less motion of the shaft counts as standing still
 STUCK_LIMIT = 0.5  # [s] shorter rests are turning points
 TURN = 2.0 * np.pi  # [rad]
+BLOCKED_ERROR = 0.1  # [rad] no lag of a moving position servo reaches it
+BLOCKED_REST = 0.025  # [rad] from the end of its way: what stops a gear gives way
+BLOCKED_ROWS = 20  # fewer are a turning point
+SIGN_SHARE = 0.05  # [1] rows either way that make a reversal more than a settling
 SUPPLY_SCATTER_LIMIT = 0.02  # [1] of the mean; a supply read at 0.1 V steps scatters by 1 %
 
 
@@ -176,6 +180,26 @@ def supply_scatter(recording: Recording) -> Iterator[Finding]:
         )
 
 
+def unsigned_current(recording: Recording) -> Iterator[Finding]:
+    """A current without a sign: the servo brakes and drives both ways, and it is never negative."""
+    current = recording.current
+    if current is None or current.min() < 0.0 or np.ptp(current) == 0.0:
+        return
+    if wrap_period(current) is not None:
+        return  # its sign is there, read as unsigned
+    speed = recording.motor_velocity.max(axis=1)
+    forth, back = (current[side].size for side in (speed > 0.0, speed < 0.0))
+    if min(forth, back) > SIGN_SHARE * current.size:
+        yield Finding(
+            recording=recording.name,
+            channel="current",
+            severity="caution",
+            evidence=f"never negative, while the shaft turns forth in {forth} rows and back in "
+            f"{back}",
+            consequence="its sign was lost: it is a size, and no torque follows from it",
+        )
+
+
 CHECKS: tuple[Check, ...] = (
     clock,
     velocity,
@@ -184,7 +208,21 @@ CHECKS: tuple[Check, ...] = (
     dead_channels,
     resting_position,
     supply_scatter,
+    unsigned_current,
 )
+
+
+def blocked_rows(theta: Array, goal: Array, side: float) -> Mask:
+    """Tell in which rows a shaft rests at the end of its way while its goal lies far beyond.
+
+    Args:
+        theta: Shaft angle [rad], shape (T,).
+        goal: Commanded angle [rad], shape (T,).
+        side: +1 for the upper end, -1 for the lower.
+    """
+    end = float((side * theta).max())
+    held = (side * theta > end - BLOCKED_REST) & (side * (goal - theta) > BLOCKED_ERROR)
+    return held if held.sum() >= BLOCKED_ROWS else np.zeros(len(theta), dtype=np.bool_)
 
 
 def tendon_places(recording: Recording, column: str) -> list[tuple[str, int]]:

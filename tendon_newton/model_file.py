@@ -4,6 +4,7 @@ This file knows the format alone. Which actuators, effects and parameters exist 
 packages that build them.
 """
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import isfinite
@@ -16,7 +17,8 @@ from tendon_newton.bench_overrides import (
     read_bench_overrides,
     write_bench_overrides,
 )
-from tendon_newton.errors import InvalidModelFile, TendonNewtonError
+from tendon_newton.errors import InvalidModelFile, TendonNewtonError, listed, shown
+from tendon_newton.text_file import finite_number
 from tendon_newton.toml_file import read_toml, refuse_unknown_keys, write_toml
 
 KNOWN_KEYS = ("actuator", "effects", "bench_overrides", "fit")
@@ -42,7 +44,9 @@ class NamedValues:
             raise InvalidModelFile("a name must not be empty; it is ''")
         for key, value in self.values.items():
             if not isinstance(value, str) and not isfinite(value):
-                raise InvalidModelFile(f"{key} of {self.name!r} must be finite; it is {value}")
+                raise InvalidModelFile(
+                    f"{listed([key])} of {shown(self.name)} must be finite; it is {value}"
+                )
         object.__setattr__(self, "values", MappingProxyType(dict(self.values)))
 
 
@@ -68,14 +72,11 @@ class Model:
 
 def load_model(path: Path) -> Model:
     """Read and check a model file."""
-    if not path.is_file():
-        came = "it is a folder" if path.is_dir() else "no such file"
-        raise InvalidModelFile(f"{path}: a model is a TOML file; {came}")
-    table = read_toml(path, InvalidModelFile)
+    table = read_toml(path, InvalidModelFile, "a model is a TOML file")
     refuse_unknown_keys(table, KNOWN_KEYS, str(path), InvalidModelFile)
     try:
         return Model(
-            actuator=read_actuator(table.get("actuator")),
+            actuator=beside(read_actuator(table.get("actuator")), path.parent),
             effects=read_effects(table.get("effects", [])),
             bench_overrides=read_benches(table.get("bench_overrides", {})),
             fit=read_fit(table.get("fit", [])),
@@ -102,11 +103,20 @@ def read_actuator(table: Any) -> NamedValues:
     """Read the ``[actuator]`` table."""
     if not isinstance(table, dict):
         raise InvalidModelFile(
-            f"a model names its actuator in a table [actuator]; it is {table!r}"
+            f"a model names its actuator in a table [actuator]; it is {shown(table)}"
             if table is not None
             else "a model names its actuator in a table [actuator]; there is none"
         )
     return read_named(table, "kind", "[actuator]")
+
+
+def beside(actuator: NamedValues, folder: Path) -> NamedValues:
+    """Return an actuator whose file, if it lies beside the model, is named by its full path."""
+    file = actuator.values.get("file")
+    if not isinstance(file, str) or not (folder / file).is_file():
+        return actuator
+    whole = str((folder / file).resolve())
+    return NamedValues(name=actuator.name, values={**actuator.values, "file": whole})
 
 
 def read_effects(tables: Any) -> tuple[NamedValues, ...]:
@@ -122,17 +132,19 @@ def read_named(table: Mapping[str, Any], key: str, where: str) -> NamedValues:
     """Read a table whose ``key`` names it and whose other keys are its values."""
     name = table.get(key)
     if not isinstance(name, str):
-        came = f"it is {name!r}" if key in table else f"there are {', '.join(table) or 'no keys'}"
+        came = f"it is {shown(name)}" if key in table else f"there are {listed(table)}"
         raise InvalidModelFile(f"{where}: {key} must be a string that names it; {came}")
     values: dict[str, float | str] = {}
     for parameter, value in table.items():
         if parameter == key:
             continue
-        if isinstance(value, bool) or not isinstance(value, int | float | str):
+        number = value if isinstance(value, str | float) else finite_number(value)
+        if number is None:
             raise InvalidModelFile(
-                f"{where}: {parameter} of {name!r} must be a number; it is {value!r}"
+                f"{where}: {listed([parameter])} of {shown(name)} must be a number; "
+                f"it is {shown(value)}"
             )
-        values[parameter] = value if isinstance(value, str) else float(value)
+        values[parameter] = number
     return NamedValues(name=name, values=values)
 
 
@@ -141,7 +153,7 @@ def read_benches(table: Any) -> dict[str, BenchOverrides]:
     if not isinstance(table, dict) or not all(isinstance(row, dict) for row in table.values()):
         raise InvalidModelFile(
             "bench_overrides must hold one table per bench, as in "
-            f"{{finger = {{mass = [0.012, 0.008]}}}}; it is {table!r}"
+            f"{{finger = {{mass = [0.012, 0.008]}}}}; it is {shown(table)}"
         )
     return {bench: read_bench_overrides(row) for bench, row in table.items()}
 
@@ -149,14 +161,14 @@ def read_benches(table: Any) -> dict[str, BenchOverrides]:
 def read_fit(names: Any) -> tuple[str, ...]:
     """Read the ``fit`` list."""
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise InvalidModelFile(f"fit must be a list of names; it is {names!r}")
+        raise InvalidModelFile(f"fit must be a list of names; it is {shown(names)}")
     return tuple(names)
 
 
 def refuse_doubles(names: Sequence[str], kind: str) -> None:
     """Refuse a list that names something twice."""
-    for name in names:
-        if names.count(name) > 1:
+    for name, count in Counter(names).items():
+        if count > 1:
             raise InvalidModelFile(
-                f"every {kind} stands once; {name!r} is there {names.count(name)} times"
+                f"every {kind} stands once; {shown(name)} is there {count} times"
             )

@@ -1,1 +1,1 @@
-"""Training of force networks and policies; nothing is here yet."""
+"""Training of force networks and policies."""

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from tendon_newton.actuators.base import Actuator
 from tendon_newton.actuators.ideal import Ideal
+from tendon_newton.actuators.ideal_position import IdealPosition
+from tendon_newton.actuators.learned import Learned
 from tendon_newton.actuators.pwm_servo import PwmServo
 from tendon_newton.errors import unknown_name
 
 ACTUATORS: dict[str, type[Actuator]] = {
     "ideal": Ideal,
     "pwm_servo": PwmServo,
+    "ideal_position": IdealPosition,
+    "learned": Learned,
 }
 
 

@@ -20,5 +20,11 @@ class Actuator:
     force: ClassVar[Callable[..., Any]]
     """Device function (error: Jet, tendon, p) -> Jet: force at the spool [N], or torque [N m] of a
     direct drive."""
+    held: ClassVar[bool] = False
+    """Whether its force [N] is decided outside the kernels once per control step, and held."""
+    kinematic: ClassVar[bool] = False
+    """Whether it moves its shaft whatever that carries: positions are all that is computed."""
+    stiffness: ClassVar[str | None] = None
+    """Parameter by which it answers a small turn of its shaft [N/rad]; None where none tells."""
     armature: ClassVar[Callable[..., Any]]
     """Device function (p) -> real: inertia of rotor and gear at the spool [kg m2]."""

@@ -20,6 +20,7 @@ class Ideal(Actuator):
     """
 
     name = "ideal"
+    stiffness = "gain"
     parameters = (
         Parameter(
             name="gain", unit="N/rad", null=0.0, nominal=4.2, lower=0.1, upper=100.0,

@@ -13,7 +13,18 @@ VERBS: dict[str, str] = {
     "simulate": "tendon_newton.cli.simulate",
     "diagnose": "tendon_newton.cli.diagnose",
     "exam": "tendon_newton.cli.exam",
+    "experiment": "tendon_newton.cli.experiment",
     "asset": "tendon_newton.cli.asset",
+    "train-force": "tendon_newton.cli.train_force",
+    "evaluate-force": "tendon_newton.cli.evaluate_force",
+    "train-policy": "tendon_newton.cli.train_policy",
+    "evaluate-policy": "tendon_newton.cli.evaluate_policy",
+    "doctor": "tendon_newton.cli.doctor",
+    "calibrate": "tendon_newton.cli.calibrate",
+    "collect": "tendon_newton.cli.collect",
+    "deploy": "tendon_newton.cli.deploy",
+    "plot": "tendon_newton.cli.plot",
+    "virtual-bench": "tendon_newton.cli.virtual_bench",
 }
 
 # exit codes of the shell's conventions: 2 misuse, 128 + 2 interrupted, 128 + 13 broken pipe
@@ -34,13 +45,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
             # else Python complains again when it flushes at exit
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             return EXIT_BROKEN_PIPE
-        print(f"error: {' '.join(str(error).split())}", file=sys.stderr)
+        print(f"error: {one_line(str(error))}", file=sys.stderr)
         return EXIT_MISUSE
     except SystemExit as request:  # help and misuse of options, which tyro has explained
         return request.code if isinstance(request.code, int) else EXIT_MISUSE
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         return EXIT_INTERRUPTED
+
+
+def one_line(message: str) -> str:
+    """Return a message on one line, with what would steer a terminal made visible."""
+    words = " ".join(message.split())
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in words)
 
 
 def dispatch(words: list[str]) -> int:

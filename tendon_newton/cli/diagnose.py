@@ -67,6 +67,8 @@ VERDICTS = {
 
 def summary(diagnosis: Diagnosis) -> str:
     """Return the result as a table for a terminal."""
+    from tendon_newton.diagnosis.report_doubts import doubts
+
     lines = ["", VERDICTS[diagnosis.verdict], ""]
     for effect in diagnosis.effects:
         numbers = ", ".join(
@@ -76,7 +78,8 @@ def summary(diagnosis: Diagnosis) -> str:
         lines.append(f"  {effect.name:26s} {numbers}")
         if effect.indistinguishable_from:
             lines.append(
-                f"  {'':26s} or {', '.join(effect.indistinguishable_from)}: not told apart"
+                f"  {'':26s} or {', '.join(effect.indistinguishable_from)}: not told apart; "
+                "see the verb experiment"
             )
     lines += ["", "  held-out error           before      after"]
     for label, name, scale, unit in (
@@ -87,5 +90,5 @@ def summary(diagnosis: Diagnosis) -> str:
         before, after = getattr(diagnosis.baseline, name), getattr(diagnosis.extended, name)
         if before is not None and after is not None:
             lines.append(f"  {label:22s} {scale * before:8.4g}   {scale * after:8.4g} {unit}")
-    lines += [f"  note: {note}" for note in diagnosis.notes]
+    lines += [f"  note: {note}" for note in (*doubts(diagnosis), *diagnosis.notes)]
     return "\n".join(lines)

@@ -11,7 +11,7 @@ class ImportConfig:
     """Where the logs are, where the dataset goes, and which logs are held out."""
 
     format: tyro.conf.Positional[str]
-    """Format of the logs: xl330."""
+    """Format of the logs: xl330, so101, or mapped for any CSV or JSON with --mapping."""
     source: tyro.conf.Positional[Path]
     """Folder of the logs."""
     out: Path
@@ -20,20 +20,33 @@ class ImportConfig:
     """Logs of the test split, as conditions that must all hold: kp=200 trajectory=sin_sin."""
     train: tuple[str, ...] = ()
     """Logs of the train split, likewise (kp=100,800 gives two values); all others by default."""
+    mapping: Path | None = None
+    """For mapped: the file that says which of their columns, in which unit, is which of ours
+    (docs/recordings_mapping.md)."""
 
 
 def main(config: ImportConfig) -> None:
     """Import, write and report."""
-    from tendon_newton.errors import unknown_name
-    from tendon_newton.importers import IMPORTERS
+    from tendon_newton.errors import InvalidParameter, unknown_name
+    from tendon_newton.importers import IMPORTERS, MAPPED
+    from tendon_newton.importers.mapped import read_mapped
     from tendon_newton.importers.split import read_conditions, split_logs
     from tendon_newton.importers.writing import write_import
 
-    if config.format not in IMPORTERS:
-        raise unknown_name("log format", config.format, IMPORTERS)
+    if config.format not in (*IMPORTERS, MAPPED):
+        raise unknown_name("log format", config.format, (*IMPORTERS, MAPPED))
+    if (config.mapping is None) == (config.format == MAPPED):
+        raise InvalidParameter(
+            "--mapping belongs to the format mapped, which needs it; the format is "
+            f"{config.format!r} and --mapping is {'missing' if config.mapping is None else 'there'}"
+        )
     test = read_conditions(config.test, "--test")
     train = read_conditions(config.train, "--train")
-    imported = IMPORTERS[config.format](config.source)
+    imported = (
+        IMPORTERS[config.format](config.source)
+        if config.mapping is None
+        else read_mapped(config.source, config.mapping)
+    )
     split = split_logs(imported.logs, test, train)
     report = write_import(imported, split, config.out)
     print(f"{config.out}: {report.text}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
@@ -31,6 +31,11 @@ class SimulateConfig:
     """Longest step of the integrator [s]; by default 0.125 ms, and 0.5 ms for mujoco."""
     solver: str = "tendon"
     """Engine: tendon (every effect, friction that sticks) or mujoco (Newton's SolverMuJoCo)."""
+    network: str = "torchscript"
+    """How the force network of a learned actuator runs: torchscript (the file's own code) or twin
+    (kernels compiled from its weights, checked against it when loaded)."""
+    trust: bool = False
+    """Trust the network's file from now on: it is a program that runs with your rights."""
     plots: bool = True
     """Whether to draw a picture per recording."""
 
@@ -51,13 +56,16 @@ def main(config: SimulateConfig) -> None:
     model = load_model(config.model)
     out = make_folder(config.out)
 
-    from tendon_newton.recording_csv import write_csv
+    from tendon_newton.recording_formats.csv_file import write_csv
     from tendon_newton.simulation.replay import simulated_recording
     from tendon_newton.simulation.simulators import find_simulator
     from tendon_newton.simulation.trajectory_plot import plot_trajectory
 
     choice = find_simulator(config.solver)
-    simulator = choice() if config.time_step is None else choice(time_step=config.time_step)
+    options: Any = {"network": config.network, "trust": config.trust}
+    if config.time_step is not None:
+        options["time_step"] = config.time_step
+    simulator = choice(**options)
     recordings = (*dataset.train, *dataset.test)
     for recording, trajectory in zip(
         recordings, simulator.simulate(recordings, model), strict=True

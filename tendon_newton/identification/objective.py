@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_newton.identification.study import Residual, Study
+from tendon_newton.identification.study import Residual, Study, compares_force
 from tendon_newton.recording import Array, Indices, Mask
 
 TAIL = 3.0
@@ -57,7 +57,7 @@ def layout(study: Study) -> Layout:
     for index, source in enumerate(study.recordings):
         trusted = study.timeline(index).trusted
         place = ((source.time - source.time[0]) / BLOCK).astype(int)
-        for force in (False, True) if source.force is not None else (False,):
+        for force in (False, True) if compares_force(source) else (False,):
             recording.append(np.full(int(trusted.sum()), index))
             block.append(count + place[trusted])
             is_force.append(np.full(int(trusted.sum()), force))

@@ -3,24 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tendon_newton.identification.noise_floor import estimate_noise_floor
+from tendon_newton.actuators import find_actuator
+from tendon_newton.bench_overrides import BENCH_OVERRIDE_RANGES
+from tendon_newton.errors import unknown_name
+from tendon_newton.identification.noise_floor import NoiseFloor, estimate_noise_floor
+from tendon_newton.identification.pieces import all_pieces
 from tendon_newton.mechanisms.mechanism import Mechanism
-from tendon_newton.model_file import Model
+from tendon_newton.model_file import Model, NamedValues
 from tendon_newton.recording import Array, Indices, Mask, Recording
+from tendon_newton.simulation.bench_numbers import (
+    OWNER,
+    unknown_numbers,
+    with_estimates,
+    without_estimates,
+)
 from tendon_newton.simulation.load_cell import (
     fill_between_readings,
     first_reading,
     reading_stride,
 )
-from tendon_newton.simulation.parameter_table import ParameterTable, spool_radius_of
-from tendon_newton.simulation.replay import bench_of
-from tendon_newton.simulation.rollout import TIME_STEP, Rollout, Trajectory
+from tendon_newton.simulation.parameter_table import ParameterTable
+from tendon_newton.simulation.replay import bench_of, rollout_of
+from tendon_newton.simulation.rollout import TIME_STEP, Rollout, Trajectory, rollout_groups
 from tendon_newton.simulation.timeline import Timeline
 
+SEED = 0
+"""Of the noise on forces that drive a mechanism: the same data have the same noise floor."""
 DIVERGED = 1.0e4
 """Stands for an angle [rad] or force [N] that is not finite."""
 
@@ -32,7 +44,7 @@ class Residual:
     theta: Array
     """Motor angle [rad], shape (N, T)."""
     force: Array | None
-    """Tension [N], shape (N, T); None without a load cell."""
+    """Tension [N], shape (N, T); None without a load cell, or where its force is the input."""
     trusted: Mask
     """Rows whose past is known, shape (T,)."""
 
@@ -45,6 +57,7 @@ class Study:
         model: The model to start from.
         effects: Effects that candidates may use.
         time_step: Step of the simulation [s].
+        in_pieces: Whether recordings of mechanisms that forget nothing are cut; see `pieces`.
     """
 
     def __init__(
@@ -54,27 +67,35 @@ class Study:
         effects: Sequence[str],
         *,
         time_step: float = TIME_STEP,
+        in_pieces: bool = False,
     ) -> None:
-        self.recordings = tuple(recordings)
+        benches = {
+            bench: bench_of(bench, model) for bench in dict.fromkeys(r.bench for r in recordings)
+        }
+        if in_pieces:
+            recordings = all_pieces([benches[r.bench] for r in recordings], recordings)
+        self.recordings = tuple(without_estimates(r, model) for r in recordings)
+        self.unknown = unknown_numbers(model, benches, self.recordings)
+        """Numbers of benches that the model declares unknown."""
         self.table = ParameterTable(actuator=model.actuator.name, effects=())
         self.noise = estimate_noise_floor(self.recordings)
         self.mechanisms: list[Mechanism] = []
         self._groups: list[tuple[Rollout, tuple[int, ...]]] = []
-        for bench in dict.fromkeys(r.bench for r in self.recordings):
-            members = tuple(i for i, r in enumerate(self.recordings) if r.bench == bench)
-            mechanism = bench_of(bench, model)
+        for members in rollout_groups(self.recordings):
+            mechanism = benches[self.recordings[members[0]].bench]
             self.mechanisms.append(mechanism)
-            rollout = Rollout(
+            rollout = rollout_of(
                 mechanism,
                 [self.recordings[i] for i in members],
-                actuator=model.actuator.name,
+                model,
                 effects=effects,
-                spool_radius=spool_radius_of(model),
+                unknown=self.unknown,
                 time_step=time_step,
             )
             self.table = rollout.table
             self._groups.append((rollout, members))
         self._vectors = [rollout.base_vectors(model) for rollout, _ in self._groups]
+        self.noise = self._with_driving_noise(self.noise)
         self._cells = [find_cell(r, self.timeline(i)) for i, r in enumerate(self.recordings)]
 
     def timeline(self, index: int) -> Timeline:
@@ -83,6 +104,55 @@ class Study:
             if index in members:
                 return rollout.timelines[members.index(index)]
         raise IndexError(index)
+
+    @property
+    def kinematic(self) -> bool:
+        """Whether positions are all that is computed."""
+        return find_actuator(self.table.actuator).kinematic
+
+    def shows(self, effect: str) -> bool:
+        """Tell whether an effect can act in any of the recordings."""
+        return any(rollout.shows(effect) for rollout, _ in self._groups)
+
+    def fit_columns(self, model: Model) -> tuple[int, ...]:
+        """Return the places of a model's unknown numbers.
+
+        Raises:
+            UnknownName: Neither its actuator nor a bench has such a number.
+        """
+        owners = self.table.owners
+        keys = {number.name: number.key for number in self.unknown}
+        out: list[int] = []
+        for name in model.fit:
+            found = [
+                column
+                for column, (owner, parameter) in enumerate(owners)
+                if (owner == model.actuator.name and parameter.name == name)
+                or (owner == OWNER and keys[parameter.name] == name)
+            ]
+            if not found:
+                known = [p.name for owner, p in owners if owner == model.actuator.name]
+                raise unknown_name("number to fit", name, [*known, *BENCH_OVERRIDE_RANGES])
+            out += found
+        return tuple(out)
+
+    def with_fitted(self, model: Model, values: Mapping[int, float]) -> Model:
+        """Return a model with fitted numbers of actuator and benches (column -> value) in place."""
+        owners = self.table.owners
+        columns = self.fit_columns(model)
+        actuator = {
+            owners[c][1].name: values[c] for c in columns if owners[c][0] == model.actuator.name
+        }
+        bench = {owners[c][1].name: values[c] for c in columns if owners[c][0] == OWNER}
+        return replace(
+            model,
+            actuator=NamedValues(
+                name=model.actuator.name, values={**model.actuator.values, **actuator}
+            ),
+            bench_overrides=with_estimates(model, self.unknown, bench)
+            if bench
+            else model.bench_overrides,
+        )
 
     def base_value(self, column: int) -> float:
         """Return the model's own value of one parameter; the first recording's, if they differ."""
@@ -120,6 +190,23 @@ class Study:
             out.update(zip(members, rollout.run(vectors)[0], strict=True))
         return [out[index] for index in range(len(self.recordings))]
 
+    def _with_driving_noise(self, noise: NoiseFloor) -> NoiseFloor:
+        """Add to the encoder's noise what that of the load cell does to a mechanism it drives."""
+        if noise.force is None:
+            return noise
+        squares = [np.zeros(1)]
+        rng = np.random.default_rng(SEED)
+        for (rollout, _), base in zip(self._groups, self._vectors, strict=True):
+            if rollout.driven_by == "force":
+                calm = rollout.run_rows(base[None])["angle"]
+                rollout.shake(noise.force, rng)
+                shaken = rollout.run_rows(base[None])["angle"]
+                rollout.shake(0.0, rng)
+                squares.append((finite(shaken) - finite(calm)).ravel() ** 2)
+        rows = sum(recording.sample_count for recording in self.recordings)
+        moved = float(np.concatenate(squares).sum()) / rows
+        return NoiseFloor(theta=float(np.sqrt(noise.theta**2 + moved)), force=noise.force)
+
     def _compare(
         self, index: int, rollout: Rollout, place: int, rows: dict[str, Array]
     ) -> Residual:
@@ -127,7 +214,7 @@ class Study:
         span = rollout.rows_of(place)
         theta = finite(rows["angle"][:, span, 0])[:, timeline.measured]
         force = None
-        if recording.force is not None:
+        if compares_force(recording) and recording.force is not None:
             simulated = finite(rows["force"][:, span, 0])
             if (cell := self._cells[index]) is not None:
                 simulated = fill_between_readings(simulated, *cell)
@@ -137,6 +224,11 @@ class Study:
             force=force,
             trusted=timeline.trusted,
         )
+
+
+def compares_force(recording: Recording) -> bool:
+    """Tell whether a recording's force is compared: it was measured, and is not the input."""
+    return recording.force is not None and recording.command is not None
 
 
 def replacements(models: Sequence[Mapping[int, float]]) -> tuple[Indices, Array]:

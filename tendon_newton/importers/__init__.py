@@ -4,8 +4,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 from tendon_newton.importers.imported import Imported
+from tendon_newton.importers.so101 import read_so101
 from tendon_newton.importers.xl330 import read_xl330
 
 IMPORTERS: dict[str, Callable[[Path], Imported]] = {
     "xl330": read_xl330,
+    "so101": read_so101,
 }
+MAPPED = "mapped"
+"""The format of logs that a mapping file describes."""

@@ -137,7 +137,7 @@ def read_json(content: bytes, path: Path) -> dict[str, Any]:
     """Read a file's table and check its keys."""
     try:
         table = json.loads(content.decode("utf-8"))
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise InvalidRecording(f"{path}: an XL330 log must be JSON: {error}") from error
     if not isinstance(table, dict):
         raise InvalidRecording(

@@ -13,13 +13,16 @@ from tendon_newton.actuators import find_actuator
 from tendon_newton.device_code.templates import Specialiser
 from tendon_newton.effects import Stage
 from tendon_newton.simulation import (
+    measured_force,
     planar_chain,
+    position_kernels,
     rollout_kernels,
     settling,
     spatial_chain,
     stages,
 )
 from tendon_newton.simulation.kernel_types import kernel_types
+from tendon_newton.simulation.position_kernels import POSITION_EFFECTS
 from tendon_newton.simulation.structure import JOINT_STAGES, Structure
 
 STAGE_TEMPLATES = {
@@ -73,11 +76,15 @@ class KernelSet:
 def kernel_set(structure: Structure) -> KernelSet:
     """Make the kernels of a rollout."""
     assembly = assemble(structure, kernel_types(structure))
+    settle, rollout = settling.settle_kernel, rollout_kernels.rollout_kernel
+    if find_actuator(structure.actuator).kinematic:
+        bind_position_stages(assembly.specialiser, structure)
+        settle, rollout = position_kernels.start_kernel, position_kernels.position_kernel
     return KernelSet(
         structure=structure,
         types=assembly.types,
-        settle=assembly.kernel(settling.settle_kernel),
-        rollout=assembly.kernel(rollout_kernels.rollout_kernel),
+        settle=assembly.kernel(settle),
+        rollout=assembly.kernel(rollout),
     )
 
 
@@ -94,6 +101,10 @@ def assemble(structure: Structure, types: dict[str, Any], *, inline: bool = Fals
     actuator = find_actuator(structure.actuator)
     specialiser.bind("actuator_force", specialiser.function(actuator.force))
     specialiser.bind("armature", specialiser.function(actuator.armature))
+    if structure.driven_by == "force":
+        specialiser.bind("actuator_force", specialiser.function(measured_force.true_tension))
+        specialiser.bind("armature", specialiser.function(measured_force.no_armature))
+        specialiser.bind("clock_effects", specialiser.function(measured_force.reading_instant))
     chain = planar_chain if structure.planar else spatial_chain
     specialiser.bind("chain_terms", specialiser.function(chain.chain_terms))
     return Assembly(structure=structure, types=types, specialiser=specialiser)
@@ -113,6 +124,17 @@ def bind_stages(specialiser: Specialiser, structure: Structure) -> None:
         specialiser.bind(
             f"{stage.value}_memory", stage_function(specialiser, renew, keeping, structure)
         )
+
+
+def bind_position_stages(specialiser: Specialiser, structure: Structure) -> None:
+    """Bind what acts on an angle apart: play lies before the shaft, the encoder's offset after."""
+    hooks = [(e.name, e.side, e.hook(Stage.ANGLE)) for e in structure.declarations]
+    for name, side in (("offset", "sensor"), ("play", "transmission")):
+        acting = [
+            (e, hook) for e, of, hook in hooks if of == side and e in POSITION_EFFECTS and hook
+        ]
+        function = stage_function(specialiser, stages.tendon_stage, acting, structure)
+        specialiser.bind(f"{name}_effects", function)
 
 
 def stage_function(

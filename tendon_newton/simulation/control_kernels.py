@@ -15,12 +15,14 @@ from tendon_newton.device_code.placeholders import (
     DeviceArray,
     DeviceGrid,
     JointVector,
+    MemoryVector,
     ParameterVector,
     Placeholder,
     TendonVector,
     real,
 )
 from tendon_newton.device_code.templates import device_template
+from tendon_newton.simulation.history_kernels import push_samples, with_held
 from tendon_newton.simulation.integrator import step
 from tendon_newton.simulation.memory import remembered
 from tendon_newton.simulation.modes import choose_modes
@@ -35,6 +37,11 @@ Mechanism = Placeholder
 Servo = Placeholder
 cell_effects: Any = None
 clock_effects: Any = None
+MEMORY_SIZE = 1
+"""Numbers in a world's memory."""
+
+FARTHEST = 1.0e5
+"""A joint's position [rad, m] or speed beyond this is no mechanism's."""
 
 
 @device_template
@@ -50,6 +57,15 @@ def resume(
         x = given[index[i, j]]
         if wp.float32(own[j]) != x:
             out[j] = real(x)
+    return out
+
+
+@device_template
+def given_numbers(given: DeviceArray[wp.float32], index: DeviceGrid[int], i: int) -> JointVector:
+    """Return a world's joint numbers as Newton has them."""
+    out = JointVector()
+    for j in range(JOINTS):
+        out[j] = real(given[index[i, j]])
     return out
 
 
@@ -101,8 +117,9 @@ def forget_kernel(
         drive = servo_drive(mechanism, parameters[i], servo, i)
         drive.command = tendon_command(command, i)
         drive.elapsed = real(SETTLED)
-        q = resume(servo.q[i], q_in, position_index, i)
-        v = resume(servo.v[i], v_in, velocity_index, i)
+        drive.memory = MemoryVector()
+        q = given_numbers(q_in, position_index, i)
+        v = given_numbers(v_in, velocity_index, i)
         modes = choose_modes(mechanism, i, parameters[i], drive, q, v)
         servo.q[i] = q
         servo.v[i] = v
@@ -160,6 +177,125 @@ def control_step_kernel(
 
 
 @device_template
+def adopt_kernel(
+    servo: Servo,
+    position_index: DeviceGrid[int],
+    velocity_index: DeviceGrid[int],
+    chosen: DeviceArray[wp.bool],
+    q: DeviceArray[JointVector],
+    v: DeviceArray[JointVector],
+    memory: DeviceArray[MemoryVector],
+    q_out: DeviceArray[wp.float32],
+    v_out: DeviceArray[wp.float32],
+) -> None:
+    """Take over a state in the chosen worlds."""
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    if chosen[i]:
+        servo.q[i] = q[i]
+        servo.v[i] = v[i]
+        servo.memory[i] = memory[i]
+        for j in range(JOINTS):
+            q_out[position_index[i, j]] = wp.float32(q[i][j])
+            v_out[velocity_index[i, j]] = wp.float32(v[i][j])
+
+
+@device_template
+def acting_command(
+    p: ParameterVector, history: Commands, history_length: int, command: DeviceGrid[wp.float32],
+    time: real, i: int,
+) -> TendonVector:  # fmt: skip
+    """Return the angles [rad] that the servos act on just after the present command was given."""
+    instant = clock_effects(time, p)
+    first = i * history_length
+    acting = find_row(history, first, history_length, instant, history_length - 1)
+    out = history.angle[first + acting]
+    if instant >= time:
+        out = tendon_command(command, i)
+    return out
+
+
+@device_template
+def sense_kernel(
+    mechanism: Mechanism,
+    parameters: DeviceArray[ParameterVector],
+    servo: Servo,
+    history: Commands,
+    history_length: int,
+    command: DeviceGrid[wp.float32],
+    position_index: DeviceGrid[int],
+    velocity_index: DeviceGrid[int],
+    chosen: DeviceArray[wp.bool],
+    fill: int,
+    q_in: DeviceArray[wp.float32],
+    v_in: DeviceArray[wp.float32],
+    ring: wp.array3d[wp.float32],
+    newest: DeviceArray[int],
+) -> None:
+    """Show force networks the chosen worlds just after the present command was given."""
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    if chosen[i]:
+        p = parameters[i]
+        drive = servo_drive(mechanism, p, servo, i)
+        drive.command = acting_command(p, history, history_length, command, drive.time, i)
+        q = resume(servo.q[i], q_in, position_index, i)
+        v = resume(servo.v[i], v_in, velocity_index, i)
+        reading = read_sensors(mechanism, i, p, drive, q, v)
+        push_samples(mechanism, i, p, drive, q, v, reading, i * TENDONS, fill, ring, newest)
+
+
+@device_template
+def hold_kernel(
+    mechanism: Mechanism,
+    servo: Servo,
+    chosen: DeviceArray[wp.bool],
+    force: DeviceGrid[wp.float32],
+) -> None:
+    """Hold forces [N] in the chosen worlds from now on; one that is no number stays none."""
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    if chosen[i]:
+        memory = servo.memory[i]
+        for d in range(TENDONS):
+            memory = with_held(mechanism, i, d, real(force[i, d]), memory)
+        servo.memory[i] = memory
+
+
+@device_template
+def guard_kernel(
+    servo: Servo,
+    position_index: DeviceGrid[int],
+    velocity_index: DeviceGrid[int],
+    good_q: DeviceArray[JointVector],
+    good_memory: DeviceArray[MemoryVector],
+    q_out: DeviceArray[wp.float32],
+    v_out: DeviceArray[wp.float32],
+    diverged: DeviceArray[wp.bool],
+) -> None:
+    """Put a world that left every physical range where it last was, at rest, and mark it."""
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    q = servo.q[i]
+    v = servo.v[i]
+    memory = servo.memory[i]
+    fine = bool(True)  # noqa: UP018 - a variable for Warp, not a constant
+    for j in range(JOINTS):
+        if not (wp.abs(q[j]) < real(FARTHEST) and wp.abs(v[j]) < real(FARTHEST)):
+            fine = False
+    for k in range(wp.static(MEMORY_SIZE)):
+        if not wp.isfinite(memory[k]):
+            fine = False
+    if fine:
+        good_q[i] = q
+        good_memory[i] = memory
+    else:
+        diverged[i] = wp.bool(True)
+        servo.q[i] = good_q[i]
+        servo.v[i] = JointVector()
+        servo.memory[i] = good_memory[i]
+        for j in range(JOINTS):
+            q_out[position_index[i, j]] = wp.float32(good_q[i][j])
+            v_out[velocity_index[i, j]] = wp.float32(0.0)
+
+
+@device_template
 def read_kernel(
     mechanism: Mechanism,
     parameters: DeviceArray[ParameterVector],
@@ -179,12 +315,7 @@ def read_kernel(
     i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
     p = parameters[i]
     drive = servo_drive(mechanism, p, servo, i)
-    instant = clock_effects(drive.time, p)
-    first = i * history_length
-    acting = find_row(history, first, history_length, instant, history_length - 1)
-    drive.command = history.angle[first + acting]
-    if instant >= drive.time:
-        drive.command = tendon_command(command, i)
+    drive.command = acting_command(p, history, history_length, command, drive.time, i)
     q = resume(servo.q[i], q_in, position_index, i)
     v = resume(servo.v[i], v_in, velocity_index, i)
     reading = read_sensors(mechanism, i, p, drive, q, v)

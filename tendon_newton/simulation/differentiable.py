@@ -94,7 +94,7 @@ class DifferentiableRollout:
     ) -> None:
         every = (*effects, *(e.name for e in model.effects if e.name not in effects))
         refuse_stages(every, (Stage.CELL_CLOCK, Stage.CELL_LAG), "DifferentiableRollout")
-        rollout = Rollout(
+        rollout = self._make_rollout(
             mechanism,
             recordings,
             actuator=model.actuator.name,
@@ -106,6 +106,7 @@ class DifferentiableRollout:
         self._rollout = rollout
         self.table: ParameterTable = rollout.table
         self.timelines: tuple[Timeline, ...] = rollout.timelines
+        self.recordings: tuple[Recording, ...] = rollout.recordings
         self._device = rollout.device
         self._worlds = len(self.timelines)
         self._kernel_of, self._types = gradient_kernel_set(rollout.kernels.structure, inline)
@@ -132,6 +133,13 @@ class DifferentiableRollout:
         self._tape: wp.Tape | None = None
         self.graphs: dict[str, Any] = {}
         """Captured runs by name, from the second `forward` and `backward` on."""
+        self.run_count = 0
+        """How often `forward` has run: its states are those of the last time."""
+
+    def _make_rollout(
+        self, mechanism: Mechanism, recordings: Sequence[Recording], **options: Any
+    ) -> Rollout:
+        return Rollout(mechanism, recordings, **options)
 
     def rows_of(self, recording: int) -> slice:
         """Return where a recording's rows stand among all."""
@@ -143,6 +151,7 @@ class DifferentiableRollout:
         Raises:
             SimulationDiverged: A state is not finite.
         """
+        self.run_count += 1
         self._settle()
         self._run("forward", self._simulate)
         if not np.isfinite(self.readings.joint_position.numpy()).all():

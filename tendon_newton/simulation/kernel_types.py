@@ -26,6 +26,7 @@ def kernel_types(structure: Structure) -> dict[str, Any]:
     t |= argument_structs(t, structure.planar)
     t |= inner_structs(t, structure.planar)
     slow_cell = structure.uses(Stage.CELL_LAG) or structure.uses(Stage.CELL_CLOCK)
+    slow_cell = slow_cell and structure.driven_by == "command"
     with_memory = [effect for effect in structure.declarations if effect.memory is not None]
     t["PARENT"] = structure.parents
     t["REVOLUTE"] = structure.revolute
@@ -38,6 +39,9 @@ def kernel_types(structure: Structure) -> dict[str, Any]:
     t["REST"] = REST[structure.precision]
     t["HAS_SLOW_CELL"] = slow_cell
     t["CELL_MEMORY"] = structure.cell_memory
+    t["MEMORY_SIZE"] = structure.memory_count
+    t["HOLDS_FORCE"] = structure.holds_force
+    t["HELD_MEMORY"] = structure.held_memory
     return t
 
 

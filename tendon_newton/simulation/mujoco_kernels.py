@@ -22,6 +22,7 @@ from tendon_newton.device_code.placeholders import (
     real,
 )
 from tendon_newton.device_code.templates import device_template
+from tendon_newton.simulation.history_kernels import push_samples
 from tendon_newton.simulation.memory import remembered
 from tendon_newton.simulation.pipeline import (
     damping_torque,
@@ -31,12 +32,14 @@ from tendon_newton.simulation.pipeline import (
     spring_torque,
 )
 from tendon_newton.simulation.rollout_kernels import command_mean, find_row
+from tendon_newton.simulation.sensors import INSTANT
 from tendon_newton.simulation.world_drive import at_end, world_drive
 
 Commands = Placeholder
 Drive = Placeholder
 Mechanism = Placeholder
 Modes = Placeholder
+Reading = Placeholder
 Track = Placeholder
 cell_effects: Any = None
 clock_effects: Any = None
@@ -170,3 +173,39 @@ def track_reading_kernel(
         motor_position[out][d] = inward.angle[0]
         motor_velocity[out][d] = inward.angle[1] * excursion(mechanism.arms[i], d, v)
         force[out][d] = cell_effects(tension, now, p)
+
+
+@device_template
+def track_sense_kernel(
+    mechanism: Mechanism,
+    parameters: DeviceArray[ParameterVector],
+    commands: Commands,
+    time_step: real,
+    position_index: DeviceGrid[int],
+    velocity_index: DeviceGrid[int],
+    joint_q: DeviceArray[wp.float32],
+    joint_v: DeviceArray[wp.float32],
+    track: Track,
+    ring: wp.array3d[wp.float32],
+    newest: DeviceArray[int],
+) -> None:
+    """Show force networks each world at the start of the substep to come."""
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    p = parameters[i]
+    first = commands.first[i]
+    q = joint_numbers(joint_q, position_index, i)
+    v = joint_numbers(joint_v, velocity_index, i)
+    drive = world_drive(mechanism, i, p)
+    drive.time = real(track.count[i]) * time_step
+    drive.memory = track.latest[i]
+    instant = clock_effects(drive.time, p) + real(INSTANT)
+    row = find_row(commands, first, commands.count[i], instant, track.row[i])
+    drive.voltage = commands.voltage[first + row]
+    drive.enabled = commands.enabled[first + row]
+    drive.command = commands.angle[first + row]
+    reading = Reading()
+    for d in range(TENDONS):
+        flow = flow_at(mechanism, i, p, drive, d, q, v, real(1.0))
+        reading.angle[d] = flow.angle[0]
+        reading.angle_rate[d] = flow.angle[1] * excursion(mechanism.arms[i], d, v)
+    push_samples(mechanism, i, p, drive, q, v, reading, i * TENDONS, 0, ring, newest)

@@ -21,8 +21,8 @@ from tendon_newton.simulation import mujoco_kernels
 from tendon_newton.simulation.assembly import assemble
 from tendon_newton.simulation.joint_places import joint_places, write_joints
 from tendon_newton.simulation.kernel_types import kernel_types
-from tendon_newton.simulation.parameter_table import spool_radius_of
-from tendon_newton.simulation.rollout import Rollout, Trajectory
+from tendon_newton.simulation.replay import rollout_of
+from tendon_newton.simulation.rollout import Trajectory
 from tendon_newton.simulation.structure import Structure
 from tendon_newton.simulation.supported_effects import LOG_STAGES, refuse_stages
 
@@ -49,7 +49,9 @@ class MujocoRollout:
         mechanism: The bench.
         recordings: R recordings of it.
         model: Actuator and effects with their numbers.
-        time_step: Step [s].
+        time_step: Step [s]; shortened so that the instants of a force network fall on its grid.
+        network: How a force network runs, ``torchscript`` or ``twin``.
+        trust: Whether to trust its file from now on.
         device: Warp device.
     """
 
@@ -60,22 +62,22 @@ class MujocoRollout:
         model: Model,
         *,
         time_step: float = MUJOCO_STEP,
+        network: str = "torchscript",
+        trust: bool = False,
         device: Any = None,
     ) -> None:
         effects = [effect.name for effect in model.effects]
         refuse_stages(effects, UNSUPPORTED, "SolverMuJoCo")
-        self._rollout = Rollout(
-            mechanism,
-            recordings,
-            actuator=model.actuator.name,
-            effects=effects,
-            spool_radius=spool_radius_of(model),
-            time_step=time_step,
+        self._rollout: Any = rollout_of(
+            mechanism, recordings, model, time_step=time_step, network=network, trust=trust,
             device=device,
-        )
-        self._time_step = time_step
+        )  # fmt: skip
+        self._holds_force = self._rollout.kernels.structure.holds_force
+        period = 1.0 / self._rollout.query.rate if self._holds_force else 2.0 * time_step
+        self._pairs_per_query = max(1, int(np.ceil(period / (2.0 * time_step) - 1.0e-6)))
+        self._time_step = period / (2.0 * self._pairs_per_query)
         self._worlds = len(recordings)
-        self._push, self._read, self._types = mujoco_kernel_set(self._rollout.kernels.structure)
+        self._kernel_of, self._types = mujoco_kernel_set(self._rollout.kernels.structure)
         vectors = self._rollout.base_vectors(model)
         self._parameters = self._rollout.array(vectors, self._types["ParameterVector"])
         overrides = [recording.bench_overrides for recording in recordings]
@@ -83,6 +85,7 @@ class MujocoRollout:
         self._add_rotor(vectors)
         self._solver = SolverMuJoCo(self._model, disable_contacts=True)
         self._places = joint_places(self._model)
+        self._world_index = self._rollout.array(np.arange(self._worlds, dtype=np.int32), wp.int32)
 
     def run(self) -> list[Trajectory]:
         """Simulate all recordings.
@@ -96,19 +99,38 @@ class MujocoRollout:
         states = [self._model.state(), self._model.state()]
         control = self._model.control()
         self._start(states[0], track)
+        self._renew(states[0], track)
         self._step_twice(states, control, track)  # compiles and allocates before the capture
         with wp.ScopedCapture(device=self._model.device) as capture:
             self._step_twice(states, control, track)
         graph: Any = capture.graph
-        for _ in range(pairs - 1):
+        for pair in range(1, pairs):
+            if pair % self._pairs_per_query == 0:
+                self._renew(states[0], track)
             wp.capture_launch(graph)
         return self._read_rows(track)
+
+    def _renew(self, state: newton.State, track: Any) -> None:
+        """Show a force network the present, and hold what it answers."""
+        if not self._holds_force:
+            return
+        rollout = self._rollout
+        wp.launch(
+            self._kernel_of["sense"],
+            self._worlds,
+            inputs=[rollout.numbers, self._parameters, rollout.commands, self._time_step,
+                    *self._places, state.joint_q, state.joint_qd, track],
+            outputs=[rollout.history.ring, rollout.history.newest],
+            device=self._model.device,
+        )  # fmt: skip
+        rollout.ask()
+        rollout.hold([rollout.numbers, self._world_index], [None, None, track.latest])
 
     def _step_twice(self, states: list[newton.State], control: newton.Control, track: Any) -> None:
         """Step there and back between two states, so that a graph may repeat it."""
         for before, after in (states, states[::-1]):
             wp.launch(
-                self._push,
+                self._kernel_of["push"],
                 self._worlds,
                 inputs=[self._rollout.numbers, self._parameters, self._rollout.commands,
                         self._time_step,
@@ -135,18 +157,11 @@ class MujocoRollout:
 
     def _start(self, state: Any, track: Any) -> None:
         """Put every world where its recording starts."""
-        types, device = self._types, self._model.device
-        worlds = wp.array(np.arange(self._worlds, dtype=np.int32), device=device)
-        q = wp.zeros(self._worlds, dtype=types["JointVector"], device=device)
+        worlds, rollout = self._world_index, self._rollout
+        q = wp.zeros(self._worlds, dtype=self._types["JointVector"], device=self._model.device)
         v = wp.zeros_like(q)
-        wp.launch(
-            self._rollout.kernels.settle,
-            self._worlds,
-            inputs=[0, self._rollout.numbers, worlds, worlds, self._parameters,
-                    self._rollout.commands],
-            outputs=[q, v, track.latest],
-            device=device,
-        )  # fmt: skip
+        common = [rollout.numbers, worlds, worlds, self._parameters, rollout.commands]
+        rollout.start(self._worlds, common, [q, v, track.latest])
         write_joints(state.joint_q, self._places[0], q)
         write_joints(state.joint_qd, self._places[1], v)
         newton.eval_fk(self._model, state.joint_q, state.joint_qd, state)
@@ -173,7 +188,7 @@ class MujocoRollout:
             for kind in ("JointVector", "TendonVector", "TendonVector", "TendonVector")
         ]
         wp.launch(
-            self._read,
+            self._kernel_of["read"],
             sum(counts),
             inputs=[rollout.numbers, self._parameters, rollout.commands, self._time_step,
                     worlds, track],
@@ -202,11 +217,8 @@ class MujocoRollout:
 
 
 @cache
-def mujoco_kernel_set(structure: Structure) -> tuple[wp.Kernel, wp.Kernel, dict[str, Any]]:
-    """Return the kernels that push the joints and that read the rows.
-
-    With the Warp types of their arguments.
-    """
+def mujoco_kernel_set(structure: Structure) -> tuple[dict[str, wp.Kernel], dict[str, Any]]:
+    """Return the kernels by what they do, with the Warp types of their arguments."""
     types = kernel_types(structure)
     grid = {"q": "JointVector", "v": "JointVector", "memory": "MemoryVector"}
     line = {"latest": "MemoryVector", "command": "TendonVector"}
@@ -214,5 +226,9 @@ def mujoco_kernel_set(structure: Structure) -> tuple[wp.Kernel, wp.Kernel, dict[
     fields |= {name: wp.array(dtype=types[kind]) for name, kind in line.items()}
     fields |= {name: wp.array(dtype=wp.int32) for name in ("row", "count")}
     assembly = assemble(structure, {**types, "Track": struct_type("Track", fields)})
-    push = assembly.kernel(mujoco_kernels.push_kernel)
-    return push, assembly.kernel(mujoco_kernels.track_reading_kernel), assembly.types
+    kernels = {
+        "push": assembly.kernel(mujoco_kernels.push_kernel),
+        "read": assembly.kernel(mujoco_kernels.track_reading_kernel),
+        "sense": assembly.kernel(mujoco_kernels.track_sense_kernel),
+    }
+    return kernels, assembly.types

@@ -13,6 +13,7 @@ from tendon_newton.errors import InvalidModelFile, unknown_name
 from tendon_newton.model_file import Model, NamedValues
 from tendon_newton.parameters import Parameter
 from tendon_newton.recording import Array
+from tendon_newton.simulation.bench_numbers import OWNER
 
 SPOOL_RADII = (1.0e-3, 1.0)
 """Radii [m] that a spool may have; a direct drive's angle is its excursion, so that it has 1."""
@@ -28,14 +29,21 @@ class ParameterTable:
     """Kind of the actuator."""
     effects: tuple[str, ...]
     """Effects in the order of the catalogue."""
+    bench: tuple[Parameter, ...] = ()
+    """Unknown numbers of benches; `bench_numbers` has them."""
+
+    @property
+    def bench_columns(self) -> slice:
+        """Places of the benches' numbers, which kernels do not read."""
+        return slice(len(self.owners) - len(self.bench), len(self.owners))
 
     @property
     def owners(self) -> tuple[tuple[str, Parameter], ...]:
-        """(actuator or effect, parameter) of each place, shape (P - 2,)."""
+        """(actuator, effect or bench, parameter) of each place, shape (P - 2,)."""
         rows = [(self.actuator, p) for p in find_actuator(self.actuator).parameters]
         for name in self.effects:
             rows += [(name, p) for p in find_effect(name).parameters]
-        return tuple(rows)
+        return (*rows, *((OWNER, p) for p in self.bench))
 
     def columns(self, owner: str) -> tuple[int, ...]:
         """Return the places of an actuator's or effect's parameters."""
@@ -54,6 +62,11 @@ class ParameterTable:
         """Return the vector without effects, the actuator at its typical values, shape (P,)."""
         values = [p.nominal if n == self.actuator else p.null for n, p in self.owners]
         return np.array([*values, 0.0, 0.0])
+
+    def kernel_vectors(self, vectors: Array) -> Array:
+        """Return what the kernels read of parameter vectors, shape (..., P)."""
+        span = self.bench_columns
+        return np.concatenate([vectors[..., : span.start], vectors[..., span.stop :]], axis=-1)
 
     def vector(self, model: Model, actuator_overrides: Mapping[str, float] | None = None) -> Array:
         """Return a model's numbers with one recording's own actuator numbers, shape (P,).
@@ -101,6 +114,16 @@ def spool_radius_of(model: Model) -> float | None:
             f"{high:g} m (a shaft counts as 1 m); it is {radius!r}"
         )
     return float(radius)
+
+
+def stiffness_of(model: Model) -> float:
+    """Return the force by which a model's servo answers a small turn of its shaft [N/rad].
+
+    A number that is missing or a word is refused where the parameter vector is made.
+    """
+    name = find_actuator(model.actuator.name).stiffness
+    value = None if name is None else model.actuator.values.get(name)
+    return value if isinstance(value, float) else 0.0
 
 
 def check_values(entry: NamedValues, declared: Sequence[Parameter], where: str) -> None:

@@ -74,8 +74,8 @@ def rollout_kernel(
     world_recording: DeviceArray[int],
     parameters: DeviceArray[ParameterVector],
     commands: Commands,
-    rows_from: int,
-    rows_to: int,
+    rows_from: DeviceArray[int],
+    rows_to: DeviceArray[int],
     time_step: real,
     q: DeviceArray[JointVector],
     v: DeviceArray[JointVector],
@@ -86,27 +86,31 @@ def rollout_kernel(
     angle_rate: DeviceArray[TendonVector],
     force: DeviceArray[TendonVector],
 ) -> None:
-    """Simulate each world's recording between two rows; q, v and memory carry the state on."""
+    """Simulate each world's recording between two rows; q, v and memory carry the state on.
+
+    The rows are those of the world's recording.
+    """
     i = first_world + wp.tid()  # pyright: ignore[reportOperatorIssue] - one dimension: a number
     world = world_mechanism[i]
     recording = world_recording[i]
     first = commands.first[recording]
     count = commands.count[recording]
+    begin = rows_from[recording]
     p = parameters[i]
     x = q[i]
     xd = v[i]
     scale = period_effects(real(1.0), p)
     drive = world_drive(mechanism, world, p)
     drive.memory = memory[i]
-    slow = cell_is_slow(p)
+    slow = wp.static(HAS_SLOW_CELL) and cell_is_slow(p)
     cell = Cell()
     if wp.static(HAS_SLOW_CELL):
-        cell.due = first_due(commands, first, count, rows_from, scale, p)
+        cell.due = first_due(commands, first, count, begin, scale, p)
         for d in range(TENDONS):
             cell.force[d] = drive.memory[wp.static(CELL_MEMORY) + d]
-    acting = int(rows_from)
+    acting = int(begin)
     out = output_first[i]
-    for row in range(rows_from, wp.min(rows_to, count)):
+    for row in range(begin, wp.min(rows_to[recording], count)):
         now = commands.time[first + row] * scale
         drive.time = now
         drive.voltage = commands.voltage[first + row]

@@ -30,6 +30,10 @@ Forces = Placeholder
 Mechanism = Placeholder
 Modes = Placeholder
 radius_effects: Any = None
+HOLDS_FORCE = False
+"""Whether the actuator's force is decided outside the kernel and held."""
+HELD_MEMORY = 0
+"""Where the held forces stand in a world's memory."""
 
 SETTLING_STEPS = 400
 """Steps of the pseudo-transient that finds an equilibrium; its step grows by a factor each time."""
@@ -100,6 +104,10 @@ def settle_kernel(
     drive.enabled = commands.enabled[first]
     drive.command = commands.angle[first]
     drive.elapsed = real(SETTLED)
+    if wp.static(HOLDS_FORCE):
+        for d in range(TENDONS):
+            place = wp.static(HELD_MEMORY) + d
+            drive.memory[place] = memory[i][place]
     guided = commands.starts_measured[recording] > 0
     target = commands.start_angle[recording]
     x = JointVector()

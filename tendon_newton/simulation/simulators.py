@@ -28,10 +28,16 @@ class TendonSimulator:
 
     time_step: float = TIME_STEP
     """Longest step [s]."""
+    network: str = "torchscript"
+    """How a force network runs: torchscript or twin."""
+    trust: bool = False
+    """Whether to trust its file from now on."""
 
     def simulate(self, recordings: Sequence[Recording], model: Model) -> list[Trajectory]:
         """Return what a model makes of each recording."""
-        return replay(recordings, model, time_step=self.time_step)
+        return replay(
+            recordings, model, time_step=self.time_step, network=self.network, trust=self.trust
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,6 +46,10 @@ class MujocoSimulator:
 
     time_step: float = MUJOCO_STEP
     """Step [s]."""
+    network: str = "torchscript"
+    """How a force network runs: torchscript or twin."""
+    trust: bool = False
+    """Whether to trust its file from now on."""
 
     def simulate(self, recordings: Sequence[Recording], model: Model) -> list[Trajectory]:
         """Return what a model makes of each recording."""
@@ -51,6 +61,8 @@ class MujocoSimulator:
                 [recordings[i] for i in members],
                 model,
                 time_step=self.time_step,
+                network=self.network,
+                trust=self.trust,
             )
             out.update(zip(members, rollout.run(), strict=True))
         return [out[index] for index in range(len(recordings))]

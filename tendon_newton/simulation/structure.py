@@ -9,6 +9,8 @@ from tendon_newton.actuators import find_actuator
 from tendon_newton.effects import EFFECTS, Effect, Stage, find_effect
 
 Precision = Literal["float32", "float64"]
+Drive = Literal["command", "force"]
+"""What a recording gives a simulation: commands of its servo, or its measured tension alone."""
 JOINT_STAGES = (Stage.SPRING, Stage.DAMPING)
 """Stages with a jet per joint; the other stages with jets have one per tendon."""
 
@@ -28,6 +30,7 @@ class Structure:
     planar: bool = True
     """Whether the chain moves in one plane, which costs a third of the general equations."""
     precision: Precision = "float64"
+    driven_by: Drive = "command"
 
     @property
     def joint_count(self) -> int:
@@ -84,9 +87,19 @@ class Structure:
         return per_joint * self.joint_count + (len(kept) - per_joint) * self.tendon_count
 
     @property
+    def held_memory(self) -> int:
+        """Where the forces that an actuator holds stand in a world's memory, behind all others."""
+        return self.cell_memory + (self.tendon_count if self.uses(Stage.CELL_LAG) else 0)
+
+    @property
+    def holds_force(self) -> bool:
+        """Whether the actuator's force is decided outside the kernels and held."""
+        return self.driven_by == "command" and find_actuator(self.actuator).held
+
+    @property
     def memory_count(self) -> int:
         """Length S of a world's memory."""
-        return self.cell_memory + (self.tendon_count if self.uses(Stage.CELL_LAG) else 0)
+        return self.held_memory + (self.tendon_count if self.holds_force else 0)
 
     def uses(self, stage: Stage) -> bool:
         """Return whether any effect acts in a stage."""

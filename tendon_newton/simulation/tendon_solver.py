@@ -5,6 +5,7 @@ A control step of tendon-driven mechanisms in one kernel launch.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache
 from math import ceil
 from typing import Any
@@ -14,14 +15,16 @@ import numpy as np
 import warp as wp
 from newton.solvers import SolverBase
 
+from tendon_newton.actuators import find_actuator
+from tendon_newton.actuators.networks.history import History
 from tendon_newton.device_code.placeholders import struct_type
 from tendon_newton.effects import Stage
-from tendon_newton.errors import InvalidParameter
+from tendon_newton.errors import InvalidParameter, unknown_name
 from tendon_newton.model_file import Model
 from tendon_newton.recording import Array
 from tendon_newton.simulation import control_kernels
 from tendon_newton.simulation.assembly import Assembly, assemble, kernel_set
-from tendon_newton.simulation.joint_places import joint_places, write_joints
+from tendon_newton.simulation.joint_places import joint_places
 from tendon_newton.simulation.kernel_types import kernel_types
 from tendon_newton.simulation.mechanism_arrays import (
     fill_mechanism,
@@ -60,6 +63,7 @@ class TendonSolver(SolverBase):
         precision: Scalar inside the kernels; Newton's arrays are float32.
         history: Control steps for which past commands are kept; a `command_delay` may not be
             longer.
+        effects: Further effects at null, whose numbers may be set later.
         update_bodies: Whether a step also writes `body_q` and `body_qd`, which viewers show.
     """
 
@@ -71,14 +75,20 @@ class TendonSolver(SolverBase):
         max_step: float = LONGEST_STEP,
         precision: Precision = "float64",
         history: int = 64,
+        effects: Sequence[str] = (),
         update_bodies: bool = True,
     ) -> None:
         super().__init__(model)
         if not max_step > 0.0:
             raise InvalidParameter(f"max_step must be positive; it is {max_step} s")
-        effects = in_catalogue_order(tuple(effect.name for effect in description.effects))
-        refuse_stages(effects, LOG_STAGES, "TendonSolver")
-        self.table = ParameterTable(actuator=description.actuator.name, effects=effects)
+        if find_actuator(description.actuator.name).kinematic:
+            raise InvalidParameter(
+                f"TendonSolver needs an actuator with a force; {description.actuator.name!r} "
+                "gives a position: replay its recordings with Rollout"
+            )
+        every = in_catalogue_order((*effects, *(effect.name for effect in description.effects)))
+        refuse_stages(every, LOG_STAGES, "TendonSolver")
+        self.table = ParameterTable(actuator=description.actuator.name, effects=every)
         self.max_step = max_step
         self.update_bodies = update_bodies
         if "spool_radius" in description.actuator.values:
@@ -111,6 +121,16 @@ class TendonSolver(SolverBase):
         """Number of tendons D of each world."""
         return self._assembly.structure.tendon_count
 
+    @property
+    def joint_count(self) -> int:
+        """Number of joints J of each world."""
+        return self._assembly.structure.joint_count
+
+    @property
+    def holds_force(self) -> bool:
+        """Whether the actuator's force is decided outside; see `hold`."""
+        return self._assembly.structure.holds_force
+
     def _make_arrays(self, vector: Array) -> None:
         """Allocate all that a step reads and writes."""
         worlds, tendons = self.world_count, self.tendon_count
@@ -126,9 +146,11 @@ class TendonSolver(SolverBase):
         self.force = wp.zeros_like(self.command)
         """Tension at the load cell [N], shape (W, D)."""
         self._position_index, self._velocity_index = joint_places(self.model)
-        self._everywhere = wp.ones(worlds, dtype=wp.bool, device=device)
+        self.everywhere = wp.ones(worlds, dtype=wp.bool, device=device)
+        """A mask of all worlds, shape (W,)."""
         self._servo = self._make_servo()
         self._history = self._make_history()
+        self._good = [wp.clone(self._servo.q), wp.clone(self._servo.memory)]
 
     def _make_servo(self) -> Any:
         """Allocate what each world keeps between control steps."""
@@ -175,33 +197,114 @@ class TendonSolver(SolverBase):
             world_mask: Worlds to reset, shape (W + 1,) as for every Newton solver; all by default.
             flags: Not needed.
         """
-        mask = self._normalize_reset_world_mask(world_mask)
+        self.begin(state, self._chosen(world_mask), at_rest=False)
+
+    def settle(self, state: newton.State, world_mask: wp.array | None = None) -> None:
+        """Put worlds at rest in the friction-free equilibrium of their `command`.
+
+        Where a recording starts. Under a force that is held, its equilibrium.
+
+        Args:
+            state: Gets their joint coordinates.
+            world_mask: Worlds to settle, shape (W + 1,); all by default.
+        """
+        self.begin(state, self._chosen(world_mask), at_rest=True)
+
+    def begin(self, state: newton.State, chosen: wp.array, *, at_rest: bool) -> None:
+        """Reset or settle the chosen worlds, shape (W,)."""
         wp.launch(
             self._kernel_of["forget"],
             self.world_count,
-            inputs=[*self._inputs(), self._everywhere if mask is None else mask,
-                    state.joint_q, state.joint_qd],
+            inputs=[*self._inputs(), chosen, state.joint_q, state.joint_qd],
             device=self.model.device,
-        )  # fmt: skip
+        )
+        if at_rest:
+            self.relax(state, chosen)
 
-    def settle(self, state: newton.State) -> None:
-        """Put every world at rest in the friction-free equilibrium of its `command`.
-
-        Where a recording starts.
-        """
-        self.reset(state)
-        worlds = wp.array(np.arange(self.world_count, dtype=np.int32), device=self.model.device)
-        servo = self._servo
+    def relax(self, state: newton.State, chosen: wp.array) -> None:
+        """Move the chosen worlds, shape (W,), to the equilibrium of their command or held force."""
+        servo, device = self._servo, self.model.device
+        worlds = wp.array(np.arange(self.world_count, dtype=np.int32), device=device)
+        relaxed = [wp.clone(array) for array in (servo.q, servo.v, servo.memory)]
         wp.launch(
             self._kernels.settle,
             self.world_count,
             inputs=[0, self._mechanism, worlds, worlds, self.parameters, self._history],
-            outputs=[servo.q, servo.v, servo.memory],
+            outputs=relaxed,
+            device=device,
+        )
+        wp.launch(
+            self._kernel_of["adopt"],
+            self.world_count,
+            inputs=[servo, self._position_index, self._velocity_index, chosen, *relaxed],
+            outputs=[state.joint_q, state.joint_qd],
+            device=device,
+        )
+        self._place_bodies(state)
+
+    def sense(
+        self, state: newton.State, samples: History, chosen: wp.array, *, fill: bool = False
+    ) -> None:
+        """Add what force networks are shown of the chosen worlds, shape (W,), to their history.
+
+        Args:
+            state: Where the worlds are.
+            samples: History of all W D servos.
+            chosen: Worlds whose history goes on.
+            fill: Whether the sample stands for all the past.
+        """
+        wp.launch(
+            self._kernel_of["sense"],
+            self.world_count,
+            inputs=[*self._inputs(), chosen, int(fill), state.joint_q, state.joint_qd],
+            outputs=[samples.ring, samples.newest],
             device=self.model.device,
         )
-        write_joints(state.joint_q, self._position_index, servo.q)
-        write_joints(state.joint_qd, self._velocity_index, servo.v)
-        self._place_bodies(state)
+
+    def hold(self, force: wp.array, chosen: wp.array) -> None:
+        """Hold forces [N], shape (W, D), at the spools of the chosen worlds, shape (W,).
+
+        For an actuator whose force is decided outside; they stay until the next call.
+        """
+        wp.launch(
+            self._kernel_of["hold"],
+            self.world_count,
+            inputs=[self._mechanism, self._servo, chosen, force],
+            device=self.model.device,
+        )
+
+    def guard(self, state: newton.State, diverged: wp.array) -> None:
+        """Mark worlds, shape (W,), that left every physical range in the last step.
+
+        They are put back to where they last were, at rest, and do no harm to others.
+        """
+        servo = self._servo
+        wp.launch(
+            self._kernel_of["guard"],
+            self.world_count,
+            inputs=[servo, self._position_index, self._velocity_index, *self._good],
+            outputs=[state.joint_q, state.joint_qd, diverged],
+            device=self.model.device,
+        )
+
+    def bench_numbers(self, name: str) -> wp.array:
+        """Return an array of the mechanism that every step reads, one row per world.
+
+        Such as ``mass`` [kg], ``stiffness`` [N m/rad], ``spool_radius`` [m] or ``arms`` [m]. What
+        is written there counts from the next step on, until `notify_model_changed` reads the
+        Newton model again.
+
+        Raises:
+            UnknownName: No such array.
+        """
+        names = self._assembly.types["Mechanism"].vars
+        if name not in names:
+            raise unknown_name("bench number", name, names)
+        return getattr(self._mechanism, name)
+
+    def _chosen(self, world_mask: wp.array | None) -> wp.array:
+        mask = self._normalize_reset_world_mask(world_mask)
+        return self.everywhere if mask is None else mask
 
     def _place_bodies(self, state: Any) -> None:
         """Let the bodies follow the joints, for viewers."""
@@ -290,10 +393,14 @@ def control_assembly(structure: Structure) -> Assembly:
 
 @cache
 def control_kernel_set(structure: Structure) -> dict[str, wp.Kernel]:
-    """Return the kernels that step, that read the sensors and that forget the past."""
+    """Return the kernels of a solver by what they do."""
     assembly = control_assembly(structure)
     return {
         "step": assembly.kernel(control_kernels.control_step_kernel),
         "read": assembly.kernel(control_kernels.read_kernel),
         "forget": assembly.kernel(control_kernels.forget_kernel),
+        "adopt": assembly.kernel(control_kernels.adopt_kernel),
+        "sense": assembly.kernel(control_kernels.sense_kernel),
+        "hold": assembly.kernel(control_kernels.hold_kernel),
+        "guard": assembly.kernel(control_kernels.guard_kernel),
     }

@@ -3,6 +3,11 @@
 A bench goes on hearing commands while its log has a gap. Where the command moved smoothly before
 and after, the lost commands are interpolated; where it jumped, the last one is held, and the rows
 that follow cannot be trusted.
+
+Without commands the measured force drives the mechanism. A row is measured just after its command
+took effect, so that the force of a servo jumps at rows and sags between them, by its stiffness
+times the way that the shaft goes. To hold it would be taken for damping, at 80 Hz for half as much
+again as a finger has; to join rows by straight lines, for more.
 """
 
 from __future__ import annotations
@@ -11,7 +16,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_newton.errors import InvalidRecording
 from tendon_newton.recording import Array, Indices, Mask, Recording
 
 GAP_RATIO = 1.5
@@ -23,6 +27,8 @@ Measured on bristle-friction benches.
 """
 SLOPE_SLACK = 0.5
 """A gap is smooth if its mean slope lies between those around it, widened by this share of them."""
+FORCE_PARTS = 4
+"""Steps per row by which a sagging force is drawn."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,28 +38,23 @@ class Timeline:
     time: Array
     """Instants of the simulated rows [s], shape (S,) with S >= T."""
     command: Array
-    """Commands in force from each of them on [rad], shape (S, D)."""
+    """Commands in force from each of them on [rad], or measured forces [N], shape (S, D)."""
     measured: Indices
     """Index of each recorded row among the simulated ones, shape (T,)."""
     trusted: Mask
     """Whether the command's past is known well enough at each recorded row, shape (T,)."""
 
 
-def make_timeline(recording: Recording) -> Timeline:
-    """Fill the gaps of a recording.
+def make_timeline(recording: Recording, stiffness: float = 0.0) -> Timeline:
+    """Fill the gaps of a recording; without commands draw its force.
 
     Args:
-        recording: A recording with commands.
-
-    Raises:
-        InvalidRecording: It has none; to drive the mechanism by measured force is not possible yet.
+        recording: What was measured.
+        stiffness: Force by which the servo answers a turn of its shaft between rows [N/rad].
     """
-    if recording.command is None:
-        raise InvalidRecording(
-            f"{recording.name}: a simulation needs the command theta_d in every row; the recording "
-            "has no such column, and driving the mechanism by its force alone is not possible yet"
-        )
     time, command = recording.time, recording.command
+    if command is None:
+        return force_timeline(recording, stiffness)
     intervals = np.diff(time)
     period = float(np.median(intervals)) if len(intervals) else 1.0
     gaps = np.flatnonzero(intervals > GAP_RATIO * period)
@@ -75,6 +76,27 @@ def make_timeline(recording: Recording) -> Timeline:
         time=every_time,
         command=np.concatenate(commands),
         measured=np.searchsorted(every_time, time),
+        trusted=trusted,
+    )
+
+
+def force_timeline(recording: Recording, stiffness: float) -> Timeline:
+    """Let each row's force sag until the next; rows after a gap cannot be trusted."""
+    assert recording.force is not None, "a recording has commands or forces"
+    time, force = recording.time, recording.force
+    intervals = np.diff(time)
+    share = np.arange(FORCE_PARTS) / FORCE_PARTS
+    moved = (
+        np.diff(recording.motor_position, axis=0)[:, None] * (share + 0.5 / FORCE_PARTS)[:, None]
+    )
+    sagging = force[:-1, None] - stiffness * moved
+    trusted = np.ones(len(time), dtype=bool)
+    for gap in np.flatnonzero(intervals > GAP_RATIO * np.median(intervals)):
+        trusted[(time > time[gap]) & (time < time[gap + 1] + MEMORY)] = False
+    return Timeline(
+        time=np.append((time[:-1, None] + intervals[:, None] * share).ravel(), time[-1]),
+        command=np.concatenate([sagging.reshape(-1, force.shape[1]), force[-1:]]),
+        measured=np.arange(len(time)) * FORCE_PARTS,
         trusted=trusted,
     )
 

@@ -116,7 +116,8 @@ def test_a_run_in_two_launches_is_one_run() -> None:
     state, outputs = [q, v, memory], [zero, joints, angle, rate, force]
     step = types["real"](rollout.time_step)
     wp.launch(rollout.kernels.settle, 1, inputs=[*common, *state])
-    for rows in ([0, 57], [57, 90], [90, len(command)]):
+    for span in ([0, 57], [57, 90], [90, len(command)]):
+        rows = [wp.array([row], dtype=wp.int32) for row in span]
         wp.launch(rollout.kernels.rollout, 1, inputs=[*common, *rows, step, *state, *outputs])
     np.testing.assert_array_equal(angle.numpy(), whole.motor_position)
     np.testing.assert_allclose(force.numpy(), whole.force, atol=1e-12)

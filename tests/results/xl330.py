@@ -1,66 +1,119 @@
 """Real XL330 logs: held-out errors of ever richer models, ``python -m tests.results.xl330 LOGS``.
 
-Trains on the position gains 100 and 800 and tests on 200 (or as ``--test kp=...`` says), each model
-refitted with the motor's torque constant, resistance and armature. The logs are Rhoban/bam's
-(branch xl330); they are not part of this repository.
+Trains on all position gains but one and tests on that one, each in turn (or the one that ``--test``
+names). Every model is refitted with the motor's torque constant, resistance and armature. The logs
+are Rhoban/bam's (branch xl330); they are not part of this repository.
 """
 
 import argparse
 import tempfile
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from tendon_newton.cli import main as tendon_newton
-from tendon_newton.dataset import load_dataset
+from tendon_newton.dataset import Dataset, load_dataset
 from tendon_newton.diagnosis.diagnose import SEARCH_STEP, diagnose, values_of
 from tendon_newton.diagnosis.evaluation import evaluate_models
 from tendon_newton.diagnosis.search import Search
 from tendon_newton.effects import EFFECTS
+from tendon_newton.identification.least_squares import choose_start
 from tendon_newton.identification.study import Study
-from tendon_newton.model_file import load_model
+from tendon_newton.model_file import Model, load_model
+from tendon_newton.recording import Recording
 
-COMPARED = (("coulomb_friction", "viscous_friction"),)
+GAINS = (100, 200, 800)
+"""Position gains of the logs, in firmware units."""
+COMPARED = (
+    ("coulomb_friction", "viscous_friction"),
+    ("load_dependent_friction", "viscous_friction"),
+    ("holding_friction", "viscous_friction"),
+    ("holding_friction", "viscous_friction", "gain_error"),
+    ("holding_friction", "viscous_friction", "coulomb_friction"),
+)
 """Models that are fitted besides the diagnosed one."""
+SMOOTHING = 15
+"""Rows over which ``--smooth`` takes the median of the supply's register: 80 ms."""
 
 
 def main() -> None:
-    """Import the logs, fit, diagnose and print the table."""
+    """Import the logs, fit, diagnose and print a table for each gain that is held out."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("logs", type=Path)
-    parser.add_argument("--test", default="kp=200")
+    parser.add_argument("--test", type=int, choices=GAINS, action="append")
+    parser.add_argument("--smooth", action="store_true", help="take the median of the voltage")
+    parser.add_argument("--diagnose", action="store_true", help="let a diagnosis choose as well")
     arguments = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder:
-        out = Path(folder) / "dataset"
-        words = ["--out", str(out), "--test", arguments.test]
-        if tendon_newton(["import", "xl330", str(arguments.logs), *words]) != 0:
-            raise SystemExit(2)
-        report(out)
+    table: dict[str, dict[int, float]] = {}
+    for gain in arguments.test or GAINS:
+        with tempfile.TemporaryDirectory() as folder:
+            out = Path(folder) / "dataset"
+            words = ["--out", str(out), "--test", f"kp={gain}"]
+            if tendon_newton(["import", "xl330", str(arguments.logs), *words]) != 0:
+                raise SystemExit(2)
+            dataset, model = load_dataset(out), load_model(out / "model.toml")
+        dataset = smoothed(dataset) if arguments.smooth else dataset
+        for name, error in errors(dataset, model, diagnosed=arguments.diagnose).items():
+            table.setdefault(name, {})[gain] = error
+    print(f"\n{'held-out mean absolute error of theta [mrad], by the gain held out':76s}")
+    for name, row in table.items():
+        print(f"  {name:70s} " + "  ".join(f"kp {g}: {e:6.1f}" for g, e in row.items()))
 
 
-def report(folder: Path) -> None:
-    """Print the held-out mean absolute error of each model."""
-    dataset, model = load_dataset(folder), load_model(folder / "model.toml")
+def errors(dataset: Dataset, model: Model, *, diagnosed: bool) -> dict[str, float]:
+    """Return the held-out mean absolute error of each model [mrad]; print what was fitted."""
     train = Study(dataset.train, model, tuple(EFFECTS), time_step=SEARCH_STEP)
     test = Study(dataset.test, model, tuple(EFFECTS))
     search = Search(train, model)
     baseline = search.baseline()
     fitted = {"nominal": {}, "torque constant, resistance, armature": values_of(baseline)}
     for effects in COMPARED:
-        candidate, _ = search.problem(effects, baseline)
-        found, _ = search.descend([candidate], search.gap_scales(baseline))
-        fitted[" + ".join(effects)] = values_of(found[0])
-    diagnosis, evidence = diagnose(dataset, model)
-    fitted["diagnosed: " + " + ".join(e.name for e in diagnosis.effects)] = evidence.extended
-    errors = evaluate_models(test, list(fitted.values()))
-    print(f"\n{'model':64s} held-out mean absolute error of theta")
-    for name, error in zip(fitted, errors, strict=True):
-        print(f"{name:64s} {1e3 * error.pooled().theta_mae:7.1f} mrad")
-    for effect in diagnosis.effects:
-        rivals = f"  (not told from {', '.join(effect.indistinguishable_from)})"
-        fitted_numbers = effect.parameters.items()
-        numbers = {n: np.round([e.value, *e.ci95], 5).tolist() for n, e in fitted_numbers}
-        print(f"  {effect.name} {numbers}{rivals if effect.indistinguishable_from else ''}")
+        fitted[" + ".join(effects)] = fit(search, effects)
+    if diagnosed:
+        diagnosis, evidence = diagnose(dataset, model)
+        names = " + ".join(effect.name for effect in diagnosis.effects)
+        fitted["diagnosed"] = evidence.extended
+        print(f"  diagnosed: {names}: {diagnosis.verdict}")
+    found = evaluate_models(test, list(fitted.values()))
+    seen = evaluate_models(train, list(fitted.values()))
+    for name, values in fitted.items():
+        print(f"  {name:70s} trained to {1e3 * seen[[*fitted].index(name)].pooled().theta_mae:6.1f}"
+              f" mrad {numbers_of(train, values)}")  # fmt: skip
+    return {name: 1e3 * error.pooled().theta_mae for name, error in zip(fitted, found, strict=True)}
+
+
+def fit(search: Search, effects: tuple[str, ...]) -> dict[int, float]:
+    """Fit some effects and the motor's numbers together."""
+    candidate, starts = search.problem(effects, search.baseline())
+    scales = search.gap_scales(candidate)
+    chosen = choose_start(search.simulate_at(scales), [candidate], [starts])
+    found, _ = search.descend(chosen, [len(candidate.columns)], scales)
+    return values_of(found[0])
+
+
+def numbers_of(study: Study, values: Mapping[int, float]) -> str:
+    """Return fitted numbers in words."""
+    owners = study.table.owners
+    return ", ".join(f"{owners[c][1].name} {value:.4g}" for c, value in values.items())
+
+
+def smoothed(dataset: Dataset) -> Dataset:
+    """Return recordings whose supply is the running median of its register."""
+    return replace(
+        dataset,
+        train=tuple(map(with_median, dataset.train)),
+        test=tuple(map(with_median, dataset.test)),
+    )
+
+
+def with_median(recording: Recording) -> Recording:
+    """Replace the supply of one recording by its running median."""
+    assert recording.voltage is not None
+    padded = np.pad(recording.voltage, SMOOTHING // 2, mode="edge")
+    windows = np.lib.stride_tricks.sliding_window_view(padded, SMOOTHING)
+    return replace(recording, voltage=np.median(windows, axis=1))
 
 
 if __name__ == "__main__":

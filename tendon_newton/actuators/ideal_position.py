@@ -1,0 +1,37 @@
+"""The nominal servo where only positions are known: it is where it was told to be."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tendon_newton.actuators.base import Actuator
+from tendon_newton.device_code.placeholders import Jet, ParameterVector, real
+from tendon_newton.device_code.templates import device_template
+
+
+class IdealPosition(Actuator):
+    r"""A servo whose shaft follows its command at once, whatever it carries.
+
+    .. math:: \theta = \theta_d
+
+    For a bench whose load is unknown, so that no force can be computed. Effects act on the
+    position: a delay of the command, a lag, a deadband, play, a bound on speed, an offset.
+
+    Source: what a simulation without actuator models assumes of a position-controlled joint.
+    """
+
+    name = "ideal_position"
+    parameters = ()
+    kinematic = True
+
+    @staticmethod
+    @device_template
+    def force(error: Jet, tendon: Any, p: ParameterVector) -> Jet:
+        """None is known."""
+        return Jet(real(0.0), real(0.0), real(0.0))
+
+    @staticmethod
+    @device_template
+    def armature(p: ParameterVector) -> real:
+        """None is known."""
+        return real(0.0)

@@ -1,0 +1,1 @@
+"""Force networks inside the simulator: their file, their history, and how they are asked."""

@@ -1,0 +1,203 @@
+"""The file of a force network; the only place that knows its format.
+
+A TorchScript archive, which is a zip file, with the card as the extra file ``card.json``; and an
+ONNX file of the same network with the card in its metadata, for programs without torch. The card is
+read without running anything; a TorchScript file runs its code only if the user trusts its hash.
+"""
+
+from __future__ import annotations
+
+import io
+import struct
+import warnings
+import zipfile
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import torch
+from torch import Tensor, nn
+
+from tendon_newton.errors import InvalidNetworkFile, InvalidOutput, UntrustedNetworkFile
+from tendon_newton.force_network_card import INPUTS, ForceNetworkCard
+from tendon_newton.trust import VARIABLE, content_hash, trust_content, trusted_hashes
+
+CARD_NAME = "card.json"
+CARD_SIZE_LIMIT = 1 << 20
+"""Bytes; a card with a thousand recordings has a tenth of it."""
+FILE_SIZE_LIMIT = 1 << 28
+"""Bytes; a force network has about 1 << 17."""
+DAMAGE = (zipfile.BadZipFile, NotImplementedError, EOFError, RuntimeError, zlib.error, struct.error)
+"""What Python's zip reader raises at bytes that are none of an archive."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class NetworkFile:
+    """A force network that was read and checked.
+
+    Call ``module`` with windows of shape (W, window, 3), oldest sample first, each sample as
+    ``card.inputs``; it returns tension [N], shape (W,), not yet clipped. A Transformer also has
+    ``last_query`` (the same, cheaper), a recurrent network ``initial_state``, ``step`` and
+    ``reset_state``.
+    """
+
+    path: Path
+    sha256: str
+    card: ForceNetworkCard
+    module: torch.jit.ScriptModule
+
+
+@contextmanager
+def torchscript() -> Iterator[None]:
+    """Use TorchScript without PyTorch's advice to leave it.
+
+    ``torch.export``, which is to replace it, has no single file that Python, C++ and other programs
+    of this kind read with the weights by name; Python up to 3.13 keeps TorchScript.
+    """
+    with warnings.catch_warnings():
+        warnings.filterwarnings(
+            "ignore", r"`torch\.jit\.\w+` is deprecated", category=DeprecationWarning
+        )
+        yield
+
+
+def write_network(path: Path, network: nn.Module, card: ForceNetworkCard) -> None:
+    """Write a network with its card as a TorchScript file, and trust it.
+
+    Raises:
+        InvalidOutput: The file cannot be written.
+    """
+    content = io.BytesIO()
+    with torchscript():
+        scripted = torch.jit.script(network.cpu().eval())
+        torch.jit.save(scripted, content, _extra_files={CARD_NAME: card.to_json().encode()})
+    try:
+        path.write_bytes(content.getvalue())
+    except OSError as error:
+        raise InvalidOutput(f"{path}: {error.strerror or error}") from error
+    trust_content(content.getvalue(), path.name)
+
+
+def read_card(path: Path) -> ForceNetworkCard:
+    """Read the card of a TorchScript file without running the file's code.
+
+    Raises:
+        InvalidNetworkFile: The file is none, is damaged, or has no card of ours.
+    """
+    return card_in(read_content(path), path)
+
+
+def load_network(path: Path, *, trust: bool = False, device: str = "cpu") -> NetworkFile:
+    """Read a force network and check that it does what its card says.
+
+    Args:
+        path: The TorchScript file.
+        trust: Whether to trust the file from now on: its code runs with the user's rights.
+        device: Where the weights go.
+
+    Raises:
+        InvalidNetworkFile: The file is damaged, or its network and its card disagree.
+        UntrustedNetworkFile: Its hash is not on the user's list.
+    """
+    content = read_content(path)
+    card = card_in(content, path)
+    digest = content_hash(content)
+    if trust:
+        trust_content(content, path.name)
+    elif digest not in trusted_hashes():
+        raise UntrustedNetworkFile(
+            f"{path}: a network file is a program, and this one (SHA-256 {digest}) is not trusted; "
+            f"if you know where it comes from, add --trust or set {VARIABLE} to its hash"
+        )
+    try:
+        with torchscript():
+            module = torch.jit.load(io.BytesIO(content), map_location=device).eval()
+        check_network(module, card, device)
+    except InvalidNetworkFile as error:
+        raise InvalidNetworkFile(f"{path}: {error}") from error
+    except (RuntimeError, ValueError, AttributeError, EOFError) as error:
+        raise InvalidNetworkFile(
+            f"{path}: a TorchScript file that torch can read; it says: {first_line(error)}"
+        ) from error
+    return NetworkFile(path=path, sha256=digest, card=card, module=module)
+
+
+def read_content(path: Path) -> bytes:
+    """Read a file's bytes; the same bytes are hashed and run."""
+    if not path.is_file():
+        came = "it is a folder" if path.is_dir() else "no such file"
+        raise InvalidNetworkFile(f"{path}: a force network is a TorchScript file; {came}")
+    size = path.stat().st_size
+    if size > FILE_SIZE_LIMIT:
+        raise InvalidNetworkFile(
+            f"{path}: a force network has at most {FILE_SIZE_LIMIT:,} bytes; it has {size:,}"
+        )
+    return path.read_bytes()
+
+
+def card_in(content: bytes, path: Path) -> ForceNetworkCard:
+    """Read the card out of the zip archive that a TorchScript file is."""
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            cards = [i for i in archive.infolist() if i.filename.endswith(f"/extra/{CARD_NAME}")]
+            if len(cards) != 1:
+                raise InvalidNetworkFile(
+                    f"{path}: a force network has one card, extra/{CARD_NAME}; this archive has "
+                    f"{len(cards)}: it was not written by `tendon-newton train-force`"
+                )
+            if cards[0].file_size > CARD_SIZE_LIMIT:
+                raise InvalidNetworkFile(
+                    f"{path}: a card has at most {CARD_SIZE_LIMIT:,} bytes; "
+                    f"this one has {cards[0].file_size:,}"
+                )
+            if (broken := archive.testzip()) is not None:  # torch itself may crash on one
+                raise zipfile.BadZipFile(f"{broken} has the wrong checksum")
+            text = archive.read(cards[0]).decode("utf-8")
+    except DAMAGE as error:
+        raise InvalidNetworkFile(
+            f"{path}: a TorchScript file is a zip archive; this one is damaged, cut short or "
+            f"something else ({error})"
+        ) from error
+    except UnicodeDecodeError as error:
+        raise InvalidNetworkFile(f"{path}: card: must be UTF-8 text") from error
+    try:
+        return ForceNetworkCard.from_json(text)
+    except InvalidNetworkFile as error:
+        raise InvalidNetworkFile(f"{path}: {error}") from error
+
+
+def check_network(module: Any, card: ForceNetworkCard, device: str) -> None:
+    """Refuse a network that does not take the card's windows or does not return tensions."""
+    low = torch.tensor([card.bounds[name][0] for name in INPUTS], device=device)
+    high = torch.tensor([card.bounds[name][1] for name in INPUTS], device=device)
+    steps = torch.linspace(0.0, 1.0, card.window, device=device)[:, None]
+    windows = torch.stack([low + (high - low) * steps, high - (high - low) * steps])
+    methods = {"transformer": ("forward", "last_query"), "rnn": ("forward", "step")}
+    for name in methods.get(card.kind, ("forward",)):
+        if not hasattr(module, name):
+            raise InvalidNetworkFile(f"a network of the kind {card.kind} has {name}; this has none")
+    with torch.no_grad():
+        try:
+            tension = module(windows)
+        except RuntimeError as error:
+            raise InvalidNetworkFile(
+                f"must take windows of {card.window} samples of {', '.join(INPUTS)}, as its card "
+                f"says; a test call failed: {first_line(error)}"
+            ) from error
+    if not isinstance(tension, Tensor) or tuple(tension.shape) != (2,):
+        came = tuple(tension.shape) if isinstance(tension, Tensor) else type(tension).__name__
+        raise InvalidNetworkFile(
+            f"must return one tension per window of {card.window} samples, as its card says, "
+            f"shape (2,) for two; it is {came}"
+        )
+    if not bool(torch.isfinite(tension).all()):
+        raise InvalidNetworkFile("must return finite tensions; a test call gave NaN or infinity")
+
+
+def first_line(error: Exception) -> str:
+    """Return the line of a TorchScript error that says what went wrong."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    return lines[-1] if lines else type(error).__name__

@@ -1,0 +1,92 @@
+"""The ONNX file of a force network: one file, its card in the metadata.
+
+Inputs are ``window`` (W, window, 3), oldest sample first, and the output ``tension`` (W,) [N]. Of a
+streaming network they are ``sample`` (W, 3) and ``state`` (W, H), and the outputs ``tension`` (W,)
+and ``new_state`` (W, H); the state starts at zero.
+"""
+
+from __future__ import annotations
+
+import tempfile
+import warnings
+from pathlib import Path
+from typing import Any
+
+import torch
+from torch import Tensor, nn
+
+from tendon_newton.errors import InvalidOutput
+from tendon_newton.force_network_card import INPUTS, ForceNetworkCard
+
+CARD_KEY = "card"
+
+
+class Method(nn.Module):
+    """One method of a network as a module of its own, which is what an exporter takes."""
+
+    def __init__(self, network: nn.Module, name: str) -> None:
+        super().__init__()
+        self.network = network
+        self.name = name
+
+    def forward(self, *arguments: Tensor) -> Any:
+        """Call the method."""
+        return getattr(self.network, self.name)(*arguments)
+
+
+def write_onnx(path: Path, network: Any, card: ForceNetworkCard) -> None:
+    """Write a network, not a scripted one, as a single ONNX file for any number of worlds.
+
+    Raises:
+        InvalidOutput: The file cannot be written.
+    """
+    import onnx
+
+    if card.streaming:
+        method, names = "step", (["sample", "state"], ["tension", "new_state"])
+        arguments = (torch.zeros(1, len(INPUTS)), network.initial_state(1))
+    else:
+        method = "last_query" if card.kind == "transformer" else "forward"
+        names = (["window"], ["tension"])
+        arguments = (torch.zeros(1, card.window, len(INPUTS)),)
+    with tempfile.TemporaryDirectory() as folder:
+        draft = Path(folder) / "network.onnx"
+        export(Method(network.cpu(), method).eval(), arguments, draft, *names)
+        model = onnx.load(draft)
+    model.metadata_props.add(key=CARD_KEY, value=card.to_json())
+    try:
+        path.write_bytes(model.SerializeToString())
+    except OSError as error:
+        raise InvalidOutput(f"{path}: {error.strerror or error}") from error
+
+
+def export(
+    module: nn.Module,
+    arguments: tuple[Tensor, ...],
+    path: Path,
+    inputs: list[str],
+    outputs: list[str],
+) -> None:
+    """Run the exporter; the first axis of everything is the number of worlds.
+
+    The exporter is the one that PyTorch calls legacy. Its successor takes 60 times as long, and
+    unrolls a recurrent network into a file 30 times as large.
+    """
+    axes = {name: {0: "worlds"} for name in (*inputs, *outputs)}
+    with warnings.catch_warnings():
+        for message in ("You are using the legacy TorchScript-based ONNX", "The feature will be"):
+            warnings.filterwarnings("ignore", message, category=DeprecationWarning)
+        # torch's own recurrent layers branch on shapes that are fixed here, and fear for the number
+        # of worlds, which their states take from the input
+        warnings.filterwarnings("ignore", "Converting a tensor to a Python boolean")
+        warnings.filterwarnings("ignore", "Exporting a model to ONNX with a batch_size")
+        torch.onnx.export(
+            module,
+            arguments,
+            path,
+            input_names=inputs,
+            output_names=outputs,
+            dynamic_axes=axes,
+            dynamo=False,
+            verbose=False,
+        )

@@ -1,0 +1,64 @@
+"""From a model file's `learned` actuator to something that answers with forces."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Literal
+
+import warp as wp
+
+from tendon_newton.actuators.networks.artifact import NetworkFile, load_network
+from tendon_newton.actuators.networks.torchscript import (
+    ForceQuery,
+    StreamingQuery,
+    TorchScriptQuery,
+)
+from tendon_newton.actuators.networks.twin_query import twin_or_module
+from tendon_newton.errors import InvalidModelFile, unknown_name
+from tendon_newton.model_file import Model
+
+NetworkForm = Literal["torchscript", "twin"]
+FORMS: tuple[NetworkForm, ...] = ("torchscript", "twin")
+
+
+def network_file(model: Model) -> Path:
+    """Return the file of a model's force network.
+
+    Raises:
+        InvalidModelFile: The model names none.
+    """
+    file = model.actuator.values.get("file")
+    if not isinstance(file, str):
+        raise InvalidModelFile(
+            f"actuator {model.actuator.name!r} needs file, the path of a force network; "
+            f"it is {file!r}"
+        )
+    return Path(file)
+
+
+def open_query(model: Model, form: str, device: Any, *, trust: bool = False) -> ForceQuery:
+    """Load a model's force network.
+
+    Args:
+        model: A model whose actuator is `learned`.
+        form: How it runs: as the TorchScript module, or as the kernels compiled from its weights.
+        device: Warp device.
+        trust: Whether to trust the file from now on; see `load_network`.
+
+    Raises:
+        UnknownName: No such form.
+    """
+    if form not in FORMS:
+        raise unknown_name("form of a network", form, FORMS)
+    where = str(wp.device_to_torch(wp.get_device(device)))
+    file = load_network(network_file(model), trust=trust, device=where)
+    return query_of(file, form, device)
+
+
+def query_of(file: NetworkFile, form: str, device: Any) -> ForceQuery:
+    """Return a network that was loaded in the form asked for."""
+    card = file.card
+    kind = StreamingQuery if card.streaming else TorchScriptQuery
+    if form == "twin" and not card.streaming:
+        return twin_or_module(file, device)
+    return kind(file.module, window=card.window, rate=card.rate, limit=card.force_limit)

@@ -1,0 +1,307 @@
+"""Let a policy drive a finger, on a real bench or a virtual one, with every tick logged.
+
+Without any hardware, goals from the arrow keys:
+  tendon-newton deploy --policy policy.onnx --port virtual
+
+On a bench that is plugged in; first by hand, then with the motor off, then for good:
+  tendon-newton deploy --jog --port /dev/ttyUSB0
+  tendon-newton deploy --policy policy.onnx --port /dev/ttyUSB0 --dry-run
+  tendon-newton deploy --policy policy.onnx --port /dev/ttyUSB0 --load-cell-port /dev/ttyACM0
+  --calibration cell.toml --goals stairs
+
+Does this policy still do what it did in that log?
+  tendon-newton deploy --policy policy.onnx --replay deployments/policy_0.mcap
+
+Keys: up and down move the goal, 0 to 9 set it; space or q lets the tendon out and ends the run; x
+switches the motor off at once. Ctrl-C, a closed terminal and SIGTERM do what the space bar does.
+Logs are recordings: `tendon-newton diagnose` and `tendon-newton plot` take them.
+"""
+
+from __future__ import annotations
+
+import sys
+from contextlib import closing
+from dataclasses import dataclass
+from math import pi
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    from hardware.bench import Bench, BenchAddress
+    from hardware.deploy import DeployOutcome
+    from hardware.deploy_settings import DeploySettings
+    from hardware.force_estimate import ForceEstimate
+    from hardware.goals import Goals
+    from hardware.limits import SafetyLimits
+    from hardware.operator import Operator
+    from hardware.policy_runner import Policy
+
+JOG_RANGE = (-pi, 2.0 * pi)
+"""Spool angles that a hand may reach [rad]: a tendon that begins too tight is let out."""
+JOG_STEP = 0.1
+"""By which a key moves the spool [rad]: 1.25 mm of tendon."""
+JOG_DUTY = 0.25
+"""Greatest duty under a hand [1]: some 18 N at standstill without friction."""
+ROWS_MIN = 80
+"""Rows of a log that is worth listing: a second."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class DeployConfig:
+    """Which policy, where the bench is, and how far it may go."""
+
+    policy: Path | None = None
+    """ONNX file of the policy with its card inside, or TorchScript where torch is installed."""
+    port: str | None = None
+    """Serial port of the servo, or virtual, or virtual:finger:3 for unit 3."""
+    goals: str = "keyboard"
+    """Where goals come from: keyboard, stdin, udp:5005, udp:ADDRESS:PORT, stairs, a file of times
+    [s] and angles [rad], or one angle [rad]."""
+    duration: float | None = None
+    """Length [s]; without it the run ends with a key."""
+    out: Path = Path("deployments")
+    """Folder for the log; it becomes a dataset."""
+    split: Literal["train", "test"] = "train"
+    """Split of the log in that dataset."""
+    dry_run: bool = False
+    """Read and decide, but leave the motor off."""
+    jog: bool = False
+    """Move the spool by hand with the arrow keys, without a policy; home is where it stands."""
+    replay: Path | None = None
+    """Log whose observations are given to the policy again, to compare its actions."""
+    engine: Literal["auto", "numpy", "onnxruntime"] = "auto"
+    """What runs an ONNX file; auto is NumPy where it can."""
+    trust: bool = False
+    """Trust this TorchScript policy from now on; it is a program."""
+    force_network: Path | None = None
+    """ONNX file of a force network that estimates the tension where no load cell is."""
+    bench: str = "finger"
+    """Bench under assets."""
+    load_cell_port: str | None = None
+    """Serial port of the load cell; a virtual bench brings its own."""
+    load_cell: str = "hx711_serial"
+    """Kind of the load cell."""
+    load_cell_rate: int = 20
+    """Readings per second of the load cell: 80, 20 or 10 [Hz]."""
+    calibration: Path | None = None
+    """Calibration of the load cell; without one the tension is not known."""
+    servo: str = "xc330_t288_t"
+    """Kind of the servo; the policy's card must name the same."""
+    servo_id: int = 1
+    """ID of the servo on its bus."""
+    baud: int = 1_000_000
+    """Rate of the bus [1/s]."""
+    spool_radius: float = 0.0125
+    """Of the bench [m]; the policy's card must name the same."""
+    rate: float = 80.0
+    """Readings of the servo per second [Hz]; the policy's card must name the same."""
+    policy_rate: float = 20.0
+    """Policy steps per second [Hz]; the policy's card must name the same."""
+    mode: Literal["pwm", "position"] = "pwm"
+    """Where the position loop runs: pwm, here as on the paper's bench; position, in the servo."""
+    duty_limit: float = 0.65
+    """Greatest duty of the servo's own loop in mode position [1]."""
+    force_limit: float = 30.0
+    """Tension at which the tendon is let out [N]."""
+    temperature_limit: float = 65.0
+    """Temperature at which it is let out [degC]."""
+    faster_than_real_time: bool = False
+    """Whether a virtual bench runs as fast as it can."""
+    notes: str = ""
+    """What is to be remembered with the log."""
+
+
+def main(config: DeployConfig) -> None:
+    """Deploy, replay or jog, and say what came of it."""
+    from hardware.bench import open_bench
+    from hardware.deploy import Deployment, deploy
+    from hardware.keyboard import Keyboard
+    from hardware.pilot import JogPilot, PolicyPilot
+    from hardware.stop_request import StopRequest
+    from tendon_newton.cli.collect import Terminal
+
+    policy = read_policy(config)
+    if config.replay is not None:
+        compare(policy, config.replay)
+        return
+    address = address_of(config)
+    settings = settings_of(config, policy)
+    if policy is not None:
+        from hardware.deploy_settings import refuse_mismatch
+
+        refuse_mismatch(policy.card, settings, address)
+        pilot = PolicyPilot(policy)
+    else:
+        pilot = JogPilot(settings.policy_rate, settings.loop.position_range)
+    operator = Terminal()
+    with (
+        closing(goals_of(config, policy, settings)) as goals,
+        StopRequest() as stop,
+        operator,
+        open_bench(address, operator.tell) as bench,
+    ):
+        get_ready(bench, operator)
+        deployment = Deployment(
+            bench=bench, pilot=pilot, settings=settings, goals=goals, policy=policy,
+            estimate=estimate_of(config),
+        )  # fmt: skip
+        with Keyboard() as keyboard:
+            if config.goals == "keyboard" and not keyboard.there and config.duration is None:
+                operator.tell("No terminal: no keys move the goal; a signal ends the run.")
+            outcome = deploy(deployment, free_log(config), keyboard, operator, stop)
+    conclude(config, outcome)
+
+
+def read_policy(config: DeployConfig) -> Policy | None:
+    """Load the policy, or refuse words that contradict each other."""
+    from hardware.policy_runner import load_policy
+    from tendon_newton.errors import InvalidParameter
+
+    if config.jog and (config.policy is not None or config.replay is not None):
+        raise InvalidParameter("--jog moves the spool by hand; it takes neither policy nor replay")
+    if not config.jog and config.policy is None:
+        raise InvalidParameter("a deployment needs --policy FILE, or --jog to move by hand")
+    if config.port is None and config.replay is None:
+        raise InvalidParameter("a deployment needs --port; without hardware: --port virtual")
+    if config.policy is None:
+        return None
+    return load_policy(config.policy, engine=config.engine, trust=config.trust)
+
+
+def address_of(config: DeployConfig) -> BenchAddress:
+    """Return where the bench is."""
+    from hardware.bench import BenchAddress
+
+    return BenchAddress(
+        bench=config.bench,
+        port=config.port or "",
+        load_cell_port=config.load_cell_port,
+        load_cell=config.load_cell,
+        calibration=config.calibration,
+        servo=config.servo,
+        identifier=config.servo_id,
+        baud=config.baud,
+        load_cell_rate=config.load_cell_rate,
+        lockstep=config.faster_than_real_time,
+    )
+
+
+def settings_of(config: DeployConfig, policy: Policy | None) -> DeploySettings:
+    """Return rates and limits; the command range is the policy's, or a hand's."""
+    from hardware.deploy_settings import DeploySettings
+    from hardware.safety_limits import limits_for
+    from hardware.servos import SERVOS
+    from hardware.servos.host_position_loop import HostPositionLoop
+    from tendon_newton.errors import unknown_name
+
+    if config.servo not in SERVOS:
+        raise unknown_name("servo", config.servo, SERVOS)
+    command_range = JOG_RANGE if policy is None else policy.card.command_range
+    limits = limits_for(
+        SERVOS[config.servo],
+        bench_limits(config, jog=policy is None),
+        clip=JOG_RANGE[1] if policy is None else policy.card.action_clip,
+        load_cell_rate=float(config.load_cell_rate),
+    )
+    return DeploySettings(
+        mode="position" if policy is None else config.mode,
+        rate=config.rate,
+        policy_rate=config.policy_rate,
+        spool_radius=config.spool_radius,
+        loop=HostPositionLoop(position_range=command_range),
+        duty_limit=JOG_DUTY if policy is None else config.duty_limit,
+        limits=limits,
+        duration=config.duration,
+        dry=config.dry_run,
+        unwind=policy is not None,
+        notes=config.notes,
+    )
+
+
+def bench_limits(config: DeployConfig, *, jog: bool) -> SafetyLimits:
+    """Return force, temperature and window; a hand may let the tendon out beyond home."""
+    from hardware.limits import SafetyLimits
+
+    low, high = SafetyLimits().position
+    return SafetyLimits(
+        force=config.force_limit,
+        temperature=config.temperature_limit,
+        position=(JOG_RANGE[0] - 0.5 if jog else low, high),
+    )
+
+
+def goals_of(config: DeployConfig, policy: Policy | None, settings: DeploySettings) -> Goals:
+    """Return where goals come from; a hand's goal is the spool angle."""
+    from hardware.goals import FixedGoal, open_goals
+
+    if policy is None:
+        return FixedGoal(0.0, settings.loop.position_range, JOG_STEP)
+    return open_goals(config.goals, policy.card.goal_range)
+
+
+def estimate_of(config: DeployConfig) -> ForceEstimate | None:
+    """Return what estimates the tension, if anything."""
+    if config.force_network is None:
+        return None
+    from hardware.force_estimate import load_estimate
+
+    return load_estimate(config.force_network, config.policy_rate)
+
+
+def get_ready(bench: Bench, operator: Operator) -> None:
+    """Ask for the bench to be made ready; without a terminal say what is taken for granted."""
+    from hardware.collect_plan import mount
+
+    if sys.stdin.isatty():
+        mount(bench, operator)
+    elif not bench.address.virtual:
+        operator.tell("Home is where the spool stands now: the tendon must be just taut.")
+    if bench.load_cell is None or bench.calibration is None:
+        operator.tell("No calibrated load cell: the tension is not measured.")
+
+
+def free_log(config: DeployConfig) -> Path:
+    """Return a path for the log that nothing has yet."""
+    from hardware.collect_plan import free_name
+    from tendon_newton.cli.output import make_folder
+
+    folder = make_folder(config.out)
+    stem = "jog" if config.policy is None else config.policy.stem
+    return folder / f"{free_name(folder, stem)}.mcap"
+
+
+def compare(policy: Policy | None, path: Path) -> None:
+    """Say how a policy's actions compare with those in a log."""
+    from hardware.deploy_replay import DIFFERENCE, replay_log
+    from tendon_newton.errors import InvalidRecording
+
+    assert policy is not None
+    report = replay_log(policy, path)
+    print(f"{path}: {report.text}")
+    if not report.same:
+        raise InvalidRecording(
+            f"{path}: the policy must want what stands in its log within {DIFFERENCE:g} rad; it "
+            "does not: another file, or another engine"
+        )
+
+
+def conclude(config: DeployConfig, outcome: DeployOutcome) -> None:
+    """Say what came of it, and list the log as a recording."""
+    from tendon_newton.dataset import list_recording
+
+    trips = ", ".join(f"{name} {count}" for name, count in outcome.trips.items()) or "none"
+    print(
+        f"{outcome.path}: {outcome.rows} rows, {outcome.missed} missed, {outcome.steps} steps; "
+        f"ended: {outcome.ended}\npacing: {outcome.pacing.text}\nsafety rules: {trips}"
+    )
+    if outcome.path is not None and outcome.rows >= ROWS_MIN and not config.dry_run:
+        slow = config.calibration is not None or (config.port or "").startswith("virtual")
+        list_recording(
+            config.out, outcome.path.name, bench=config.bench, split=config.split,
+            start="first_row",
+            load_cell_rate=float(config.load_cell_rate)
+            if slow and config.load_cell_rate < 0.9 * config.rate
+            else None,
+        )  # fmt: skip
+    if outcome.fault is not None:
+        raise outcome.fault

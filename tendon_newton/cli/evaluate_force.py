@@ -1,0 +1,63 @@
+"""Compare force networks with each other and with the ideal source on held-out recordings.
+
+  tendon-newton evaluate-force recordings --networks networks --out comparison
+
+The ideal source stands there twice: with the paper's 4.2 N/rad, and with the gain that fits the
+train recordings best. A network wins only against the better one. Networks that differ in their
+seed alone are one family. OUT gets evaluation.json with every number, evaluation.md with the
+tables, and figures after the paper's.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+
+@dataclass(frozen=True, kw_only=True)
+class EvaluateForceConfig:
+    """Compare force networks with each other and with the ideal source on held-out recordings."""
+
+    dataset: Annotated[Path, tyro.conf.Positional]
+    """Folder with dataset.toml and its recordings; its test recordings are used."""
+    networks: tuple[Path, ...]
+    """Network files that train-force wrote, or folders of them."""
+    out: Path
+    """Folder for the results; made if it is not there."""
+    trust: bool = False
+    """Trust these files from now on: a network file is a program and runs with your rights."""
+    plots: bool = True
+    """Whether to draw the figures."""
+
+
+def main(config: EvaluateForceConfig) -> None:
+    """Evaluate, write and print the tables."""
+    import json
+
+    from tendon_newton.cli.output import make_folder, quiet_warp
+    from tendon_newton.dataset import load_dataset
+
+    quiet_warp()
+
+    from train.actuator.evaluation import evaluate
+    from train.actuator.evaluation_file import to_markdown, to_table
+    from train.actuator.models import load_networks
+
+    dataset = load_dataset(config.dataset, require_train=False)
+    networks = load_networks(config.networks, trust=config.trust)
+    out = make_folder(config.out)
+    evaluation = evaluate(networks, dataset)
+    text = to_markdown(evaluation)
+    table = json.dumps(to_table(evaluation), indent=1)
+    (out / "evaluation.json").write_text(table + "\n", encoding="utf-8")
+    (out / "evaluation.md").write_text(text, encoding="utf-8")
+    print(text)
+    if config.plots:
+        from train.actuator.figures import draw
+
+        for file in draw(evaluation, out):
+            print(f"drew {file}")
+    print(f"wrote {out / 'evaluation.json'} and evaluation.md")

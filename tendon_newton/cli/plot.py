@@ -1,0 +1,40 @@
+"""Draw a log of a deployment or a recording as a picture, on a computer without a display too.
+
+  tendon-newton plot deployments/policy_0.mcap
+
+writes deployments/policy_0.svg, which every browser shows: goal and tip, spool and command,
+tension, and how late the loop was. It needs neither matplotlib nor a display.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import tyro
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlotConfig:
+    """Which log, and where the picture goes."""
+
+    log: tyro.conf.Positional[Path]
+    """MCAP file of `deploy` or `collect`."""
+    out: Path | None = None
+    """The picture; beside the log unless given."""
+
+
+def main(config: PlotConfig) -> None:
+    """Draw it."""
+    from hardware.deploy_plot import draw, panels_of
+    from tendon_newton.errors import InvalidOutput, InvalidParameter
+
+    out = config.out or config.log.with_suffix(".svg")
+    if out.suffix != ".svg":
+        raise InvalidParameter(f"{out}: the picture is an SVG file, named .svg")
+    picture = draw(panels_of(config.log), config.log.name)
+    try:
+        out.write_text(picture, encoding="utf-8")
+    except OSError as error:
+        raise InvalidOutput(f"{out}: {error.strerror or error}") from error
+    print(out)

@@ -1,0 +1,74 @@
+"""Train a force network on recordings of a bench with a load cell.
+
+  tendon-newton train-force recordings --network transformer --set paper --seed 0 --out networks
+
+It predicts the tension of a tendon from the last 1.5 s of commanded angle, angle and speed of its
+servo. Whole train recordings are held out to stop the training; test recordings only report.
+OUT gets the network (NAME.pt with its card, and NAME.onnx), how the training went (NAME.json, a
+TensorBoard log) and a checkpoint. The same command goes on with a training that was interrupted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+from train.actuator.training_config import TrainingConfig
+
+if TYPE_CHECKING:
+    from train.actuator.training import Progress
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrainForceConfig:
+    """Train a force network on recordings of a bench with a load cell."""
+
+    dataset: Annotated[Path, tyro.conf.Positional]
+    """Folder with dataset.toml and its recordings."""
+    out: Path
+    """Folder for the files; made if it is not there."""
+    training: tyro.conf.OmitArgPrefixes[TrainingConfig] = field(default_factory=TrainingConfig)
+    """What decides the training."""
+
+
+def main(config: TrainForceConfig) -> None:
+    """Train and write the network."""
+    from tendon_newton.cli.output import make_folder, quiet_warp
+    from tendon_newton.dataset import load_dataset
+    from train.actuator.ideal import SERVO_LIMIT
+    from train.actuator.run import train_to_file
+
+    quiet_warp()
+    dataset = load_dataset(config.dataset, require_test=False)
+    exported = train_to_file(dataset, config.training, make_folder(config.out), report=show)
+    assert exported is not None
+    card = exported.card
+    print(
+        f"\nwrote {exported.torchscript} and {exported.onnx.name}: {card.parameter_count} numbers"
+    )
+    if card.held_out is not None:
+        error, floor = card.held_out.force_rmse, card.held_out.noise_floor
+        share = 100.0 * error / SERVO_LIMIT
+        noise = "" if floor is None else f"; the load cell's noise is {floor:.3f} N"
+        print(
+            f"held-out force error {error:.3f} N RMS on {len(card.held_out.recordings)} recordings,"
+            f" {share:.1f} % of {SERVO_LIMIT:g} N{noise}"
+        )
+
+
+def show(progress: Progress) -> None:
+    """Print a line about an epoch."""
+    print(
+        f"  epoch {progress.epoch:4d} of {progress.epochs}   train {progress.train_rmse:.3f} N   "
+        f"validation {progress.validation_error:.3f} N   best {progress.best_error:.3f} N   "
+        f"at most {duration(progress.seconds_left)} left",
+        flush=True,
+    )
+
+
+def duration(seconds: float) -> str:
+    """Write a time in words."""
+    return f"{seconds:.0f} s" if seconds < 120.0 else f"{seconds / 60.0:.0f} min"

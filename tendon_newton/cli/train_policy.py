@@ -1,0 +1,88 @@
+"""Train a policy for a finger by reinforcement learning in simulation.
+
+On a GPU, the paper's budget of 105 million steps:
+  tendon-newton train-policy --device cuda --out policies/ideal
+
+On what a diagnosis made of the model, within its intervals, or on a force network:
+  tendon-newton train-policy --force found/model.toml --randomise found/diagnosis.json --out policy
+  tendon-newton train-policy --force networks/transformer-paper-0.pt --device cuda --out policy
+
+On four GPUs of one machine:
+  torchrun --nproc-per-node 4 -m tendon_newton train-policy --device cuda --out policy
+
+A try on a CPU, in some minutes:
+  tendon-newton train-policy --worlds 256 --steps 32 --epochs 4 --learning-rate 1e-3 --out try
+
+OUT gets policy.onnx and policy.pt, each with its card, policy.json with the learning curve, a
+TensorBoard log and checkpoints. The same command goes on with a training that was interrupted, and
+with more --iterations also with a finished one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import tyro
+
+from train.policy.training_config import PolicyTrainingConfig
+
+if TYPE_CHECKING:
+    from train.policy.curve import Progress
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrainPolicyConfig:
+    """Train a policy for a finger by reinforcement learning in simulation."""
+
+    out: Path
+    """Folder for the files; made if it is not there."""
+    trust: bool = False
+    """Trust the force network from now on: its file is a program and runs with your rights."""
+    training: tyro.conf.OmitArgPrefixes[PolicyTrainingConfig] = field(
+        default_factory=PolicyTrainingConfig
+    )
+
+
+def main(config: TrainPolicyConfig) -> None:
+    """Train and write the policy."""
+    from tendon_newton.cli.output import make_folder, quiet_warp
+
+    quiet_warp()
+
+    from train.policy.export import export_policy
+    from train.policy.force_model import trust_force
+    from train.policy.process import Process
+    from train.policy.training import train_policy
+
+    own = config.training
+    if config.trust:
+        trust_force(own.environment.force)
+    out = make_folder(config.out)
+    trained = train_policy(own, out, report=show)
+    for divergence in trained.environment.divergences:
+        print(f"  {divergence}")
+    if Process.own().rank > 0:
+        return
+    exported = export_policy(out, trained, own)
+    print(f"\nwrote {exported.onnx} and {exported.torchscript.name}")
+    if trained.points:
+        last = trained.points[-1]
+        print(
+            f"{last.samples:,} steps; tip error while exploring {1e3 * last.tip_error:.1f} mm; "
+            f"next: tendon-newton evaluate-policy {exported.onnx} --out comparison"
+        )
+
+
+def show(progress: Progress) -> None:
+    """Print a line about an iteration."""
+    point, left = progress.point, progress.seconds_left
+    time = f"{left:.0f} s" if left < 120.0 else f"{left / 60.0:.0f} min"
+    diverged = f"   {point.diverged} worlds diverged" if point.diverged else ""
+    print(
+        f"  iteration {point.iteration:4d} of {progress.iterations}   "
+        f"tip error {1e3 * point.tip_error:5.1f} mm   reward {point.reward:8.4f}   "
+        f"{progress.steps_per_second:,.0f} steps/s   {time} left{diverged}",
+        flush=True,
+    )

@@ -1,0 +1,183 @@
+"""The card of a force network: what goes in, what comes out, and where it comes from.
+
+It is the JSON text ``card.json`` among the extra files of a TorchScript file, and the value of
+``card`` in the metadata of an ONNX file. Reading it needs neither torch nor onnxruntime.
+"""
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from math import isfinite
+from typing import Any, Literal
+
+from tendon_newton.errors import InvalidNetworkFile
+
+SCHEMA = 1
+INPUTS = ("theta_d", "theta", "theta_dot")
+UNITS = ("rad", "rad", "rad/s", "N")
+"""Of the inputs, then of the output."""
+KINDS = ("mlp", "rnn", "transformer")
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrainingRecording:
+    """One recording that a network was trained on or chosen by."""
+
+    file: str
+    """Name inside its dataset."""
+    sha256: str
+    """Of the file's bytes, or for a folder of its files' names and bytes."""
+    split: Literal["train", "validation"]
+    """Whether its windows were fitted, or only told when to stop; both are train recordings."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Training:
+    """How a network came about."""
+
+    recordings: tuple[TrainingRecording, ...]
+    """Recordings that it has seen."""
+    split: str
+    """How held-out data was held out, in words."""
+    seed: int
+    """Of the starting weights and the order of the windows."""
+    git_commit: str | None
+    """Of the program, where it ran from a clone."""
+    version: str
+    """Of the program."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class HeldOut:
+    """Errors on recordings that the network has never seen."""
+
+    force_rmse: float
+    """Pooled over all rows [N]."""
+    noise_floor: float | None
+    """Estimated standard deviation of the load cell's noise [N]."""
+    rows: int
+    """Rows that were predicted."""
+    recordings: tuple[str, ...]
+    """Names inside the dataset."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ForceNetworkCard:
+    """What a program must know to use a force network, checked when built."""
+
+    kind: Literal["mlp", "rnn", "transformer"]
+    """Family of the network."""
+    network_set: str
+    """Set that its sizes come from."""
+    parameter_count: int
+    """Trained numbers."""
+    window: int
+    """Samples in a window, oldest first."""
+    rate: float
+    """Samples per second [Hz]."""
+    force_limit: float
+    """Tension that the servo can produce [N]; a user of the network clips to 0 ... limit."""
+    streaming: bool
+    """Whether it was trained to run on one sample at a time with its state kept."""
+    bounds: Mapping[str, tuple[float, float]]
+    """Smallest and largest value of each input in training, in its unit."""
+    training: Training
+    held_out: HeldOut | None = None
+    """Absent where the dataset has no test recordings."""
+    inputs: tuple[str, ...] = INPUTS
+    """Columns of a sample."""
+    units: tuple[str, ...] = UNITS
+    """Of the inputs, then of the output."""
+    schema: int = SCHEMA
+
+    def __post_init__(self) -> None:
+        """Refuse a card that this version cannot honour."""
+        promises = (
+            ("schema", self.schema, self.schema == SCHEMA, f"{SCHEMA}"),
+            ("kind", self.kind, self.kind in KINDS, f"one of {', '.join(KINDS)}"),
+            ("inputs", self.inputs, self.inputs == INPUTS, f"{list(INPUTS)}"),
+            ("units", self.units, self.units == UNITS, f"{list(UNITS)}"),
+            ("window", self.window, 1 <= self.window <= 10_000, "1 to 10000 samples"),
+            ("rate_hz", self.rate, 0.1 <= self.rate <= 10_000.0, "0.1 to 10000 Hz"),
+            ("force_limit_n", self.force_limit, 0.0 < self.force_limit <= 1000.0, "up to 1000 N"),
+        )
+        for name, came, kept, promised in promises:
+            if not kept:
+                came = list(came) if isinstance(came, tuple) else came
+                raise InvalidNetworkFile(f"card: {name} must be {promised}; it is {came!r}")
+        for name in INPUTS:
+            low, high = self.bounds.get(name, (1.0, 0.0))
+            if not (isfinite(low) and isfinite(high) and low <= high):
+                raise InvalidNetworkFile(
+                    f"card: bounds must hold {name} with its smallest and largest value; "
+                    f"there is {self.bounds.get(name)!r}"
+                )
+
+    def to_json(self) -> str:
+        """Return the card as it stands in a file."""
+        table = asdict(self) | {"bounds": {key: list(pair) for key, pair in self.bounds.items()}}
+        for name, key in FILE_KEYS.items():
+            table[key] = table.pop(name)
+        return json.dumps(table, indent=1)
+
+    @staticmethod
+    def from_json(text: str) -> "ForceNetworkCard":
+        """Read and check a card.
+
+        Raises:
+            InvalidNetworkFile: The text is no JSON object, or a value is missing or mistyped.
+        """
+        try:
+            table = json.loads(text)
+        except (ValueError, RecursionError) as error:
+            raise InvalidNetworkFile(f"card: must be JSON; {error}") from error
+        if not isinstance(table, dict):
+            raise InvalidNetworkFile(f"card: must be a JSON object; it is {table!r:.60}")
+        # the schema and the units first: in another version the rest may well look different
+        for key, promised in (("schema", SCHEMA), ("units", list(UNITS))):
+            if table.get(key) != promised:
+                raise InvalidNetworkFile(
+                    f"card: {key} must be {promised!r}; it is {table.get(key)!r:.60}"
+                )
+        try:
+            return read_card(table)
+        except KeyError as error:
+            raise InvalidNetworkFile(f"card: key {error.args[0]!r} is missing") from error
+        except (TypeError, ValueError, AttributeError) as error:
+            raise InvalidNetworkFile(f"card: a value has the wrong type: {error}") from error
+
+
+FILE_KEYS = {"rate": "rate_hz", "force_limit": "force_limit_n"}
+"""Attribute -> key in a file, where bare numbers carry their unit in the name."""
+
+
+def read_card(table: Mapping[str, Any]) -> ForceNetworkCard:
+    """Build a card from the table that JSON gives."""
+    training, held_out = table["training"], table.get("held_out")
+    return ForceNetworkCard(
+        schema=table["schema"],
+        kind=table["kind"],
+        network_set=str(table.get("network_set", "")),
+        parameter_count=int(table.get("parameter_count", 0)),
+        inputs=tuple(table["inputs"]),
+        units=tuple(table["units"]),
+        window=whole(table["window"]),
+        rate=float(table["rate_hz"]),
+        force_limit=float(table["force_limit_n"]),
+        streaming=bool(table["streaming"]),
+        bounds={str(k): (float(v[0]), float(v[1])) for k, v in table["bounds"].items()},
+        training=Training(
+            recordings=tuple(TrainingRecording(**row) for row in training["recordings"]),
+            **{f.name: training[f.name] for f in fields(Training) if f.name != "recordings"},
+        ),
+        held_out=None
+        if held_out is None
+        else HeldOut(**held_out | {"recordings": tuple(held_out["recordings"])}),
+    )
+
+
+def whole(value: Any) -> int:
+    """Return a number that must be whole."""
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise TypeError(f"window must be a whole number; it is {value!r}")
+    return value

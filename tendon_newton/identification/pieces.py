@@ -1,0 +1,69 @@
+"""Short pieces of recordings whose mechanism forgets nothing, each starting where it was measured.
+
+Without commands and without springs a mechanism only integrates: a constant error of force grows
+with the square of time, and soon nothing else is seen. A fit compares short pieces instead.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from tendon_newton.mechanisms.mechanism import Mechanism
+from tendon_newton.recording import Recording
+from tendon_newton.simulation.measured_force import has_spring
+
+PIECE = 0.25
+"""Length of a piece [s]: in it a force wrong by a tenth of the weight moves the load by 30 mm."""
+SLOPE = 0.02
+"""Time either side of a piece's start whose slope gives its first speed [s]: a register lags."""
+SLOPE_ROWS = 3
+"""The same in rows, at least."""
+LEAST_ROWS = 8
+"""Rows without which a piece says nothing."""
+
+
+def pieces(mechanism: Mechanism, recording: Recording) -> list[Recording]:
+    """Return a recording in pieces where its mechanism only integrates, else as it is."""
+    if recording.command is not None or has_spring(mechanism, recording.bench_overrides):
+        return [recording]
+    count = max(1, round(recording.duration / PIECE))
+    edges = np.linspace(recording.time[0], recording.time[-1], count + 1)[1:-1]
+    places = [0, *np.searchsorted(recording.time, edges).tolist(), recording.sample_count]
+    spans = [slice(a, b) for a, b in itertools.pairwise(places) if b - a >= LEAST_ROWS]
+    return [piece(recording, span) for span in spans] or [recording]
+
+
+def piece(recording: Recording, span: slice) -> Recording:
+    """Return some rows of a recording, to be simulated from their first."""
+    start = span.start
+    reach = max(SLOPE_ROWS, round(SLOPE * (recording.sample_count - 1) / recording.duration))
+    near = slice(max(0, start - reach), start + reach + 1)
+    since = recording.time[near] - recording.time[start]
+    angle = recording.motor_position[near]
+    fit = np.polynomial.polynomial.polyfit(since, angle, 2)
+    position, velocity = recording.motor_position[span].copy(), recording.motor_velocity[span]
+    velocity = np.concatenate([fit[1:2], velocity[1:]])
+    rows = {
+        name: None if values is None else values[span]
+        for name in ("force", "tip", "current", "voltage", "temperature", "enabled")
+        if (values := getattr(recording, name)) is not None
+    }
+    return replace(
+        recording,
+        time=recording.time[span],
+        motor_position=position,
+        motor_velocity=velocity,
+        extra={name: values[span] for name, values in recording.extra.items()},
+        start="first_row",
+        **rows,
+    )
+
+
+def all_pieces(mechanisms: Sequence[Mechanism], recordings: Sequence[Recording]) -> list[Recording]:
+    """Return the pieces of recordings, one mechanism for each."""
+    pairs = zip(mechanisms, recordings, strict=True)
+    return [part for mechanism, recording in pairs for part in pieces(mechanism, recording)]

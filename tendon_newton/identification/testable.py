@@ -1,0 +1,49 @@
+"""Which causes some recordings can show at all, and what a reader must know of the others."""
+
+from __future__ import annotations
+
+from tendon_newton.effects import EFFECTS
+from tendon_newton.identification.study import Study, compares_force
+
+
+def testable_effects(study: Study) -> tuple[str, ...]:
+    """Return the effects that could show: no load cell's without one, no string's on a shaft."""
+    has_cell = any(recording.force is not None for recording in study.recordings)
+    has_string = any(not tendon.direct for m in study.mechanisms for tendon in m.tendons)
+    return tuple(
+        name
+        for name, effect in EFFECTS.items()
+        if study.shows(name)
+        and (has_cell or not effect.acts_on_cell_only())
+        and (has_string or effect.side != "transmission")
+    )
+
+
+def untested_sides(study: Study) -> tuple[str, ...]:
+    """Say which sides of the load cell the recordings cannot test, one sentence each."""
+    recordings = study.recordings
+    driven = [recording for recording in recordings if recording.command is None]
+    out = []
+    if driven:
+        out.append(
+            f"{share(len(driven), len(recordings))} no theta_d: the measured force drives the "
+            "mechanism, so what lies between command and load cell was not tested"
+            + (" there." if len(driven) < len(recordings) else ".")
+        )
+    blind = [r for r in recordings if r.force is None]
+    if blind:
+        out.append(
+            f"{share(len(blind), len(recordings))} no load cell: only the motor angle was "
+            "compared, so causes that act on the force alone could not be tested"
+            + (
+                ", and actuator and mechanism cannot be looked at apart."
+                if not any(compares_force(r) for r in recordings)
+                else " there."
+            )
+        )
+    return tuple(out)
+
+
+def share(part: int, whole: int) -> str:
+    """Return how many recordings have something, as the beginning of a sentence."""
+    return "The recordings have" if part == whole else f"{part} of {whole} recordings have"

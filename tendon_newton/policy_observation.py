@@ -1,0 +1,133 @@
+r"""What a policy sees and does: the one definition, for training and for deployment.
+
+A sample holds, in this order, the motor position and velocity, the action last applied, the one
+before it, and the goal angle. An observation is the latest samples, oldest first, one behind the
+other: `(sample 0, sample 1, ...)`. Everything is float32 in SI units, and normalisation is the
+policy's own business: it stands inside its file.
+
+One policy step, at instant k with the motor at position :math:`\theta_k`:
+
+1. the sample `(theta_k, theta_dot_k, a_k, a_{k-1}, alpha_k)` enters the history, where a_k is the
+   action that was applied in the step that has just ended;
+2. the policy gives a number; :func:`applied_action` cuts it to the card's clip, which makes it
+   a_{k+1};
+3. :func:`motor_command` gives the command until the next step,
+   :math:`\theta_d = clip(\theta_k + a_{k+1})` to the command range. The cut of the command does
+   not change the action that the policy sees.
+
+Before the first step no action was applied: both are zero, and the first sample fills the history.
+"""
+
+from __future__ import annotations
+
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tendon_newton.errors import InvalidParameter
+
+SAMPLE: tuple[tuple[str, str], ...] = (
+    ("theta", "rad"),
+    ("theta_dot", "rad/s"),
+    ("action", "rad"),
+    ("previous_action", "rad"),
+    ("alpha", "rad"),
+)
+"""Name and unit of each number of a sample, in their order."""
+HISTORY = 30
+"""Samples in an observation, as the paper has them."""
+RATE = 20.0
+"""Policy steps per second [Hz]."""
+SERVO_RATE = 80.0
+"""Readings of the servo per second [Hz]."""
+
+Values = TypeVar("Values", bound=Any)
+"""NumPy arrays and torch tensors alike."""
+
+
+def applied_action(output: Values, clip: float) -> Values:
+    """Return the action [rad] that a policy's output stands for.
+
+    Args:
+        output: What the policy gave [rad], any shape.
+        clip: Greatest offset either way [rad].
+    """
+    return output.clip(-clip, clip)
+
+
+def motor_command(position: Values, action: Values, command_range: tuple[float, float]) -> Values:
+    """Return the desired motor angle [rad]: the action as an offset from where the motor is.
+
+    Args:
+        position: Measured motor angle [rad].
+        action: Applied action [rad], of the same shape.
+        command_range: Least and greatest command [rad].
+    """
+    return (position + action).clip(*command_range)
+
+
+def goal_angle(x: ArrayLike, z: ArrayLike) -> NDArray[np.float64]:
+    """Return alpha = atan2(-z, x) [rad] of points seen from the PIP axis: 0 where it is straight.
+
+    Args:
+        x: Towards the tip of the straight finger [m].
+        z: Against the direction in which it flexes [m].
+    """
+    return np.arctan2(np.negative(z), x)
+
+
+class ObservationHistory:
+    """The samples that W policies see, and the actions that they are made of.
+
+    Args:
+        worlds: Number of policies W.
+        history: Samples in an observation.
+    """
+
+    def __init__(self, worlds: int = 1, history: int = HISTORY) -> None:
+        if worlds < 1 or history < 1:
+            raise InvalidParameter(
+                f"worlds and history must be 1 or more; they are {worlds} and {history}"
+            )
+        self._samples = np.zeros((worlds, history, len(SAMPLE)), dtype=np.float32)
+        self._action = np.zeros(worlds, dtype=np.float32)
+        self._previous = np.zeros(worlds, dtype=np.float32)
+        self._fresh = np.ones(worlds, dtype=bool)
+
+    @property
+    def size(self) -> int:
+        """Numbers in an observation."""
+        return self._samples.shape[1] * self._samples.shape[2]
+
+    def reset(self, chosen: NDArray[np.bool_] | None = None) -> None:
+        """Forget what was seen and done, in the chosen worlds or in all."""
+        chosen = np.ones_like(self._fresh) if chosen is None else np.asarray(chosen, dtype=bool)
+        self._action[chosen] = 0.0
+        self._previous[chosen] = 0.0
+        self._fresh |= chosen
+
+    def observe(
+        self, position: ArrayLike, velocity: ArrayLike,
+        alpha: ArrayLike,
+    ) -> NDArray[np.float32]:  # fmt: skip
+        """Enter a sample and return the observations, shape (W, history * 5), as a new array.
+
+        Args:
+            position: Motor angles [rad], shape (W,).
+            velocity: Motor speeds [rad/s], shape (W,).
+            alpha: Goal angles [rad], shape (W,).
+        """
+        samples = self._samples
+        samples[:, :-1] = samples[:, 1:]
+        latest = (position, velocity, self._action, self._previous, alpha)
+        for column, values in enumerate(latest):
+            samples[:, -1, column] = np.asarray(values, dtype=np.float32)
+        samples[self._fresh] = samples[self._fresh, -1:]
+        self._fresh[:] = False
+        return samples.reshape(len(samples), -1).copy()
+
+    def act(self, action: ArrayLike) -> None:
+        """Note the actions [rad] that are applied from now on, shape (W,), already cut."""
+        self._previous[:] = self._action
+        self._action[:] = np.asarray(action, dtype=np.float32)

@@ -1,0 +1,86 @@
+"""Kernels between a taped rollout and a force network: what it is shown, and what it answers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import warp as wp
+
+from tendon_newton.device_code.placeholders import (
+    TENDONS,
+    DeviceArray,
+    DeviceGrid,
+    JointVector,
+    MemoryVector,
+    ParameterVector,
+    Placeholder,
+    TendonVector,
+    Vec3,
+    real,
+)
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.simulation.gradient_kernels import row_drive, with_command
+from tendon_newton.simulation.history_kernels import servo_sample, with_held
+from tendon_newton.simulation.modes import choose_modes
+from tendon_newton.simulation.pipeline import excursion, flow_at
+from tendon_newton.simulation.rollout_kernels import find_row
+
+Commands = Placeholder
+Mechanism = Placeholder
+clock_effects: Any = None
+period_effects: Any = None
+
+
+@device_template
+def taped_sense_kernel(
+    slot: int,
+    query: int,
+    mechanism: Mechanism,
+    parameters: DeviceArray[ParameterVector],
+    commands: Commands,
+    query_row: DeviceGrid[int],
+    q: DeviceGrid[JointVector],
+    v: DeviceGrid[JointVector],
+    memory: DeviceGrid[MemoryVector],
+    samples: DeviceGrid[Vec3],
+) -> None:
+    """Write what a network is shown of each world in the row of a query."""
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    first = commands.first[i]
+    row = query_row[query, i]
+    p = parameters[i]
+    scale = period_effects(real(1.0), p)
+    now = commands.time[first + row] * scale
+    instant = clock_effects(now, p) / scale
+    acting = find_row(commands, first, commands.count[i], instant, row)
+    plain = row_drive(mechanism, i, p, commands, first + row, now, memory[slot, i])
+    drive = with_command(plain, commands.angle[first + acting], real(0.0))
+    x = q[slot, i]
+    xd = v[slot, i]
+    modes = choose_modes(mechanism, i, p, drive, x, xd)
+    for d in range(TENDONS):
+        flow = flow_at(mechanism, i, p, drive, d, x, xd, modes.tendon[d])
+        rate = flow.angle[1] * excursion(mechanism.arms[i], d, xd)
+        samples[query, i * TENDONS + d] = servo_sample(
+            mechanism, i, p, drive, d, x, xd, flow.angle[0], rate
+        )
+
+
+@device_template
+def taped_hold_kernel(
+    slot: int,
+    query: int,
+    mechanism: Mechanism,
+    force: DeviceGrid[TendonVector],
+    q: DeviceGrid[JointVector],
+    v: DeviceGrid[JointVector],
+    memory: DeviceGrid[MemoryVector],
+) -> None:
+    """Go on from a slot of the states to the next, with the forces [N] of a query held."""
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    kept = memory[slot, i]
+    for d in range(TENDONS):
+        kept = with_held(mechanism, i, d, force[query, i][d], kept)
+    q[slot + 1, i] = q[slot, i]
+    v[slot + 1, i] = v[slot, i]
+    memory[slot + 1, i] = kept

@@ -1,0 +1,55 @@
+"""Which network files may run their code: those whose SHA-256 the user has said to trust.
+
+A TorchScript file is a program. The list is a text file in the user's own configuration folder, one
+hash a line; ``TENDON_NEWTON_TRUST`` adds hashes for one process, separated by commas.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+from pathlib import Path
+
+from tendon_newton.errors import InvalidOutput
+
+VARIABLE = "TENDON_NEWTON_TRUST"
+HASH = re.compile(r"\b[0-9a-f]{64}\b")
+
+
+def content_hash(content: bytes) -> str:
+    """Return the SHA-256 of a file's bytes, in hexadecimal."""
+    return hashlib.sha256(content).hexdigest()
+
+
+def trust_file() -> Path:
+    """Return where the list of trusted files is kept."""
+    folder = os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config"
+    return Path(folder) / "tendon-newton" / "trusted_networks.txt"
+
+
+def trusted_hashes() -> frozenset[str]:
+    """Return the hashes of the list and of the environment."""
+    listed = trust_file()
+    text = listed.read_text(encoding="utf-8", errors="replace") if listed.is_file() else ""
+    return frozenset(HASH.findall(f"{text} {os.environ.get(VARIABLE, '')}"))
+
+
+def trust_content(content: bytes, name: str) -> None:
+    """Put a file on the list; its name stands there for the reader alone.
+
+    Raises:
+        InvalidOutput: The list cannot be written.
+    """
+    digest = content_hash(content)
+    if digest in trusted_hashes():
+        return
+    path = trust_file()
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with path.open("a", encoding="utf-8") as file:
+            file.write(f"{digest}  {' '.join(name.split())}\n")
+    except OSError as error:
+        raise InvalidOutput(
+            f"{path}: the list of trusted networks cannot be written: {error.strerror or error}"
+        ) from error

@@ -1,0 +1,172 @@
+"""What every actuator of the table promises; a new entry is tested unasked."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+import warp as wp
+
+from tendon_newton.actuators import ACTUATORS, find_actuator
+from tendon_newton.device_code.placeholders import (
+    DeviceArray,
+    JointVector,
+    ParameterVector,
+    Placeholder,
+    real,
+)  # fmt: skip
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.errors import UnknownName
+from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.model_file import Model, NamedValues
+from tendon_newton.recording import Recording
+from tendon_newton.simulation.assembly import assemble
+from tendon_newton.simulation.control_loop import ControlLoop
+from tendon_newton.simulation.kernel_types import kernel_types
+from tendon_newton.simulation.pipeline import flow_at
+from tendon_newton.simulation.replay import rollout_of
+from tendon_newton.simulation.rollout import Trajectory
+from tendon_newton.simulation.world_drive import world_drive
+from tests.physics.networks import force_network, write_force_network
+from tests.physics.runs import RADIUS, run_of, stairs
+
+Mechanism = Placeholder
+Jet = Placeholder
+
+FORCES = [name for name, actuator in ACTUATORS.items() if not actuator.kinematic]
+"""Actuators that give a force, not a position."""
+NUDGE = 1.0e-6  # rad, rad/s
+
+
+@pytest.fixture(scope="module")
+def network_path(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """A force network that this process trusts."""
+    folder = tmp_path_factory.mktemp("network")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CONFIG_HOME", str(folder))
+        yield write_force_network(folder / "force.pt", force_network())
+
+
+def typical_model(kind: str, network_path: Path) -> Model:
+    """Return an actuator with its typical numbers."""
+    values: dict[str, float | str] = {p.name: p.nominal for p in ACTUATORS[kind].parameters}
+    if kind in FORCES:
+        values["spool_radius"] = RADIUS
+    if ACTUATORS[kind].held:
+        values["file"] = str(network_path)
+    return Model(actuator=NamedValues(name=kind, values=values))
+
+
+def runs_of(kind: str) -> list[Recording]:
+    """Return two short runs of different lengths on a bench for the actuator."""
+    rng = np.random.default_rng(5)
+    bench = "finger" if kind in FORCES else "servo"
+    return [
+        run_of(stairs(rng, 41, 1.0, 4.0, 12), bench=bench),
+        run_of(stairs(rng, 60, 1.0, 4.0, 17), bench=bench),
+    ]
+
+
+def replayed(kind: str, recordings: list[Recording], network_path: Path) -> list[Trajectory]:
+    """Replay recordings of one bench."""
+    model = typical_model(kind, network_path)
+    mechanism = load_mechanism(recordings[0].bench)
+    rollout = rollout_of(mechanism, recordings, model, time_step=5e-4, device="cpu")
+    return rollout.run(rollout.base_vectors(model)[None])[0]
+
+
+@pytest.mark.parametrize("kind", ACTUATORS)
+def test_an_actuator_says_what_it_is(kind: str) -> None:
+    """Equation and source stand in its docstring, each number has a source."""
+    actuator = find_actuator(kind)
+    for part in (".. math::", "Source:"):
+        assert part in (actuator.__doc__ or "")
+    module = importlib.import_module(f"tendon_newton.actuators.{kind}")
+    assert actuator.__module__ == module.__name__
+    assert actuator.name == kind
+    for parameter in actuator.parameters:
+        assert parameter.source
+
+
+@pytest.mark.parametrize("kind", ACTUATORS)
+def test_a_batch_is_a_loop_of_the_right_shape(kind: str, network_path: Path) -> None:
+    """Recordings together or one by one give the same (a network sums in another order)."""
+    recordings = runs_of(kind)
+    together = replayed(kind, recordings, network_path)
+    tolerance = 1e-4 if ACTUATORS[kind].held else 0.0
+    for recording, run in zip(recordings, together, strict=True):
+        (alone,) = replayed(kind, [recording], network_path)
+        assert run.motor_position.shape == run.force.shape == (len(recording.time), 1)
+        np.testing.assert_allclose(
+            run.motor_position, alone.motor_position, atol=tolerance, rtol=0.0
+        )
+        np.testing.assert_allclose(run.force, alone.force, atol=10.0 * tolerance, rtol=0.0)
+    assert np.ptp(together[0].motor_position) > 0.01
+
+
+@pytest.mark.parametrize("kind", FORCES)
+def test_a_reset_leaves_nothing_over(kind: str, network_path: Path) -> None:
+    """A world that begins anew is a fresh one, to the last bit."""
+    loop = ControlLoop(
+        load_mechanism("finger"), typical_model(kind, network_path), 2, device="cpu"
+    )  # fmt: skip
+    commands = torch.tensor(stairs(np.random.default_rng(5), 12, 1.0, 4.0, 3), dtype=torch.float32)
+
+    def run() -> torch.Tensor:
+        return torch.stack([loop.step(c.expand(2, 1)).force[1].clone() for c in commands])
+
+    loop.reset(commands[0].expand(2, 1))
+    first = run()
+    loop.reset(commands[0].expand(2, 1), torch.tensor([False, True]))
+    assert torch.equal(run(), first)
+    assert float(first.std()) > 0.01
+
+
+@device_template
+def pull_kernel(
+    mechanism: Mechanism,
+    parameters: DeviceArray[ParameterVector],
+    command: real,
+    q: DeviceArray[JointVector],
+    v: DeviceArray[JointVector],
+    pull: DeviceArray[Jet],
+) -> None:
+    """Write the pull [N] of the first tendon and its derivatives."""
+    i = int(wp.tid())
+    drive = world_drive(mechanism, 0, parameters[0])
+    drive.command[0] = command
+    flow = flow_at(mechanism, 0, parameters[0], drive, 0, q[i], v[i], real(0.0))
+    pull[i] = flow.pull
+
+
+@pytest.mark.parametrize("kind", FORCES)
+def test_the_derivatives_of_a_force_are_right(kind: str, network_path: Path) -> None:
+    """By excursion and its rate, against central differences (float64: 1e-6)."""
+    model = typical_model(kind, network_path)
+    mechanism = load_mechanism("finger")
+    rollout = rollout_of(mechanism, runs_of(kind)[:1], model, device="cpu")
+    structure = rollout.kernels.structure
+    kernel = assemble(structure, kernel_types(structure)).kernel(pull_kernel)
+    types = rollout.kernels.types
+    q = 0.3 + NUDGE * np.array([[0, 0], [1, 0], [-1, 0], [0, 0], [0, 0]])
+    v = 0.2 + NUDGE * np.array([[0, 0], [0, 0], [0, 0], [1, 0], [-1, 0]])
+    pull = wp.zeros(5, dtype=types["Jet"], device="cpu")
+    parameters = rollout.array(rollout.base_vectors(model), types["ParameterVector"])
+    joints = [rollout.array(values, types["JointVector"]) for values in (q, v)]
+    wp.launch(
+        kernel, 5, inputs=[rollout.numbers, parameters, 1.0, *joints], outputs=[pull], device="cpu"
+    )
+    found = pull.numpy()
+    arm = mechanism.tendons[0].moment_arm[0]
+    slopes = [(found[k, 0] - found[k + 1, 0]) / (2.0 * NUDGE * arm) for k in (1, 3)]
+    assert found[0, 1:] == pytest.approx(slopes, rel=1e-6, abs=1e-4)
+
+
+def test_an_unknown_actuator_is_named() -> None:
+    """The message says what is known."""
+    with pytest.raises(UnknownName, match="pwm_servo"):
+        find_actuator("pwm_sevro")

@@ -1,0 +1,95 @@
+"""Numbers of a bench that are unknown are fitted like those of the actuator."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tendon_newton.bench_overrides import BenchOverrides
+from tendon_newton.diagnosis.search import Search
+from tendon_newton.errors import InvalidModelFile, UnknownName
+from tendon_newton.identification.study import Study
+from tendon_newton.model_file import Model, NamedValues
+from tendon_newton.recording import Recording
+from tendon_newton.simulation.bench_numbers import without_estimates
+from tendon_newton.simulation.replay import replay, simulated_recording
+from tests.effect_bench import GAIN, commanded, steps_and_waves
+
+STEP = 1.0e-3  # [s]
+IDEAL = NamedValues(name="ideal", values={"gain": GAIN, "spool_radius": 0.0125})
+
+
+def measured(bench: str, overrides: BenchOverrides, command: np.ndarray) -> Recording:
+    """What a bench with other numbers logs, told as if it were nominal."""
+    blank = np.zeros((len(command), 1))
+    asked = replace(commanded(command, bench), force=blank)
+    truth = Model(actuator=IDEAL, bench_overrides={bench: overrides})
+    (out,) = replay([asked], truth, time_step=STEP)
+    return simulated_recording(asked, out)
+
+
+def fitted(recordings: list[Recording], model: Model) -> tuple[dict[str, float], Model]:
+    """The model's unknown numbers by name, and the model that has them."""
+    study = Study(recordings, model, (), time_step=STEP)
+    found = Search(study, model).baseline()
+    values = dict(zip(found.columns, map(float, found.value), strict=True))
+    names = {study.table.owners[c][1].name: v for c, v in values.items()}
+    return names, study.with_fitted(model, values)
+
+
+def test_stiffness_and_mass_of_a_slider_are_found() -> None:
+    """310 N/m and 0.12 kg in place of 200 N/m and 0.05 kg, within 1 %; written as overrides."""
+    truth = BenchOverrides(stiffness=(310.0,), mass=(0.12,))
+    data = [measured("spring_weak", truth, steps_and_waves())]
+    numbers, model = fitted(data, Model(actuator=IDEAL, fit=("stiffness", "mass")))
+    assert numbers == {
+        "stiffness": pytest.approx(310.0, rel=0.01),
+        "mass": pytest.approx(0.12, rel=0.01),
+    }
+    overrides = model.bench_overrides["spring_weak"]
+    assert overrides.stiffness == (numbers["stiffness"],)
+    again = replay(data, model, time_step=STEP)[0]
+    np.testing.assert_allclose(again.motor_position, data[0].motor_position, atol=2e-3)
+
+
+def test_every_joint_and_bench_has_a_number_of_its_own() -> None:
+    """A finger has two springs; the slider beside it keeps its name."""
+    data = [
+        measured("finger", BenchOverrides(stiffness=(0.06, 0.025)), 0.5 * steps_and_waves(80)),
+        measured("spring_weak", BenchOverrides(stiffness=(170.0,)), steps_and_waves(80)),
+    ]
+    numbers, _ = fitted(data, Model(actuator=IDEAL, fit=("stiffness",)))
+    assert numbers == {
+        "finger.stiffness_pip": pytest.approx(0.06, rel=0.02),
+        "finger.stiffness_dip": pytest.approx(0.025, rel=0.02),
+        "spring_weak.stiffness": pytest.approx(170.0, rel=0.01),
+    }
+
+
+def test_an_estimate_counts_more_than_what_a_recording_believed() -> None:
+    """With mass in ``fit`` a model's own mass replaces the recording's; without, it does not."""
+    recording = replace(
+        commanded(steps_and_waves(), "pendulum"),
+        bench_overrides=BenchOverrides(mass=(0.49,), length=(0.1,)),
+    )
+    given = {"pendulum": BenchOverrides(mass=(0.55,))}
+    open_model = Model(actuator=IDEAL, bench_overrides=given, fit=("mass",))
+    assert without_estimates(recording, open_model).bench_overrides == BenchOverrides(length=(0.1,))
+    closed = Model(actuator=IDEAL, bench_overrides=given)
+    assert without_estimates(recording, closed) is recording
+
+
+def test_what_cannot_be_fitted_is_refused() -> None:
+    """Zero has no scale, two values are no start, and a name must exist."""
+    slider = commanded(steps_and_waves())
+    none = replace(slider, bench_overrides=BenchOverrides(damping=(0.0,)))
+    with pytest.raises(InvalidModelFile, match="is 0"):
+        Study([none], Model(actuator=IDEAL, fit=("damping",)), ())
+    heavy = replace(slider, bench_overrides=BenchOverrides(mass=(0.1,)))
+    with pytest.raises(InvalidModelFile, match="one value"):
+        Study([slider, heavy], Model(actuator=IDEAL, fit=("mass",)), ())
+    with pytest.raises(InvalidModelFile, match="no bench of the dataset has"):
+        Study([slider], Model(actuator=IDEAL, fit=("length",)), ())
+    model = Model(actuator=IDEAL, fit=("weight",))
+    with pytest.raises(UnknownName, match="weight"):
+        Search(Study([slider], model, ()), model)

@@ -1,0 +1,1 @@
+"""Training of force networks and policies."""

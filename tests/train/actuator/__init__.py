@@ -1,0 +1,1 @@
+"""Force networks: data, networks, training, files, evaluation."""

@@ -1,0 +1,207 @@
+"""A network file says what it is, is refused where it is wrong, and runs only if it is trusted."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from torch import Tensor, nn
+
+from tendon_newton.actuators.networks.artifact import load_network, read_card
+from tendon_newton.actuators.networks.onnx_file import write_onnx
+from tendon_newton.errors import InvalidNetworkFile, UntrustedNetworkFile
+from tendon_newton.force_network_card import ForceNetworkCard
+from tendon_newton.trust import trust_file, trusted_hashes
+from tests.train.actuator.network_files import card_of, with_card, write_file, write_foreign
+from train.actuator.network_sets import build_network
+
+KINDS = ("mlp", "rnn", "transformer")
+
+
+class Constant(nn.Module):
+    """A network of another program: any shape or value."""
+
+    def __init__(self, value: float, columns: int) -> None:
+        super().__init__()
+        self.value = value
+        self.columns = columns
+
+    def forward(self, window: Tensor) -> Tensor:
+        """Return the same for every window."""
+        return torch.full((window.shape[0], self.columns), self.value)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_file_gives_back_its_card_and_its_network(tmp_path: Path, kind: str) -> None:
+    """The card survives word by word, and the weights bit by bit, under readable names."""
+    path = write_file(tmp_path / "network.pt", kind)
+    file = load_network(path)
+    assert file.card == read_card(path) == card_of(kind)
+    torch.manual_seed(0)
+    network = build_network(kind, of_set="paper", window=30)
+    own, read = network.state_dict(), file.module.state_dict()
+    assert own.keys() == read.keys()
+    assert all(torch.equal(own[name], read[name]) for name in own)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_onnx_says_what_torch_says_for_any_number_of_worlds(tmp_path: Path, kind: str) -> None:
+    """One file, its card in the metadata; equal to rounding for 1 and for 33 worlds."""
+    import onnxruntime
+
+    torch.manual_seed(0)
+    network, path = build_network(kind, of_set="paper", window=30).eval(), tmp_path / "n.onnx"
+    write_onnx(path, network, card_of(kind))
+    assert [file.name for file in tmp_path.glob("n.*")] == ["n.onnx"]
+    session = onnxruntime.InferenceSession(path)
+    text = session.get_modelmeta().custom_metadata_map["card"]
+    assert ForceNetworkCard.from_json(text) == card_of(kind)
+    for worlds in (1, 33):
+        windows = torch.randn(worlds, 30, 3)
+        (tension,) = session.run(None, {"window": windows.numpy()})
+        np.testing.assert_allclose(tension, network(windows).detach().numpy(), atol=1e-5)
+
+
+def test_a_streaming_onnx_file_keeps_its_state_outside(tmp_path: Path) -> None:
+    """Thirty calls with the state handed on are one window."""
+    import onnxruntime
+
+    torch.manual_seed(0)
+    network = build_network("rnn", of_set="paper", window=30).eval()
+    write_onnx(tmp_path / "n.onnx", network, card_of("rnn", streaming=True))
+    session = onnxruntime.InferenceSession(tmp_path / "n.onnx")
+    windows, state = torch.randn(5, 30, 3), np.zeros((5, 64), dtype=np.float32)
+    tension = np.zeros(5)
+    for k in range(30):
+        samples = windows[:, k].numpy()
+        tension, state = session.run(None, {"sample": samples, "state": state})
+    np.testing.assert_allclose(tension, network(windows).detach().numpy(), atol=1e-5)
+
+
+def test_a_strange_file_does_not_run_until_it_is_trusted(
+    tmp_path: Path, own_trust: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Made elsewhere, a file is refused with its hash; --trust is remembered, the variable not."""
+    path = write_file(tmp_path / "network.pt")
+    trust_file().unlink()
+    with pytest.raises(UntrustedNetworkFile, match=r"SHA-256 [0-9a-f]{64}") as refusal:
+        load_network(path)
+    assert read_card(path) == card_of()  # the card needs no trust: reading it runs nothing
+    digest = str(refusal.value).split("SHA-256 ")[1][:64]
+    monkeypatch.setenv("TENDON_NEWTON_TRUST", f"{'a' * 64}, {digest}")
+    load_network(path)
+    monkeypatch.delenv("TENDON_NEWTON_TRUST")
+    load_network(path, trust=True)
+    assert load_network(path).sha256 == digest
+    assert trust_file().is_relative_to(own_trust)
+    assert trusted_hashes() == {digest}
+
+
+def test_a_changed_file_is_no_longer_trusted(tmp_path: Path) -> None:
+    """Another card around the same weights is another file, which nobody has trusted."""
+    path = write_file(tmp_path / "network.pt")
+    load_network(path)
+    with_card(path, card_of(force_limit=30.0).to_json())
+    with pytest.raises(UntrustedNetworkFile):
+        load_network(path)
+
+
+def test_a_file_cut_short_is_named(tmp_path: Path) -> None:
+    """Wherever it ends too early, the message says that it is damaged, and nothing runs."""
+    path = write_file(tmp_path / "network.pt", "rnn")
+    content = path.read_bytes()
+    for size in (0, 1, 100, len(content) // 2, len(content) - 1):
+        path.write_bytes(content[:size])
+        with pytest.raises(InvalidNetworkFile, match=r"network\.pt: .*(damaged|one card)"):
+            load_network(path, trust=True)
+
+
+def test_flipped_bytes_never_give_a_traceback_of_another_library(
+    tmp_path: Path, rng: np.random.Generator
+) -> None:
+    """Two hundred files with one wrong byte: each loads, or is an error of ours."""
+    path = write_file(tmp_path / "network.pt", "rnn")
+    content = path.read_bytes()
+    refused = 0
+    for place in rng.integers(0, len(content), 200).tolist():
+        damaged = bytearray(content)
+        damaged[place] ^= 0xFF
+        path.write_bytes(damaged)
+        try:
+            load_network(path, trust=True)
+        except InvalidNetworkFile:
+            refused += 1
+    assert refused > 0
+
+
+@pytest.mark.parametrize(
+    ("module", "card", "said"),
+    [
+        (Constant(1.0, 1), None, "one card, extra/card.json"),
+        (Constant(1.0, 1), "{", "card: must be JSON"),
+        (Constant(1.0, 1), "[]", "card: must be a JSON object"),
+        (Constant(1.0, 1), card_of().to_json(), r"one tension per window of 30 samples"),
+        (Constant(1.0, 1), card_of("transformer").to_json(), "transformer has last_query"),
+    ],
+)
+def test_a_foreign_file_is_refused(
+    tmp_path: Path, module: nn.Module, card: str | None, said: str
+) -> None:
+    """TorchScript of other programs has no card, or not the network that the card promises."""
+    path = write_foreign(tmp_path / "foreign.pt", module, card)
+    with pytest.raises(InvalidNetworkFile, match=said):
+        load_network(path, trust=True)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "said"),
+    [
+        ("schema", 2, "schema must be 1; it is 2"),
+        ("units", ["deg", "rad", "rad/s", "N"], "units must be"),
+        ("inputs", ["theta", "theta_d", "theta_dot"], "inputs must be"),
+        ("kind", "lstm", "kind must be one of mlp, rnn, transformer; it is 'lstm'"),
+        ("window", 20, "must take windows of 20 samples"),
+        ("window", 0, "window must be 1 to 10000 samples"),
+        ("window", 29.5, "must be a whole number"),
+        ("rate_hz", 0.0, "rate_hz must be"),
+        ("rate_hz", "fast", "wrong type"),
+        ("force_limit_n", -1.0, "force_limit_n must be"),
+        ("bounds", {}, "bounds must hold theta_d"),
+        ("bounds", {"theta_d": [1.0, None]}, "wrong type"),
+        ("training", None, "wrong type"),
+        ("held_out", {"force_rmse": 1.0}, "wrong type|missing"),
+    ],
+)
+def test_a_card_that_cannot_be_kept_is_refused(
+    tmp_path: Path, key: str, value: object, said: str
+) -> None:
+    """Each promise of the card is checked, and the message names the key."""
+    path = write_file(tmp_path / "network.pt")
+    with_card(path, json.dumps(json.loads(card_of().to_json()) | {key: value}))
+    with pytest.raises(InvalidNetworkFile, match=said):
+        load_network(path, trust=True)
+
+
+def test_a_missing_key_is_named(tmp_path: Path) -> None:
+    """A card without its rate says so."""
+    table = json.loads(card_of().to_json())
+    del table["rate_hz"]
+    path = with_card(write_file(tmp_path / "network.pt"), json.dumps(table))
+    with pytest.raises(InvalidNetworkFile, match="key 'rate_hz' is missing"):
+        read_card(path)
+
+
+def test_a_network_for_other_windows_is_found_by_a_test_call(tmp_path: Path) -> None:
+    """The card says 30 samples, the network takes 20."""
+    path = write_file(tmp_path / "network.pt", window=20)
+    with pytest.raises(InvalidNetworkFile, match="window of 30 samples"):
+        load_network(path)
+
+
+def test_no_file_is_named(tmp_path: Path) -> None:
+    """A path that leads nowhere, or to a folder, says so."""
+    with pytest.raises(InvalidNetworkFile, match="no such file"):
+        load_network(tmp_path / "none.pt")
+    with pytest.raises(InvalidNetworkFile, match="it is a folder"):
+        load_network(tmp_path)

@@ -1,0 +1,152 @@
+"""Training finds what the past says, the same in every run, and survives an interruption."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from tendon_newton.errors import InvalidNetworkFile, InvalidParameter
+from tests.train.actuator.network_files import card_of
+from tests.train.actuator.servo_logs import servo_log
+from train.actuator.ideal import ideal_force, refitted_gain
+from train.actuator.prediction import predict
+from train.actuator.training import Progress, train_network
+from train.actuator.training_config import TrainingConfig
+from train.actuator.windows import Windows, WindowShape, extract_windows
+
+FEW = TrainingConfig(network="mlp", epochs=3, windows_per_epoch=2048, batch=256)
+
+
+def windows_of(*seeds: int, window: int = 30, duration: float = 20.0) -> Windows:
+    """Cut the recordings of some seeds into windows."""
+    names = ("random_steps", "sine", "ramps")
+    logs = [
+        servo_log(f"{seed}.csv", excitation=names[seed % 3], seed=seed, duration=duration)
+        for seed in seeds
+    ]
+    return extract_windows(logs, WindowShape(window=window))
+
+
+def weights_of(config: TrainingConfig, checkpoint: Path) -> dict[str, torch.Tensor]:
+    """Train on fixed recordings and return the weights."""
+    network, _ = train_network(config, windows_of(0, 1), windows_of(2), checkpoint)
+    return network.state_dict()
+
+
+def same(one: dict[str, torch.Tensor], other: dict[str, torch.Tensor]) -> bool:
+    """Say whether weights are equal bit for bit."""
+    return all(torch.equal(one[name], other[name]) for name in one)
+
+
+@pytest.mark.parametrize(
+    ("kind", "window"), [("mlp", 30), ("rnn", 30), ("transformer", 30), ("rnn", 60)]
+)
+def test_every_network_learns_a_force_with_memory(tmp_path: Path, kind: str, window: int) -> None:
+    """On a recording it never saw, a short training beats the best ideal source by far.
+
+    The plant holds up to 1 N by friction, which no function of theta_d - theta can know.
+    """
+    config = TrainingConfig(
+        network=kind, window=window, streaming=window > 30, epochs=6, windows_per_epoch=3072,
+        batch=128, learning_rate=6.0e-3,
+    )  # fmt: skip
+    fit, validation = windows_of(0, 1, 3, 4, window=window), windows_of(2, 5, window=window)
+    network, done = train_network(config, fit, validation, tmp_path / "c.checkpoint")
+    card = card_of(kind, window=window, streaming=config.streaming)
+    test = servo_log("test.csv", excitation="steps_held_2s", duration=16.0, seed=9)
+    (prediction,) = predict(network, card, [test])
+    gain = refitted_gain([servo_log("0.csv", seed=0)], 21.0)
+    ideal = test.force[:, 0] - ideal_force(test, 0, gain, 21.0)
+    error = float(np.sqrt(np.mean(prediction.error**2)))
+    assert prediction.rows.size == test.sample_count
+    assert error < 0.5 * float(np.sqrt(np.mean(ideal**2)))
+    assert done.best_error == min(pair[1] for pair in done.history)
+
+
+def test_the_same_seed_gives_the_same_network(tmp_path: Path) -> None:
+    """Bit for bit; another seed gives another one."""
+    first = weights_of(FEW, tmp_path / "a.checkpoint")
+    assert same(first, weights_of(FEW, tmp_path / "b.checkpoint"))
+    assert not same(first, weights_of(replace(FEW, seed=1), tmp_path / "c.checkpoint"))
+
+
+@pytest.mark.parametrize("of_set", ["paper", "authors"])
+def test_an_interrupted_training_goes_on_as_if_it_had_not_been(tmp_path: Path, of_set: str) -> None:
+    """Interrupted after an epoch and taken up again, it ends with the same weights, bit for bit.
+
+    Also where dropout draws numbers.
+    """
+    config = replace(FEW, network="transformer", set=of_set, windows_per_epoch=512)
+    whole = weights_of(config, tmp_path / "whole.checkpoint")
+
+    def interrupt(progress: Progress) -> None:
+        raise KeyboardInterrupt
+
+    parts = tmp_path / "parts.checkpoint"
+    with pytest.raises(KeyboardInterrupt):
+        train_network(config, windows_of(0, 1), windows_of(2), parts, report=interrupt)
+    assert same(whole, weights_of(config, parts))
+
+
+def test_a_finished_training_is_not_done_again(tmp_path: Path) -> None:
+    """The second call reports no epoch and returns the same weights."""
+    first, epochs = weights_of(FEW, tmp_path / "a.checkpoint"), []
+    network, _ = train_network(
+        FEW, windows_of(0, 1), windows_of(2), tmp_path / "a.checkpoint", report=epochs.append
+    )
+    assert epochs == []
+    assert same(first, network.state_dict())
+
+
+def test_training_stops_when_validation_stops_improving(tmp_path: Path) -> None:
+    """The kept epoch is ``patience`` epochs before the last, and none after it is as good."""
+    config = replace(FEW, epochs=100, patience=2, learning_rate=0.05)
+    _, done = train_network(
+        config, windows_of(0, duration=6.0), windows_of(2, duration=6.0), tmp_path / "a.checkpoint"
+    )
+    assert done.epoch == done.kept_epoch + 2 < 100
+    errors = [pair[1] for pair in done.history]
+    assert errors[done.kept_epoch - 1] <= 1.05 * min(errors) < min(errors[done.kept_epoch :])
+
+
+def test_a_checkpoint_of_another_training_is_refused(tmp_path: Path) -> None:
+    """Other settings or other recordings: going on would mix two trainings."""
+    weights_of(FEW, tmp_path / "a.checkpoint")
+    with pytest.raises(InvalidNetworkFile, match=r"began with batch = 256, and now it is 128"):
+        weights_of(replace(FEW, batch=128), tmp_path / "a.checkpoint")
+    with pytest.raises(InvalidNetworkFile, match="began with data"):
+        train_network(FEW, windows_of(0, 3), windows_of(2), tmp_path / "a.checkpoint")
+
+
+def test_a_damaged_checkpoint_is_named(tmp_path: Path) -> None:
+    """Cut short or of another program: an error of ours, and nothing in it is run."""
+    path = tmp_path / "a.checkpoint"
+    weights_of(FEW, path)
+    content = path.read_bytes()
+    for damaged in (content[: len(content) // 2], b"", b"not a checkpoint"):
+        path.write_bytes(damaged)
+        with pytest.raises(InvalidNetworkFile, match="delete it to start again"):
+            weights_of(FEW, path)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"window": 0}, "window must be 1 or more"),
+        ({"learning_rate": -1.0}, "learning_rate must be positive"),
+        ({"streaming": True}, "only a recurrent network"),
+    ],
+)
+def test_a_training_that_makes_no_sense_is_refused(changes: dict, said: str) -> None:
+    """Before anything is read."""
+    with pytest.raises(InvalidParameter, match=said):
+        replace(FEW, **changes)
+
+
+@pytest.mark.skipif(torch.cuda.is_available(), reason="there is a GPU here")
+def test_a_missing_gpu_is_named(tmp_path: Path) -> None:
+    """Asked for CUDA where there is none, the message says what to use."""
+    with pytest.raises(InvalidParameter, match="use cpu"):
+        weights_of(replace(FEW, device="cuda"), tmp_path / "a.checkpoint")

@@ -1,0 +1,66 @@
+"""What decides a training."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from tendon_newton.errors import InvalidParameter
+
+Kind = Literal["mlp", "rnn", "transformer"]
+SetName = Literal["paper", "authors", "matched"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrainingConfig:
+    """How one force network is trained; the same config and data give the same network."""
+
+    network: Kind = "transformer"
+    """Family of the network."""
+    set: SetName = "paper"
+    """Where its sizes come from: the paper's text, its authors' code, or equal parameter counts."""
+    seed: int = 0
+    """Of the starting weights and the order of the windows."""
+    fold_seed: int = 0
+    """Of the choice of validation recordings; keep it to compare networks."""
+    window: int = 30
+    """Samples that the network sees."""
+    rate: float = 20.0
+    """Samples per second [Hz]."""
+    streaming: bool = False
+    """Train a recurrent network on every sample of each window, to run with its state kept."""
+    force_limit: float | None = None
+    """Tension that the servo can produce [N], to which users of the network clip; by default 21 N,
+    or a twentieth more than the largest force in training where that is more."""
+    epochs: int = 100
+    """Most epochs."""
+    patience: int = 30
+    """Epochs without a better validation error after which training stops."""
+    windows_per_epoch: int = 32768
+    """Windows that an epoch draws, without repetition, from all of them."""
+    batch: int = 512
+    """Windows per step."""
+    learning_rate: float = 2.0e-3
+    """Of Adam at the start; it falls to nothing along a cosine over all epochs."""
+    device: str = "cpu"
+    """cpu or cuda."""
+    threads: int = 1
+    """Threads of torch on the CPU."""
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be trained."""
+        for name in ("window", "epochs", "patience", "windows_per_epoch", "batch", "threads"):
+            if getattr(self, name) < 1:
+                raise InvalidParameter(f"{name} must be 1 or more; it is {getattr(self, name)}")
+        for name in ("rate", "learning_rate", "force_limit"):
+            value = getattr(self, name)
+            if value is not None and not 0.0 < value < 1.0e6:
+                raise InvalidParameter(f"{name} must be positive; it is {value}")
+        if self.streaming and self.network != "rnn":
+            raise InvalidParameter(
+                f"only a recurrent network (rnn) keeps a state; {self.network} cannot be streaming"
+            )
+
+    @property
+    def name(self) -> str:
+        """Name of the network's files, without their ending."""
+        streaming = "-streaming" if self.streaming else ""
+        return f"{self.network}{streaming}-{self.set}-{self.seed}"
