@@ -13,7 +13,12 @@ from packaging.utils import canonicalize_name
 from tendon_newton.cli import VERBS
 
 ROOT = Path(__file__).resolve().parents[1]
-TEXT = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs/architecture.md")
+TEXT = (
+    "README.md",
+    "CONTRIBUTING.md",
+    "CHANGELOG.md",
+    *sorted(f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md")),
+)
 MACHINE_PATH = re.compile(r"(?<![\w.~/:-])/(?:home|root|Users|work|mnt|opt|tmp)/[\w.-]+")
 
 every_text = pytest.mark.parametrize("name", TEXT)
@@ -45,7 +50,7 @@ def test_every_make_command_in_the_text_is_a_target(name: str) -> None:
 @every_text
 def test_every_verb_in_the_text_exists(name: str) -> None:
     """``tendon-newton x`` in a text is a verb of the command line."""
-    verbs = set(re.findall(r"(?:^|`)tendon-newton ([a-z]+)", read(name), re.MULTILINE))
+    verbs = set(re.findall(r"(?:^|`)tendon-newton ([a-z]+(?:-[a-z]+)*)", read(name), re.MULTILINE))
     assert verbs <= set(VERBS)
 
 
