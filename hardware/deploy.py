@@ -10,6 +10,7 @@ from hardware.bench import FILTERS, Bench
 from hardware.collect import MODES, closed
 from hardware.deploy_log import STEP_FIELDS, DeployLog
 from hardware.deploy_loop import DeployLoop
+from hardware.deploy_operator import AbsentableOperator
 from hardware.deploy_settings import DeploySettings
 from hardware.errors import SafetyStop
 from hardware.force_estimate import ForceEstimate
@@ -91,13 +92,15 @@ def deploy(
         duty_limit=settings.duty_limit if settings.mode == "position" else 1.0,
     )
     loop = DeployLoop(
-        bench, deployment.pilot, settings, deployment.goals, keyboard, operator, stop,
-        deployment.estimate,
+        bench, deployment.pilot, settings, deployment.goals, keyboard,
+        AbsentableOperator(operator), stop, deployment.estimate,
     )  # fmt: skip
     session = session_of(deployment, read_back)
     log = None
     if path is not None:
-        log = open_log(path, session, bench.time_base(), background=not bench.lockstep)
+        log = open_log(
+            path, session, bench.time_base(), background=not bench.lockstep, endless=True
+        )
     fault: TendonNewtonError | None = None
     stop.patient = True
     try:
@@ -115,8 +118,8 @@ def deploy(
             fault = closed(log, session | ending(loop, fault), fault)
     return DeployOutcome(
         path=path,
-        rows=loop.rows,
-        missed=loop.missed,
+        rows=loop.senses.rows,
+        missed=loop.senses.missed,
         steps=loop.steps,
         pacing=loop.ticker.report(),
         trips=dict(loop.guard.trips),
@@ -169,8 +172,8 @@ def ending(loop: DeployLoop, fault: TendonNewtonError | None) -> dict[str, str]:
     """Return what is known at the end only: counters, pacing, trips, and why it ended."""
     facts = {
         "ended": ended(loop, fault),
-        "rows": str(loop.rows),
-        "missed": str(loop.missed),
+        "rows": str(loop.senses.rows),
+        "missed": str(loop.senses.missed),
         "pacing": loop.ticker.report().text,
         "safety.trips": json.dumps(loop.guard.trips),
     }

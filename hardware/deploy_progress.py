@@ -26,19 +26,16 @@ class DeployProgress(Progress):
     """99 % of the ticks were less late than this [s]."""
     skipped: int
     """Ticks that were skipped."""
-    policy: float
-    """Time that the policy took lately [s]."""
 
     @property
     def text(self) -> str:
-        """The figures as a line."""
+        """The figures as a line of 80 characters: what was skipped or missed is lost."""
         force = "no force"
         if self.force is not None:
-            force = f"{self.force:.2f} N{' est.' if self.estimated else ''}"
-        warmth = "" if self.temperature is None else f" {self.temperature:.0f} degC"
+            force = f"{self.force:.1f} N{' est.' if self.estimated else ''}"
+        warmth = "" if self.temperature is None else f"  {self.temperature:.0f} degC"
         return (
-            f"{self.mode:6s} {self.elapsed:6.1f} s  goal {degrees(self.goal):.0f} deg  spool "
-            f"{self.position:.2f}->{self.command:.2f} rad  {force}{warmth}  late "
-            f"{1e3 * self.late:.1f} ms, {self.skipped} skipped, {self.missed} missed, policy "
-            f"{1e3 * self.policy:.2f} ms"
+            f"{self.mode} {self.elapsed:.0f} s  goal {degrees(self.goal):.0f} deg  spool "
+            f"{self.position:.2f}->{self.command:.2f} rad  {force}{warmth}  "
+            f"late {1e3 * self.late:.1f} ms  {self.skipped + self.missed} lost"
         )

@@ -1,10 +1,11 @@
 """An MCAP file of ROS 2 messages that loses little when its process is killed."""
 
 import contextlib
+import io
 import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from hardware.errors import LogNotWritten
 from hardware.ros_messages import DEFINITIONS, Message
@@ -20,11 +21,13 @@ class McapFile:
     Args:
         path: The file; it must not exist.
         metadata: Metadata records to put at its front, name -> keys and values.
+        endless: Whether it may grow for hours: then nothing is kept in memory, not even where each
+            chunk begins, and the file is twice as large and read from its front.
     """
 
-    def __init__(self, path: Path, metadata: Mapping[str, Mapping[str, str]]) -> None:
-        from mcap_ros2.writer import Writer
-
+    def __init__(
+        self, path: Path, metadata: Mapping[str, Mapping[str, str]], *, endless: bool = False
+    ) -> None:
         self._path = path
         try:
             self._file = path.open("xb")
@@ -33,7 +36,7 @@ class McapFile:
                 f"{path}: a new log must be written there; {error.strerror or error}"
             ) from error
         with self._failing():
-            self._writer = Writer(self._file, chunk_size=CHUNK_SIZE)
+            self._writer = ros_writer(self._file, endless=endless)
             for name, values in metadata.items():
                 self._writer.add_metadata(name, dict(values))
         self._schemas: dict[str, Any] = {}
@@ -97,3 +100,19 @@ class McapFile:
                 f"{self._path}: the log cannot be written any further: {error.strerror or error}; "
                 "what is there stays readable"
             ) from error
+
+
+def ros_writer(file: IO[bytes], *, endless: bool) -> Any:
+    """Return a writer of ROS 2 messages."""
+    from mcap.writer import Writer as PlainWriter
+    from mcap_ros2.writer import Writer
+
+    if not endless:
+        return Writer(file, chunk_size=CHUNK_SIZE)
+    # with chunks it keeps an index of them for the end: 50 MB for an hour of a deployment; it
+    # cannot be told to make none, but takes another writer beneath it
+    writer = Writer(io.BytesIO())
+    plain = PlainWriter(file, use_chunking=False)
+    plain.start(profile="ros2", library="tendon-newton")
+    vars(writer)["_writer"] = plain
+    return writer

@@ -53,11 +53,13 @@ class PolicyPilot:
         self._policy = policy
         self._clip = policy.card.action_clip
         self._range = policy.card.command_range
+        self._goals = policy.card.goal_range
         self._history = ObservationHistory(history=policy.card.history)
         self._action = 0.0
 
     def step(self, state: ServoState, goal: float) -> PilotStep:
-        """Look at the servo and the goal [rad] and let the policy decide."""
+        """Look at the servo and the goal [rad], cut to those of training, and let it decide."""
+        goal = min(max(goal, self._goals[0]), self._goals[1])
         observation = self._history.observe([state.position], [state.velocity], [goal])
         output = self._policy(observation)
         action = float(applied_action(np.float32(output), self._clip)) if isfinite(output) else 0.0

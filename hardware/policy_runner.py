@@ -38,8 +38,8 @@ FILE_SIZE_LIMIT = 1 << 26
 """Bytes; a policy has about 1 << 17."""
 ZIP_START = b"PK"
 """First bytes of a TorchScript file, which is a zip archive."""
-DAMAGE = (zipfile.BadZipFile, NotImplementedError, EOFError, RuntimeError, zlib.error, struct.error,
-          OSError)  # fmt: skip
+DAMAGE = (ValueError, NotImplementedError, EOFError, RuntimeError, OSError, zlib.error,
+          struct.error, zipfile.BadZipFile)  # fmt: skip
 """What Python's zip reader raises at bytes that are none of an archive."""
 
 
@@ -203,12 +203,12 @@ def zipped_card(content: bytes) -> str:
             if (broken := archive.testzip()) is not None:  # torch itself may crash on one
                 raise zipfile.BadZipFile(f"{broken} has the wrong checksum")
             return archive.read(cards[0]).decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise InvalidPolicyFile("card: must be UTF-8 text") from error
     except DAMAGE as error:
         raise InvalidPolicyFile(
             f"a TorchScript file is a zip archive; this one is damaged ({first_line(error)})"
         ) from error
-    except UnicodeDecodeError as error:
-        raise InvalidPolicyFile("card: must be UTF-8 text") from error
 
 
 def try_policy(policy: Policy) -> None:

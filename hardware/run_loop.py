@@ -28,6 +28,7 @@ from hardware.operator import Operator, Progress
 from hardware.pacing import Ticker
 from hardware.session_log import SessionLog
 from hardware.stop_request import StopRequest
+from hardware.tip_watch import TipWatch
 from tendon_newton.recording import Array
 
 LOOK_PERIOD = 0.5
@@ -36,8 +37,6 @@ RETURN_PERIOD = 0.25
 """Time between two attempts to reach a servo whose port is gone [s]."""
 FLUSH_PERIOD = 0.5
 """Time between two writings of a log that no thread writes [s]."""
-TIP_PERIOD = 0.05
-"""Time between two looks at the tip of a bench in real time [s]."""
 APPROACH_SPEED = 3.0
 """At which the first command is approached [rad/s]."""
 
@@ -62,6 +61,7 @@ class RunLoop:
         self.operator = operator
         self.stop = stop
         self.forces = ForceWatch(bench, settings.limits, operator)
+        self.tip = TipWatch(bench)
         self.ticker = Ticker(self.clock, settings.rate)
         self.rows = 0
         """Readings of the servo in the log."""
@@ -76,8 +76,6 @@ class RunLoop:
         self._next_return = 0.0
         self._sent = -1
         self._alerts = self.servo.counters.alerts
-        self._sees_tip = bench.controls is not None
-        self._next_tip = 0.0
         self._next_look = 0.0
 
     def approach(self, angle: float) -> None:
@@ -152,7 +150,7 @@ class RunLoop:
             self.gaps.miss()
             self._tell("error", f"{error}; it is set up again")
             self._mend = partial(self.servo.recover, resume_torque=True)
-        self._see_tip()
+        self.tip.take(self._log)
 
     def _send(self, angle: float) -> None:
         """Send a command; a loop that does not know where the spool is lets go of it."""
@@ -189,18 +187,6 @@ class RunLoop:
                  "corrupted": counters.corrupted, "skipped_ticks": self.ticker.overruns},
             )  # fmt: skip
         self.settings.limits.check_temperature(health.temperature)
-
-    def _see_tip(self) -> None:
-        """Log the tip where something sees it; in real time asking takes long, so not always."""
-        now = self.clock.now()
-        if not self._sees_tip or self._log is None or now < self._next_tip:
-            return
-        self._next_tip = now if self.bench.lockstep else now + TIP_PERIOD
-        tip = self.bench.tip()
-        if tip is None:
-            self._sees_tip = False
-        else:
-            self._log.tip(self.clock.now(), *tip)
 
     def _return(self) -> bool:
         """Try to reach a servo whose port is gone."""

@@ -102,7 +102,7 @@ SAFETY_RULES: tuple[SafetyRule, ...] = (
         "{value:.2f} rad: is the tendon still fixed?",
     ),
     SafetyRule(
-        name="voltage", action="off", value=lambda g: g.voltage, delay=0.04,
+        name="voltage", action="off", value=lambda g: g.voltage,
         bounds=lambda limits: limits.voltage,
         reason="the supply must have {low:g} to {high:g} V; it has {value:.1f} V",
     ),

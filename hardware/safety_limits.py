@@ -28,10 +28,10 @@ class DeployLimits:
     """Greatest supply current [A]."""
     silence: float = 0.2
     """Time without a reading of the servo after which it counts as lost [s]: its own watchdog."""
-    stale_state: float = 0.06
-    """Greatest age of a position that a policy may act upon [s]: five ticks at 80 Hz."""
-    stale_force: float = 0.09
-    """Greatest age of a tension [s]: seven readings at 80 Hz."""
+    stale_state: float = 0.05
+    """Greatest age of a position that a policy may act upon [s]: four ticks at 80 Hz."""
+    stale_force: float = 0.07
+    """Greatest age of a tension [s]: between five and six readings at 80 Hz."""
     skipped_ticks: int = 3
     """Ticks that may be skipped among eight in a row: a policy step is four."""
     output: float = 20.0

@@ -148,8 +148,9 @@ class SessionLog:
 
 
 def open_log(
-    path: Path, session: Mapping[str, str], time_base: TimeBase, *, background: bool
-) -> SessionLog:
+    path: Path, session: Mapping[str, str], time_base: TimeBase, *, background: bool,
+    endless: bool = False,
+) -> SessionLog:  # fmt: skip
     """Open a log and write how the run is made.
 
     Args:
@@ -157,6 +158,7 @@ def open_log(
         session: How the run is made.
         time_base: How instants become stamps.
         background: Whether a thread writes, as beside a real clock it must.
+        endless: Whether the run may last for hours.
     """
-    file = McapFile(path, {SESSION_RECORD: session})
+    file = McapFile(path, {SESSION_RECORD: session}, endless=endless)
     return SessionLog(BackgroundLog(file) if background else file, time_base)

@@ -91,6 +91,8 @@ class DeployConfig:
     """ID of the servo on its bus."""
     baud: int = 1_000_000
     """Rate of the bus [1/s]."""
+    retries: int | None = None
+    """How often an instruction to the servo is sent again, 4 ms each; 2 unless given."""
     spool_radius: float = 0.0125
     """Of the bench [m]; the policy's card must name the same."""
     rate: float = 80.0
@@ -181,6 +183,7 @@ def address_of(config: DeployConfig) -> BenchAddress:
         servo=config.servo,
         identifier=config.servo_id,
         baud=config.baud,
+        retries=config.retries,
         load_cell_rate=config.load_cell_rate,
         lockstep=config.faster_than_real_time,
     )

@@ -46,9 +46,10 @@ class EvaluatePolicyConfig:
     worlds: int = 1
     """Simulated fingers; all but the first have numbers of their own."""
     randomise: tuple[str, ...] = ("joint_friction", "link_mass", "spool_radius", "joint_spring")
-    """What differs between them; see train-policy."""
+    """What differs between them; see train-policy. With joint_friction the first one has the
+    nominal friction, a tenth of the springs' torque; none takes the model as it is."""
     dwell: float = 1.5
-    """Time on each stair [s]."""
+    """Time on each stair in simulation [s]; on a bench it is 1.5 s."""
     seed: int = 0
     """Of the numbers of the further worlds."""
     trust: bool = False
@@ -77,6 +78,7 @@ def main(config: EvaluatePolicyConfig) -> None:
 
     quiet_warp()
 
+    from tendon_newton.errors import InvalidParameter
     from tendon_newton.mechanisms.mechanism import load_mechanism
     from train.policy.evaluation import reachable_error
     from train.policy.evaluation_scores import score, to_markdown
@@ -84,6 +86,8 @@ def main(config: EvaluatePolicyConfig) -> None:
     policies = load_policies(config)
     out = make_folder(config.out)
     climbs = [*climbs_in_simulation(config, policies), *climbs_on_bench(config, policies, out)]
+    if not climbs:
+        raise InvalidParameter("nothing to compare: name a --force, a --port or --logs")
     mechanism = load_mechanism(config.finger)
     scores = [score(climb, reachable_error(mechanism, climb.goal)) for climb in climbs]
     table = {
@@ -112,6 +116,8 @@ def load_policies(config: EvaluatePolicyConfig) -> list[RunnablePolicy]:
 
     if not config.policies:
         raise InvalidParameter("name the files of one or more policies to evaluate")
+    if not 0.1 <= config.dwell <= 1000.0:
+        raise InvalidParameter(f"dwell must be 0.1 to 1000 s; it is {config.dwell}")
     if config.trust:
         for force in config.force:
             trust_force(force)
@@ -138,9 +144,8 @@ def climbs_in_simulation(
     climbs = []
     for force in config.force:
         worlds = EnvironmentConfig(
-            finger=config.finger, force=force, worlds=config.worlds,
-            randomise=config.randomise if config.worlds > 1 else (),
-        )  # fmt: skip
+            finger=config.finger, force=force, worlds=config.worlds, randomise=config.randomise
+        )
         goals = stairs(config.dwell)
         count = round((goals.end + config.dwell) * worlds.rate)
         levels = np.array([goals.value((k + 0.5) / worlds.rate) for k in range(count)])

@@ -6,6 +6,11 @@ It predicts the tension of a tendon from the last 1.5 s of commanded angle, angl
 servo. Whole train recordings are held out to stop the training; test recordings only report.
 OUT gets the network (NAME.pt with its card, and NAME.onnx), how the training went (NAME.json, a
 TensorBoard log) and a checkpoint. The same command goes on with a training that was interrupted.
+
+  tendon-newton train-force recordings --without-load-cell --out networks
+
+reads no force of a train recording. The benches' springs, and on a finger the seen tip, imply it,
+once the give of each tendon is found from what one servo does on all of them (NAME.lines.json).
 """
 
 from __future__ import annotations
@@ -19,6 +24,7 @@ import tyro
 from train.actuator.training_config import TrainingConfig
 
 if TYPE_CHECKING:
+    from tendon_newton.dataset import Dataset
     from train.actuator.training import Progress
 
 
@@ -30,6 +36,8 @@ class TrainForceConfig:
     """Folder with dataset.toml and its recordings."""
     out: Path
     """Folder for the files; made if it is not there."""
+    without_load_cell: bool = False
+    """Learn from the force that the motion of the benches implies; no measured one is read."""
     training: tyro.conf.OmitArgPrefixes[TrainingConfig] = field(default_factory=TrainingConfig)
     """What decides the training."""
 
@@ -38,12 +46,18 @@ def main(config: TrainForceConfig) -> None:
     """Train and write the network."""
     from tendon_newton.cli.output import make_folder, quiet_warp
     from tendon_newton.dataset import load_dataset
+    from train.actuator.folds import SPLIT_WORDS
     from train.actuator.ideal import SERVO_LIMIT
     from train.actuator.run import train_to_file
+    from train.actuator.sensorless import IMPLIED_WORDS
 
     quiet_warp()
     dataset = load_dataset(config.dataset, require_test=False)
-    exported = train_to_file(dataset, config.training, make_folder(config.out), report=show)
+    out, split = make_folder(config.out), SPLIT_WORDS
+    if config.without_load_cell:
+        dataset = imply(dataset, out / f"{config.training.name}.lines.json")
+        split = IMPLIED_WORDS
+    exported = train_to_file(dataset, config.training, out, report=show, split=split)
     assert exported is not None
     card = exported.card
     print(
@@ -57,6 +71,21 @@ def main(config: TrainForceConfig) -> None:
             f"held-out force error {error:.3f} N RMS on {len(card.held_out.recordings)} recordings,"
             f" {share:.1f} % of {SERVO_LIMIT:g} N{noise}"
         )
+
+
+def imply(dataset: Dataset, file: Path) -> Dataset:
+    """Put implied forces in place of measured ones; write and print what implies them."""
+    from train.actuator.sensorless import imply_forces, write_lines
+
+    print("finding what each bench's tendon gives, from encoders and tip ...", flush=True)
+    implied = imply_forces(dataset)
+    write_lines(file, implied.lines)
+    for line in implied.lines:
+        print(
+            f"  {line.bench}: {line.stiffness:.0f} N/m after {1e3 * line.slack:.2f} mm of slack, "
+            f"guide friction {line.friction:.3f}"
+        )
+    return implied.dataset
 
 
 def show(progress: Progress) -> None:

@@ -37,6 +37,8 @@ def main(config: VirtualBenchConfig) -> None:
 
     from hardware.virtual_bench import VirtualPorts
 
+    for request in (signal.SIGINT, signal.SIGTERM):  # a shell may ignore them for us
+        signal.signal(request, signal.default_int_handler)
     with (
         suppress(KeyboardInterrupt),
         VirtualPorts(

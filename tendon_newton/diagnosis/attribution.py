@@ -13,7 +13,7 @@ from tendon_newton.diagnosis.search import Fit, Round, Search, parameter_count
 from tendon_newton.effects import find_effect
 from tendon_newton.identification.least_squares import Candidate
 from tendon_newton.identification.noise_floor import NoiseFloor
-from tendon_newton.identification.objective import Scales, group_sums
+from tendon_newton.identification.objective import Scales, block_losses, group_sums
 from tendon_newton.recording import Array
 
 MOST_CAUSES = 3
@@ -36,8 +36,6 @@ SMALL_SHARE = 0.2
 """Losses further apart than this share of the gain differ, however large their standard error."""
 CLASS_ERRORS = 2.0
 """Candidates within so many paired standard errors of the best are not told from it."""
-NESTED_ERRORS = 0.3
-"""Standard errors by which a law that contains another must do better to be a rival of it."""
 LARGEST_CLASS = 3
 """A class counts as an answer with at most so many names."""
 
@@ -106,7 +104,7 @@ def attribute(
             break
     classes: dict[str, tuple[Fit, ...]] = {}
     if final is not None:
-        final, classes = examine(search, final, rounds, noise)
+        final, classes = examine(search, final, names, rounds[0], noise)
     return Attribution(
         rounds=tuple(rounds), baseline=baseline, final=final, classes=classes, p_value=p_value
     )
@@ -195,23 +193,29 @@ def others_of(search: Search, final: Fit, effect: str) -> tuple[tuple[str, ...],
 
 
 def examine(
-    search: Search, final: Fit, rounds: Sequence[Round], noise: NoiseFloor
+    search: Search, final: Fit, names: Sequence[str], alone: Round, noise: NoiseFloor
 ) -> tuple[Fit, dict[str, tuple[Fit, ...]]]:
-    """Drop causes that later ones made redundant; find for the others what could replace them."""
+    """Drop causes that later ones made redundant; find for the others what could replace them.
+
+    Args:
+        search: Fits of the training recordings.
+        final: All causes together.
+        names: Effects that may be named.
+        alone: The round in which every effect was tried by itself.
+        noise: Noise of the sensors.
+    """
     if len(final.effects) == 1:
-        return final, {final.effects[0]: indistinguishable(rounds[0], final.effects[0])}
-    rivals = list(dict.fromkeys(fit.effects[-1] for tried in rounds for fit in tried.fits))
+        return final, {final.effects[0]: indistinguishable(search, alone, final.effects[0])}
     classes = {}
     for effect in final.effects:
         others, candidate = others_of(search, final, effect)
-        special = find_effect(effect).includes
-        names = dict.fromkeys([effect, *(n for n in (*special, *rivals) if n not in others)])
-        tried = search.extend(candidate, others, list(names))
+        rivals = [name for name in names if name not in others]
+        tried = search.extend(candidate, others, rivals)
         if redundant(search, tried, effect, noise):
-            return examine(search, tried.current, rounds, noise)
+            return examine(search, tried.current, names, alone, noise)
         if (simpler := special_case(tried, effect)) is not None:
-            return examine(search, simpler, rounds, noise)
-        classes[effect] = indistinguishable(tried, effect)
+            return examine(search, simpler, names, alone, noise)
+        classes[effect] = indistinguishable(search, tried, effect)
     return final, classes
 
 
@@ -235,7 +239,7 @@ def redundant(search: Search, tried: Round, effect: str, noise: NoiseFloor) -> b
     return gain < max(LEAST_T * error, least)
 
 
-def indistinguishable(tried: Round, effect: str) -> tuple[Fit, ...]:
+def indistinguishable(search: Search, tried: Round, effect: str) -> tuple[Fit, ...]:
     """Return the rivals of one effect that the data cannot tell from it, nearest first."""
     own = next((fit for fit in tried.fits if fit.effects[-1] == effect), None)
     if own is None:
@@ -244,9 +248,21 @@ def indistinguishable(tried: Round, effect: str) -> tuple[Fit, ...]:
     rivals = []
     for fit in tried.fits:
         behind, error = paired(fit.losses, own.losses)
-        contains = effect in find_effect(fit.effects[-1]).includes
         close = behind <= max(min(CLASS_ERRORS * error, SMALL_SHARE * gain), EQUAL_SHARE * gain)
-        if fit is not own and close and not (contains and behind > -NESTED_ERRORS * error):
+        contains = effect in find_effect(fit.effects[-1]).includes
+        if fit is not own and close and (not contains or fits_better(search, fit, own)):
             rivals.append((behind, fit))
     nearest = sorted(rivals, key=lambda rival: rival[0])
     return tuple(fit for _, fit in nearest)[: LARGEST_CLASS - 1]
+
+
+def fits_better(search: Search, fit: Fit, special: Fit) -> bool:
+    """Tell whether a law fits the data clearly better than its own special case.
+
+    On folds left out it need not: its further numbers are known less well from less data.
+    """
+    general, simple = (
+        block_losses(f.point.residual[None], search.where)[0] for f in (fit, special)
+    )
+    behind, error = paired(general, simple)
+    return behind < -CLASS_ERRORS * error

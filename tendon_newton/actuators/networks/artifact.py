@@ -30,7 +30,8 @@ CARD_SIZE_LIMIT = 1 << 20
 """Bytes; a card with a thousand recordings has a tenth of it."""
 FILE_SIZE_LIMIT = 1 << 28
 """Bytes; a force network has about 1 << 17."""
-DAMAGE = (zipfile.BadZipFile, NotImplementedError, EOFError, RuntimeError, zlib.error, struct.error)
+DAMAGE = (zipfile.BadZipFile, NotImplementedError, EOFError, RuntimeError, ValueError, zlib.error,
+          struct.error)  # fmt: skip
 """What Python's zip reader raises at bytes that are none of an archive."""
 
 
@@ -156,17 +157,17 @@ def card_in(content: bytes, path: Path) -> ForceNetworkCard:
             if (broken := archive.testzip()) is not None:  # torch itself may crash on one
                 raise zipfile.BadZipFile(f"{broken} has the wrong checksum")
             text = archive.read(cards[0]).decode("utf-8")
-    except DAMAGE as error:
-        raise InvalidNetworkFile(
-            f"{path}: a TorchScript file is a zip archive; this one is damaged, cut short or "
-            f"something else ({error})"
-        ) from error
     except UnicodeDecodeError as error:
         raise InvalidNetworkFile(f"{path}: card: must be UTF-8 text") from error
     try:
         return ForceNetworkCard.from_json(text)
     except InvalidNetworkFile as error:
         raise InvalidNetworkFile(f"{path}: {error}") from error
+    except DAMAGE as error:
+        raise InvalidNetworkFile(
+            f"{path}: a TorchScript file is a zip archive; this one is damaged, cut short or "
+            f"something else ({error})"
+        ) from error
 
 
 def check_network(module: Any, card: ForceNetworkCard, device: str) -> None:

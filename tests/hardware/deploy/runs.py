@@ -1,5 +1,7 @@
 """Deployments on virtual benches, with faults that begin when a test says so."""
 
+import functools
+import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,13 +14,23 @@ from hardware.deploy_settings import DeploySettings
 from hardware.force_estimate import ForceEstimate
 from hardware.goals import FixedGoal, Goals
 from hardware.keyboard import Keyboard
+from hardware.load_cells.calibration_file import write_calibration
 from hardware.operator import Progress, SilentOperator
-from hardware.pilot import Pilot, PolicyPilot
+from hardware.pilot import Pilot, PilotStep, PolicyPilot
 from hardware.policy_runner import Policy
 from hardware.safety import Trip
 from hardware.servos.base import ServoState
 from hardware.stop_request import StopRequest
+from hardware.virtual_calibration import calibrated_twin
 from tests.hardware.deploy.policies import policy_of
+
+
+@functools.cache
+def calibration_file(rate: int) -> Path:
+    """Return the calibration of the virtual finger's load cell, made once."""
+    path = Path(tempfile.mkdtemp()) / "cell.toml"
+    write_calibration(path, calibrated_twin("finger", 0, rate))
+    return path
 
 
 def closing(sample: np.ndarray) -> float:
@@ -27,30 +39,55 @@ def closing(sample: np.ndarray) -> float:
 
 
 class Disturbed:
-    """A pilot that lets something happen once the run has come far enough.
+    """A pilot in whose step something happens once the run has come far enough.
 
     Args:
         inner: Who decides.
-        after: When, since the first step [s].
+        instant: When, on the bench's clock [s].
         act: What happens.
     """
 
-    def __init__(self, inner: Pilot, after: float, act: Callable[[], None]) -> None:
-        self.inner, self.after, self.act = inner, after, act
-        self.start: float | None = None
+    def __init__(self, inner: Pilot, instant: float, act: Callable[[], None]) -> None:
+        self.inner, self.instant, self.act = inner, instant, act
         self.happened: float | None = None
 
-    def step(self, state: ServoState, goal: float) -> object:
+    def step(self, state: ServoState, goal: float) -> PilotStep:
         """Let it happen when it is time, then decide."""
-        self.start = state.time if self.start is None else self.start
-        if self.happened is None and state.time - self.start >= self.after:
+        if self.happened is None and state.time >= self.instant:
             self.happened = state.time
             self.act()
         return self.inner.step(state, goal)
 
-    def apply(self, step: object) -> None:
+    def apply(self, step: PilotStep | None) -> None:
         """Hand it on."""
-        self.inner.apply(step)  # pyright: ignore
+        self.inner.apply(step)
+
+
+def at_instant(bench: Bench, instant: float, act: Callable[[], None]) -> None:
+    """Let something happen at an instant of a bench in lockstep, whatever the loop is doing."""
+    virtual = bench.controls.bench  # pyright: ignore
+    advance = virtual.advance
+
+    def advance_with_it(time: float) -> None:
+        if time >= instant:
+            virtual.advance = advance
+            advance(instant)
+            act()
+        advance(time)
+
+    virtual.advance = advance_with_it
+
+
+class Watching(SilentOperator):
+    """An operator who keeps what is said and shown."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.shown: list[Progress] = []
+
+    def show(self, progress: Progress) -> None:
+        """Keep the figures."""
+        self.shown.append(progress)
 
 
 @dataclass(kw_only=True)
@@ -59,65 +96,67 @@ class Flight:
 
     path: Path | None = None
     policy: Policy = field(default_factory=lambda: policy_of(closing))
+    pilot: Pilot | None = None
+    """Flies in the policy's place."""
     goals: Goals = field(default_factory=lambda: FixedGoal(1.0, (0.0, 1.57)))
-    settings: DeploySettings = field(default_factory=lambda: DeploySettings(duration=4.0))
-    seed: int = 0
+    settings: DeploySettings = field(default_factory=lambda: DeploySettings(duration=2.0))
     load_cell_rate: int = 80
     lockstep: bool = True
-    calibrated: bool = True
-    after: float = 1.5
+    load_cell: bool = True
+    after: float = 0.5
+    """When the fault happens, since the bench was opened [s]."""
     fault: Callable[[Bench, StopRequest], None] | None = None
-    """What happens to the bench."""
+    """What happens."""
+    in_step: bool = False
+    """Whether it happens to the program, in a step of its pilot, and not to the bench."""
     estimate: ForceEstimate | None = None
-    said: list[str] = field(default_factory=list)
+    keyboard: Keyboard = field(default_factory=lambda: Keyboard(-1))
+    operator: Watching = field(default_factory=Watching)
     acted: list[tuple[Trip, float]] = field(default_factory=list)
     begun: float | None = None
     """When the fault began [s]."""
     torque_after: bool | None = None
-    positions: list[float] = field(default_factory=list)
+    """Whether the servo drove its motor when the deployment had returned."""
+    angle_after: float = 0.0
+    """True angle of the spool then [rad]."""
 
     def fly(self) -> DeployOutcome:
         """Deploy."""
         address = BenchAddress(
-            bench="finger", port=f"virtual:finger:{self.seed}",
-            load_cell_rate=self.load_cell_rate, lockstep=self.lockstep,
+            bench="finger", port="virtual", load_cell_rate=self.load_cell_rate,
+            lockstep=self.lockstep, calibration=calibration_file(self.load_cell_rate),
         )  # fmt: skip
-        operator = Watching(self)
-        with open_bench(address, operator.tell) as bench, StopRequest() as stop:
-            if not self.calibrated:
+        with open_bench(address, self.operator.tell) as bench, StopRequest() as stop:
+            if not self.load_cell:
                 bench.load_cell = bench.calibration = None
-            pilot = PolicyPilot(self.policy)
-            fault = self.fault
+            pilot, fault = self.pilot or PolicyPilot(self.policy), self.fault
             if fault is not None:
-                pilot = Disturbed(pilot, self.after, lambda: fault(bench, stop))
+                self.begun = bench.clock.now() + self.after
+                if self.in_step or not self.lockstep:
+                    pilot = Disturbed(pilot, self.begun, lambda: fault(bench, stop))
+                else:
+                    at_instant(bench, self.begun, lambda: fault(bench, stop))
             deployment = Deployment(
-                bench=bench, pilot=pilot,  # pyright: ignore
-                settings=self.settings, goals=self.goals, policy=self.policy,
-                estimate=self.estimate,
+                bench=bench, pilot=pilot, settings=self.settings, goals=self.goals,
+                policy=self.policy, estimate=self.estimate,
             )  # fmt: skip
-            outcome = deploy(deployment, self.path, Keyboard(-1), operator, stop)
+            with self.keyboard as keyboard:
+                outcome = deploy(deployment, self.path, keyboard, self.operator, stop)
             if isinstance(pilot, Disturbed):
                 self.begun = pilot.happened
             if self.lockstep:
-                self.torque_after = bench.controls.bench.plant.registers.torque  # pyright: ignore
-        self.said, self.acted = operator.told, list(outcome.acted)
+                plant = bench.controls.bench.plant  # pyright: ignore
+                self.torque_after = plant.registers.torque
+                self.angle_after = plant.motor.angle
+        self.acted = list(outcome.acted)
         return outcome
 
     def latency(self, rule: str) -> float:
-        """Return the time from the fault to the rule's action [s]."""
+        """Return the time from the fault to the end of the rule's action [s]."""
         assert self.begun is not None
-        done = [instant for trip, instant in self.acted if trip.rule.name == rule]
+        done = [
+            instant for trip, instant in self.acted
+            if trip.rule.name == rule and instant >= self.begun
+        ]  # fmt: skip
         assert done, f"{rule} never came into effect; {[t.rule.name for t, _ in self.acted]}"
         return done[0] - self.begun
-
-
-class Watching(SilentOperator):
-    """An operator who keeps what is said and shown."""
-
-    def __init__(self, flight: Flight) -> None:
-        super().__init__()
-        self.flight = flight
-
-    def show(self, progress: Progress) -> None:
-        """Keep where the spool was."""
-        self.flight.positions.append(progress.position)  # pyright: ignore

@@ -1,0 +1,259 @@
+"""A deployment as its user has it: a command, a log that is a recording, a replay, a picture."""
+
+import re
+import signal
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hardware.deploy_log import read_steps
+from hardware.deploy_replay import replay_log
+from hardware.deploy_settings import DeploySettings
+from hardware.goals import stairs
+from hardware.policy_runner import load_policy
+from tendon_newton.cli import main
+from tendon_newton.dataset import load_dataset
+from tendon_newton.policy_observation import ObservationHistory
+from tendon_newton.recording_formats.mcap_file import read_mcap, read_session
+from tests.hardware.deploy.policies import (
+    Proportional,
+    card_of,
+    network,
+    policy_of,
+    write_onnx,
+)
+from tests.hardware.deploy.runs import Flight, closing
+
+WORDS = ["deploy", "--port", "virtual", "--faster-than-real-time"]
+
+
+@pytest.fixture(scope="module")
+def policy(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A policy that closes the finger, as a file."""
+    folder = tmp_path_factory.mktemp("policy")
+    return write_onnx(folder / "closing.onnx", Proportional(), card_of().to_json())
+
+
+@pytest.fixture(autouse=True)
+def nobody_at_the_keys(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let no test wait for someone at a terminal."""
+    monkeypatch.setattr("sys.stdin.isatty", lambda: False, raising=False)
+
+
+def test_a_command_deploys_and_its_folder_is_a_dataset(
+    policy: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Two deployments make a dataset that loads; replaying a log gives the same actions."""
+    out = tmp_path / "runs"
+    words = [*WORDS, "--policy", str(policy), "--out", str(out), "--goals", "stairs"]
+    assert main([*words, "--duration", "4"]) == 0
+    assert main([*words, "--duration", "3", "--split", "test"]) == 0
+    said = capsys.readouterr().out
+    assert "ended: complete" in said
+    loaded = load_dataset(out)
+    (train,), (test,) = loaded.train, loaded.test
+    assert (train.name, test.name) == ("closing_0.mcap", "closing_1.mcap")
+    assert train.start == "first_row"
+    assert train.load_cell_rate == 20.0
+    assert train.command is not None
+    assert train.force is not None
+    assert train.tip is not None
+    np.testing.assert_allclose(np.diff(train.time), 0.0125, atol=1.5e-3)  # a transaction's length
+    assert main(["deploy", "--policy", str(policy), "--replay", str(out / "closing_0.mcap")]) == 0
+    assert "outputs differ by 0.00e+00 rad" in capsys.readouterr().out
+
+
+def test_the_log_holds_what_the_policy_saw_bit_for_bit(tmp_path: Path) -> None:
+    """From the recording's own readings the observations can be built again, to the last bit."""
+    path = tmp_path / "run.mcap"
+    flight = Flight(path=path, goals=stairs(0.3), settings=DeploySettings(duration=3.0))
+    flight.fly()
+    history, states = ObservationHistory(), dict(readings(path))
+    for step in read_steps(path):
+        instant = max(stamp for stamp in states if stamp <= step.time)
+        theta, theta_dot = states[instant]
+        observation = history.observe([theta], [theta_dot], [step.sample[4]])
+        assert tuple(observation[0, -5:].tolist()) == step.sample
+        assert step.output == closing(observation[0, -5:])
+        history.act([step.action])
+
+
+def readings(path: Path) -> list[tuple[float, tuple[float, float]]]:
+    """Return stamp [s], position [rad] and velocity [rad/s] of each reading of the servo."""
+    from tendon_newton.recording_formats.mcap_file import McapReading
+
+    with path.open("rb") as file:
+        return [
+            (1e-9 * stamp, (message.position[0], message.velocity[0]))
+            for _, stamp, message in McapReading(file, path.name).messages({"/servo/state"})
+        ]
+
+
+def test_a_command_takes_effect_after_the_reading_that_it_follows_from(tmp_path: Path) -> None:
+    """Read, decide, command: within 3 ms, and at 20 Hz."""
+    path = tmp_path / "run.mcap"
+    Flight(path=path).fly()
+    times = np.array([step.time for step in read_steps(path)])
+    np.testing.assert_allclose(np.diff(times), 0.05, atol=2e-3)
+    stamps = np.array([stamp for stamp, _ in readings(path)])
+    late = [step - stamps[stamps <= step].max() for step in times]
+    assert max(late) < 3e-3
+
+
+def test_the_session_says_what_drove_and_why_it_ended(policy: Path, tmp_path: Path) -> None:
+    """Policy, card, limits, pacing, trips: all that a log must tell later."""
+    path = tmp_path / "run.mcap"
+    flight = Flight(path=path, policy=load_policy(policy))
+    flight.fault = lambda bench, stop: setattr(stop, "signal", "SIGTERM")
+    flight.fly()
+    session = read_session(path)
+    assert session["policy.sha256"] == flight.policy.sha256
+    assert session["policy.card"] == flight.policy.card.to_json()
+    assert session["ended"] == "stopped by SIGTERM"
+    assert session["safety.trips"] == '{"operator": 1}'
+    assert session["simulated"] == "True"
+    assert "ticks" in session["pacing"]
+
+
+def test_a_policy_closes_the_finger_and_its_action_is_an_offset(tmp_path: Path) -> None:
+    """The command is where the spool was plus the action, cut to the range, and it pulls."""
+    path = tmp_path / "run.mcap"
+    Flight(path=path).fly()
+    steps = list(read_steps(path))
+    for step in steps:
+        wanted = np.clip(step.sample[0] + step.action, 0.0, 6.28)
+        assert step.command == pytest.approx(wanted, abs=1e-6)  # a sample is float32
+    log = read_mcap(path, bench="finger")
+    assert log.force is not None
+    assert log.motor_position.max() > 0.3
+    assert log.force.max() > 1.0
+
+
+def test_a_dry_run_moves_nothing(tmp_path: Path) -> None:
+    """The policy sees and decides, the motor stays off, and no command stands in the log."""
+    path = tmp_path / "run.mcap"
+    flight = Flight(path=path, settings=DeploySettings(duration=2.0, dry=True))
+    outcome = flight.fly()
+    assert outcome.steps == 41
+    log = read_mcap(path, bench="finger")
+    assert log.command is None
+    assert np.ptp(log.motor_position) < 0.01
+    assert max(step.action for step in read_steps(path)) > 1.0
+
+
+def test_commands_stay_within_the_range_whatever_the_policy_wants(tmp_path: Path) -> None:
+    """A policy that pulls with all its might is stopped by the card's clip and range."""
+    path = tmp_path / "run.mcap"
+    flight = Flight(
+        path=path, policy=policy_of(lambda sample: 19.0, command_range=(0.0, 1.0)),
+    )  # fmt: skip
+    flight.fly()
+    steps = list(read_steps(path))
+    assert {step.action for step in steps} == {2.0}
+    assert max(step.command for step in steps) == 1.0
+
+
+def test_a_hand_can_move_the_spool(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Jogging needs no policy, holds where it is, and only switches off at its end."""
+    assert main([*WORDS, "--jog", "--duration", "2", "--out", str(tmp_path)]) == 0
+    assert "jog_0.mcap" in capsys.readouterr().out
+    log = read_mcap(tmp_path / "jog_0.mcap", bench="finger")
+    assert np.ptp(log.motor_position) < 0.05
+
+
+def test_a_key_moves_the_spool_slowly() -> None:
+    """Ten presses ask for 1 rad at once; the command gets there at 0.5 rad/s."""
+    from hardware.goals import FixedGoal
+    from hardware.pilot import JogPilot
+    from hardware.servos.host_position_loop import HostPositionLoop
+
+    goal = FixedGoal(0.0, (-3.0, 6.0), 0.1)
+    for _ in range(10):
+        goal.key("up")
+    settings = DeploySettings(
+        duration=3.0, mode="position", duty_limit=0.25, unwind=False,
+        loop=HostPositionLoop(position_range=(-3.0, 6.0)),
+    )  # fmt: skip
+    flight = Flight(pilot=JogPilot(20.0, (-3.0, 6.0)), goals=goal, settings=settings)
+    flight.fly()
+    shown = [(p.elapsed, p.command, p.position) for p in flight.operator.shown]  # pyright: ignore
+    commands = np.array([command for _, command, _ in shown])
+    times = np.array([elapsed for elapsed, _, _ in shown])
+    assert np.all(commands <= 0.5 * times + 0.05)  # a step is 0.025 rad
+    assert shown[-1][1] == pytest.approx(1.0)
+    assert shown[-1][2] == pytest.approx(1.0, abs=0.15)  # a P loop against friction
+
+
+def test_a_picture_needs_no_display(policy: Path, tmp_path: Path) -> None:
+    """Plot writes an SVG file that parses, with goal, spool, tension and timing."""
+    out = tmp_path / "runs"
+    words = [*WORDS, "--policy", str(policy), "--out", str(out), "--goals", "stairs"]
+    assert main([*words, "--duration", "3"]) == 0
+    assert main(["plot", str(out / "closing_0.mcap")]) == 0
+    text = (out / "closing_0.svg").read_text(encoding="utf-8")
+    root = ElementTree.fromstring(text)
+    titles = [element.text for element in root.iter("{http://www.w3.org/2000/svg}text")]
+    assert {"goal angle [deg]", "spool angle [rad]", "tension [N]", "loop timing [ms]"} <= {*titles}
+    numbers = [float(word) for word in re.findall(r"[ML](-?[\d.]+) ", text)]
+    assert numbers
+    assert all(0.0 <= number <= 1100.0 for number in numbers)
+    assert main(["plot", str(out / "closing_0.mcap"), "--out", str(tmp_path / "a.png")]) == 2
+
+
+def test_another_policy_is_noticed_in_a_replay(
+    policy: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The verb ends with an error where actions differ, and the report says by how much."""
+    path = tmp_path / "run.mcap"
+    Flight(path=path, policy=load_policy(policy)).fly()
+    other = write_onnx(tmp_path / "other.onnx", network(), card_of().to_json())
+    assert replay_log(load_policy(policy), path).same
+    report = replay_log(load_policy(other), path)
+    assert report.difference > 0.01
+    assert report.broken == 0, "the observations are the log's own"
+    assert main(["deploy", "--policy", str(other), "--replay", str(path)]) == 2
+    assert "another file, or another engine" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--port", "virtual"], "needs --policy FILE, or --jog"),
+        (["--policy", "{policy}"], "needs --port"),
+        (["--policy", "{policy}", "--port", "virtual", "--jog"], "--jog moves the spool by hand"),
+        (["--policy", "no.onnx", "--port", "virtual"], "no such file"),
+        (["--policy", "{policy}", "--port", "/dev/no_such_port"], "no such port"),
+        (["--policy", "{policy}", "--port", "virtual", "--servo", "xl330_m288_t"], "servo xc330"),
+        (["--policy", "{policy}", "--port", "virtual", "--rate", "100"], "servo_rate_hz 80"),
+        (["--policy", "{policy}", "--port", "virtual", "--spool-radius", "0.01"], "spool_radius_m"),
+        (["--policy", "{policy}", "--port", "virtual", "--goals", "udp:x"], "udp:PORT"),
+        (["--policy", "{policy}", "--port", "virtual", "--goals", "nowhere"], "no such file"),
+        (["--policy", "{policy}", "--replay", "{policy}"], "MCAP"),
+    ],
+)
+def test_misuse_is_answered_in_one_line(
+    policy: Path, words: list[str], said: str, tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    """Nothing moves, one line says what was promised, and the exit code is 2."""
+    words = [word.format(policy=policy) for word in words]
+    assert main(["deploy", *words, "--out", str(tmp_path / "out")]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert said in line
+
+
+def test_a_second_signal_does_not_wait_for_the_tendon() -> None:
+    """Ctrl-C twice: the second interrupts at once, and the motor is off all the same."""
+    import os
+
+    flight = Flight(settings=DeploySettings(duration=30.0))
+
+    def twice(bench, stop) -> None:
+        os.kill(os.getpid(), signal.SIGINT)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    flight.fault = twice
+    with pytest.raises(KeyboardInterrupt):
+        flight.fly()
