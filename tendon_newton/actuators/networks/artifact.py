@@ -159,15 +159,15 @@ def card_in(content: bytes, path: Path) -> ForceNetworkCard:
             text = archive.read(cards[0]).decode("utf-8")
     except UnicodeDecodeError as error:
         raise InvalidNetworkFile(f"{path}: card: must be UTF-8 text") from error
-    try:
-        return ForceNetworkCard.from_json(text)
-    except InvalidNetworkFile as error:
-        raise InvalidNetworkFile(f"{path}: {error}") from error
     except DAMAGE as error:
         raise InvalidNetworkFile(
             f"{path}: a TorchScript file is a zip archive; this one is damaged, cut short or "
             f"something else ({error})"
         ) from error
+    try:
+        return ForceNetworkCard.from_json(text)
+    except InvalidNetworkFile as error:
+        raise InvalidNetworkFile(f"{path}: {error}") from error
 
 
 def check_network(module: Any, card: ForceNetworkCard, device: str) -> None:
