@@ -1,0 +1,1 @@
+"""Policies: their environment, their training and their files."""

@@ -1,0 +1,128 @@
+"""What differs between worlds."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+import torch
+
+from tendon_newton.errors import InvalidDiagnosis, UnknownName
+from tendon_newton.model_file import Model, NamedValues, write_model
+from tests.train.policy.small import environment
+from train.policy.environment import FingerEnvironment
+from train.policy.randomisation import BENCH_NUMBERS
+
+PULL = 1.2  # rad
+
+
+def trajectory(finger: FingerEnvironment) -> torch.Tensor:
+    """Return motor angles [rad] under a pull and a release, from the open finger, (24, W)."""
+    finger.loop.reset(torch.zeros(finger.num_envs, 1))
+    rows = []
+    for step in range(24):
+        position = finger.loop.reading.motor_position
+        finger.loop.step(position + (PULL if step < 12 else 0.2))
+        rows.append(finger.loop.reading.motor_position[:, 0].clone())
+    return torch.stack(rows)
+
+
+def cause(name: str, **numbers: tuple[float, float]) -> dict[str, Any]:
+    """Return a cause as a diagnosis names it, by its intervals."""
+    table = {
+        key: {"value": sum(ends) / 2.0, "ci95": list(ends), "unit": "1"}
+        for key, ends in numbers.items()
+    }
+    return {
+        "name": name, "side": "actuator", "parameters": table, "indistinguishable_from": [],
+        "separating_experiment": None,
+    }  # fmt: skip
+
+
+def write_diagnosis(path: Path, *causes: dict[str, Any]) -> str:
+    """Write a diagnosis and return its path."""
+    table = {"schema": 1, "verdict": "explained", "wall_time_s": 1.0, "effects": list(causes)}
+    path.write_text(json.dumps(table))
+    return str(path)
+
+
+@pytest.mark.parametrize("name", BENCH_NUMBERS)
+def test_each_number_alone_changes_the_motion(name: str) -> None:
+    """Far beyond float32, and in every world another way; its nominal value changes nothing."""
+    drawn = trajectory(environment(randomise=(name,)))
+    nominal = trajectory(environment(randomise=(name,), spread=0.0))
+    assert float((nominal - nominal[:, :1]).abs().max()) == 0.0
+    apart = (drawn - nominal).abs().max(dim=0).values
+    assert float(apart.min()) > 1e-4  # rad; a mass moves little in a quasi-static motion
+    assert torch.unique(drawn[-1]).numel() == 6
+
+
+@pytest.mark.parametrize("name", BENCH_NUMBERS)
+def test_numbers_stay_within_their_range_and_change_with_the_episode(name: str) -> None:
+    """30 % about the nominal value, and only in worlds that begin anew."""
+    finger = environment(randomise=(name,), worlds=300)
+    exact = environment(randomise=(name,), worlds=1, spread=0.0)
+    for array in BENCH_NUMBERS[name]:
+        factor = finger.loop.bench_numbers(array) / exact.loop.bench_numbers(array)
+        assert 0.7 <= float(factor.min()) < 0.72
+        assert 1.28 < float(factor.max()) <= 1.3 + 1e-6
+    array = finger.loop.bench_numbers(BENCH_NUMBERS[name][0])
+    before = array.clone()
+    for _ in range(5):  # episodes of the worlds 3, 7, 11 ... end after five steps
+        _, _, dones, _ = finger.step(torch.zeros(300, 1))
+    changed = (array != before).reshape(300, -1).any(dim=1)
+    assert torch.equal(changed, dones)
+    assert int(dones.sum()) == 75
+
+
+def test_friction_is_a_share_of_the_nominal_spring() -> None:
+    """0.1 k (q_max - q_0): 7.9 mN m in the first joint and 4.2 in the second; none unasked."""
+    finger = environment(randomise=("joint_friction", "joint_spring"), spread=0.0)
+    friction = finger.loop.bench_numbers("friction")[0].tolist()
+    assert friction == pytest.approx([0.1 * 0.045 * 1.75, 0.1 * 0.030 * 1.40], rel=1e-6)
+    assert float(environment().loop.bench_numbers("friction").abs().max()) == 0.0
+
+
+def test_the_friction_of_the_model_counts_before_the_default(tmp_path: Path) -> None:
+    """A diagnosed fraction of 0.25 is what friction is drawn about, and is not counted twice."""
+    effects = (NamedValues(name="joint_dry_friction", values={"fraction": 0.25}),)
+    model = Model(
+        actuator=NamedValues(name="ideal", values={"gain": 4.2, "spool_radius": 0.0125}),
+        effects=effects,
+    )
+    write_model(tmp_path / "model.toml", model)
+    finger = environment(
+        force=str(tmp_path / "model.toml"), randomise=("joint_friction",), spread=0.0
+    )
+    assert float(finger.loop.numbers("joint_dry_friction", "fraction").max()) == 0.0
+    friction = float(finger.loop.bench_numbers("friction")[0, 0])
+    assert friction == pytest.approx(0.25 * 0.045 * 1.75, rel=1e-6)
+
+
+def test_worlds_differ_within_the_intervals_of_a_diagnosis(tmp_path: Path) -> None:
+    """Causes that the model lacks come in; one that only a load cell sees stays out."""
+    path = write_diagnosis(
+        tmp_path / "diagnosis.json",
+        cause("coulomb_friction", force=(0.5, 1.5)),
+        cause("command_delay", delay=(0.03, 0.05)),
+        cause("load_cell_bias", offset=(0.1, 0.2)),
+    )
+    finger = environment(randomise=(path,), worlds=200)
+    for owner, name, low, high in (
+        ("coulomb_friction", "force", 0.5, 1.5), ("command_delay", "delay", 0.03, 0.05),
+    ):  # fmt: skip
+        values = finger.loop.numbers(owner, name)
+        assert low - 1e-6 <= float(values.min()) < low + 0.05 * (high - low)
+        assert high - 0.05 * (high - low) < float(values.max()) <= high + 1e-6
+    assert "load_cell_bias" not in finger.loop.solver.table.effects
+    finger.step(torch.ones(200, 1))
+    assert finger.divergence_count == 0
+
+
+def test_what_cannot_be_randomised_is_refused(tmp_path: Path) -> None:
+    """A word that is none of the names, and a diagnosis that names nothing."""
+    with pytest.raises(UnknownName, match="did you mean 'joint_spring'"):
+        environment(randomise=("joint_sprin",))
+    path = write_diagnosis(tmp_path / "diagnosis.json")
+    with pytest.raises(InvalidDiagnosis, match="names none that moves the finger"):
+        environment(randomise=(path,))

@@ -1,0 +1,92 @@
+"""The verb that trains, with each kind of force."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tendon_newton.cli import main
+from tendon_newton.model_file import Model, NamedValues, write_model
+from tendon_newton.policy_card import PolicyCard
+from tests.physics.networks import force_network, write_force_network
+from train.policy.force_model import file_hash
+
+SHORT = (
+    "--worlds", "8", "--steps", "4", "--batch", "16", "--max-step", "2e-3", "--episode", "1",
+)  # fmt: skip
+
+
+def train(out: Path, *words: str) -> int:
+    """Train as from the command line."""
+    return main(["train-policy", "--out", str(out), *SHORT, *words])
+
+
+def card_of(out: Path) -> PolicyCard:
+    """Return the card of a training's policy."""
+    import onnx
+
+    (text,) = (entry.value for entry in onnx.load(out / "policy.onnx").metadata_props)
+    return PolicyCard.from_json(text)
+
+
+def test_a_user_trains_and_goes_on(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Two iterations and two more: one curve, in JSON and TensorBoard, and two policy files."""
+    out = tmp_path / "run"
+    assert train(out, "--iterations", "2") == 0
+    assert "iteration    2 of 2" in capsys.readouterr().out
+    assert train(out, "--iterations", "4") == 0
+    said = capsys.readouterr().out
+    assert "iteration    2 of 4" not in said
+    assert "iteration    4 of 4" in said
+    assert "next: tendon-newton evaluate-policy" in said
+    table = json.loads((out / "policy.json").read_text())
+    assert [row[0] for row in table["curve"]["rows"]] == [1, 2, 3, 4]
+    assert [row[1] for row in table["curve"]["rows"]] == [32, 64, 96, 128]
+    assert {file.name for file in out.iterdir()} == {
+        "checkpoints", "policy.json", "policy.onnx", "policy.pt", "tensorboard",
+    }  # fmt: skip
+    assert train(out, "--iterations", "4", "--discount", "0.5") == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "discount = 0.95, and now it is 0.5; use another folder" in line
+
+
+def test_a_policy_trains_on_a_model_file_and_its_network(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A learned actuator with friction; what only a load cell sees is left out; hashes are kept."""
+    network = write_force_network(tmp_path / "force.pt", force_network("mlp"), "mlp")
+    effects = {"coulomb_friction": {"force": 0.4}, "load_cell_lag": {"time_constant": 0.02}}
+    model = Model(
+        actuator=NamedValues(name="learned", values={"file": "force.pt", "spool_radius": 0.0125}),
+        effects=tuple(NamedValues(name=n, values=v) for n, v in effects.items()),
+    )
+    file = tmp_path / "model.toml"
+    write_model(file, model)
+    assert train(tmp_path / "policy", "--force", str(file), "--iterations", "1") == 0
+    card = card_of(tmp_path / "policy")
+    assert card.model == file_hash(file)
+    assert card.training.force == "model.toml"
+    assert dict(card.training.files).keys() == {"finger.usda", "model.toml", "force.pt"}
+    assert train(tmp_path / "other", "--force", str(network), "--iterations", "1") == 0
+    assert card_of(tmp_path / "other").model is None
+    assert card_of(tmp_path / "other").training.files["force.pt"] == file_hash(network)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--force", "none.toml"], "error: none.toml: a model is a TOML file"),
+        (["--force", "none.pt"], "error: none.pt: "),
+        (["--randomise", "joint_springs"], "did you mean 'joint_spring'"),
+        (["--iterations", "0"], "iterations must be positive; it is 0"),
+        (["--device", "cuda"], "device cuda needs an NVIDIA GPU"),
+        (["--finger", "pendulum"], "a goal angle must mean one point"),
+    ],
+)
+def test_what_cannot_be_trained_is_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str], said: str
+) -> None:
+    """Exit code 2 and one line on stderr."""
+    assert train(tmp_path, *words) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert said in line

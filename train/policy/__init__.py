@@ -1,0 +1,1 @@
+"""Policies: a finger that learns in simulation to bring its tip to a goal."""

@@ -1,0 +1,143 @@
+"""The learning curve: what each iteration of a training brought."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import torch
+from torch import Tensor
+
+
+@dataclass(frozen=True, kw_only=True)
+class CurvePoint:
+    """One iteration."""
+
+    iteration: int
+    """Iterations done."""
+    samples: int
+    """Policy steps learned from, in all."""
+    tip_error: float
+    """Mean distance between tip and goal, while exploring [m]."""
+    reward: float
+    """Mean reward of a step."""
+    action_change: float
+    """Mean change of the action from step to step, while exploring [rad]."""
+    diverged: int
+    """Worlds that diverged in this iteration."""
+    value_loss: float
+    surrogate_loss: float
+    learning_rate: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Progress:
+    """What there is to say after an iteration."""
+
+    point: CurvePoint
+    iterations: int
+    """Iterations in all."""
+    steps_per_second: float
+    """Policy steps of all worlds per second."""
+    seconds_left: float
+    """At this pace [s]."""
+
+
+class CurveLogger:
+    """Takes the place of rsl-rl's logger: sums on the device, and one point per iteration.
+
+    Args:
+        points: Curve so far, for a training that goes on.
+        iterations: Iterations in all.
+        samples: Policy steps of one iteration, over all processes.
+        report: Called with every new point.
+        folder: Where the TensorBoard log goes; none for a process that does not write.
+    """
+
+    writer = None  # rsl-rl saves only where its logger has one; checkpoints are written here
+    log_dir = None
+
+    def __init__(
+        self,
+        points: Sequence[CurvePoint],
+        *,
+        iterations: int,
+        samples: int,
+        report: Callable[[Progress], None],
+        folder: Path | None,
+    ) -> None:
+        self.points = list(points)
+        self._iterations = iterations
+        self._samples = samples
+        self._report = report
+        self._folder = folder
+        self._board: Any = None
+        self._sums: dict[str, Tensor] = {}
+        self._steps = 0
+        self._started = time.monotonic()
+        self._done_before = len(self.points)
+
+    def init_logging_writer(self) -> None:
+        """Open the TensorBoard log."""
+        if self._folder is not None and self._board is None:
+            from torch.utils.tensorboard import SummaryWriter
+
+            # what an interrupted training logged after its last checkpoint is learned again
+            self._board = SummaryWriter(str(self._folder), purge_step=len(self.points) + 1)
+
+    def process_env_step(
+        self, rewards: Tensor, dones: Tensor, extras: Mapping[str, Any], intrinsic: Any = None
+    ) -> None:
+        """Add a step of all worlds."""
+        for name, value in {"reward": rewards.mean(), **extras["log"]}.items():
+            self._sums[name] = self._sums.get(name, torch.zeros_like(value)) + value
+        self._steps += 1
+
+    def log(self, *, loss_dict: Mapping[str, float], learning_rate: float, **others: Any) -> None:
+        """Turn the sums into a point of the curve."""
+        sums = {name: float(value) for name, value in self._sums.items()}
+        done = len(self.points) + 1
+        point = CurvePoint(
+            iteration=done,
+            samples=(self.points[-1].samples if self.points else 0) + self._samples,
+            tip_error=sums["/tip_error_m"] / self._steps,
+            reward=sums["reward"] / self._steps,
+            action_change=sums["/action_change_rad"] / self._steps,
+            diverged=round(sums["/diverged_worlds"]),
+            value_loss=loss_dict["value"],
+            surrogate_loss=loss_dict["surrogate"],
+            learning_rate=learning_rate,
+        )
+        self.points.append(point)
+        self._sums, self._steps = {}, 0
+        if self._board is not None:
+            for name, value in asdict(point).items():
+                self._board.add_scalar(f"policy/{name}", value, done)
+        pace = (time.monotonic() - self._started) / (done - self._done_before)
+        self._report(
+            Progress(
+                point=point,
+                iterations=self._iterations,
+                steps_per_second=self._samples / pace,
+                seconds_left=pace * max(0, self._iterations - done),
+            )
+        )
+
+    def close(self) -> None:
+        """Finish the TensorBoard log."""
+        if self._board is not None:
+            self._board.close()
+
+
+def curve_table(points: Sequence[CurvePoint]) -> dict[str, Any]:
+    """Return a curve as JSON: the names of its columns, and a row per iteration."""
+    names = [field.name for field in fields(CurvePoint)]
+    return {"columns": names, "rows": [list(asdict(point).values()) for point in points]}
+
+
+def read_curve(table: Mapping[str, Any]) -> list[CurvePoint]:
+    """Return the curve that a table holds."""
+    return [CurvePoint(**dict(zip(table["columns"], row, strict=True))) for row in table["rows"]]

@@ -1,0 +1,223 @@
+"""Thousands of fingers as an environment of rsl-rl."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from typing import Any
+
+import torch
+import warp as wp
+from rsl_rl.env import VecEnv
+from tensordict import TensorDict
+from torch import Tensor
+
+from tendon_newton.errors import SimulationDiverged
+from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.policy_observation import applied_action, motor_command
+from tendon_newton.simulation.control_loop import ControlLoop
+from train.policy.environment_config import EnvironmentConfig
+from train.policy.force_model import open_force_model
+from train.policy.goal_path import GoalPath
+from train.policy.observation_tensors import ObservationTensors
+from train.policy.randomisation import Randomiser, further_effects, ranges_of
+from train.policy.reward import step_reward
+from train.policy.training_config import OBSERVED
+
+PHASES = 4
+"""Groups of worlds whose episodes end at different times, so that no iteration sees starts alone.
+Resets cost the more the more groups there are."""
+KEPT_DIVERGENCES = 1000
+
+
+@dataclass(frozen=True, kw_only=True)
+class Divergence:
+    """A world that left every physical range and began anew."""
+
+    world: int
+    step: int
+    """Steps of the environment before it."""
+    goal: float
+    """Its goal angle [rad]."""
+    action: float
+    """What the policy had asked for [rad]; may be no number."""
+
+    def __str__(self) -> str:
+        """Say it in words."""
+        return (
+            f"world {self.world} diverged in step {self.step}, with goal {self.goal:.3f} rad and "
+            f"action {self.action:.3f} rad; it began anew"
+        )
+
+
+class FingerEnvironment(VecEnv):
+    """W fingers that are paid for keeping their tips at moving goals.
+
+    Everything is a torch tensor on one device; a step brings one flag to the host, whether any
+    world begins anew. The tensors that a step returns are fresh. `torch.manual_seed` does not
+    matter here: all draws come from `seed`.
+
+    Args:
+        config: What decides it.
+        seed: Of all that is drawn.
+        device: Torch device.
+    """
+
+    def __init__(
+        self, config: EnvironmentConfig, *, seed: int = 0, device: torch.device | str = "cpu"
+    ) -> None:
+        self.config = self.cfg = config
+        self.device = torch.device(device)
+        self.num_envs, self.num_actions = config.worlds, 1
+        self.max_episode_length = config.episode_steps
+        self.mechanism = load_mechanism(config.finger)
+        self.path = GoalPath(self.mechanism, self.device)
+        self.path.require(config.goals)
+        self.force = open_force_model(config.force, self.mechanism)
+        ranges = ranges_of(config)
+        self.loop = ControlLoop(
+            self.mechanism, self.force.model, config.worlds, rate=config.rate,
+            max_step=config.max_step, precision=config.precision,
+            effects=further_effects(ranges), network=self.force.form,
+            device=str(wp.device_from_torch(self.device)),
+        )  # fmt: skip
+        self._generator = torch.Generator(self.device)
+        self.randomiser = Randomiser(
+            self.loop, ranges, joint_friction=config.joint_friction, generator=self._generator
+        )
+        self.history = ObservationTensors(config.worlds, config.history, self.device)
+        self.goal = torch.zeros(config.worlds, device=self.device)
+        """Goal angles [rad], shape (W,)."""
+        self.episode_length_buf = torch.zeros(config.worlds, dtype=torch.long, device=self.device)
+        self.steps = 0
+        """Steps since the environment was made."""
+        self.divergences: deque[Divergence] = deque(maxlen=KEPT_DIVERGENCES)
+        """The last worlds that diverged."""
+        self.divergence_count = 0
+        self.reset(seed=seed)
+
+    @property
+    def spool_radius(self) -> float:
+        """Nominal radius of the spool [m]."""
+        own = self.force.model.actuator.values.get("spool_radius")
+        return self.mechanism.tendons[0].spool_radius if own is None else float(own)
+
+    def reset(self, *, seed: int | None = None) -> TensorDict:
+        """Begin anew in all worlds, at various ages of their episodes.
+
+        Args:
+            seed: Of all that is drawn from now on; the draws go on without one.
+        """
+        if seed is not None:
+            self._generator.manual_seed(seed)
+        everywhere = torch.ones(self.num_envs, dtype=torch.bool, device=self.device)
+        self._begin(everywhere)
+        places = torch.arange(self.num_envs, device=self.device)
+        self.episode_length_buf.copy_(places % PHASES * self.max_episode_length // PHASES)
+        self._observe()
+        return self.get_observations()
+
+    def get_observations(self) -> TensorDict:
+        """Return what the policies see, shape (W, history * 5), under the name ``policy``."""
+        return TensorDict({OBSERVED: self.history.flat()}, batch_size=[self.num_envs])
+
+    def step(self, actions: Tensor) -> tuple[TensorDict, Tensor, Tensor, dict[str, Any]]:
+        """Let all policies act for one step.
+
+        A world that diverges begins anew, and counts as one whose time is over, so that a policy
+        neither seeks nor fears it; `divergences` names it.
+
+        Args:
+            actions: Offsets of the commands from the motors [rad], shape (W, 1).
+
+        Returns:
+            Observations, rewards (W,), whether an episode ended (W,), and for rsl-rl ``time_outs``
+            and what is to be logged.
+
+        Raises:
+            SimulationDiverged: More than half of all worlds diverged at once.
+        """
+        asked = actions.detach().to(self.device, torch.float32).reshape(self.num_envs)
+        change = self._apply(asked)
+        self.steps += 1
+        self.episode_length_buf += 1
+        reading, tip_error = self.loop.reading, self.tip_error()
+        rewards = step_reward(
+            self.config,
+            tip_error=tip_error,
+            action=self.history.action,
+            action_change=change,
+            tendon_speed=self.spool_radius * reading.motor_velocity[:, 0],
+        )
+        diverged = reading.diverged.clone()
+        dones = diverged | (self.episode_length_buf >= self.max_episode_length)
+        log = {
+            "/tip_error_m": tip_error.mean(),
+            "/action_change_rad": change.abs().mean(),
+            "/diverged_worlds": diverged.sum().float(),
+        }
+        self._renew_goals(dones)
+        if bool(dones.any()):
+            self._note_divergences(diverged, asked)
+            self._begin(dones)
+        self._observe()
+        return self.get_observations(), rewards, dones, {"time_outs": dones.float(), "log": log}
+
+    def _apply(self, asked: Tensor) -> Tensor:
+        """Hold the commands of what the policies ask for, (W,), and return how actions change."""
+        action = applied_action(asked, self.config.action_clip)
+        position = self.loop.reading.motor_position[:, 0]
+        self.loop.step(motor_command(position, action, self.config.command_range)[:, None])
+        before = self.history.action.clone()
+        self.history.act(torch.where(torch.isfinite(action), action, 0.0))
+        return self.history.action - before
+
+    def tip_error(self) -> Tensor:
+        """Return the distances between tips and goal points [m], shape (W,)."""
+        tip = self.loop.reading.tip
+        assert tip is not None
+        return torch.linalg.vector_norm(self.path.points(self.goal) - tip, dim=-1)
+
+    def _begin(self, worlds: Tensor) -> None:
+        """Begin episodes: new numbers, at rest under a command, the smaller the likelier."""
+        self.randomiser.draw(worlds)
+        low, high = self.config.command_range
+        command = low + (high - low) * self._uniform().square()
+        self.loop.reset(command[:, None], worlds)
+        self.history.reset(worlds)
+        self.goal.copy_(torch.where(worlds, self._draw_goals(), self.goal))
+        self.episode_length_buf.masked_fill_(worlds, 0)
+
+    def _renew_goals(self, dones: Tensor) -> None:
+        """Give some of the worlds that go on a new goal."""
+        renewed = (self._uniform() < self.config.goal_change) & ~dones
+        self.goal.copy_(torch.where(renewed, self._draw_goals(), self.goal))
+
+    def _draw_goals(self) -> Tensor:
+        low, high = self.config.goals
+        return low + (high - low) * self._uniform()
+
+    def _uniform(self) -> Tensor:
+        """Return a number between 0 and 1 for each world."""
+        return torch.rand(self.num_envs, generator=self._generator, device=self.device)
+
+    def _observe(self) -> None:
+        """Let the policies see what the sensors report."""
+        reading = self.loop.reading
+        self.history.observe(reading.motor_position[:, 0], reading.motor_velocity[:, 0], self.goal)
+
+    def _note_divergences(self, diverged: Tensor, asked: Tensor) -> None:
+        """Name the worlds that diverged, and stop where it is not a few."""
+        worlds = torch.nonzero(diverged).ravel().tolist()
+        self.divergence_count += len(worlds)
+        for world in worlds[-KEPT_DIVERGENCES:]:
+            fault = Divergence(
+                world=world, step=self.steps, goal=float(self.goal[world]),
+                action=float(asked[world]),
+            )  # fmt: skip
+            self.divergences.append(fault)
+        if 2 * len(worlds) > self.num_envs > 1:
+            raise SimulationDiverged(
+                f"a step must leave most worlds finite; {len(worlds)} of {self.num_envs} were not: "
+                f"{self.divergences[-1]}"
+            )

@@ -1,0 +1,85 @@
+"""Where the tip of a finger shall be: the goal point of every goal angle."""
+
+from __future__ import annotations
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from tendon_newton.errors import InvalidParameter
+from tendon_newton.mechanisms.kinematics import posture
+from tendon_newton.mechanisms.mechanism import Mechanism
+from tendon_newton.mechanisms.statics import closing_path
+from tendon_newton.policy_observation import goal_angle
+from tendon_newton.recording import Array
+
+POINTS = 1025
+"""Goal points in the table."""
+EQUILIBRIA = 201
+"""Postures from which they are interpolated; the points are off the path by less than 10 um."""
+
+
+class GoalPath:
+    """The path of the tip while the tendon closes the nominal finger without friction and gravity.
+
+    A goal angle alpha, seen from the first joint's axis, means the point of the path with that
+    angle.
+
+    Args:
+        mechanism: A finger with one tendon and a tip.
+        device: Where the table lives.
+
+    Raises:
+        InvalidParameter: The bench is no such finger.
+    """
+
+    def __init__(self, mechanism: Mechanism, device: torch.device | str = "cpu") -> None:
+        alpha, tip = tip_path(mechanism)
+        self.range = (float(alpha[0]), float(alpha[-1]))
+        """Angles from the open to the closed finger [rad]."""
+        grid = np.linspace(*self.range, POINTS)
+        table = np.column_stack([np.interp(grid, alpha, tip[:, axis]) for axis in range(3)])
+        self._table = torch.tensor(table, dtype=torch.float32, device=device)
+
+    def points(self, alpha: Tensor) -> Tensor:
+        """Return the goal points [m] of goal angles [rad], shape (W, 3) for (W,).
+
+        An angle beyond the path means its end.
+        """
+        low, high = self.range
+        place = ((alpha - low) * ((POINTS - 1) / (high - low))).clamp(0.0, POINTS - 1.0)
+        first = place.floor().clamp(max=POINTS - 2.0)
+        start = self._table[first.long()]
+        return start + (place - first)[:, None] * (self._table[first.long() + 1] - start)
+
+    def require(self, goals: tuple[float, float]) -> None:
+        """Refuse goal angles [rad] that are not on the path.
+
+        Raises:
+            InvalidParameter: Some are not.
+        """
+        low, high = self.range
+        if not low - 1.0e-6 <= goals[0] <= goals[1] <= high + 1.0e-6:
+            raise InvalidParameter(
+                f"goals must be angles that this finger passes, {low:.3f} to {high:.3f} rad; they "
+                f"are {goals[0]:.3f} to {goals[1]:.3f} rad"
+            )
+
+
+def tip_path(mechanism: Mechanism) -> tuple[Array, Array]:
+    """Return goal angles [rad], shape (N,), and the tip's path [m], shape (N, 3)."""
+    if mechanism.tip is None or len(mechanism.tendons) != 1:
+        raise InvalidParameter(
+            f"a policy moves the tip of a finger with one tendon; {mechanism.name!r} has "
+            f"{len(mechanism.tendons)} and {'no' if mechanism.tip is None else 'a'} tip"
+        )
+    path = closing_path(mechanism, count=EQUILIBRIA, gravity=np.zeros(3))
+    assert path.tip is not None
+    seen = path.tip - posture(mechanism, np.zeros(len(mechanism.joints))).anchor[0]
+    alpha = np.unwrap(goal_angle(seen[:, 0], seen[:, 2]))
+    if np.any(np.diff(alpha) <= 0.0):
+        raise InvalidParameter(
+            f"a goal angle must mean one point; the tip of {mechanism.name!r} comes back to angles "
+            "that it has passed"
+        )
+    return alpha, path.tip
