@@ -112,6 +112,8 @@ class Search:
     def extend(self, current: Candidate, chosen: tuple[str, ...], names: Sequence[str]) -> Round:
         """Try each of some effects on top of those already chosen, everything refitted jointly."""
         sets = [(*(n for n in chosen if n != name), name) for name in names]
+        rough = self.simulate_at(self.gap_scales(current), ROUGH_STEP)
+        current = refine(rough, [current], iterations=3)[0]  # without what was taken from it
         problems = [self.problem(effects, current) for effects in sets]
         coarse = self.gap_scales(current)
         rough = self.simulate_at(coarse, ROUGH_STEP)

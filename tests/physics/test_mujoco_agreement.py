@@ -31,7 +31,8 @@ def disagreement(mechanism: Mechanism, bench: str, lower: float, upper: float) -
     return float(np.max(shares))
 
 
-@pytest.mark.parametrize("name", asset_names())
+# the servo's load is unknown: its bare horn is there to be looked at, and turned by positions alone
+@pytest.mark.parametrize("name", [name for name in asset_names() if name != "servo"])
 def test_every_asset_moves_alike(name: str) -> None:
     """Without friction the trajectories agree to 1 % of the motion.
 
