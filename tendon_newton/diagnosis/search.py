@@ -35,7 +35,7 @@ FORM_FORCE = 0.1
 TYPICAL_SHARE = 0.9
 """Share of the residuals whose size is the size of a gap; a few jumps must not inflate it."""
 LONGLIST = 12
-"""Candidates that are fitted at the scale of the gap, after a look at their starting points."""
+"""Candidates that are fitted at the scale of the gap, after one step from their best start."""
 SHORTLIST = 6
 """Candidates that are followed down to the finest scale."""
 PROMISE = 0.4
@@ -119,9 +119,10 @@ class Search:
         rough = self.simulate_at(coarse, ROUGH_STEP)
         before = float(loss_terms(evaluate(rough, [current], [current.value])).sum())
         found = choose_start(rough, [p[0] for p in problems], [p[1] for p in problems])
+        found = refine(rough, found, iterations=1)  # a start may be no better than none at all
         longlist = np.argsort([c.loss for c in found])[:LONGLIST]
         for i, candidate in zip(
-            longlist, refine(rough, [found[i] for i in longlist], iterations=3), strict=True
+            longlist, refine(rough, [found[i] for i in longlist], iterations=2), strict=True
         ):
             found[i] = candidate
         order = promising([c.loss for c in found], before)

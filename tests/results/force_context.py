@@ -1,13 +1,13 @@
 """How much past and how much data a force network needs.
 
 ``python -m tests.results.force_context DATASET --out DIR`` trains one family with histories from
-0.25 to 3 s, and with a part of the train recordings, and prints the error on the test recordings.
-What is finished is not done again.
+0.25 to 3 s, and with a part of the train recordings, prints the error on the test recordings and
+draws it in ``force_context.png``. What is finished is not done again.
 """
 
 import argparse
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -25,9 +25,10 @@ from train.actuator.training import train_network
 from train.actuator.training_config import TrainingConfig
 
 HISTORIES = (0.25, 0.5, 1.0, 1.5, 2.0, 3.0)  # [s]
-SHARES = (0.125, 0.25, 0.5, 1.0)  # of the train recordings
+SHARES = (0.25, 0.5, 1.0)  # of the train recordings
 RATE = 20.0  # [Hz]
 PAPER_WINDOW = 30
+COLOUR = "#1764ab"
 
 
 def main() -> None:
@@ -43,6 +44,7 @@ def main() -> None:
     chosen = parser.parse_args()
     chosen.out.mkdir(parents=True, exist_ok=True)
     dataset = load_dataset(chosen.dataset)
+    found: dict[tuple[int, float], list[float]] = {}
     print(f"{'history':>8} {'data':>6} {'seed':>5} {'steps, mean RMSE':>17} {'all rows':>9}  [N]")
     for seed in chosen.seeds:
         base = TrainingConfig(
@@ -54,11 +56,38 @@ def main() -> None:
         )
         for window, share in cases():
             result = measured(dataset, replace(base, window=window), share, chosen.out)
+            found.setdefault((window, share), []).append(result["steps_rmse"])
             print(
                 f"{window / RATE:6.2f} s {100 * share:4.0f} % {seed:5d} "
                 f"{result['steps_rmse']:17.3f} {result['pooled_rmse']:9.3f}",
                 flush=True,
             )
+    draw(found, chosen.out / "force_context.png")
+
+
+def draw(found: Mapping[tuple[int, float], Sequence[float]], path: Path) -> None:
+    """Draw the errors of every seed over history and over data, and a line through their means."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(8.0, 3.2), layout="constrained")
+    FigureCanvasAgg(figure)
+    by_history, by_share = figure.subplots(1, 2, sharey=True)
+    sides = (
+        (by_history, {w / RATE: e for (w, share), e in found.items() if share == 1.0}),
+        (by_share, {100.0 * share: e for (w, share), e in found.items() if w == PAPER_WINDOW}),
+    )
+    for axes, errors_at in sides:
+        places = sorted(errors_at)
+        axes.plot(places, [np.mean(errors_at[place]) for place in places], "o-", color=COLOUR)
+        for place in places:
+            axes.plot([place] * len(errors_at[place]), errors_at[place], "_", color=COLOUR)
+        axes.grid(alpha=0.3)
+    by_history.set_ylim(0.0, 1.1 * max(map(max, found.values())))
+    by_history.set_xlabel("history [s], all recordings")
+    by_history.set_ylabel("test steps, mean RMSE [N]")
+    by_share.set_xlabel("train recordings [%], history 1.5 s")
+    figure.savefig(path, dpi=150)
 
 
 def cases() -> Iterator[tuple[int, float]]:

@@ -36,14 +36,19 @@ class Exported:
 
 
 def export_network(
-    out: Path, network: ForceNetwork, config: TrainingConfig, dataset: Dataset, data: ForceData
+    out: Path,
+    network: ForceNetwork,
+    config: TrainingConfig,
+    dataset: Dataset,
+    data: ForceData,
+    split: str = SPLIT_WORDS,
 ) -> Exported:
     """Measure a network on the test recordings and write it with its card."""
     # imported here, so that a machine without Warp can train: actuators load it
     from tendon_newton.actuators.networks.artifact import write_network
     from tendon_newton.actuators.networks.onnx_file import write_onnx
 
-    card = make_card(network, config, dataset, data)
+    card = make_card(network, config, dataset, data, split)
     if data.test:
         card = dataclasses.replace(card, held_out=measure(network, card, data))
     torchscript = out / f"{config.name}.pt"
@@ -53,7 +58,11 @@ def export_network(
 
 
 def make_card(
-    network: ForceNetwork, config: TrainingConfig, dataset: Dataset, data: ForceData
+    network: ForceNetwork,
+    config: TrainingConfig,
+    dataset: Dataset,
+    data: ForceData,
+    split: str = SPLIT_WORDS,
 ) -> ForceNetworkCard:
     """Say what a network takes and gives, and where it comes from."""
     low, high = data.fit.inputs.min(axis=0), data.fit.inputs.max(axis=0)
@@ -68,7 +77,7 @@ def make_card(
         bounds={name: (float(low[i]), float(high[i])) for i, name in enumerate(INPUTS)},
         training=Training(
             recordings=recorded_fold(dataset.path, data.fold),
-            split=SPLIT_WORDS,
+            split=split,
             seed=config.seed,
             git_commit=git_commit(),
             version=__version__,

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import torch
 
 from train.actuator.export import Exported, export_network
+from train.actuator.folds import SPLIT_WORDS
 from train.actuator.force_data import prepare
 from train.actuator.training import Progress, train_network
 
@@ -27,6 +28,7 @@ def train_to_file(
     *,
     report: Callable[[Progress], None],
     export: bool = True,
+    split: str = SPLIT_WORDS,
 ) -> Exported | None:
     """Train a network and write its files; what is finished already is not done again.
 
@@ -39,6 +41,7 @@ def train_to_file(
         out: Folder for the files.
         report: Called after every epoch.
         export: Whether to write the network's files; they need Warp and ONNX installed.
+        split: What the card says of the recordings.
     """
     torch.set_num_threads(config.threads)
     data = prepare(dataset, config)
@@ -54,7 +57,7 @@ def train_to_file(
     finally:
         log.close()
     write_history(out / f"{config.name}.json", config, done)
-    return export_network(out, network, config, dataset, data) if export else None
+    return export_network(out, network, config, dataset, data, split) if export else None
 
 
 def write_history(path: Path, config: TrainingConfig, done: Checkpoint) -> None:
