@@ -139,11 +139,9 @@ class DeploySenses:
         now = self.clock.now()
         if log is not None and now >= self._next_log:
             self._next_log = now + LOOK_PERIOD
-            counters = self.servo.counters
             log.session_log.health(
-                now, health,
-                {"missed": self.missed, "retries": counters.retries,
-                 "corrupted": counters.corrupted, "skipped_ticks": self._ticker.overruns},
+                now, health, self.servo.counters,
+                missed=self.missed, skipped=self._ticker.overruns,
             )  # fmt: skip
 
     def _listen(self) -> None:

@@ -180,11 +180,9 @@ class RunLoop:
         health = self.servo.check()
         self._temperature = health.temperature
         if self._log is not None:
-            counters = self.servo.counters
             self._log.health(
-                self.clock.now(), health,
-                {"missed": self.missed, "retries": counters.retries,
-                 "corrupted": counters.corrupted, "skipped_ticks": self.ticker.overruns},
+                self.clock.now(), health, self.servo.counters,
+                missed=self.missed, skipped=self.ticker.overruns,
             )  # fmt: skip
         self.settings.limits.check_temperature(health.temperature)
 

@@ -9,7 +9,7 @@ from hardware import ros_messages as ros
 from hardware.background_log import BackgroundLog
 from hardware.load_cells.base import LoadCellReading
 from hardware.mcap_file import McapFile
-from hardware.servos.base import ServoHealth, ServoState
+from hardware.servos.base import ServoCounters, ServoHealth, ServoState
 from tendon_newton.recording_formats.topic_mapping import (
     COMMAND_TOPIC,
     DIAGNOSTICS_TOPIC,
@@ -116,15 +116,29 @@ class SessionLog:
         stamp = self.time_base.stamp(instant)
         self.sink.write(TIP_TOPIC, ros.POINT, stamp, ros.point(stamp, "base", x, z))
 
-    def health(self, instant: float, health: ServoHealth, counters: Mapping[str, Any]) -> None:
-        """Write voltage, temperature, alerts and what was missed so far."""
+    def health(
+        self, instant: float, health: ServoHealth, counters: ServoCounters,
+        *, missed: int = 0, skipped: int = 0,
+    ) -> None:  # fmt: skip
+        """Write voltage, temperature, alerts and what was missed so far.
+
+        Args:
+            instant: When this was so [s].
+            health: What the servo says of itself.
+            counters: What went wrong on its bus.
+            missed: Ticks whose reading never came.
+            skipped: Ticks for which this computer was late.
+        """
         values = {
             "voltage": health.voltage,
             "temperature": health.temperature,
             "hardware_error": health.hardware_error,
             "torque_enabled": int(health.torque_enabled),
             "watchdog_tripped": int(health.watchdog_tripped),
-            **counters,
+            "missed": missed,
+            "retries": counters.retries,
+            "corrupted": counters.corrupted,
+            "skipped_ticks": skipped,
         }
         level = "error" if health.alerts else "ok"
         words = ", ".join(health.alerts) or "no alert"

@@ -46,7 +46,8 @@ class VirtualBench:
         seed: Which unit, and which noise.
         faults: What goes wrong.
         obstacle: What blocks the mechanism: ``free``, ``tape_roll``, ``hand`` or
-        ``hand_perturbation``. load_cell_rate: Lines per second: 80, 20 or 10 [Hz].
+            ``hand_perturbation``.
+        load_cell_rate: Lines per second: 80, 20 or 10 [Hz].
         model: Which servo's control table.
     """
 

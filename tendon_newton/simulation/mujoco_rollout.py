@@ -141,10 +141,7 @@ class MujocoRollout:
             self._solver.step(before, after, control, None, self._time_step)
 
     def _add_rotor(self, vectors: Any) -> None:
-        """Let the joints feel the inertia of the rotors.
-
-        And their own dry friction as hard as MuJoCo can.
-        """
+        """Let the joints feel the rotors' inertia, and dry friction as hard as MuJoCo can."""
         friction: Any = self._model.mujoco.solimpfriction
         friction.assign(np.tile(STICKING_FRICTION, (len(friction), 1)).astype(np.float32))
         table = self._rollout.table

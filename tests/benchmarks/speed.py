@@ -32,18 +32,12 @@ WORLDS = (1, 64, 1024)
 
 
 def stepped_commands() -> np.ndarray:
-    """Return 10 s of commands [rad], a new one every half second.
-
-    That keep the finger off its stops.
-    """
+    """Return 10 s of commands [rad], one every half second, that keep off the finger's stops."""
     return stairs(np.random.default_rng(7), 200, 1.0, 2.0, 10)
 
 
 def largest_step(kind: type[Engine], reference: np.ndarray) -> tuple[float, dict[str, float]]:
-    """Return an engine's largest step within the accuracy.
-
-    And the error [rad] of every step tried.
-    """
+    """Return an engine's largest accurate step [s], and the error [rad] of each step tried."""
     errors: dict[str, float] = {}
     for step in LADDER:
         run = follow(kind(1, step), stepped_commands())

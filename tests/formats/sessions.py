@@ -9,7 +9,7 @@ import numpy as np
 from hardware import ros_messages as ros
 from hardware.load_cells.base import LoadCellReading
 from hardware.mcap_file import McapFile
-from hardware.servos.base import ServoHealth, ServoState
+from hardware.servos.base import ServoCounters, ServoHealth, ServoState
 from hardware.session_log import SessionLog, TimeBase
 from tendon_newton.recording_formats.topic_mapping import (
     COMMAND_TOPIC,
@@ -78,7 +78,7 @@ def write_session(
             )  # fmt: skip
             log.force(instant, instant + 0.002, signals.force(t))
         if k % 40 == 0:
-            log.health(instant, HEALTH, {"missed": 0})
+            log.health(instant, HEALTH, ServoCounters())
             log.event(instant, "servo", "warn", "something happened", seconds=0.1)
     if finish:
         log.finish({"bench": "finger", "rows": str(rows)})

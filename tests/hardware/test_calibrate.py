@@ -34,6 +34,20 @@ def test_the_operator_is_led_through_and_shown_what_came_of_it(
     assert "good up to 19.6 N" in out
 
 
+def test_a_cell_on_a_serial_port_is_calibrated_in_real_time(tmp_path: Path) -> None:
+    """Three masses up and down, each measured as it comes out of the pseudo-terminal."""
+    path = tmp_path / "cell.toml"
+    words = ["--port", "virtual:finger:1", "--masses", "0.2,0.5,1", "--out", str(path)]
+    assert main(["calibrate", *words]) == 0
+    in_real_time = load_calibration(path)
+    faster = tmp_path / "faster.toml"
+    assert main(["calibrate", *VIRTUAL, *MASSES, "--out", str(faster)]) == 0
+    assert in_real_time.slope == pytest.approx(
+        load_calibration(faster).slope,
+        rel=0.01,  # its hysteresis and noise
+    )
+
+
 def test_the_same_cell_has_not_drifted_and_another_has(
     calibrated: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

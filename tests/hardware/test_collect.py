@@ -48,6 +48,24 @@ def test_every_excitation_stays_inside_the_command_range(name: str) -> None:
         assert np.all((command >= 0.0) & (command <= 2.0 * pi))
 
 
+@pytest.mark.parametrize("name", [*EXCITATIONS, *TEST_EXCITATIONS])
+def test_every_excitation_drives_a_servo_on_a_serial_port(tmp_path: Path, name: str) -> None:
+    """The SDK sends each through a pseudo-terminal, and what is logged is what was planned."""
+    trial = Trial(
+        path=tmp_path / "run.mcap", excitation=name, duration=1.0, lockstep=False,
+        settings=CollectSettings(settle=0.2),
+    )  # fmt: skip
+    outcome = trial.record()
+    assert outcome.finished
+    assert outcome.rows > 40, "of 80; a busy machine may lose ticks, not half of them"
+    run = PlannedRun(name="run", bench="finger", excitation=name, duration=1.0)
+    planned = run.command(trial.settings.seed, trial.settings.rate)
+    logged = trial.recording().command
+    assert logged is not None
+    apart = np.abs(logged - planned[None, :]).min(axis=1)
+    assert apart.max() < 1e-6, "as rounded in the file"
+
+
 def test_the_test_commands_are_those_of_the_paper() -> None:
     """Steps to 0, 2, 4, 1 rad held 1, 2, 3 s; a ramp of 1.5 rad/s; a sine from open to pi."""
     for hold in (1, 2, 3):

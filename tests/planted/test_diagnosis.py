@@ -47,9 +47,10 @@ def test_diagnosis_names_the_hidden_cause(hidden: str, mix: str, tmp_path: Path)
 
 @pytest.mark.parametrize("known_friction", [False, True])
 def test_diagnosis_is_silent_where_nothing_is_hidden(known_friction: bool, tmp_path: Path) -> None:
-    """Also of a servo whose friction is the model's in size, but not in law.
+    """Nor where the servo's friction is the model's in size, but not in law.
 
-    Of full length: how much bristles leave of Coulomb's law is judged by many reversals.
+    The recordings have full length: how much bristles leave of Coulomb's law is judged by many
+    reversals.
     """
     answer = diagnosed(tmp_path, Recipe(seed=1, mix="A", known_friction=known_friction))
     assert (answer["verdict"], answer["effects"]) == ("no_gap", [])
