@@ -15,6 +15,8 @@ LATENCY_MAX = 1
 UDEV_RULE = 'ACTION=="add", SUBSYSTEM=="usb-serial", DRIVERS=="ftdi_sio", ATTR{latency_timer}="1"'
 LISTED_MAX = 3
 """Processes that are named."""
+MEMORY_DEVICES = 1
+"""Major number in Linux of /dev/null and its like, which half of all programs have open."""
 FTDI = 0x0403
 """Vendor number of the chip in a U2D2."""
 
@@ -60,7 +62,8 @@ def check_port(
             remedy="plug it in; ls -l /dev/serial/by-id names what is there",
         )
         return
-    if not stat.S_ISCHR(os.stat(port).st_mode):  # noqa: PTH116  # a path of a device
+    device = os.stat(port)  # noqa: PTH116  # a path of a device
+    if not stat.S_ISCHR(device.st_mode) or os.major(device.st_rdev) == MEMORY_DEVICES:
         yield Observation(
             subject=subject,
             verdict="fix",

@@ -112,8 +112,9 @@ def test_a_second_opener_is_named_and_ours_is_not(ports: VirtualPorts) -> None:
 def test_a_file_that_is_no_port_is_told_apart(tmp_path: Path) -> None:
     """A slip of the keyboard, before anything opens it."""
     (tmp_path / "notes").touch()
-    (observation,) = check_port("servo port", str(tmp_path / "notes"))
-    assert (observation.verdict, "no serial port" in observation.found) == ("fix", True)
+    for path in (tmp_path / "notes", Path("/dev/null")):
+        (observation,) = check_port("servo port", str(path))
+        assert (observation.verdict, "no serial port" in observation.found) == ("fix", True)
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may open everything")
