@@ -194,8 +194,7 @@ class Bus:
                 silent += 1
                 self._counters.silent += 1
             else:
-                self._counters.corrupted += 1
-                self._late.pop(asked or 0, None)  # that was it, broken
+                self._counters.corrupted += 1  # of which question is not known: it stays open
         attempts = 1 + self._retries
         raise ServoSilent(
             f"servo {self.identifier} on {self.name} must answer to {what} at {self.baud} baud; "
