@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,6 +19,27 @@ EXCESS = 1.35
 """A residual this many noise floors in size is more than noise."""
 FORM_ALLOWANCE = 3.0
 """With dry friction in the model its form error may be this many times the typical one."""
+COUNT = 1.5e-3
+"""Gap of the motor angle [rad] that a 12-bit encoder shows as one count."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sizes:
+    """What a fit leaves, root mean square of the rows that count."""
+
+    theta: float
+    """[rad]"""
+    force: float | None
+    """[N]; None without a load cell."""
+
+
+def residual_sizes(search: Search, point: Linearisation, scales: Scales) -> Sizes:
+    """Return the size of a fit's residuals, which are in units of some scales."""
+    force = point.residual[search.where.is_force]
+    return Sizes(
+        theta=trimmed_size(point.residual[~search.where.is_force], KEPT) * scales.theta,
+        force=trimmed_size(force, KEPT) * scales.force if len(force) else None,
+    )
 
 
 def is_noise(
@@ -39,13 +61,9 @@ def is_noise(
         effects: All effects in the model.
     """
     dry = any(find_effect(name).dry for name in effects)
-    theta = trimmed_size(point.residual[~search.where.is_force], KEPT) * scales.theta
-    force = point.residual[search.where.is_force]
-    limit_theta = np.hypot(EXCESS * noise.theta, FORM_ALLOWANCE * FORM_THETA if dry else 0.0)
+    limit_theta = np.hypot(EXCESS * noise.theta, FORM_ALLOWANCE * FORM_THETA if dry else COUNT)
     limit_force = np.hypot(
         EXCESS * (noise.force or 0.0), FORM_ALLOWANCE * FORM_FORCE if dry else 0.0
     )
-    return bool(
-        theta <= limit_theta
-        and (len(force) == 0 or trimmed_size(force, KEPT) * scales.force <= limit_force)
-    )
+    left = residual_sizes(search, point, scales)
+    return bool(left.theta <= limit_theta and (left.force is None or left.force <= limit_force))

@@ -10,7 +10,7 @@ import numpy as np
 
 from tendon_newton.dataset import Dataset
 from tendon_newton.diagnosis.adequacy import is_noise
-from tendon_newton.diagnosis.attribution import Attribution, attribute, noise_loss
+from tendon_newton.diagnosis.attribution import Attribution, attribute
 from tendon_newton.diagnosis.evaluation import (
     SquaredErrors,
     evaluate_models,
@@ -23,6 +23,7 @@ from tendon_newton.diagnosis.explanation import (
     model_without,
     settings_of,
 )
+from tendon_newton.diagnosis.gate import noise_loss
 from tendon_newton.diagnosis.identifiability import Confounded, find_confounded, is_flat
 from tendon_newton.diagnosis.result import (
     CandidateScore,
@@ -153,7 +154,7 @@ def judge(search: Search, attribution: Attribution, model: Model) -> tuple[Verdi
     last = attribution.rounds[len(final.effects) - 1]
     left = is_noise(search, final.point, last.scales, noise, [*known, *final.effects])
     top = attribution.rounds[0].current
-    floor = noise_loss(search, first.scales, noise)
+    floor = noise_loss(search, first, noise)
     rescored = search.score(
         [top.effects, final.effects], [top.candidate, final.candidate], first.scales
     )
@@ -281,7 +282,7 @@ def candidate_scores(search: Search, attribution: Attribution) -> tuple[Candidat
     Those that were not followed to the end have their coarse score.
     """
     first = attribution.rounds[0]
-    floor = noise_loss(search, first.scales, search.study.noise)
+    floor = noise_loss(search, first, search.study.noise)
     above = max(first.current.loss - floor, 1.0e-12)
     scores = [
         CandidateScore(

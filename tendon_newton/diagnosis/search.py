@@ -77,7 +77,7 @@ class Round:
 
     scales: Scales
     current: Fit
-    """What the candidates extend."""
+    """What the candidates are compared with."""
     fits: tuple[Fit, ...]
     """Candidates that were followed to the finest scale, best first."""
     coarse: dict[str, float]
@@ -125,7 +125,7 @@ class Search:
             longlist, refine(rough, [found[i] for i in longlist], iterations=2), strict=True
         ):
             found[i] = candidate
-        order = promising([c.loss for c in found], before)
+        order = promising(found, before)
         finalists, fine = self.descend(
             [current, *(found[i] for i in order)],
             [0, *(parameter_count(sets[i][-1:]) for i in order)],
@@ -263,11 +263,22 @@ def starts_around(candidate: Candidate, newest: int) -> Array:
     return np.array(starts)
 
 
-def promising(losses: Sequence[float], before: float) -> Indices:
-    """Return the places of the candidates worth following, best first, given what they extend."""
-    order = np.argsort(losses)[:SHORTLIST]
-    gains = before - np.asarray(losses)[order]
-    return order[gains >= min(gains[0], PROMISE * gains[0])]
+def promising(candidates: Sequence[Candidate], before: float) -> Indices:
+    """Return the places of the candidates worth following, best first, given what they extend.
+
+    One at a bound gets no name, so it must not set the others' bar.
+    """
+    gains = before - np.array([c.loss for c in candidates])
+    inside = [gain for gain, c in zip(gains, candidates, strict=True) if not held(c)]
+    bar = max(inside, default=gains.max())
+    order = np.argsort(-gains)[:SHORTLIST]
+    return order[gains[order] >= min(bar, PROMISE * bar)]
+
+
+def held(candidate: Candidate) -> bool:
+    """Tell whether any number of a candidate ended at its bound."""
+    at = (candidate.value == candidate.lower) | (candidate.value == candidate.upper)
+    return bool(at.any())
 
 
 def parameter_count(effects: Sequence[str]) -> int:

@@ -9,8 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tendon_newton.bench_overrides import BenchOverrides
-from tendon_newton.diagnosis.attribution import CLASS_ERRORS, EQUAL_SHARE
+from tendon_newton.diagnosis.attribution import CLASS_ERRORS
 from tendon_newton.diagnosis.explanation import OpenClass, Setting
+from tendon_newton.diagnosis.gate import EQUAL_SHARE
 from tendon_newton.diagnosis.imitation import Likeness, Trial, find_likenesses
 from tendon_newton.effects import EFFECTS
 from tendon_newton.excitations import EXCITATIONS, excite

@@ -1,0 +1,169 @@
+"""May a cause be named? What an extension of the model must gain, on folds that it did not see."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tendon_newton.diagnosis.adequacy import COUNT, is_noise, residual_sizes
+from tendon_newton.diagnosis.detection import gain_p_value
+from tendon_newton.diagnosis.search import Fit, Round, Search, parameter_count
+from tendon_newton.effects import find_effect
+from tendon_newton.identification.least_squares import Candidate
+from tendon_newton.identification.noise_floor import NoiseFloor
+from tendon_newton.identification.objective import group_sums
+from tendon_newton.recording import Array
+
+P_VALUE = 0.02
+"""Chance of a false alarm that a step of the extension may take."""
+LEAST_T = 1.7
+"""Paired gain over its standard error, from block to block, that a step needs."""
+LEAST_SHARE = 0.15
+"""Share of the loss above the noise that a cause must remove."""
+QUIET_SHARE = 0.65
+"""The same where the residual looks like noise already: form errors must not get names."""
+LEAST_ORIGINAL_SHARE = 0.05
+"""Share of the starting model's loss above the noise below which nothing is sought or named."""
+POSITION_SHARE = 0.01
+"""The same where only positions are known: no law of dry friction leaves an error of form there."""
+LEAST_FORCE = 0.01
+"""Change of the force [N] that is worth a name; of the motor angle it is one count."""
+EQUAL_SHARE = 0.01
+"""Losses closer than this share of the gain count as equal, however small their standard error."""
+SMALL_SHARE = 0.2
+"""Losses further apart than this share of the gain differ, however large their standard error."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gate:
+    """Decides which extensions of a model are findings.
+
+    Args:
+        search: Fits of the training recordings.
+        known: Effects that the starting model has.
+        noise: Noise of the sensors.
+        baseline: The starting model with its unknown numbers refitted.
+        rng: Of the surrogates.
+    """
+
+    search: Search
+    known: Sequence[str]
+    noise: NoiseFloor
+    baseline: Candidate
+    rng: np.random.Generator
+
+    def chance(self, tried: Round) -> float:
+        """Return the chance of a round's best gain when there is nothing to find."""
+        return gain_p_value(self.search, tried.fits, tried.current, self.rng)
+
+    def opens(self, tried: Round, fit: Fit, chance: float) -> bool:
+        """Tell whether a fit is a clear, significant gain on unseen folds, in most of the data."""
+        current = tried.current
+        gap = self.above_noise(tried, current)
+        gain, error = paired(current.losses, fit.losses)
+        by_part = part_losses(self.search, current.losses - fit.losses)
+        share = QUIET_SHARE if self.is_quiet(tried, current) else LEAST_SHARE
+        return (
+            gap > 0.0
+            and chance <= P_VALUE
+            and gain > max(share * gap, self.least_gap(tried))
+            and gain > LEAST_T * error
+            and float(np.mean(by_part > 0.0)) > 0.5
+            and not at_bound(fit)
+            and self.is_material(tried, fit)
+        )
+
+    def is_quiet(self, tried: Round, fit: Fit) -> bool:
+        """Tell whether a fit leaves no more than noise and the form errors of its effects."""
+        effects = [*self.known, *fit.effects]
+        return is_noise(self.search, fit.point, tried.scales, self.noise, effects)
+
+    def is_material(self, tried: Round, fit: Fit) -> bool:
+        """Tell whether a fit changes what is simulated by more than nobody would miss."""
+        before, after = (
+            residual_sizes(self.search, f.point, tried.scales) for f in (tried.current, fit)
+        )
+        theta = before.theta**2 - after.theta**2
+        force = (before.force or 0.0) ** 2 - (after.force or 0.0) ** 2
+        return theta > COUNT**2 or force > LEAST_FORCE**2
+
+    def is_exhausted(self, tried: Round, fit: Fit) -> bool:
+        """Tell whether a fit leaves so little of the first gap that nothing more is sought."""
+        return self.above_noise(tried, fit) < self.least_gap(tried)
+
+    def least_gap(self, tried: Round) -> float:
+        """Return the loss above the noise that is worth explaining, at a round's scales."""
+        share = POSITION_SHARE if self.search.study.kinematic else LEAST_ORIGINAL_SHARE
+        start = tried.current
+        if start.effects:
+            start = self.search.score([()], [self.baseline], tried.scales)[0]
+        return share * self.above_noise(tried, start)
+
+    def above_noise(self, tried: Round, fit: Fit) -> float:
+        """Return the loss that a fit leaves above that of sensor noise alone."""
+        return fit.loss - noise_loss(self.search, tried, self.noise)
+
+
+def simplest(tried: Round) -> Fit:
+    """Return the simplest candidate that is within one standard error of the best.
+
+    A number at the edge of its range stands for something that the range rules out: such
+    candidates come last.
+    """
+    inside = [fit for fit in tried.fits if not at_bound(fit)] or list(tried.fits)
+    best = inside[0]
+    gain = tried.current.loss - best.loss
+    choice = best
+    for fit in inside[1:]:
+        close = is_close(fit, best, gain, 1.0)
+        if close and parameter_count(fit.effects) < parameter_count(choice.effects):
+            choice = fit
+    return choice
+
+
+def is_close(fit: Fit, best: Fit, gain: float, errors: float) -> bool:
+    """Tell whether a fit explains as much as another of a given gain.
+
+    Args:
+        fit: It.
+        best: The other.
+        gain: What the other removes.
+        errors: Standard errors of the difference that count as none.
+    """
+    behind, error = paired(fit.losses, best.losses)
+    return behind <= max(min(errors * error, SMALL_SHARE * gain), EQUAL_SHARE * gain)
+
+
+def paired(worse: Array, better: Array) -> tuple[float, float]:
+    """Return the summed difference of block losses and its standard error."""
+    difference = worse - better
+    return float(difference.sum()), float(difference.std(ddof=1) * np.sqrt(len(difference)))
+
+
+def noise_loss(search: Search, tried: Round, noise: NoiseFloor) -> float:
+    """Return the loss that sensor noise alone leaves, at a round's scales."""
+    forces = int(np.sum(search.where.is_force))
+    angles = len(search.where.is_force) - forces
+    theta = angles * (noise.theta / tried.scales.theta) ** 2
+    force = forces * ((noise.force or 0.0) / tried.scales.force) ** 2
+    return 0.5 * (theta + force)
+
+
+def part_losses(search: Search, losses: Array) -> Array:
+    """Sum losses of blocks by recording, or by fold where those are few, shape (R,) or (K,)."""
+    folds = search.folds
+    parts = search.where.recording if folds.of_recording is not None else folds.of_entry
+    owner = np.zeros(search.where.block_count, dtype=np.intp)
+    owner[search.where.block] = parts
+    return group_sums(losses, owner)
+
+
+def at_bound(fit: Fit) -> bool:
+    """Tell whether the last effect of a fit ended at a parameter's bound other than its null."""
+    count = parameter_count(fit.effects[-1:])
+    parameters = find_effect(fit.effects[-1]).parameters
+    c = fit.candidate
+    rows = zip(parameters, c.value[-count:], c.lower[-count:], c.upper[-count:], strict=True)
+    return any(value in (low, high) and value != p.null for p, value, low, high in rows)

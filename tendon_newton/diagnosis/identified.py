@@ -1,0 +1,80 @@
+"""``identified.usda``: what a diagnosis found about a mechanism, for any program that reads USD."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+from tendon_newton import __version__
+from tendon_newton.dataset import FILE_NAME, Dataset
+from tendon_newton.diagnosis.result import SCHEMA, Diagnosis
+from tendon_newton.effects import find_effect
+from tendon_newton.mechanisms.correction import correct
+from tendon_newton.mechanisms.identified_layer import (
+    FoundNumber,
+    Provenance,
+    write_identified_layer,
+)
+from tendon_newton.mechanisms.mechanism import load_mechanism
+
+NAME = "identified"
+
+
+def write_identified(out: Path, diagnosis: Diagnosis, dataset: Dataset) -> tuple[Path, ...]:
+    """Write a layer of overrides for every bench of a dataset, and return the files.
+
+    One bench gives ``identified.usda``, several ``identified_<bench>.usda``. A number that a
+    diagnosis leaves alone is not overridden: a layer without overrides says that the asset fits.
+
+    Args:
+        out: Folder for the files.
+        diagnosis: What was found.
+        dataset: What it was found on.
+    """
+    benches = dict.fromkeys(r.bench for r in (*dataset.train, *dataset.test))
+    provenance = Provenance(
+        version=__version__,
+        schema=SCHEMA,
+        verdict=diagnosis.verdict,
+        dataset=dataset_hash(dataset),
+        numbers=found_numbers(diagnosis),
+    )
+    files = []
+    for bench in benches:
+        name = NAME if len(benches) == 1 else f"{NAME}_{bench}"
+        files.append(out / f"{name}.usda")
+        write_identified_layer(
+            files[-1], correct(load_mechanism(bench), diagnosis.model), provenance
+        )
+    return tuple(files)
+
+
+def found_numbers(diagnosis: Diagnosis) -> dict[str, dict[str, FoundNumber]]:
+    """Return the numbers of all effects of the extended model, with intervals where it has them."""
+    estimates = {effect.name: effect.parameters for effect in diagnosis.effects}
+    table: dict[str, dict[str, FoundNumber]] = {}
+    for effect in diagnosis.model.effects:
+        own = estimates.get(effect.name, {})
+        units = {p.name: p.unit for p in find_effect(effect.name).parameters}
+        table[effect.name] = {
+            name: FoundNumber(
+                value=float(value),
+                ci95=own[name].ci95 if name in own else None,
+                unit=units[name],
+            )
+            for name, value in effect.values.items()
+        }
+    return table
+
+
+def dataset_hash(dataset: Dataset) -> str:
+    """Return one SHA-256 of a dataset: of its list and of every recording's file, in order."""
+    total = hashlib.sha256()
+    names = [FILE_NAME, *(r.name for r in (*dataset.train, *dataset.test))]
+    for name in names:
+        path = dataset.path / name
+        files = sorted(path.rglob("*")) if path.is_dir() else [path]
+        for file in files:
+            if file.is_file():
+                total.update(hashlib.sha256(file.read_bytes()).digest())
+    return total.hexdigest()
