@@ -110,7 +110,10 @@ def look_ahead(gate: Gate, tried: Round, names: Sequence[str]) -> tuple[Round, F
     inside = [fit for fit in tried.fits if not at_bound(fit)][:LOOKED_THROUGH]
     for first in inside:
         rest = [name for name in names if name not in first.effects]
-        both = gate.search.extend(first.candidate, first.effects, rest)
+        survey = gate.search.survey(first.candidate, first.effects, rest)
+        if not survey.closes:
+            continue
+        both = gate.search.follow(survey)
         start = gate.search.score([current.effects], [current.candidate], both.scales)[0]
         joint = replace(both, current=start)
         found = simplest(joint)

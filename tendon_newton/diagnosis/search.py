@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tendon_newton.diagnosis.starts import MOST_STARTS, spread, starting_grid, starts_around
 from tendon_newton.effects import find_effect
 from tendon_newton.identification.folds import held_out_losses, make_folds
 from tendon_newton.identification.least_squares import (
@@ -22,7 +23,6 @@ from tendon_newton.identification.least_squares import (
 from tendon_newton.identification.objective import Scales, layout, loss_terms, stack
 from tendon_newton.identification.study import Study
 from tendon_newton.model_file import Model
-from tendon_newton.parameters import Parameter
 from tendon_newton.recording import Array, Indices
 
 FORM_THETA = 3.0e-3
@@ -40,13 +40,8 @@ SHORTLIST = 6
 """Candidates that are followed down to the finest scale."""
 PROMISE = 0.4
 """Share of the best candidate's gain at the scale of the gap that another needs to be followed."""
-STARTS_AROUND = (0.7, 0.87, 1.15, 1.4)
-"""Factors on a fitted value at which a finer search starts again.
-
-The finer the scale, the narrower the valley.
-"""
-MOST_STARTS = 24
-"""Starting points per candidate."""
+CLOSED = 0.3
+"""Share of a gap that may be left at its own scale by what will close it."""
 ROUGH_STEP = 1.0e-3
 """Simulation step [s] until the finest scale; at 2 ms the stops leave errors that hide a bias."""
 DESCENT = ((3, ROUGH_STEP, 1.0e-3), (3, ROUGH_STEP, 1.0e-3), (5, None, 1.0e-4))
@@ -69,6 +64,28 @@ class Fit:
     def loss(self) -> float:
         """Loss on held-out folds, summed over blocks."""
         return float(self.losses.sum())
+
+
+@dataclass(frozen=True, kw_only=True)
+class Survey:
+    """Candidates at the scale of the gap, with simulations as rough as that allows."""
+
+    chosen: tuple[str, ...]
+    """What the candidates extend."""
+    current: Candidate
+    """The same, fitted."""
+    loss: float
+    """Its loss."""
+    sets: tuple[tuple[str, ...], ...]
+    """Effects of each candidate, the one tried last at the end."""
+    candidates: tuple[Candidate, ...]
+    """Each with its loss."""
+    scales: Scales
+
+    @property
+    def closes(self) -> bool:
+        """Whether any candidate leaves so little that its gap may be closed."""
+        return min(c.loss for c in self.candidates) < CLOSED * self.loss
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,12 +128,16 @@ class Search:
 
     def extend(self, current: Candidate, chosen: tuple[str, ...], names: Sequence[str]) -> Round:
         """Try each of some effects on top of those already chosen, everything refitted jointly."""
+        return self.follow(self.survey(current, chosen, names))
+
+    def survey(self, current: Candidate, chosen: tuple[str, ...], names: Sequence[str]) -> Survey:
+        """Fit each of some effects on top of those already chosen at the scale of the gap."""
         sets = [(*(n for n in chosen if n != name), name) for name in names]
         rough = self.simulate_at(self.gap_scales(current), ROUGH_STEP)
         current = refine(rough, [current], iterations=3)[0]  # without what was taken from it
         problems = [self.problem(effects, current) for effects in sets]
-        coarse = self.gap_scales(current)
-        rough = self.simulate_at(coarse, ROUGH_STEP)
+        scales = self.gap_scales(current)
+        rough = self.simulate_at(scales, ROUGH_STEP)
         before = float(loss_terms(evaluate(rough, [current], [current.value])).sum())
         found = choose_start(rough, [p[0] for p in problems], [p[1] for p in problems])
         found = refine(rough, found, iterations=1)  # a start may be no better than none at all
@@ -125,18 +146,30 @@ class Search:
             longlist, refine(rough, [found[i] for i in longlist], iterations=2), strict=True
         ):
             found[i] = candidate
-        order = promising(found, before)
-        finalists, fine = self.descend(
-            [current, *(found[i] for i in order)],
-            [0, *(parameter_count(sets[i][-1:]) for i in order)],
-            coarse,
+        return Survey(
+            chosen=chosen,
+            current=current,
+            loss=before,
+            sets=tuple(sets),
+            candidates=tuple(found),
+            scales=scales,
         )
-        fits = self.score([chosen, *(sets[i] for i in order)], finalists, fine)
+
+    def follow(self, survey: Survey) -> Round:
+        """Follow the candidates that promise most down to the finest scale."""
+        sets, found = survey.sets, survey.candidates
+        order = promising(found, survey.loss)
+        finalists, fine = self.descend(
+            [survey.current, *(found[i] for i in order)],
+            [0, *(parameter_count(sets[i][-1:]) for i in order)],
+            survey.scales,
+        )
+        fits = self.score([survey.chosen, *(sets[i] for i in order)], finalists, fine)
         return Round(
             scales=fine,
             current=fits[0],
             fits=tuple(sorted(fits[1:], key=lambda fit: fit.loss)),
-            coarse_current=before,
+            coarse_current=survey.loss,
             coarse={s[-1]: c.loss for s, c in zip(sets, found, strict=True)},
         )
 
@@ -229,38 +262,6 @@ def trimmed_size(residual: Array, share: float) -> float:
     """Return the root mean square of the smaller residuals, which are that share [1] of all."""
     ordered = np.sort(np.abs(residual))[: max(1, int(share * len(residual)))]
     return float(np.sqrt(np.mean(ordered**2)))
-
-
-def starting_grid(parameter: Parameter, value: float) -> list[float]:
-    """Return values from which a search for one parameter starts, around its typical size."""
-    if parameter.null == 1.0:
-        grid = [0.5, 0.7, 0.85, 1.15, 1.4, 2.0, 3.0]
-    else:
-        typical = abs(parameter.nominal) or 0.1 * parameter.upper
-        sizes = [typical * factor for factor in (0.1, 0.3, 1.0, 3.0)]
-        grid = [*sizes, *(-s for s in sizes)] if parameter.lower < 0.0 else sizes
-        grid += [value * factor for factor in (0.5, 1.5, 2.0, 3.0) if np.isfinite(value)]
-    inside = [float(np.clip(x, parameter.lower, parameter.upper)) for x in grid]
-    return (
-        list(dict.fromkeys([*inside, value])) if np.isfinite(value) else list(dict.fromkeys(inside))
-    )
-
-
-def spread(points: list[tuple[float, ...]], most: int) -> list[tuple[float, ...]]:
-    """Return points evenly spread over a list, at most so many."""
-    places = np.linspace(0, len(points) - 1, min(most, len(points)))
-    return [points[int(place)] for place in places]
-
-
-def starts_around(candidate: Candidate, newest: int) -> Array:
-    """Return a candidate's value, and values with one of its last numbers moved, shape (S, F)."""
-    starts = [candidate.value]
-    places = range(len(candidate.columns) - newest, len(candidate.columns))
-    for f, factor in itertools.product(places, STARTS_AROUND):
-        moved = candidate.value.copy()
-        moved[f] = np.clip(moved[f] * factor, candidate.lower[f], candidate.upper[f])
-        starts.append(moved)
-    return np.array(starts)
 
 
 def promising(candidates: Sequence[Candidate], before: float) -> Indices:

@@ -80,6 +80,12 @@ def loss_weights(scaled: Array) -> Array:
     return 1.0 / (1.0 + (scaled / TAIL) ** 2)
 
 
+def loss_curvatures(scaled: Array) -> Array:
+    """Return the second derivatives of the loss by the residuals, those of the tails as zero."""
+    share = (scaled / TAIL) ** 2
+    return np.maximum(1.0 - share, 0.0) / (1.0 + share) ** 2
+
+
 def block_losses(scaled: Array, where: Layout) -> Array:
     """Return the summed loss of each block of time, shape (N, B)."""
     terms = loss_terms(scaled)
