@@ -75,8 +75,12 @@ def attribute(
     rounds: list[Round] = []
     p_value = 1.0
     final = None
+    exhausted = False
     while len(chosen) < MOST_CAUSES:
-        tried = search.extend(current, chosen, [n for n in names if n not in chosen])
+        survey = search.survey(current, chosen, [n for n in names if n not in chosen])
+        if exhausted and not survey.closes:
+            break
+        tried = search.follow(survey)
         chance = gate.chance(tried)
         p_value = p_value if rounds else chance
         rounds.append(tried)
@@ -89,11 +93,12 @@ def attribute(
             rounds.append(tried)
         final = found
         current, chosen = found.candidate, found.effects
-        if gate.is_exhausted(tried, found):
+        exhausted = gate.is_exhausted(tried, found)
+        if exhausted and gate.is_quiet(tried, found):
             break
     classes: dict[str, tuple[Fit, ...]] = {}
     if final is not None:
-        final, classes = examine(gate, final, names, rounds[0])
+        final, classes = examine(gate, final, names, rounds)
     return Attribution(
         rounds=tuple(rounds), baseline=baseline, final=final, classes=classes, p_value=p_value
     )
@@ -122,15 +127,8 @@ def look_ahead(gate: Gate, tried: Round, names: Sequence[str]) -> tuple[Round, F
     return None
 
 
-def others_of(search: Search, final: Fit, effect: str) -> tuple[tuple[str, ...], Candidate]:
-    """Return the other effects of a fit, and a candidate with their parameters alone."""
-    others = tuple(name for name in final.effects if name != effect)
-    candidate, _ = search.problem(others, final.candidate)
-    return others, candidate
-
-
 def examine(
-    gate: Gate, final: Fit, names: Sequence[str], alone: Round
+    gate: Gate, final: Fit, names: Sequence[str], rounds: Sequence[Round]
 ) -> tuple[Fit, dict[str, tuple[Fit, ...]]]:
     """Drop causes that later ones made redundant; find for the others what could replace them.
 
@@ -138,22 +136,30 @@ def examine(
         gate: Decides what is a finding.
         final: All causes together.
         names: Effects that may be named.
-        alone: The round in which every effect was tried by itself.
+        rounds: What was tried before; the first holds every effect alone.
     """
     search = gate.search
     if len(final.effects) == 1:
-        return final, {final.effects[0]: indistinguishable(search, alone, final.effects[0])}
+        return final, {final.effects[0]: indistinguishable(search, rounds[0], final.effects[0])}
     classes = {}
     for effect in final.effects:
-        others, candidate = others_of(search, final, effect)
-        rivals = [name for name in names if name not in others]
-        tried = search.extend(candidate, others, rivals)
+        others = tuple(name for name in final.effects if name != effect)
+        tried = next((r for r in rounds if extends(r, others)), None)
+        if tried is None:
+            candidate, _ = search.problem(others, final.candidate)
+            rivals = [name for name in names if name not in others]
+            tried = search.extend(candidate, others, rivals)
         if redundant(gate, tried, effect):
-            return examine(gate, tried.current, names, alone)
+            return examine(gate, tried.current, names, rounds)
         if (simpler := special_case(tried, effect)) is not None:
-            return examine(gate, simpler, names, alone)
+            return examine(gate, simpler, names, rounds)
         classes[effect] = indistinguishable(search, tried, effect)
     return final, classes
+
+
+def extends(tried: Round, effects: tuple[str, ...]) -> bool:
+    """Tell whether a round put one effect after another on top of some."""
+    return tried.current.effects == effects == tried.fits[0].effects[:-1]
 
 
 def special_case(tried: Round, effect: str) -> Fit | None:

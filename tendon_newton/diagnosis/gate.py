@@ -23,9 +23,11 @@ LEAST_T = 1.7
 LEAST_SHARE = 0.15
 """Share of the loss above the noise that a cause must remove."""
 QUIET_SHARE = 0.65
-"""The same where the residual looks like noise already: form errors must not get names."""
+"""The same where the residual looks like noise already, for form errors must not get names; and
+where what is left is small beside the first gap, but more than noise."""
 LEAST_ORIGINAL_SHARE = 0.05
-"""Share of the starting model's loss above the noise below which nothing is sought or named."""
+"""Share of the starting model's loss above the noise below which nothing is named that does not
+close the gap."""
 POSITION_SHARE = 0.01
 """The same where only positions are known: no law of dry friction leaves an error of form there."""
 LEAST_FORCE = 0.01
@@ -64,11 +66,16 @@ class Gate:
         gap = self.above_noise(tried, current)
         gain, error = paired(current.losses, fit.losses)
         by_part = part_losses(self.search, current.losses - fit.losses)
-        share = QUIET_SHARE if self.is_quiet(tried, current) else LEAST_SHARE
+        if self.is_quiet(tried, current):
+            least = max(QUIET_SHARE * gap, self.least_gap(tried))
+        elif self.is_quiet(tried, fit) and gain > QUIET_SHARE * gap:
+            least = 0.0  # it closes the gap, however small that is beside the first one
+        else:
+            least = max(LEAST_SHARE * gap, self.least_gap(tried))
         return (
             gap > 0.0
             and chance <= P_VALUE
-            and gain > max(share * gap, self.least_gap(tried))
+            and gain > least
             and gain > LEAST_T * error
             and float(np.mean(by_part > 0.0)) > 0.5
             and not at_bound(fit)
@@ -90,7 +97,7 @@ class Gate:
         return theta > COUNT**2 or force > LEAST_FORCE**2
 
     def is_exhausted(self, tried: Round, fit: Fit) -> bool:
-        """Tell whether a fit leaves so little of the first gap that nothing more is sought."""
+        """Tell whether a fit leaves so little of the first gap that only what closes it counts."""
         return self.above_noise(tried, fit) < self.least_gap(tried)
 
     def least_gap(self, tried: Round) -> float:
