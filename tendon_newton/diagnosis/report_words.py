@@ -43,6 +43,7 @@ SENTENCES: dict[str, str] = {
     "{coulomb_force} as it moves",
     "tendon_compliance": "The tendon stretches like a spring of {stiffness}",
     "tendon_slack": "The tendon has {length} of slack",
+    "torque_fade": "The servo tires under load, within {time_constant}",
     "viscoelastic_spring": "The return springs creep with a time constant of {relaxation_time}",
     "viscous_friction": "The servo loses {coefficient:number} N for every rad/s at which it turns",
 }

@@ -33,6 +33,7 @@ from tendon_newton.effects.spring_stiffening import SpringStiffening
 from tendon_newton.effects.stribeck_friction import StribeckFriction
 from tendon_newton.effects.tendon_compliance import TendonCompliance
 from tendon_newton.effects.tendon_slack import TendonSlack
+from tendon_newton.effects.torque_fade import TorqueFade
 from tendon_newton.effects.viscoelastic_spring import ViscoelasticSpring
 from tendon_newton.effects.viscous_friction import ViscousFriction
 from tendon_newton.effects.voltage_sag import VoltageSag
@@ -51,6 +52,7 @@ EFFECTS: dict[str, type[Effect]] = {
     "gain_drift": GainDrift,
     "force_saturation": ForceSaturation,
     "voltage_sag": VoltageSag,
+    "torque_fade": TorqueFade,
     "actuator_lag": ActuatorLag,
     "viscous_friction": ViscousFriction,
     "coulomb_friction": CoulombFriction,

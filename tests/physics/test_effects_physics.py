@@ -39,6 +39,25 @@ def test_lag_answers_a_step_with_its_time_constant() -> None:
     np.testing.assert_allclose(out["force"][20:], expected, rtol=2e-3, atol=1e-3)
 
 
+def test_a_motor_fades_under_load_and_recovers_at_rest() -> None:
+    """Against a wall the force follows tau rho' = kappa F^2 - rho, pulling, slack and again."""
+    fade, tau = 0.03, 0.4
+    command = np.concatenate([np.zeros(20), np.full(80, 2.0), np.zeros(40), np.full(60, 2.0)])
+    out = run(command, {"torque_fade": {"fade": fade, "time_constant": tau}}, **WALL)
+    rho, step, expected = 0.0, 1.0e-4, []
+    rows = np.searchsorted(out["time"], np.arange(0.0, out["time"][-1], step), side="right") - 1
+    for row in rows:
+        force = GAIN * command[row] / (1.0 + rho)
+        expected.append(force)
+        rho += step / tau * (fade * force**2 - rho)
+    last = np.searchsorted(rows, np.arange(len(command) - 1), side="right") - 1
+    settled = np.flatnonzero(np.diff(command) == 0.0)[5:-1]  # a row past each jump
+    measured = out["force"][settled + 1]
+    np.testing.assert_allclose(measured, np.array(expected)[last][settled], rtol=5e-3, atol=5e-3)
+    assert out["force"][25] > 1.2 * out["force"][98]
+    assert out["force"][98] < out["force"][142] < out["force"][25]
+
+
 def test_force_obeys_the_law_of_its_effect_row_by_row() -> None:
     """F is a function of error and time alone for a servo without friction."""
     command = steps_and_waves()

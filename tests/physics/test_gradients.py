@@ -141,6 +141,12 @@ def test_gradients_by_every_other_effect(half: int) -> None:
     check_gradients(make_rollout({"viscous_friction": {"coefficient": 0.3}, **rest}), ())
 
 
+def test_gradients_by_a_motor_that_tires() -> None:
+    """What load has built up is carried from step to step, and so is its derivative."""
+    tiring = {"torque_fade": {"fade": 0.01, "time_constant": 0.5}}
+    check_gradients(make_rollout({"viscous_friction": {"coefficient": 0.3}, **tiring}), ())
+
+
 def test_gradients_by_the_commands() -> None:
     """A command moves what follows it, and nothing before it."""
     rollout = make_rollout(EFFECTS)

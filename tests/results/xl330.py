@@ -30,8 +30,9 @@ COMPARED = (
     ("coulomb_friction", "viscous_friction"),
     ("load_dependent_friction", "viscous_friction"),
     ("holding_friction", "viscous_friction"),
-    ("holding_friction", "viscous_friction", "gain_error"),
-    ("holding_friction", "viscous_friction", "coulomb_friction"),
+    ("load_dependent_friction", "viscous_friction", "gain_error"),
+    ("load_dependent_friction", "viscous_friction", "torque_fade"),
+    ("load_dependent_friction", "viscous_friction", "coulomb_friction", "torque_fade"),
 )
 """Models that are fitted besides the diagnosed one."""
 SMOOTHING = 15

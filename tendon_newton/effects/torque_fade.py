@@ -1,0 +1,65 @@
+"""A motor that grows weaker while it pulls."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tendon_newton.device_code.first_order_lag import share_kept
+from tendon_newton.device_code.placeholders import Jet, Values, real
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.effects.base import Effect, Stage
+from tendon_newton.parameters import Parameter
+
+
+@device_template
+def weakness(before: real, force: real, elapsed: real, values: Values) -> real:
+    """Return rho, which was `before`, after a force has been held for `elapsed` [s]."""
+    settled = values[0] * force * force
+    return settled + (before - settled) * share_kept(elapsed, values[1])
+
+
+class TorqueFade(Effect):
+    r"""The force that the demand would give is divided by what load has built up.
+
+    .. math:: F = \frac{F_m}{1 + \rho}, \qquad
+        \tau\,\dot\rho = \kappa F^2 - \rho
+
+    Source: copper gains 0.39 % of resistance per kelvin, and its heat grows with the square of the
+    current; a driver that folds its current back does the same. The law and its time constant of
+    0.75 s are what logs of a Dynamixel XL330 ask for (docs/real_data.md), where copper alone would
+    have to warm by 180 K.
+    Validity: one time constant; the motor has its full strength after a rest.
+    Signature: the first pull at a load is stronger than the next; a slow approach ends short of a
+    fast one; held loads sink.
+    Confused with: voltage_sag (at once, and without memory), gain_drift (whatever the load),
+    force_saturation where the load is always high.
+    """
+
+    name = "torque_fade"
+    side = "actuator"
+    memory = Stage.MOTOR_FORCE
+    parameters = (
+        Parameter(
+            name="fade", unit="1/N2", null=0.0, nominal=0.003, lower=0.0, upper=10.0,
+            source="a hobby servo's 20 N on a small spool, down to 0.3 N at the end of an arm",
+        ),
+        Parameter(
+            name="time_constant", unit="s", null=1.0, nominal=1.0, lower=0.05, upper=60.0,
+            source="windings of hobby motors warm in seconds, their cases in minutes",
+        ),
+    )  # fmt: skip
+
+    @staticmethod
+    @device_template
+    def motor_force(force: Jet, tendon: Any, values: Values) -> Jet:
+        """F = F_m / (1 + rho)."""
+        faded = force[0] / (real(1.0) + values[3])
+        return force * (
+            real(1.0) / (real(1.0) + weakness(values[3], faded, tendon.elapsed, values))
+        )
+
+    @staticmethod
+    @device_template
+    def remember(force: Jet, tendon: Any, values: Values) -> real:
+        """Return rho after the force that was held."""
+        return weakness(values[3], force[0], tendon.elapsed, values)
