@@ -10,6 +10,7 @@ import numpy as np
 from tendon_newton.diagnosis.gate import (
     LEAST_SHARE,
     LEAST_T,
+    SMALL_SHARE,
     Gate,
     at_bound,
     is_close,
@@ -22,8 +23,10 @@ from tendon_newton.identification.least_squares import Candidate
 from tendon_newton.identification.noise_floor import NoiseFloor
 from tendon_newton.identification.objective import block_losses
 
-MOST_CAUSES = 3
+MOST_CAUSES = 4
 """Causes that are looked for at once."""
+MOST_SWAPS = 3
+"""Causes that may be exchanged for better ones."""
 LOOKED_THROUGH = 2
 """Candidates behind which a second cause is sought where none passes alone."""
 CLASS_ERRORS = 2.0
@@ -71,37 +74,55 @@ def attribute(
     """
     baseline = search.baseline()
     gate = Gate(search=search, known=known, noise=noise, baseline=baseline, rng=rng)
-    current, chosen = baseline, ()
     rounds: list[Round] = []
-    p_value = 1.0
-    final = None
+    final, classes = None, {}
+    while (grown := grow(gate, final, names, rounds)) is not None and grown is not final:
+        final, classes = examine(gate, grown, names, rounds)
+        if set(final.effects) <= set(grown.effects):
+            break  # none was exchanged, so none is missing that was not tried
+    return Attribution(
+        rounds=tuple(rounds),
+        baseline=baseline,
+        final=final,
+        classes=classes,
+        p_value=gate.chance(rounds[0]),
+    )
+
+
+def grow(gate: Gate, final: Fit | None, names: Sequence[str], rounds: list[Round]) -> Fit | None:
+    """Add causes one by one, or two at once, as long as they pass.
+
+    Args:
+        gate: Decides what is a finding.
+        final: Causes found so far, None for none.
+        names: Effects that may be named.
+        rounds: What was tried, to which this adds.
+
+    Returns:
+        All causes together; what came if there is none to add.
+    """
+    search = gate.search
     exhausted = False
-    while len(chosen) < MOST_CAUSES:
+    while final is None or len(final.effects) < MOST_CAUSES:
+        if final is not None and exhausted and gate.is_quiet(final):
+            break
+        chosen = () if final is None else final.effects
+        current = gate.baseline if final is None else final.candidate
         survey = search.survey(current, chosen, [n for n in names if n not in chosen])
         if exhausted and not survey.closes:
             break
         tried = search.follow(survey)
-        chance = gate.chance(tried)
-        p_value = p_value if rounds else chance
         rounds.append(tried)
         found = simplest(tried)
-        if not gate.opens(tried, found, chance):
+        if not gate.opens(tried, found, gate.chance(tried)):
             ahead = look_ahead(gate, tried, names)
             if ahead is None:
                 break
             tried, found = ahead
             rounds.append(tried)
         final = found
-        current, chosen = found.candidate, found.effects
         exhausted = gate.is_exhausted(tried, found)
-        if exhausted and gate.is_quiet(tried, found):
-            break
-    classes: dict[str, tuple[Fit, ...]] = {}
-    if final is not None:
-        final, classes = examine(gate, final, names, rounds)
-    return Attribution(
-        rounds=tuple(rounds), baseline=baseline, final=final, classes=classes, p_value=p_value
-    )
+    return final
 
 
 def look_ahead(gate: Gate, tried: Round, names: Sequence[str]) -> tuple[Round, Fit] | None:
@@ -110,7 +131,7 @@ def look_ahead(gate: Gate, tried: Round, names: Sequence[str]) -> tuple[Round, F
     Two that pull in opposite ways hide each other. The answer counts only where no gap remains.
     """
     current = tried.current
-    if len(current.effects) + 2 > MOST_CAUSES or gate.is_quiet(tried, current):
+    if len(current.effects) + 2 > MOST_CAUSES or gate.is_quiet(current):
         return None
     inside = [fit for fit in tried.fits if not at_bound(fit)][:LOOKED_THROUGH]
     for first in inside:
@@ -122,21 +143,28 @@ def look_ahead(gate: Gate, tried: Round, names: Sequence[str]) -> tuple[Round, F
         start = gate.search.score([current.effects], [current.candidate], both.scales)[0]
         joint = replace(both, current=start)
         found = simplest(joint)
-        if gate.is_quiet(joint, found) and gate.opens(joint, found, gate.chance(joint)):
+        if gate.is_quiet(found) and gate.opens(joint, found, gate.chance(joint)):
             return joint, found
     return None
 
 
 def examine(
-    gate: Gate, final: Fit, names: Sequence[str], rounds: Sequence[Round]
+    gate: Gate, final: Fit, names: Sequence[str], rounds: Sequence[Round], swaps: int = MOST_SWAPS
 ) -> tuple[Fit, dict[str, tuple[Fit, ...]]]:
-    """Drop causes that later ones made redundant; find for the others what could replace them.
+    """Look at each cause beside the others, and find what could stand in its place.
+
+    Causes that later ones made redundant are dropped, and one is exchanged for another that
+    explains the data better beside the rest.
 
     Args:
         gate: Decides what is a finding.
         final: All causes together.
         names: Effects that may be named.
         rounds: What was tried before; the first holds every effect alone.
+        swaps: How many causes may be exchanged.
+
+    Returns:
+        What stands, and for each cause the fits that cannot be told from it.
     """
     search = gate.search
     if len(final.effects) == 1:
@@ -150,9 +178,11 @@ def examine(
             rivals = [name for name in names if name not in others]
             tried = search.extend(candidate, others, rivals)
         if redundant(gate, tried, effect):
-            return examine(gate, tried.current, names, rounds)
+            return examine(gate, tried.current, names, rounds, swaps)
         if (simpler := special_case(tried, effect)) is not None:
-            return examine(gate, simpler, names, rounds)
+            return examine(gate, simpler, names, rounds, swaps)
+        if swaps and (better := replacement(search, tried, final, effect)) is not None:
+            return examine(gate, better, names, rounds, swaps - 1)
         classes[effect] = indistinguishable(search, tried, effect)
     return final, classes
 
@@ -160,6 +190,16 @@ def examine(
 def extends(tried: Round, effects: tuple[str, ...]) -> bool:
     """Tell whether a round put one effect after another on top of some."""
     return tried.current.effects == effects == tried.fits[0].effects[:-1]
+
+
+def replacement(search: Search, tried: Round, final: Fit, effect: str) -> Fit | None:
+    """Return the fit with another effect in the place of one that explains clearly more."""
+    own = next((fit for fit in tried.fits if fit.effects[-1] == effect), None)
+    own = own or search.score([final.effects], [final.candidate], tried.scales)[0]
+    best = simplest(tried)
+    gain, error = paired(own.losses, best.losses)
+    clear = max(error, SMALL_SHARE * (tried.current.loss - own.loss))
+    return best if best.effects[-1] != effect and not at_bound(best) and gain > clear else None
 
 
 def special_case(tried: Round, effect: str) -> Fit | None:

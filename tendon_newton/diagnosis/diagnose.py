@@ -147,12 +147,11 @@ def judge(search: Search, attribution: Attribution, model: Model) -> tuple[Verdi
     noise = search.study.noise
     first = attribution.rounds[0]
     known = [effect.name for effect in model.effects]
-    quiet = is_noise(search, first.current.point, first.scales, noise, known)
+    quiet = is_noise(search, first.current, noise, known)
     final = attribution.final
     if final is None:
         return ("no_gap" if quiet else "unexplained"), None
-    last = attribution.rounds[len(final.effects) - 1]
-    left = is_noise(search, final.point, last.scales, noise, [*known, *final.effects])
+    left = is_noise(search, final, noise, known)
     top = attribution.rounds[0].current
     floor = noise_loss(search, first, noise)
     rescored = search.score(

@@ -11,6 +11,7 @@ from tendon_newton.diagnosis.adequacy import COUNT, is_noise, residual_sizes
 from tendon_newton.diagnosis.detection import gain_p_value
 from tendon_newton.diagnosis.search import Fit, Round, Search, parameter_count
 from tendon_newton.effects import find_effect
+from tendon_newton.identification.intervals import intervals
 from tendon_newton.identification.least_squares import Candidate
 from tendon_newton.identification.noise_floor import NoiseFloor
 from tendon_newton.identification.objective import group_sums
@@ -66,9 +67,9 @@ class Gate:
         gap = self.above_noise(tried, current)
         gain, error = paired(current.losses, fit.losses)
         by_part = part_losses(self.search, current.losses - fit.losses)
-        if self.is_quiet(tried, current):
+        if self.is_quiet(current):
             least = max(QUIET_SHARE * gap, self.least_gap(tried))
-        elif self.is_quiet(tried, fit) and gain > QUIET_SHARE * gap:
+        elif self.is_quiet(fit) and gain > QUIET_SHARE * gap:
             least = 0.0  # it closes the gap, however small that is beside the first one
         else:
             least = max(LEAST_SHARE * gap, self.least_gap(tried))
@@ -80,21 +81,29 @@ class Gate:
             and float(np.mean(by_part > 0.0)) > 0.5
             and not at_bound(fit)
             and self.is_material(tried, fit)
+            and self.excludes_null(fit)
         )
 
-    def is_quiet(self, tried: Round, fit: Fit) -> bool:
+    def is_quiet(self, fit: Fit) -> bool:
         """Tell whether a fit leaves no more than noise and the form errors of its effects."""
-        effects = [*self.known, *fit.effects]
-        return is_noise(self.search, fit.point, tried.scales, self.noise, effects)
+        return is_noise(self.search, fit, self.noise, self.known)
 
     def is_material(self, tried: Round, fit: Fit) -> bool:
         """Tell whether a fit changes what is simulated by more than nobody would miss."""
-        before, after = (
-            residual_sizes(self.search, f.point, tried.scales) for f in (tried.current, fit)
-        )
+        before, after = (residual_sizes(self.search, f) for f in (tried.current, fit))
         theta = before.theta**2 - after.theta**2
         force = (before.force or 0.0) ** 2 - (after.force or 0.0) ** 2
         return theta > COUNT**2 or force > LEAST_FORCE**2
+
+    def excludes_null(self, fit: Fit) -> bool:
+        """Tell whether a strength of a fit's last effect is known to differ from none."""
+        effect = find_effect(fit.effects[-1])
+        strengths = effect.dry or (effect.parameters[0].name,)
+        own = intervals(fit.candidate, fit.point, self.search.where)[-len(effect.parameters) :]
+        return any(
+            parameter.name in strengths and not low <= parameter.null <= high
+            for parameter, (low, high) in zip(effect.parameters, own, strict=True)
+        )
 
     def is_exhausted(self, tried: Round, fit: Fit) -> bool:
         """Tell whether a fit leaves so little of the first gap that only what closes it counts."""

@@ -57,6 +57,8 @@ class Fit:
     """Effects whose parameters are free, the one tried last at the end; empty for the baseline."""
     candidate: Candidate
     point: Linearisation
+    scales: Scales
+    """Units of its residuals."""
     losses: Array
     """Loss of each block of time under fits that did not see it, shape (B,)."""
 
@@ -202,7 +204,7 @@ class Search:
         points = linearise(self.simulate_at(scales), found)
         losses = held_out_losses(self.study, scales, self.where, self.folds, found, points)
         return [
-            Fit(effects=effects, candidate=candidate, point=point, losses=loss)
+            Fit(effects=effects, candidate=candidate, point=point, scales=scales, losses=loss)
             for effects, candidate, point, loss in zip(sets, found, points, losses, strict=True)
         ]
 
