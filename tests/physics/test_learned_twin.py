@@ -23,6 +23,7 @@ from tests.physics.networks import (
     learned_model,
     write_force_network,
 )  # fmt: skip
+from train.actuator.force_network import ForceNetwork
 
 WINDOWS = 10_000
 
@@ -72,10 +73,39 @@ def test_a_loop_with_the_twin_is_one_with_the_module(tmp_path: Path) -> None:
     torch.testing.assert_close(read["twin"], read["torchscript"], rtol=0.0, atol=1e-4)
 
 
+@pytest.mark.parametrize(
+    ("kind", "of_set"), [("mlp", "paper"), ("mlp", "authors"), ("rnn", "paper")]
+)
+def test_the_twin_of_layers_is_the_module(kind: str, of_set: str) -> None:
+    """As above, for few servos and for many, whose lanes differ; the last lanes are not full."""
+    network = force_network(kind, of_set=of_set)
+    for bias in network.parameters():
+        bias.data += 0.05 * torch.randn(bias.shape)
+    twin = TwinQuery(network, rate=RATE, limit=LIMIT, device="cpu")
+    module = TorchScriptQuery(network, window=WINDOW, rate=RATE, limit=LIMIT)
+    for count in (1, 13, WINDOWS):
+        history = random_samples(count)
+        expected = forces_of(module, history)
+        assert forces_of(twin, history) == pytest.approx(expected, rel=0.0, abs=1e-4)
+    assert float(expected.std()) > 0.1
+
+
+class AnotherNetwork(ForceNetwork):
+    """A network whose layers no twin knows."""
+
+    def __init__(self) -> None:
+        super().__init__(WINDOW)
+        self.only = torch.nn.Linear(3 * WINDOW, 1)
+
+    def forward(self, window: torch.Tensor) -> torch.Tensor:
+        """Return the tension [N], shape (W,)."""
+        return self.tension(self.only(self.normalised(window).flatten(1)))
+
+
 def test_a_network_without_a_twin_runs_as_its_module(tmp_path: Path) -> None:
     """And says so."""
-    model = learned_model(str(write_force_network(tmp_path / "f.pt", force_network("mlp"), "mlp")))
-    with pytest.warns(UserWarning, match="runs as TorchScript: it is no Transformer"):
+    model = learned_model(str(write_force_network(tmp_path / "f.pt", AnotherNetwork(), "mlp")))
+    with pytest.warns(UserWarning, match="runs as TorchScript: its weights have no names"):
         query = open_query(model, "twin", "cpu")
     assert isinstance(query, TorchScriptQuery)
     with pytest.raises(UnknownName, match="twin"):

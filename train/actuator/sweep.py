@@ -43,13 +43,13 @@ class SweepConfig:
     """Sets of sizes."""
     seeds: tuple[int, ...] = (0, 1, 2)
     """Seeds."""
-    epochs: int = 100
+    epochs: int = 30
     """Most epochs of each."""
     patience: int = 30
     """Epochs without a better validation error after which a training stops."""
     windows_per_epoch: int = 32768
     """Windows that an epoch draws."""
-    batch: int = 512
+    batch: int = 128
     """Windows per step."""
     window: int = 30
     """Samples that a network sees."""

@@ -1,4 +1,4 @@
-"""Train a force network: Adam on mean squared error, stopped by whole held-out recordings.
+"""Train a force network: mean squared error, one cycle, watched by whole held-out recordings.
 
 Held-out error is the mean absolute one. Where a motor sticks for longer than a window, nothing in
 the window tells the force; a few such seconds would decide a mean square, and stop a training that
@@ -24,6 +24,7 @@ from train.actuator.checkpoint import (
     save_checkpoint,
     training_settings,
 )
+from train.actuator.disturbance import disturbed
 from train.actuator.network_sets import build_network
 from train.actuator.rnn import Rnn
 from train.actuator.training_config import TrainingConfig
@@ -96,9 +97,8 @@ def train_network(
     held_out = to_device(validation, config.device)
     begun, first = time.monotonic(), done.epoch
     while not done.finished(config):
-        train_error = run_epoch(state, data, config)
+        train_error = run_epoch(state, data, config, done.epoch)
         error = validation_error(network, held_out, streaming=config.streaming)
-        state.scheduler.step()
         done = done.after_epoch(error, train_error, network)
         save_checkpoint(checkpoint, settings, state, done)
         pace = (time.monotonic() - begun) / (done.epoch - first)
@@ -116,17 +116,28 @@ def train_network(
     return network.cpu().eval(), done
 
 
-def run_epoch(state: TrainingState, data: WindowTensors, config: TrainingConfig) -> float:
-    """Take one step per batch of an epoch's windows; return the error [N] that they had."""
+def run_epoch(
+    state: TrainingState, data: WindowTensors, config: TrainingConfig, done: int
+) -> float:
+    """Take one step per batch of an epoch's windows; return the error [N] that they had.
+
+    Args:
+        state: What changes.
+        data: All windows.
+        config: How they are drawn.
+        done: Epochs before this one.
+    """
     network, total, count = state.network, 0.0, 0
     network.train()
-    for chosen in epoch_batches(state.generator, data.rows.shape[0], config):
+    batches = list(epoch_batches(state.generator, data.rows.shape[0], config))
+    for number, chosen in enumerate(batches):
         chosen = chosen.to(data.rows.device)
-        errors = tension_errors(network, data, chosen, streaming=config.streaming)
+        windows = data.batch(chosen)
+        if config.disturb:
+            windows = disturbed(windows, state.generator)
+        errors = tension_errors(network, windows, data.targets(chosen), streaming=config.streaming)
         loss = torch.mean((errors / network.force_scale) ** 2)
-        state.optimizer.zero_grad(set_to_none=True)
-        loss.backward()
-        state.optimizer.step()
+        state.descent.step(loss, (done + number / len(batches)) / config.epochs)
         total = total + loss.detach() * chosen.numel()
         count += chosen.numel()
     return float(torch.sqrt(torch.as_tensor(total) / count) * network.force_scale)
@@ -141,10 +152,9 @@ def epoch_batches(
 
 
 def tension_errors(
-    network: ForceNetwork, data: WindowTensors, chosen: Tensor, *, streaming: bool
+    network: ForceNetwork, windows: Tensor, targets: Tensor, *, streaming: bool
 ) -> Tensor:
     """Return predicted minus measured tension [N] of some windows, at one sample or several."""
-    windows, targets = data.batch(chosen), data.targets(chosen)
     if streaming:
         assert isinstance(network, Rnn)
         known = targets.shape[1] // UNKNOWN_PAST
@@ -159,7 +169,9 @@ def validation_error(network: ForceNetwork, data: WindowTensors, *, streaming: b
     chosen = torch.arange(0, data.rows.shape[0], VALIDATION_STRIDE, device=data.rows.device)
     with torch.no_grad():
         errors = [
-            tension_errors(network, data, part, streaming=streaming).flatten()
+            tension_errors(
+                network, data.batch(part), data.targets(part), streaming=streaming
+            ).flatten()
             for part in chosen.split(VALIDATION_BATCH)
         ]
     return float(torch.cat(errors).abs().mean())

@@ -30,16 +30,18 @@ class TrainingConfig:
     force_limit: float | None = None
     """Tension that the servo can produce [N], to which users of the network clip; by default 21 N,
     or a twentieth more than the largest force in training where that is more."""
-    epochs: int = 100
-    """Most epochs."""
+    epochs: int = 30
+    """Most epochs: a million windows, each of the paper's 36 minutes eight times."""
     patience: int = 30
     """Epochs without a better validation error after which training stops."""
     windows_per_epoch: int = 32768
     """Windows that an epoch draws, without repetition, from all of them."""
-    batch: int = 512
+    batch: int = 128
     """Windows per step."""
-    learning_rate: float = 2.0e-3
-    """Of Adam at the start; it falls to nothing along a cosine over all epochs."""
+    learning_rate: float = 3.0e-3
+    """The highest, of Adam; it falls to nothing along a cosine over all epochs."""
+    disturb: bool = True
+    """Whether each window that is drawn gets other noise and another zero of its angles."""
     device: str = "cpu"
     """cpu or cuda."""
     threads: int = 1

@@ -52,8 +52,9 @@ class EncoderLayer(nn.Module):
             x, query, mask = x[:, -1:], query[:, -1:], mask[-1:]
         shape = [-1, length, self.heads, self.width // self.heads]
         query = query.reshape(-1, query.shape[1], self.heads, self.width // self.heads)
-        logits = query.transpose(1, 2) @ key.reshape(shape).permute(0, 2, 3, 1)
-        weights = self.dropout(torch.softmax(logits * self.scale + mask, dim=3))
+        query = (query * self.scale).transpose(1, 2)
+        logits = query @ key.reshape(shape).permute(0, 2, 3, 1)
+        weights = self.dropout(torch.softmax(logits + mask, dim=3))
         mixed = (weights @ value.reshape(shape).transpose(1, 2)).transpose(1, 2).flatten(2)
         x = self.norm_1(x + self.dropout(self.mix(mixed)))
         fed = self.feed_2(self.dropout(torch.relu(self.feed_1(x))))

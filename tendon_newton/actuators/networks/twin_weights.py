@@ -35,6 +35,11 @@ class NoTwin(Exception):
     """The network is not of a kind that has a twin; the message says why."""
 
 
+def is_transformer(module: Any) -> bool:
+    """Say whether a network has encoder layers, which are this file's part."""
+    return any(name.startswith("encoder.") for name, _ in tensors(module))
+
+
 def twin_weights(module: Any) -> TwinWeights:
     """Read a Transformer's weights by name.
 

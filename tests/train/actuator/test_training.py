@@ -10,6 +10,7 @@ import torch
 from tendon_newton.errors import InvalidNetworkFile, InvalidParameter
 from tests.train.actuator.network_files import card_of
 from tests.train.actuator.servo_logs import servo_log
+from train.actuator.checkpoint import TOLERANCE
 from train.actuator.ideal import ideal_force, refitted_gain
 from train.actuator.prediction import predict
 from train.actuator.training import Progress, train_network
@@ -108,7 +109,7 @@ def test_training_stops_when_validation_stops_improving(tmp_path: Path) -> None:
     )
     assert done.epoch == done.kept_epoch + 2 < 100
     errors = [pair[1] for pair in done.history]
-    assert errors[done.kept_epoch - 1] <= 1.05 * min(errors) < min(errors[done.kept_epoch :])
+    assert errors[done.kept_epoch - 1] <= TOLERANCE * min(errors) < min(errors[done.kept_epoch :])
 
 
 def test_a_checkpoint_of_another_training_is_refused(tmp_path: Path) -> None:
