@@ -1,4 +1,4 @@
-"""Start, check or draw a bench's USD asset."""
+"""Start, check, draw, import or export a bench's USD asset."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from tendon_newton.cli.asset_interchange import Export, Import, export_asset, import_asset
 from tendon_newton.cli.output import quiet_warp
 
 if TYPE_CHECKING:
@@ -74,6 +75,8 @@ Asset = (
     Annotated[New, tyro.conf.subcommand("new")]
     | Annotated[Check, tyro.conf.subcommand("check")]
     | Annotated[Show, tyro.conf.subcommand("show")]
+    | Annotated[Import, tyro.conf.subcommand("import")]
+    | Annotated[Export, tyro.conf.subcommand("export")]
 )
 
 
@@ -83,7 +86,11 @@ def main(config: Asset) -> None:
         new(config)
         return
     quiet_warp()
-    if isinstance(config, Check):
+    if isinstance(config, Import):
+        import_asset(config)
+    elif isinstance(config, Export):
+        export_asset(config)
+    elif isinstance(config, Check):
         check(config)
     else:
         show(config)

@@ -22,3 +22,25 @@ def inverse(matrix: JointMatrix) -> JointMatrix:
                 for column in range(JOINTS):
                     m[row, column] = m[row, column] - factor * m[pivot, column]
     return m
+
+
+@device_template
+def looped_inverse(matrix: JointMatrix) -> JointMatrix:
+    """Invert as `inverse` does, in loops that stay loops: with many joints a compiler needs it.
+
+    No tape walks it: its derivative is written by hand.
+    """
+    m = matrix
+    count = int(JOINTS)
+    for pivot in range(count):
+        scale = real(1.0) / m[pivot, pivot]
+        m[pivot, pivot] = real(1.0)
+        for column in range(count):
+            m[pivot, column] = m[pivot, column] * scale
+        for row in range(count):
+            if row != pivot:
+                factor = m[row, pivot]
+                m[row, pivot] = real(0.0)
+                for column in range(count):
+                    m[row, column] = m[row, column] - factor * m[pivot, column]
+    return m

@@ -49,6 +49,8 @@ PlaneMatrix = Placeholder
 """One vector of the plane of motion per joint, shape (J, 2)."""
 SpaceMatrix = Placeholder
 """One vector of space per joint, shape (J, 3)."""
+TurnMatrix = Placeholder
+"""One rotation of space per joint, shape (3 J, 3)."""
 TendonVector = Placeholder
 """One number per tendon, shape (D,)."""
 ArmMatrix = Placeholder
@@ -84,6 +86,7 @@ def bindings(
         "JointMatrix": matrix(shape=(joints, joints), dtype=precision),
         "PlaneMatrix": matrix(shape=(joints, 2), dtype=precision),
         "SpaceMatrix": matrix(shape=(joints, 3), dtype=precision),
+        "TurnMatrix": matrix(shape=(3 * joints, 3), dtype=precision),
         "TendonVector": vector(length=tendons, dtype=precision),
         "ArmMatrix": matrix(shape=(tendons, joints), dtype=precision),
         "ParameterVector": vector(length=max(parameters, 1), dtype=precision),

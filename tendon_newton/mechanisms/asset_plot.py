@@ -8,8 +8,13 @@ from typing import Any
 import numpy as np
 
 from tendon_newton.errors import InvalidOutput
-from tendon_newton.mechanisms.asset_view import plot_space
-from tendon_newton.mechanisms.kinematics import posture, tip_position
+from tendon_newton.mechanisms.asset_view import (
+    MOST_NAMED,
+    STRING,
+    chain_points,
+    plot_space,
+    strings,
+)
 from tendon_newton.mechanisms.mechanism import Mechanism
 from tendon_newton.mechanisms.mechanism_rules import range_positions
 from tendon_newton.mechanisms.parts import Joint, excursion, moment_arms
@@ -20,6 +25,10 @@ COLORS = ("#1f6f8b", "#d1603d", "#6a4c93", "#3d8361", "#b8860b", "#555555")
 GREY = "#8a8f98"
 INK = "#2b2f36"
 POSTURES = 5
+DASHES = ("-", "--", ":", "-.")
+"""One style per tendon."""
+NO_ARM = 1.0e-6
+"""A moment arm smaller than this [m] all along is none."""
 
 
 def plot_asset(mechanism: Mechanism, path: Path) -> None:
@@ -60,6 +69,9 @@ def plot_asset(mechanism: Mechanism, path: Path) -> None:
 
 
 def _title(mechanism: Mechanism) -> str:
+    if len(mechanism.joints) > MOST_NAMED:
+        counts = f"{len(mechanism.joints)} joints, {len(mechanism.tendons)} tendons"
+        return f"{mechanism.name}:  {counts}"
     joints = ", ".join(f"{j.name} ({j.kind}, {_range(j)})" for j in mechanism.joints)
     return f"{mechanism.name}:  {joints}"
 
@@ -101,36 +113,52 @@ def _sweep(mechanism: Mechanism, joint: int, count: int = 61) -> Array:
 
 def _plot_excursion(axes: Any, mechanism: Mechanism) -> None:
     unit, scale = _excursion_unit(mechanism)
-    for tendon in mechanism.tendons:
-        for j, joint in enumerate(mechanism.joints):
+    for d, tendon in enumerate(mechanism.tendons):
+        for j in _moved(mechanism, d):
             positions = _sweep(mechanism, j)
-            axes.plot(positions[:, j], scale * excursion(tendon, positions), color=COLORS[j % 6],
-                      linewidth=2, label=_label(mechanism, tendon.name, joint.name))  # fmt: skip
+            axes.plot(positions[:, j], scale * excursion(tendon, positions), DASHES[d % 4],
+                      color=COLORS[j % 6], linewidth=2, label=_label(mechanism, d, j))  # fmt: skip
     axes.set_title("Excursion, one joint at a time")
     axes.set_xlabel(f"joint position q [{_unit(mechanism.joints[0])}]")
     axes.set_ylabel(f"tendon wound in, l [{unit}]")
-    axes.legend(frameon=False)
+    _name_curves(axes)
 
 
 def _plot_arms(axes: Any, mechanism: Mechanism) -> None:
     unit, scale = _arm_unit(mechanism)
     top = 0.0
-    for tendon in mechanism.tendons:
-        for j, joint in enumerate(mechanism.joints):
+    for d, tendon in enumerate(mechanism.tendons):
+        for j in _moved(mechanism, d):
             positions = _sweep(mechanism, j)
             arms = scale * moment_arms(tendon, positions)[:, j]
             top = max(top, float(np.max(np.abs(arms))))
-            axes.plot(positions[:, j], arms, color=COLORS[j % 6], linewidth=2,
-                      label=_label(mechanism, tendon.name, joint.name))  # fmt: skip
+            axes.plot(positions[:, j], arms, DASHES[d % 4], color=COLORS[j % 6], linewidth=2,
+                      label=_label(mechanism, d, j))  # fmt: skip
     axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]), top=1.2 * top)
     axes.set_title("Moment arm, positive closes")
     axes.set_xlabel(f"joint position q [{_unit(mechanism.joints[0])}]")
     axes.set_ylabel(f"dl/dq [{unit}]")
-    axes.legend(frameon=False)
+    _name_curves(axes)
 
 
-def _label(mechanism: Mechanism, tendon: str, joint: str) -> str:
-    return joint if len(mechanism.tendons) == 1 else f"{tendon}, {joint}"
+def _moved(mechanism: Mechanism, tendon: int) -> list[int]:
+    """Return the joints that a tendon moves; all where it moves none."""
+    arms = moment_arms(mechanism.tendons[tendon], range_positions(mechanism, 5))
+    moved = np.flatnonzero(np.max(np.abs(arms), axis=0) > NO_ARM)
+    return [int(j) for j in moved] or list(range(len(mechanism.joints)))
+
+
+def _name_curves(axes: Any, **options: Any) -> None:
+    """Add a legend where it does not hide the picture."""
+    if len(axes.get_legend_handles_labels()[0]) <= MOST_NAMED:
+        axes.legend(frameon=False, **options)
+
+
+def _label(mechanism: Mechanism, tendon: int, joint: int) -> str:
+    name = mechanism.joints[joint].name
+    if len(mechanism.tendons) == 1:
+        return name
+    return f"{mechanism.tendons[tendon].name}, {name}"
 
 
 def _plot_force(axes: Any, mechanism: Mechanism, path: ClosingPath) -> None:
@@ -155,7 +183,7 @@ def _plot_force(axes: Any, mechanism: Mechanism, path: ClosingPath) -> None:
                   linestyle="--", label=joint.name)  # fmt: skip
     twin.set_ylabel(f"joint position q [{_unit(mechanism.joints[0])}], dashed")
     twin.spines["top"].set_visible(False)
-    twin.legend(frameon=False, loc="lower right")
+    _name_curves(twin, loc="lower right")
 
 
 def _posture_rows(path: ClosingPath) -> Indices:
@@ -192,11 +220,14 @@ def _plot_links(axes: Any, mechanism: Mechanism, path: ClosingPath, rows: Indice
     """Draw the links seen along +y: x to the right, z up."""
     for line, k in enumerate(rows):
         q = path.joint_position[k]
-        tip = tip_position(mechanism, q)
-        ends = [] if tip is None else [tip]
-        points = 1.0e3 * np.array([*posture(mechanism, q).anchor, *ends])
-        axes.plot(points[:, 0], points[:, 2], "-o", color=INK, linewidth=3, markersize=5,
-                  alpha=0.25 + 0.75 * line / (len(rows) - 1), solid_capstyle="round")  # fmt: skip
+        shade = 0.25 + 0.75 * line / (len(rows) - 1)
+        for bone in chain_points(mechanism, q):
+            points = 1.0e3 * bone
+            axes.plot(points[:, 0], points[:, 2], "-o", color=INK, linewidth=3, markersize=5,
+                      alpha=shade, solid_capstyle="round")  # fmt: skip
+        for string in strings(mechanism, q):
+            axes.plot(1.0e3 * string[:, 0], 1.0e3 * string[:, 2], color=STRING, linewidth=1.2,
+                      alpha=shade)  # fmt: skip
     if path.tip is not None:
         tip_path = 1.0e3 * path.tip
         axes.plot(tip_path[:, 0], tip_path[:, 2], color=COLORS[1], linewidth=2,

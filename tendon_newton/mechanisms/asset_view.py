@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from tendon_newton.mechanisms.kinematics import Posture, posture, tip_position
+from tendon_newton.mechanisms.joint_frames import Posture
+from tendon_newton.mechanisms.kinematics import posture, tip_position
 from tendon_newton.mechanisms.mechanism import Mechanism
 from tendon_newton.mechanisms.statics import ClosingPath
 from tendon_newton.recording import Array, Indices
@@ -14,6 +15,9 @@ from tendon_newton.recording import Array, Indices
 BONE = "#2b2f36"
 AXIS = "#1f6f8b"
 TIP = "#d1603d"
+STRING = "#3d8361"
+MOST_NAMED = 6
+"""More joints than this [1] are drawn without their names."""
 AXIS_LENGTH = 0.3
 """Length of a joint's axis, over that of the whole chain [1], as drawn."""
 
@@ -34,6 +38,8 @@ def plot_space(axes: Any, mechanism: Mechanism, path: ClosingPath, rows: Indices
         shade = 0.25 + 0.75 * number / max(len(chains) - 1, 1)
         for bone in chain:
             axes.plot(*(1.0e3 * bone.T), "-o", color=BONE, linewidth=3, markersize=4, alpha=shade)
+        for string in strings(mechanism, path.joint_position[rows[number]]):
+            axes.plot(*(1.0e3 * string.T), color=STRING, linewidth=1.5, alpha=shade)
     opened = posture(mechanism, path.joint_position[rows[0]])
     for joint, (anchor, axis) in zip(
         mechanism.joints, zip(opened.anchor, opened.axis, strict=True), strict=True
@@ -41,7 +47,8 @@ def plot_space(axes: Any, mechanism: Mechanism, path: ClosingPath, rows: Indices
         reach = 0.5 * AXIS_LENGTH * size * axis
         ends = 1.0e3 * np.array([anchor - reach, anchor + reach])
         axes.plot(*ends.T, color=AXIS, linewidth=1.5)
-        axes.text(*ends[1], f" {joint.name}", color=AXIS)
+        if len(mechanism.joints) <= MOST_NAMED:
+            axes.text(*ends[1], f" {joint.name}", color=AXIS)
     if path.tip is not None:
         axes.plot(*(1.0e3 * path.tip.T), color=TIP, linewidth=2)
     frame(axes, 1.0e3 * everything, 1.0e3 * size)
@@ -65,6 +72,12 @@ def chain_points(mechanism: Mechanism, joint_position: Array) -> list[Array]:
             ends = [frames.position[link] + frames.rotation[link] @ center]
         bones += [np.array([anchor, end]) for end in ends]
     return bones
+
+
+def strings(mechanism: Mechanism, joint_position: Array) -> list[Array]:
+    """Return the paths of the routed tendons in a posture [m], each shape (N, 3)."""
+    routes = [tendon.route for tendon in mechanism.tendons if tendon.route is not None]
+    return [route.points(joint_position) for route in routes]
 
 
 def frame(axes: Any, points: Array, size: float) -> None:

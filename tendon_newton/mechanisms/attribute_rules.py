@@ -36,6 +36,9 @@ LISTS: dict[str, int | None] = {
     "physics:localPos1": 3,
     "mjc:path:coef": None,
     "mjc:path:indices": None,
+    "mjc:path:segments": None,
+    "mjc:path:divisors": None,
+    "mjc:sideSites:indices": None,
 }
 """Attributes that hold several numbers, and how many."""
 WORDS: dict[str, tuple[str, ...] | None] = {

@@ -132,7 +132,7 @@ def load_mechanism(name_or_file: str | Path) -> Mechanism:
         name=usd_asset.asset_name(stage, path),
         asset=path,
         joints=joints,
-        tendons=usd_asset.read_tendons(stage, joints),
+        tendons=usd_asset.read_tendons(stage, template, joints),
         tip=usd_asset.read_tip(template),
         gravity=usd_asset.read_gravity(template),
         template=template,

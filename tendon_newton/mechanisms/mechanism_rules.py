@@ -10,6 +10,7 @@ from tendon_newton.errors import InvalidParameter
 from tendon_newton.mechanisms.findings import AssetFinding, Severity
 from tendon_newton.mechanisms.mechanism import Mechanism
 from tendon_newton.mechanisms.parts import Tendon, excursion, moment_arms
+from tendon_newton.mechanisms.routed_rules import routed_findings
 from tendon_newton.mechanisms.statics import (
     closed_position,
     closing_path,
@@ -27,16 +28,24 @@ SLACK_NOTE, SLACK_LIMIT = 0.15, 0.5
 ARM_TOLERANCE = 1.0e-6
 """Moment arms and the slope of the excursion agree to this share [1] in float64."""
 
+RANGE_STEPS = 25
+"""Postures from open to closed at which paths are looked at [1]: every 4 degrees of a finger."""
+
 
 def mechanism_findings(mechanism: Mechanism) -> Iterator[AssetFinding]:
     """Apply every rule to a mechanism."""
     yield from _check_tip(mechanism)
     for index, tendon in enumerate(mechanism.tendons):
+        positions = range_positions(mechanism, RANGE_STEPS)
+        wrong = list(routed_findings(tendon, mechanism.joint_names, positions))
+        yield from wrong
+        if any(finding.severity == "error" for finding in wrong):
+            continue
         yield from _check_arms(mechanism, tendon)
         if tendon.direct:
             continue
         yield from _check_spool(mechanism, tendon)
-        if not np.any(tendon.moment_arm > 0.0):
+        if not np.any(moment_arms(tendon, closed_position(mechanism)) > 0.0):
             continue  # an opening tendon: its arms' signs were named, and it closes nothing
         try:
             yield from _check_slack(mechanism, tendon)
@@ -80,7 +89,8 @@ def _finding(
 
 def _check_arms(mechanism: Mechanism, tendon: Tendon) -> Iterator[AssetFinding]:
     worst = float(np.max(np.abs(arm_errors(mechanism, tendon))))
-    if worst > ARM_TOLERANCE * float(np.max(np.abs(tendon.moment_arm))):
+    arms = moment_arms(tendon, range_positions(mechanism, RANGE_STEPS))
+    if worst > ARM_TOLERANCE * float(np.max(np.abs(arms))):
         yield _finding(
             tendon,
             "moment_arm",

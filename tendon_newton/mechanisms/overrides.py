@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import fields, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.mechanisms.parts import Joint, Tendon
+from tendon_newton.mechanisms.routing import Pulley, Route, RouteSite, Span
 from tendon_newton.recording import BenchOverrides
 
 if TYPE_CHECKING:
     from tendon_newton.mechanisms.mechanism import Mechanism
+
+Stop = TypeVar("Stop", RouteSite, Pulley)
 
 
 def override_mechanism(mechanism: Mechanism, overrides: BenchOverrides) -> Mechanism:
@@ -33,7 +36,7 @@ def override_mechanism(mechanism: Mechanism, overrides: BenchOverrides) -> Mecha
     if tip is not None:
         anchor = mechanism.joints[tip.body].child_position
         tip = replace(tip, point=anchor + stretch[tip.body] * (tip.point - anchor))
-    tendons = _override_tendons(mechanism, overrides)
+    tendons = _override_tendons(mechanism, overrides, joints, stretch)
     return replace(mechanism, joints=joints, tip=tip, tendons=tendons)
 
 
@@ -87,12 +90,44 @@ def _override_joint(
     )
 
 
-def _override_tendons(mechanism: Mechanism, overrides: BenchOverrides) -> tuple[Tendon, ...]:
+def _override_tendons(
+    mechanism: Mechanism,
+    overrides: BenchOverrides,
+    joints: tuple[Joint, ...],
+    stretch: tuple[float, ...],
+) -> tuple[Tendon, ...]:
+    tendons = tuple(_moved_tendon(mechanism, t, joints, stretch) for t in mechanism.tendons)
     if overrides.moment_arm is None:
-        return mechanism.tendons
-    if len(mechanism.tendons) != 1:
+        return tendons
+    if len(tendons) != 1 or tendons[0].route is not None:
         raise InvalidParameter(
-            f"Bench override 'moment_arm' needs a bench with one tendon; {mechanism.name!r} has "
-            f"{len(mechanism.tendons)}."
+            "Bench override 'moment_arm' needs a bench with one tendon whose arms are constant; "
+            f"{mechanism.name!r} has {len(tendons)}"
+            f"{', routed' if any(t.route is not None for t in tendons) else ''}."
         )
-    return (replace(mechanism.tendons[0], moment_arm=np.array(overrides.moment_arm)),)
+    return (replace(tendons[0], moment_arm=np.array(overrides.moment_arm)),)
+
+
+def _moved_tendon(
+    mechanism: Mechanism, tendon: Tendon, joints: tuple[Joint, ...], stretch: tuple[float, ...]
+) -> Tendon:
+    """Return a tendon whose sites and pulleys keep their share of a stretched link."""
+    if tendon.route is None:
+        return tendon
+
+    def moved(stop: Stop) -> Stop:
+        if stop.body < 0:
+            return stop
+        anchor = mechanism.joints[stop.body].child_position
+        return replace(stop, point=anchor + stretch[stop.body] * (stop.point - anchor))
+
+    spans = tuple(
+        Span(
+            start=moved(span.start),
+            end=moved(span.end),
+            pulley=None if span.pulley is None else moved(span.pulley),
+        )
+        for span in tendon.route.spans
+    )
+    route = Route(joints=joints, spans=spans)
+    return replace(tendon, route=route, moment_arm=route.moment_arms(np.zeros(len(joints))))

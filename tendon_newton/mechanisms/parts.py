@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from tendon_newton.errors import InvalidAsset
 from tendon_newton.recording import Array
+
+if TYPE_CHECKING:
+    from tendon_newton.mechanisms.routing import Route
 
 JointKind = Literal["revolute", "prismatic"]
 
@@ -80,7 +83,7 @@ class Tendon:
     prim: str
     """Path of its prim in the asset."""
     moment_arm: Array
-    """Excursion per joint angle [m/rad], positive closes, shape (J,)."""
+    """Excursion per joint angle [m/rad], positive closes, shape (J,); at q = 0 for a routed one."""
     spool_radius: float
     """The motor angle is the excursion divided by this [m]."""
     force_limit: float
@@ -91,6 +94,8 @@ class Tendon:
     """Name of the servo that winds it, or empty."""
     direct: bool = False
     """Whether a shaft stands in for the string: it pushes as well as pulls."""
+    route: Route | None = None
+    """Its path through sites and around pulleys; None where its moment arms are constant."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self)
@@ -125,21 +130,39 @@ def freeze_arrays(instance: object) -> None:
 def moment_arms(tendon: Tendon, joint_position: Array) -> Array:
     """Return the moment arms of a tendon at some joint positions [m/rad], shape (..., J).
 
-    They are constant for a fixed tendon. Everything that needs an arm asks here, so that one that
-    follows from a tendon's routing has a single place to come in.
+    They are constant for a fixed tendon and follow from the path of a routed one.
 
     Args:
         tendon: The tendon.
         joint_position: Joint positions [rad], shape (..., J).
     """
+    if tendon.route is not None:
+        return tendon.route.moment_arms(np.asarray(joint_position, dtype=np.float64))
     return np.broadcast_to(tendon.moment_arm, np.shape(joint_position))
 
 
+def arm_slope(tendon: Tendon, joint_position: Array) -> Array:
+    """Return how the moment arms change with the joints [m/rad^2], shape (J, J).
+
+    Args:
+        tendon: The tendon.
+        joint_position: Joint positions [rad], shape (J,).
+    """
+    if tendon.route is not None:
+        return tendon.route.curvature(np.asarray(joint_position, dtype=np.float64))
+    return np.zeros((tendon.moment_arm.size, tendon.moment_arm.size))
+
+
 def excursion(tendon: Tendon, joint_position: Array) -> Array:
-    """Return how much of a tendon is wound in [m], ``l = l_0 + sum_j arm_j q_j``, shape (...).
+    """Return how much of a tendon is wound in [m], shape (...).
+
+    ``l = l_0 + sum_j arm_j q_j`` of a fixed tendon, ``l = l_0 + L(0) - L(q)`` of a routed one.
 
     Args:
         tendon: The tendon.
         joint_position: Joint positions [rad], shape (..., J).
     """
-    return tendon.excursion_offset + np.asarray(joint_position) @ tendon.moment_arm
+    q = np.asarray(joint_position, dtype=np.float64)
+    if tendon.route is not None:
+        return tendon.excursion_offset + tendon.route.excursion(q)
+    return tendon.excursion_offset + q @ tendon.moment_arm

@@ -15,9 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_newton.errors import InvalidParameter
+from tendon_newton.mechanisms.joint_frames import cross
 from tendon_newton.mechanisms.kinematics import ancestors, posture, tip_position
 from tendon_newton.mechanisms.mechanism import Mechanism
-from tendon_newton.mechanisms.parts import excursion, freeze_arrays, moment_arms
+from tendon_newton.mechanisms.parts import arm_slope, excursion, freeze_arrays, moment_arms
 from tendon_newton.recording import Array
 
 RESIDUAL = 1.0e-10
@@ -63,7 +64,7 @@ def gravity_torque(
             if mechanism.joints[j].kind == "prismatic":
                 direction = frames.axis[j]
             else:
-                direction = np.cross(frames.axis[j], center - frames.anchor[j])
+                direction = cross(frames.axis[j], center - frames.anchor[j])
             torque[j] += joint.mass * float(direction @ g)
     return torque
 
@@ -124,19 +125,20 @@ def _stiffness(mechanism: Mechanism, q: Array, T: Array, gravity: Array | None) 
     """Return minus the derivative of the joint torques [N m/rad], shape (J, J).
 
     Springs and stops are written out, since a difference across the edge of a stop would mix its
-    two sides; gravity and the arms are smooth.
+    two sides; gravity is smooth.
     """
 
-    def smooth(at: Array) -> Array:
-        pulls = [moment_arms(t, at) * pull for t, pull in zip(mechanism.tendons, T, strict=True)]
-        return gravity_torque(mechanism, at, gravity) + np.sum(pulls, axis=0)
+    def weight(at: Array) -> Array:
+        return gravity_torque(mechanism, at, gravity)
 
     h = 1.0e-5  # [rad] central difference in float64
-    slope = [(smooth(q + h * e) - smooth(q - h * e)) / (2.0 * h) for e in np.eye(q.size)]
+    slope = [(weight(q + h * e) - weight(q - h * e)) / (2.0 * h) for e in np.eye(q.size)]
+    turning = [arm_slope(t, q) * pull for t, pull in zip(mechanism.tendons, T, strict=True)]
     lower, upper = np.array(mechanism.joint_limits).T
     inside = (q >= lower) & (q <= upper)
     stop = np.where(inside, 0.0, _column(mechanism, "stop_stiffness"))
-    return np.diag(_column(mechanism, "stiffness") + stop) - np.column_stack(slope)
+    springs = np.diag(_column(mechanism, "stiffness") + stop)
+    return springs - np.column_stack(slope) - np.sum(turning, axis=0)
 
 
 def _newton_step(residual: Callable[[Array], Array], K: Array, q: Array, r: Array) -> Array:
@@ -155,8 +157,8 @@ def closing_tension(mechanism: Mechanism, tendon: int = 0, gravity: Array | None
 
     For a direct drive, which has no range, it is the torque that holds a quarter turn.
     """
-    arms = mechanism.tendons[tendon].moment_arm
     closed = closed_position(mechanism)
+    arms = moment_arms(mechanism.tendons[tendon], closed)
     needed = -passive_torque(mechanism, closed, gravity)
     return float(max((needed[j] / arms[j] for j in np.flatnonzero(arms > 0.0)), default=0.0))
 

@@ -7,6 +7,8 @@ from typing import Any
 
 from tendon_newton.mechanisms.chain import JOINT_TYPES, joints_below, relationship_targets
 from tendon_newton.mechanisms.findings import AssetFinding, about
+from tendon_newton.mechanisms.route_rules import route_findings
+from tendon_newton.mechanisms.usd_route import is_routed
 from tendon_newton.mechanisms.usd_tendon import authored
 
 MOMENT_ARM_LIMIT = 0.1
@@ -36,24 +38,12 @@ def tendon_findings(stage: Any) -> Iterator[AssetFinding]:
             severity="error",
         )
     for prim in tendons:
-        yield from _check_kind(prim)
-        yield from _check_path(stage, prim)
+        yield from route_findings(stage, prim) if is_routed(prim) else _check_path(stage, prim)
         yield from _check_drive(prim)
 
 
 def _tendons(stage: Any) -> list[Any]:
     return [prim for prim in stage.Traverse() if prim.GetTypeName() == "MjcTendon"]
-
-
-def _check_kind(prim: Any) -> Iterator[AssetFinding]:
-    kind = str(authored(prim, "mjc:type", "spatial"))
-    if kind != "fixed":
-        yield about(
-            prim,
-            "tendon_type",
-            f"only tendons with constant moment arms can be simulated; mjc:type is {kind!r}",
-            'Write mjc:type = "fixed" and the moment arms as mjc:path:coef',
-        )
 
 
 def _check_path(stage: Any, prim: Any) -> Iterator[AssetFinding]:

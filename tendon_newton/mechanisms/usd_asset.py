@@ -20,6 +20,7 @@ from newton.usd import SchemaResolverMjc, SchemaResolverNewton
 from tendon_newton.errors import InvalidAsset
 from tendon_newton.mechanisms.layer_files import check_layers
 from tendon_newton.mechanisms.parts import Joint, JointKind, Tendon, Tip
+from tendon_newton.mechanisms.usd_route import is_routed, read_route
 from tendon_newton.mechanisms.usd_tendon import (
     NOMINAL_FORCE_LIMIT,
     NOMINAL_SPOOL_RADIUS,
@@ -180,16 +181,29 @@ def _length(builder: newton.ModelBuilder, index: int) -> float | None:
     return length if length > 0.0 else None
 
 
-def read_tendons(stage: Any, joints: tuple[Joint, ...]) -> tuple[Tendon, ...]:
+def read_tendons(
+    stage: Any, builder: newton.ModelBuilder, joints: tuple[Joint, ...]
+) -> tuple[Tendon, ...]:
     """Read the tendons of a stage, in the order of Newton's rows."""
-    return tuple(_read_tendon(p, joints) for p in stage.Traverse() if is_tendon_prim(p, {}))
+    prims = [prim for prim in stage.Traverse() if is_tendon_prim(prim, {})]
+    tendons = tuple(_read_tendon(p, d, builder, joints) for d, p in enumerate(prims))
+    _keep_turns(builder, tendons)
+    return tendons
 
 
-def _read_tendon(prim: Any, joints: tuple[Joint, ...]) -> Tendon:
+def _read_tendon(
+    prim: Any, number: int, builder: newton.ModelBuilder, joints: tuple[Joint, ...]
+) -> Tendon:
     index = {joint.prim: j for j, joint in enumerate(joints)}
     arms = np.zeros(len(joints))
     for path, coefficient in tendon_arms(prim):
         arms[index[path]] += coefficient
+    route = None
+    if is_routed(prim):
+        names = ("tendon", "body", "point", "rotation", "radius", "side")
+        rows = {name: _rows(builder, f"tendon:path_{name}") for name in names}
+        route = read_route(rows, number, prim, joints)
+        arms = route.moment_arms(arms)
     return Tendon(
         name=prim.GetName(),
         prim=str(prim.GetPath()),
@@ -199,7 +213,22 @@ def _read_tendon(prim: Any, joints: tuple[Joint, ...]) -> Tendon:
         excursion_offset=float(authored(prim, "tendon:excursionOffset", 0.0)),
         servo=str(authored(prim, "tendon:servo", "")),
         direct=bool(authored(prim, "tendon:direct", False)),
+        route=route,
     )
+
+
+def _keep_turns(builder: newton.ModelBuilder, tendons: tuple[Tendon, ...]) -> None:
+    """Write into Newton's rows which way round its pulleys each string goes."""
+    pulleys = (
+        span.pulley
+        for tendon in tendons
+        if tendon.route is not None
+        for span in tendon.route.spans
+        if span.pulley is not None
+    )
+    attribute = builder.custom_attributes["tendon:path_turn"]
+    radii = _rows(builder, "tendon:path_radius")
+    attribute.values = [next(pulleys).turn if radius > 0.0 else 1.0 for radius in radii]
 
 
 def read_tip(builder: newton.ModelBuilder) -> Tip | None:

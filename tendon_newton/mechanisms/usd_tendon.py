@@ -16,6 +16,14 @@ of bodies, joints and tendons to each world.
 ``arm_joint``         (W A,)      its joint
 ``arm_dof``           (W A,)      its degree of freedom
 ``arm_coef``          (W A,)      the moment arm, positive closes [m]
+``path_tendon``       (W N,)      tendon of a site or cylinder on a routed tendon's path
+``path_shape``        (W N,)      its shape
+``path_body``         (W N,)      body that carries it, -1 for the base
+``path_point``        (W N,)      its place in that body's frame [m], vec3
+``path_rotation``     (W N,)      from a cylinder's frame, axis along z, to the body's, quat
+``path_radius``       (W N,)      radius of a cylinder [m], 0 for a site
+``path_side``         (W N,)      the cylinder's side site in the body's frame [m], vec3
+``path_turn``         (W N,)      1: the string goes round it counterclockwise; -1: clockwise
 ``tip_world``         (W,)        world that the tip belongs to
 ``tip_body``          (W,)        body that carries the tip
 ``tip_point``         (W,)        the tip in that body's frame [m], vec3
@@ -30,9 +38,12 @@ import newton
 import warp as wp
 from newton.solvers import SolverMuJoCo
 
+from tendon_newton.mechanisms.usd_route import is_routed, path_rows, targets_of
+
 NAMESPACE = "tendon"
 TENDON = "tendon:tendon"
 ARM = "tendon:arm"
+PATH = "tendon:path"
 TIP = "tendon:tip"
 
 NOMINAL_SPOOL_RADIUS = 0.0125
@@ -50,6 +61,14 @@ _ATTRIBUTES: tuple[tuple[str, str, type, str | None, float], ...] = (
     ("arm_joint", ARM, wp.int32, "joint", 0),
     ("arm_dof", ARM, wp.int32, "joint_dof", 0),
     ("arm_coef", ARM, wp.float32, None, 0.0),
+    ("path_tendon", PATH, wp.int32, TENDON, 0),
+    ("path_shape", PATH, wp.int32, "shape", 0),
+    ("path_body", PATH, wp.int32, "body", -1),
+    ("path_point", PATH, wp.vec3, None, 0.0),
+    ("path_rotation", PATH, wp.quat, None, 0.0),
+    ("path_radius", PATH, wp.float32, None, 0.0),
+    ("path_side", PATH, wp.vec3, None, 0.0),
+    ("path_turn", PATH, wp.float32, None, 1.0),
     ("tip_world", TIP, wp.int32, "world", 0),
     ("tip_body", TIP, wp.int32, "body", 0),
     ("tip_point", TIP, wp.vec3, None, 0.0),
@@ -66,6 +85,7 @@ def register_tendon_attributes(builder: newton.ModelBuilder) -> None:
     for frequency, prim_filter, expander in (
         (TENDON, is_tendon_prim, _tendon_rows),
         (ARM, is_tendon_prim, _arm_rows),
+        (PATH, is_tendon_prim, _path_rows),
         (TIP, is_tip_prim, _tip_rows),
     ):
         builder.add_custom_frequency(
@@ -84,14 +104,14 @@ def register_tendon_attributes(builder: newton.ModelBuilder) -> None:
                 frequency=frequency,
                 dtype=dtype,
                 references=references,
-                default=wp.vec3() if dtype is wp.vec3 else default,
+                default=dtype() if dtype in (wp.vec3, wp.quat) else default,
             )
         )
 
 
 def is_tendon_prim(prim: Any, _context: dict[str, Any]) -> bool:
-    """Tell whether a prim is a tendon with constant moment arms."""
-    return prim.GetTypeName() == "MjcTendon" and prim.GetAttribute("mjc:type").Get() == "fixed"
+    """Tell whether a prim is a tendon."""
+    return prim.GetTypeName() == "MjcTendon"
 
 
 def is_tip_prim(prim: Any, context: dict[str, Any]) -> bool:
@@ -112,8 +132,13 @@ def authored(prim: Any, name: str, default: Any) -> Any:
 
 
 def tendon_arms(prim: Any) -> list[tuple[str, float]]:
-    """Return the (joint path, moment arm [m]) pairs of a tendon prim, in its own order."""
-    targets = [str(path) for path in prim.GetRelationship("mjc:path").GetTargets()]
+    """Return the (joint path, moment arm [m]) pairs of a tendon prim, in its own order.
+
+    A routed one has none of its own: they follow from its path.
+    """
+    if is_routed(prim):
+        return []
+    targets = targets_of(prim, "mjc:path")
     indices = authored(prim, "mjc:path:indices", None) or range(len(targets))
     coefficients = authored(prim, "mjc:path:coef", ())
     return [(targets[i], float(c)) for i, c in zip(indices, coefficients, strict=True)]
@@ -140,16 +165,27 @@ def _arm_rows(prim: Any, context: dict[str, Any]) -> list[dict[str, Any]]:
     """
     joints = context["result"]["path_joint_map"]
     builder = context["builder"]
-    tendon_count = len(builder.custom_attributes["tendon:spool_radius"].values)
     return [
         {
-            "tendon:arm_tendon": tendon_count - 1,
+            "tendon:arm_tendon": _newest_tendon(builder),
             "tendon:arm_joint": joints[path],
             "tendon:arm_dof": builder.joint_qd_start[joints[path]],
             "tendon:arm_coef": coefficient,
         }
         for path, coefficient in tendon_arms(prim)
     ]
+
+
+def _path_rows(prim: Any, context: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return one row per site or cylinder on the path of a routed tendon."""
+    if not is_routed(prim):
+        return []
+    return path_rows(prim, context, _newest_tendon(context["builder"]))
+
+
+def _newest_tendon(builder: newton.ModelBuilder) -> int:
+    """Return the row of the tendon that was read last."""
+    return len(builder.custom_attributes["tendon:spool_radius"].values or []) - 1
 
 
 def _tip_rows(prim: Any, context: dict[str, Any]) -> list[dict[str, Any]]:

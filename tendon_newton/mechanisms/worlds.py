@@ -60,6 +60,7 @@ def _write_variants(model: Any, variants: Sequence[Mechanism]) -> None:
     model.joint_X_p.assign(frames)
     _write_tips(model, variants)
     _write_arms(model, variants)
+    _write_routes(model, variants)
 
 
 def _write(target: Any, values: Array) -> None:
@@ -83,6 +84,8 @@ def _write_tips(model: Any, variants: Sequence[Mechanism]) -> None:
 def _write_arms(model: Any, variants: Sequence[Mechanism]) -> None:
     """Write moment arms for our solvers and for MuJoCo's view of the same tendons."""
     rows = model.tendon
+    if not hasattr(rows, "arm_tendon"):  # every tendon is routed
+        return
     joint_count = len(variants[0].joints)
     tendon_count = len(variants[0].tendons)
     arms = np.array([[tendon.moment_arm for tendon in m.tendons] for m in variants])
@@ -91,3 +94,22 @@ def _write_arms(model: Any, variants: Sequence[Mechanism]) -> None:
     values = arms[world, column, rows.arm_dof.numpy() % joint_count].astype(np.float32)
     rows.arm_coef.assign(values)
     model.mujoco.tendon_coef.assign(values)
+
+
+def _write_routes(model: Any, variants: Sequence[Mechanism]) -> None:
+    """Write the path points of routed tendons, for our solvers and for MuJoCo's view of them."""
+    rows = model.tendon
+    if not hasattr(rows, "path_tendon"):
+        return
+    points = [
+        stop.point
+        for mechanism in variants
+        for tendon in mechanism.tendons
+        if tendon.route is not None
+        for stop in tendon.route.stops
+    ]
+    _write(rows.path_point, np.array(points))
+    shapes: Any = model.shape_transform
+    places = shapes.numpy()
+    places[rows.path_shape.numpy(), :3] = np.array(points, dtype=np.float32)
+    shapes.assign(places)

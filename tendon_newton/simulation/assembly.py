@@ -10,6 +10,7 @@ from typing import Any
 import warp as wp
 
 from tendon_newton.actuators import find_actuator
+from tendon_newton.device_code.linear_algebra import looped_inverse
 from tendon_newton.device_code.templates import Specialiser
 from tendon_newton.effects import Stage
 from tendon_newton.simulation import (
@@ -40,6 +41,10 @@ STAGE_TEMPLATES = {
     Stage.DAMPING: stages.joint_stage,
 }
 """Templates of the stages that are not a signal along a tendon."""
+UNROLLED_JOINTS = 6
+"""More joints than this [1] are eliminated in loops; six take a compiler a quarter of a minute."""
+WARP_UNROLL = 16
+"""Loops longer than this [1] stay loops unless a kernel asks for more: Warp's own number."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,8 +62,12 @@ class Assembly:
             template: Device code without a result.
             enable_backward: Whether a tape may walk it back, which takes longer to compile.
         """
+        unroll = max(WARP_UNROLL, len(self.structure.routes.spans), self.structure.joint_count)
         return self.specialiser.kernel(
-            template, repr(self.structure), enable_backward=enable_backward
+            template,
+            repr(self.structure),
+            enable_backward=enable_backward,
+            **({"module_options": {"max_unroll": unroll}} if unroll > WARP_UNROLL else {}),
         )
 
 
@@ -97,6 +106,8 @@ def assemble(structure: Structure, types: dict[str, Any], *, inline: bool = Fals
         inline: Whether its functions are inlined; see `Specialiser`.
     """
     specialiser = Specialiser(types, inline=inline)
+    if structure.joint_count > UNROLLED_JOINTS:
+        specialiser.bind("inverse", specialiser.function(looped_inverse))
     bind_stages(specialiser, structure)
     actuator = find_actuator(structure.actuator)
     specialiser.bind("actuator_force", specialiser.function(actuator.force))

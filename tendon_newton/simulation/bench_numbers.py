@@ -107,7 +107,13 @@ def start_values(
 
 
 def numbers_of(key: str, mechanism: Mechanism) -> tuple[float, ...]:
-    """Return a mechanism's numbers of one key, joint by joint; none where it has no such number."""
+    """Return a mechanism's numbers of one key, joint by joint; none where it has no such number.
+
+    A routed tendon's arms are no numbers, and its sites would have to move with a link's length.
+    """
+    routed = any(tendon.route is not None for tendon in mechanism.tendons)
+    if routed and key in ("moment_arm", "length"):
+        return ()
     if key == "moment_arm":
         return tuple(float(arm) for arm in mechanism.tendons[0].moment_arm)
     if key == "range":

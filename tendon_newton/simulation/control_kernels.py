@@ -27,6 +27,7 @@ from tendon_newton.simulation.integrator import step
 from tendon_newton.simulation.memory import remembered
 from tendon_newton.simulation.modes import choose_modes
 from tendon_newton.simulation.rollout_kernels import command_mean, find_row
+from tendon_newton.simulation.routes import located
 from tendon_newton.simulation.sensors import read_sensors
 from tendon_newton.simulation.settling import SETTLED
 from tendon_newton.simulation.world_drive import world_drive
@@ -120,7 +121,8 @@ def forget_kernel(
         drive.memory = MemoryVector()
         q = given_numbers(q_in, position_index, i)
         v = given_numbers(v_in, velocity_index, i)
-        modes = choose_modes(mechanism, i, parameters[i], drive, q, v)
+        here = located(mechanism, i, drive, q, v)
+        modes = choose_modes(mechanism, i, parameters[i], here, q, v)
         servo.q[i] = q
         servo.v[i] = v
         servo.memory[i] = remembered(mechanism, i, parameters[i], drive, modes, q, v)

@@ -32,6 +32,8 @@ DIFFERENTIABLE_NUMBERS = (
     "lower", "upper",
 )  # fmt: skip
 """Arrays of the mechanism that carry gradients."""
+ROUTE_NUMBERS = ("path_point", "path_radius")
+"""Those of routed tendons; the zero of their excursion stays where it is."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -257,8 +259,9 @@ class DifferentiableRollout:
 def make_inputs(rollout: Rollout, vectors: Any) -> Inputs:
     """Give all that a rollout reads a gradient."""
     vectors.requires_grad = True
+    routed = ROUTE_NUMBERS if rollout.kernels.structure.routes.spans else ()
     for struct, names in (
-        (rollout.numbers, DIFFERENTIABLE_NUMBERS),
+        (rollout.numbers, (*DIFFERENTIABLE_NUMBERS, *routed)),
         (rollout.commands, ("angle",)),
     ):
         for name in names:
@@ -325,4 +328,8 @@ def assemble_with_rules(structure: Structure, types: dict[str, Any], *, inline: 
     assembly = assemble(structure, types, inline=inline)
     gradient_rules.add_gradient_rules(assembly.specialiser)
     assembly.specialiser.gradient(gradient_kernels.gravity_slope, gradient_kernels.constant_slope)
+    if structure.routes.spans:
+        assembly.specialiser.gradient(
+            gradient_kernels.guide_turning, gradient_kernels.constant_turning
+        )
     return assembly

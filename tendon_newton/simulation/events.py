@@ -11,6 +11,7 @@ from tendon_newton.device_code.placeholders import (
     JointMatrix,
     JointVector,
     Placeholder,
+    TendonVector,
     Vec2,
     real,
 )
@@ -18,6 +19,7 @@ from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.forces import touching
 from tendon_newton.simulation.modes import constrained_solve
 from tendon_newton.simulation.pipeline import excursion
+from tendon_newton.simulation.routes import located, tendon_arms
 from tendon_newton.simulation.world_drive import UNBOUNDED
 
 Drive = Placeholder
@@ -26,6 +28,8 @@ Mechanism = Placeholder
 Modes = Placeholder
 Motion = Placeholder
 MAY_HOLD = False
+HOLDS_ROUTED = False
+"""Whether a tendon whose arms follow from its path may be held at a speed."""
 
 NOTHING = -1
 """Row of an event that brings no row to a speed."""
@@ -60,11 +64,38 @@ def crossing(before: real, after: real) -> real:
 
 
 @device_template
+def motion_arms(mechanism: Mechanism, world: int, motion: Motion) -> ArmMatrix:
+    """Return the moment arms at the end of a motion [m], shape (D, J)."""
+    arms = mechanism.arms[world]
+    if wp.static(HOLDS_ROUTED):
+        arms = motion.arms
+    return arms
+
+
+@device_template
+def kept_speeds(
+    mechanism: Mechanism, world: int, drive: Drive, modes: Modes, speed: TendonVector, end: Motion
+) -> Motion:
+    """Return the end of a step with its arms, and the held tendons at their speeds [m/s] again."""
+    there = located(mechanism, world, drive, end.q, end.v)
+    v = end.v
+    for d in range(TENDONS):
+        if modes.tendon_sticks[d] > real(0.0):
+            freed = modes
+            freed.tendon_sticks[d] = real(0.0)
+            v = bring_row(end.mass_matrix, there.arms[d], v, speed[d], freed, there.arms)
+    out = end
+    out.v = v
+    out.arms = there.arms
+    return out
+
+
+@device_template
 def first_event(
     mechanism: Mechanism, world: int, drive: Drive, modes: Modes,
     q: JointVector, v: JointVector, end: Motion,
 ) -> Event:  # fmt: skip
-    """Find what ends the modes first inside a step."""
+    """Find what ends the modes first inside a step; the drive was located at q and v."""
     event = Event()
     event.fraction = real(1.0)
     event.row = int(NOTHING)
@@ -84,9 +115,10 @@ def first_event(
                 event.joint = j
                 event.touch = touch[j]
     if wp.static(MAY_HOLD):
-        arms = mechanism.arms[world]
+        arms = tendon_arms(mechanism, world, drive)
+        later = motion_arms(mechanism, world, end)
         for d in range(TENDONS):
-            after = excursion(arms, d, end.v)
+            after = excursion(later, d, end.v)
             allowed = speed_range(drive, d, modes.tendon[d])
             speed = wp.clamp(after, allowed[0], allowed[1])
             if speed != after and modes.tendon_sticks[d] == real(0.0):
@@ -145,7 +177,7 @@ def bring_row(
     arms: ArmMatrix,
 ) -> JointVector:
     """Bring the speed along a row to a value [m/s, rad/s] by an impulse; what is held stays so."""
-    response = constrained_solve(matrix, row, modes, arms)
+    response = constrained_solve(matrix, row, modes, arms, TendonVector())
     admittance = wp.dot(row, response)
     out = v
     if admittance > real(0.0):
@@ -159,7 +191,7 @@ def bring_event_row(
 ) -> JointVector:
     """Bring the row that an event names to its speed exactly: the next modes see it there."""
     v = middle.v
-    arms = mechanism.arms[world]
+    arms = motion_arms(mechanism, world, middle)
     for j in range(JOINTS):
         if event.row == j:
             v = bring_row(middle.mass_matrix, joint_row(j), v, event.speed, modes, arms)
@@ -192,7 +224,7 @@ def bring_back(mechanism: Mechanism, world: int, drive: Drive, modes: Modes, end
     They are second events inside one step.
     """
     v = end.v
-    arms = mechanism.arms[world]
+    arms = motion_arms(mechanism, world, end)
     for j in range(JOINTS):
         if drive.friction[j] > real(0.0) and v[j] * modes.joint[j] < real(0.0):
             v = bring_row(end.mass_matrix, joint_row(j), v, real(0.0), modes, arms)

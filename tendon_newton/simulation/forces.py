@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import warp as wp
+
 from tendon_newton.device_code.placeholders import (
     JOINTS,
     TENDONS,
@@ -12,6 +14,7 @@ from tendon_newton.device_code.placeholders import (
     JointVector,
     ParameterVector,
     Placeholder,
+    TendonVector,
     real,
 )
 from tendon_newton.device_code.templates import device_template
@@ -21,14 +24,24 @@ from tendon_newton.simulation.pipeline import (
     joint_state,
     spring_torque,
 )
+from tendon_newton.simulation.routes import (
+    along_routes,
+    route_pose,
+    route_stiffness,
+    tendon_arms,
+    tendon_bow,
+)
 
 Drive = Placeholder
 Forces = Placeholder
 Mechanism = Placeholder
 Modes = Placeholder
+Pose = Placeholder
 armature: Any = None
 chain_terms: Any = None
 radius_effects: Any = None
+ROUTED = False
+"""Whether any tendon's moment arms follow from its path."""
 
 
 @device_template
@@ -47,22 +60,37 @@ def smooth_forces(
         torque[j] = torque[j] + own[0] - drive.friction[j] * modes.joint[j]
         stiffness[j, j] = stiffness[j, j] + own[1]
         damping[j, j] = damping[j, j] + own[2]
-    arms = mechanism.arms[world]
+    here = drive
+    pose = Pose()
+    if wp.static(ROUTED):
+        pose = route_pose(mechanism, world, q)
+        here = along_routes(mechanism, world, pose, drive, q, v)
+    arms = tendon_arms(mechanism, world, here)
+    bow = tendon_bow(here)
+    tension = TendonVector()
     for d in range(TENDONS):
         radius = radius_effects(mechanism.spool_radius[world][d], p)
         inertia = armature(p) / (radius * radius)
         pull = Jet(real(0.0), real(0.0), real(0.0))
+        tension[d] = modes.hold[d]
         if modes.tendon_sticks[d] == real(0.0):
-            flow = flow_at(mechanism, world, p, drive, d, q, v, modes.tendon[d])
+            flow = flow_at(mechanism, world, p, here, d, q, v, modes.tendon[d])
             pull = flow.pull
+            tension[d] = pull[0]
         for i in range(JOINTS):
             torque[i] = torque[i] + arms[d, i] * pull[0]
+            if wp.static(ROUTED):
+                torque[i] = torque[i] - arms[d, i] * inertia * bow[d]
             for j in range(JOINTS):
                 product = arms[d, i] * arms[d, j]
                 mass_matrix[i, j] = mass_matrix[i, j] + product * inertia
                 stiffness[i, j] = stiffness[i, j] + product * pull[1]
                 damping[i, j] = damping[i, j] + product * pull[2]
     out = Forces()
+    if wp.static(ROUTED):
+        stiffness = stiffness + route_stiffness(mechanism, world, pose, tension)
+        out.arms = arms
+        out.bow = bow
     out.mass_matrix = mass_matrix
     out.torque = torque
     out.stiffness = stiffness

@@ -24,6 +24,7 @@ from tendon_newton.simulation.history_kernels import servo_sample, with_held
 from tendon_newton.simulation.modes import choose_modes
 from tendon_newton.simulation.pipeline import excursion, flow_at
 from tendon_newton.simulation.rollout_kernels import find_row
+from tendon_newton.simulation.routes import located, tendon_arms
 
 Commands = Placeholder
 Mechanism = Placeholder
@@ -54,13 +55,15 @@ def taped_sense_kernel(
     instant = clock_effects(now, p) / scale
     acting = find_row(commands, first, commands.count[i], instant, row)
     plain = row_drive(mechanism, i, p, commands, first + row, now, memory[slot, i])
-    drive = with_command(plain, commands.angle[first + acting], real(0.0))
     x = q[slot, i]
     xd = v[slot, i]
+    driven = with_command(plain, commands.angle[first + acting], real(0.0))
+    drive = located(mechanism, i, driven, x, xd)
+    arms = tendon_arms(mechanism, i, drive)
     modes = choose_modes(mechanism, i, p, drive, x, xd)
     for d in range(TENDONS):
         flow = flow_at(mechanism, i, p, drive, d, x, xd, modes.tendon[d])
-        rate = flow.angle[1] * excursion(mechanism.arms[i], d, xd)
+        rate = flow.angle[1] * excursion(arms, d, xd)
         samples[query, i * TENDONS + d] = servo_sample(
             mechanism, i, p, drive, d, x, xd, flow.angle[0], rate
         )

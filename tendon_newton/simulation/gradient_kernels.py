@@ -27,8 +27,20 @@ from tendon_newton.simulation.memory import remembered
 from tendon_newton.simulation.modes import SWEEPS, choose_modes
 from tendon_newton.simulation.pipeline import excursion, flow_at
 from tendon_newton.simulation.rollout_kernels import find_row
+from tendon_newton.simulation.routes import (
+    located,
+    route_pose,
+    route_stiffness,
+    tendon_arms,
+    tendon_bow,
+)
 from tendon_newton.simulation.sensors import tension_now
-from tendon_newton.simulation.settling import SETTLED, frictionless_forces, resting_modes
+from tendon_newton.simulation.settling import (
+    GUIDE_STIFFNESS,
+    SETTLED,
+    frictionless_forces,
+    resting_modes,
+)
 from tendon_newton.simulation.world_drive import world_drive
 
 Commands = Placeholder
@@ -42,6 +54,8 @@ clock_effects: Any = None
 period_effects: Any = None
 radius_effects: Any = None
 HAS_MEMORY = False
+ROUTED = False
+"""Whether any tendon's moment arms follow from its path."""
 
 NUDGE = 1.0e-6
 """Half step of a central difference [rad, m]: float64 leaves ten digits."""
@@ -82,6 +96,30 @@ def gravity_slope(mechanism: Mechanism, world: int, drive: Drive, q: JointVector
         for i in range(JOINTS):
             slope[i, j] = (up.torque[i] - down.torque[i]) / (real(2.0) * real(NUDGE))
     return slope
+
+
+@device_template
+def guide_turning(
+    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, target: TendonVector,
+    q: JointVector,
+) -> JointMatrix:  # fmt: skip
+    """Return how the torque of a guide at rest changes as the arms turn [N m/rad]."""
+    still = JointVector()
+    here = located(mechanism, world, drive, q, still)
+    pull = TendonVector()
+    for d in range(TENDONS):
+        flow = flow_at(mechanism, world, p, here, d, q, still, real(0.0))
+        stiffness = real(GUIDE_STIFFNESS) * mechanism.spool_radius[world][d]
+        pull[d] = stiffness * (target[d] - flow.angle[0])
+    return route_stiffness(mechanism, world, route_pose(mechanism, world, q), pull)
+
+
+@device_template
+def constant_turning(
+    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, target: TendonVector,
+    q: JointVector, adj_ret: JointMatrix,
+) -> None:  # fmt: skip
+    """Give no derivative: what it multiplies is zero in equilibrium."""
 
 
 @device_template
@@ -151,12 +189,17 @@ def start_kernel(
         held = with_memory(drive, kept)
         forces = frictionless_forces(mechanism, i, p, held, guided, commands.start_angle[i], x)
         stiffness = forces.stiffness + gravity_slope(mechanism, i, held, x)
+        if wp.static(ROUTED):  # noqa: SIM102 - known when compiled
+            if guided:
+                stiffness = stiffness + guide_turning(
+                    mechanism, i, p, held, commands.start_angle[i], x
+                )
         x = x - inverse(stiffness) * forces.torque
         modes = resting_modes(mechanism, i, False, x)
         kept = remembered(mechanism, i, p, held, modes, x, still)
     speed = JointVector()
     if guided:
-        arms = mechanism.arms[i]
+        arms = tendon_arms(mechanism, i, located(mechanism, i, drive, x, still))
         for d in range(TENDONS):
             radius = radius_effects(mechanism.spool_radius[i][d], p)
             rate = commands.start_rate[i][d] * radius
@@ -207,11 +250,15 @@ def holding_forces(
     mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, modes: Modes,
     q: JointVector, v: JointVector,
 ) -> TendonVector:  # fmt: skip
-    """Return the pull [N] of each tendon that sticks: nothing accelerates along what holds."""
+    """Return the pull [N] of each tendon that sticks: nothing accelerates along what holds.
+
+    The drive was located at q and v.
+    """
     forces = smooth_forces(mechanism, world, p, drive, modes, q, v)
     matrix = forces.mass_matrix
     load = forces.torque
-    free = mechanism.arms[world]
+    free = tendon_arms(mechanism, world, drive)
+    bow = tendon_bow(drive)
     for j in range(JOINTS):
         if modes.joint_sticks[j] > real(0.0):
             for i in range(JOINTS):
@@ -237,7 +284,7 @@ def holding_forces(
                 response = mobility * free[d]
                 admittance = wp.dot(free[d], response)
                 if admittance > real(0.0):
-                    change = -wp.dot(free[d], acceleration) / admittance
+                    change = -(wp.dot(free[d], acceleration) + bow[d]) / admittance
                     acceleration = acceleration + response * change
                     hold[d] = hold[d] + change
     return hold
@@ -277,9 +324,11 @@ def reading_kernel(
     instant = clock_effects(now, p) / scale
     acting = find_row(commands, first, commands.count[i], instant, out - first)
     row = row_drive(mechanism, i, p, commands, out, now, memory[at, i])
-    drive = with_command(row, commands.angle[first + acting], real(0.0))
     x = q[at, i]
     xd = v[at, i]
+    driven = with_command(row, commands.angle[first + acting], real(0.0))
+    drive = located(mechanism, i, driven, x, xd)
+    arms = tendon_arms(mechanism, i, drive)
     chosen = choose_modes(mechanism, i, p, drive, x, xd)
     modes = with_hold(chosen, holding_forces(mechanism, i, p, drive, chosen, x, xd))
     fresh = drive
@@ -292,7 +341,7 @@ def reading_kernel(
     for d in range(TENDONS):
         flow = flow_at(mechanism, i, p, fresh, d, x, xd, modes.tendon[d])
         angle[d] = flow.angle[0]
-        rate[d] = flow.angle[1] * excursion(mechanism.arms[i], d, xd)
+        rate[d] = flow.angle[1] * excursion(arms, d, xd)
         tension[d] = cell_effects(tension_now(mechanism, i, p, drive, modes, d, x, xd), now, p)
     joint_position[out] = x
     motor_position[out] = angle

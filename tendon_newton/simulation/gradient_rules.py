@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import warp as wp
 
-from tendon_newton.device_code.linear_algebra import inverse
+from tendon_newton.device_code.linear_algebra import inverse, looped_inverse
 from tendon_newton.device_code.placeholders import (
     JOINTS,
     TENDONS,
@@ -69,11 +69,12 @@ def constraint_forces(
 
 @device_template
 def constrained_solve_rule(
-    matrix: JointMatrix, load: JointVector, modes: Modes, arms: ArmMatrix, adj_ret: JointVector
-) -> None:
+    matrix: JointMatrix, load: JointVector, modes: Modes, arms: ArmMatrix, bow: TendonVector,
+    adj_ret: JointVector,
+) -> None:  # fmt: skip
     """Apply the adjoint of a saddle-point system, which is symmetric: one more solve."""
-    x = constrained_solve(matrix, load, modes, arms)
-    y = constrained_solve(matrix, adj_ret, modes, arms)
+    x = constrained_solve(matrix, load, modes, arms, bow)
+    y = constrained_solve(matrix, adj_ret, modes, arms, TendonVector())
     wp.adjoint[load] += y
     wp.adjoint[matrix] += -wp.outer(y, x)
     held = real(0.0)
@@ -83,6 +84,7 @@ def constrained_solve_rule(
         lift = constraint_forces(matrix, load, x, modes, arms)
         pull = constraint_forces(matrix, adj_ret, y, modes, arms)
         wp.adjoint[arms] += -(wp.outer(pull, x) + wp.outer(lift, y))
+        wp.adjoint[bow] += -pull
 
 
 @device_template
@@ -110,6 +112,7 @@ def constant_row(
 def add_gradient_rules(specialiser: Specialiser) -> None:
     """Teach a specialiser all rules of this file."""
     specialiser.gradient(inverse, inverse_rule)
+    specialiser.gradient(looped_inverse, inverse_rule)
     specialiser.gradient(constrained_solve, constrained_solve_rule)
     specialiser.gradient(choose_modes, constant_modes)
     specialiser.gradient(touching, constant_touch)

@@ -21,6 +21,7 @@ from tendon_newton.device_code.placeholders import (
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.pipeline import tendon_state
 from tendon_newton.simulation.rollout_kernels import find_row
+from tendon_newton.simulation.routes import located
 from tendon_newton.simulation.sensors import read_sensors
 from tendon_newton.simulation.world_drive import world_drive
 
@@ -44,7 +45,7 @@ def servo_sample(
     """Return a sample: angle asked for [rad], angle [rad] and rate [rad/s] reported.
 
     What effects make of the position error, they make of the angle asked for: the network knows
-    the error as a difference.
+    the error as a difference. The drive was located at q and v.
     """
     tendon = tendon_state(mechanism, world, p, drive, d, q, v, real(0.0))
     error = drive.command[d] - angle
@@ -60,9 +61,10 @@ def push_samples(
     ring: wp.array3d[wp.float32], newest: DeviceArray[int],
 ) -> None:  # fmt: skip
     """Add a world's samples to the ring, its first servo standing at `first`."""
+    here = located(mechanism, world, drive, q, v)
     for d in range(TENDONS):
         sample = servo_sample(
-            mechanism, world, p, drive, d, q, v, reading.angle[d], reading.angle_rate[d]
+            mechanism, world, p, here, d, q, v, reading.angle[d], reading.angle_rate[d]
         )
         single = wp.vec3f(wp.float32(sample[0]), wp.float32(sample[1]), wp.float32(sample[2]))
         push_sample(ring, newest, first + d, single, fill)

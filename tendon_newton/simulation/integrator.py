@@ -8,22 +8,45 @@ Inside a step the *modes* are frozen: each dry friction slides one way or sticks
 touch or not. So the equations are smooth and the order holds. A step that would cross an event is
 divided there: up to the event, then the rest in the new mode. Internal states of effects are
 answers to the motion over the step; the second stage sees them at its end.
+
+Where a routed tendon is held, its arms turn while the joints move: the stages hold its acceleration
+at A q_ddot = -v^T H v, which keeps the order, and at the end of a step its speed is brought back
+to what it was, by what the order leaves.
 """
 
 from __future__ import annotations
 
-from tendon_newton.device_code.placeholders import JointVector, ParameterVector, Placeholder, real
+import warp as wp
+
+from tendon_newton.device_code.placeholders import (
+    JointVector,
+    ParameterVector,
+    Placeholder,
+    TendonVector,
+    real,
+)
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.simulation.events import after_touch, bring_back, bring_event_row, first_event
+from tendon_newton.simulation.events import (
+    after_touch,
+    bring_back,
+    bring_event_row,
+    first_event,
+    kept_speeds,
+)
 from tendon_newton.simulation.forces import smooth_forces
 from tendon_newton.simulation.memory import renewed
 from tendon_newton.simulation.modes import choose_modes, constrained_solve
+from tendon_newton.simulation.routes import located
 from tendon_newton.simulation.world_drive import at_end, at_start
 
 Drive = Placeholder
 Mechanism = Placeholder
 Modes = Placeholder
 Motion = Placeholder
+ROUTED = False
+"""Whether any tendon's moment arms follow from its path."""
+HOLDS_ROUTED = False
+"""Whether one such may be held at a speed."""
 
 GAMMA = 1.0 - 0.5**0.5
 
@@ -36,9 +59,13 @@ def rosenbrock(
     """Advance by h [s] in frozen modes with the two stages of ROS2."""
     g = real(GAMMA) * h
     arms = mechanism.arms[world]
+    bow = TendonVector()
     f = smooth_forces(mechanism, world, p, drive, modes, q, v)
+    if wp.static(ROUTED):
+        arms = f.arms
+        bow = f.bow
     matrix = f.mass_matrix - g * f.damping - g * g * f.stiffness
-    k1 = constrained_solve(matrix, f.torque + g * (f.stiffness * v), modes, arms)
+    k1 = constrained_solve(matrix, f.torque + g * (f.stiffness * v), modes, arms, bow)
     slope = v + g * k1
     q1 = q + h * slope
     v1 = v + h * k1
@@ -46,11 +73,18 @@ def rosenbrock(
     matrix = f.mass_matrix - g * f.damping - g * g * f.stiffness
     rest = v1 - real(2.0) * slope
     load = f.torque - real(2.0) * (f.mass_matrix * k1) + g * (f.stiffness * rest)
-    k2 = constrained_solve(matrix, load, modes, arms)
+    speed = TendonVector()
+    if wp.static(HOLDS_ROUTED):
+        speed = arms * v
+        arms = f.arms
+        bow = f.bow + real(2.0) * (arms * k1)
+    k2 = constrained_solve(matrix, load, modes, arms, bow)
     out = Motion()
     out.q = q + h * (real(1.5) * slope + real(0.5) * (rest + g * k2))
     out.v = v + h * (real(1.5) * k1 + real(0.5) * k2)
     out.mass_matrix = f.mass_matrix
+    if wp.static(HOLDS_ROUTED):
+        out = kept_speeds(mechanism, world, drive, modes, speed, out)
     return out
 
 
@@ -60,7 +94,7 @@ def step(
     q: JointVector, v: JointVector, h: real,
 ) -> Motion:  # fmt: skip
     """Advance positions, velocities and memory (`drive.memory`) by h [s]; divide at an event."""
-    start = at_start(drive, drive.time, drive.memory)
+    start = located(mechanism, world, at_start(drive, drive.time, drive.memory), q, v)
     modes = choose_modes(mechanism, world, p, start, q, v)
     end = rosenbrock(mechanism, world, p, start, modes, q, v, h)
     event = first_event(mechanism, world, start, modes, q, v, end)
@@ -70,6 +104,7 @@ def step(
         memory = renewed(mechanism, world, p, start, modes, v, middle, part)
         v = bring_event_row(mechanism, world, event, modes, middle)
         start = at_start(drive, drive.time + part, memory)
+        start = located(mechanism, world, start, middle.q, v)
         chosen = choose_modes(mechanism, world, p, start, middle.q, v)
         modes = after_touch(chosen, event)
         h = h - part

@@ -23,6 +23,7 @@ def kernel_types(structure: Structure) -> dict[str, Any]:
         structure.memory_count,
         getattr(wp, structure.precision),
     )
+    t |= structure.routes.bindings(structure.parents, structure.revolute)
     t |= argument_structs(t, structure.planar)
     t |= inner_structs(t, structure.planar)
     slow_cell = structure.uses(Stage.CELL_LAG) or structure.uses(Stage.CELL_CLOCK)
@@ -36,6 +37,8 @@ def kernel_types(structure: Structure) -> dict[str, Any]:
     t["HAS_MEMORY"] = bool(with_memory)
     t["MEMORY_OFFSETS"] = tuple(structure.offsets[effect.name] for effect in with_memory)
     t["MEMORY_NULLS"] = tuple(effect.parameters[0].null for effect in with_memory)
+    t["HOLDS_ROUTED"] = t["ROUTED"] and t["MAY_HOLD"]
+    t["REMEMBERS_ROUTED"] = t["ROUTED"] and t["HAS_MEMORY"]
     t["REST"] = REST[structure.precision]
     t["HAS_SLOW_CELL"] = slow_cell
     t["CELL_MEMORY"] = structure.cell_memory
@@ -63,6 +66,11 @@ def argument_structs(t: dict[str, Any], planar: bool) -> dict[str, Any]:
         **{name: array(place) for name in ("gravity", "gravity_across", "gravity_along")},
         "arms": array(t["ArmMatrix"]), "mass": array(real, 2), "inertia": array(inertia, 2),
     }  # fmt: skip
+    if t["ROUTED"]:
+        mechanism |= {
+            "path_point": array(t["Vec3"], 2), "path_frame": array(t["Mat33"], 2),
+            "path_radius": array(real, 2), "path_turn": array(real, 2),
+        }  # fmt: skip
     commands = {
         "first": array(wp.int32), "count": array(wp.int32), "time": array(real),
         "angle": array(tendons), "voltage": array(real), "enabled": array(real),
@@ -115,4 +123,30 @@ def inner_structs(t: dict[str, Any], planar: bool) -> dict[str, Any]:
         },
         "Flow": {"angle": jet, "motor_force": jet, "tension": jet, "pull": jet},
     }  # fmt: skip
+    for name, members in route_fields(t).items():
+        # The device functions of routes need their own types even where no kernel calls them.
+        if t["ROUTED"] or name not in fields:
+            fields[name] = {**fields.get(name, {}), **members}
     return {name: struct_type(name, members) for name, members in fields.items()}
+
+
+def route_fields(t: dict[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return what structs have more where tendons are routed; see `routes`."""
+    real, vector, square = t["real"], t["Vec3"], t["Mat33"]
+    tendons, arms = t["TendonVector"], t["ArmMatrix"]
+    points = max(t["POINTS"], 1)
+    t["PathMatrix"] = wp.types.matrix(shape=(points, 3), dtype=real)
+    t["FrameMatrix"] = wp.types.matrix(shape=(3 * points, 3), dtype=real)
+    return {
+        "Pose": {
+            "origin": t["SpaceMatrix"], "axis": t["SpaceMatrix"],
+            "place": t["PathMatrix"], "frame": t["FrameMatrix"],
+        },
+        "SpanTerms": {
+            "length": real, "start": vector, "end": vector,
+            "start_start": square, "start_end": square, "end_end": square,
+        },
+        "Drive": {"length": tendons, "arms": arms, "bow": tendons},
+        "Forces": {"arms": arms, "bow": tendons},
+        "Motion": {"arms": arms},
+    }  # fmt: skip

@@ -12,6 +12,9 @@ import warp as wp
 from tendon_newton.errors import InvalidAsset
 from tendon_newton.recording import Array, Indices
 from tendon_newton.simulation.assembly import Assembly, KernelSet
+from tendon_newton.simulation.rotations import rotation_matrices
+from tendon_newton.simulation.route_arrays import read_numbers, read_plan
+from tendon_newton.simulation.route_plan import NO_ROUTES, RoutePlan
 
 FinalModel: TypeAlias = Any
 """A `newton.Model` after `finalize`; its class declares every array as optional."""
@@ -31,6 +34,8 @@ class Topology:
     """Whether each joint turns (or else slides), shape (J,)."""
     tendon_count: int
     """Number of tendons D."""
+    routes: RoutePlan = NO_ROUTES
+    """Paths of the tendons whose moment arms are not constant."""
 
 
 def read_topology(model: FinalModel) -> Topology:
@@ -48,6 +53,7 @@ def read_topology(model: FinalModel) -> Topology:
         parents=tuple(moved_by.get(int(parents[joint]), -1) for joint in joints),
         revolute=tuple(bool(kinds[joint] == newton.JointType.REVOLUTE) for joint in joints),
         tendon_count=len(model.tendon.spool_radius) // model.world_count,
+        routes=read_plan(model, moved_by),
     )
 
 
@@ -63,17 +69,6 @@ def moving_joints(model: FinalModel) -> Indices:
             "weld bodies together in the asset instead of by fixed joints"
         )
     return np.flatnonzero(moving).reshape(model.world_count, -1)
-
-
-def rotation_matrices(quaternions: Array) -> Array:
-    """Return rotation matrices of quaternions (x, y, z, w), shape (..., 3, 3)."""
-    x, y, z, w = np.moveaxis(quaternions, -1, 0)
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -167,7 +162,12 @@ def plane_basis(frames: RestFrames, topology: Topology) -> Array | None:
 
 
 def plane_of(model: FinalModel, topology: Topology) -> Array | None:
-    """Return the plane (2, 3) in which a model's chain moves, None if there is none."""
+    """Return the plane (2, 3) in which a model's chain moves, None if there is none.
+
+    Routed tendons run in space, so that a chain that has some counts as one in space.
+    """
+    if topology.routes.spans:
+        return None
     return plane_basis(rest_frames(model, topology), topology)
 
 
@@ -199,6 +199,14 @@ def fill_mechanism(model: FinalModel, kernels: KernelSet | Assembly, device: Any
     for name, values in tendon_numbers(model).items():
         put(name, values, types["TendonVector"])
     put("arms", moment_arms(model, topology), types["ArmMatrix"])
+    if topology.routes.spans:
+        routes = read_numbers(model, topology.routes, frames, topology.tendon_count)
+        put("path_point", routes.point, types["Vec3"])
+        put("path_frame", routes.frame, types["Mat33"])
+        put("path_radius", routes.radius, types["real"])
+        put("path_turn", routes.turn, types["real"])
+        offset = tendon_numbers(model)["excursion_offset"] + routes.rest_length
+        put("excursion_offset", offset, types["TendonVector"])
     put(
         "mass",
         model.body_mass.numpy()[model.joint_child.numpy()[moving_joints(model)]],
@@ -268,6 +276,8 @@ def moment_arms(model: FinalModel, topology: Topology) -> Array:
         int(joint): divmod(index, joints.shape[1]) for index, joint in enumerate(joints.ravel())
     }
     arms = np.zeros((model.world_count, topology.tendon_count, joints.shape[1]))
+    if not hasattr(tendon, "arm_tendon"):  # Newton keeps no columns without rows
+        return arms
     rows = zip(
         tendon.arm_tendon.numpy(), tendon.arm_joint.numpy(), tendon.arm_coef.numpy(), strict=True
     )

@@ -17,6 +17,7 @@ from tendon_newton.device_code.placeholders import (
 )
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.pipeline import flow_at, flow_memory, joint_state, spring_torque
+from tendon_newton.simulation.routes import located
 from tendon_newton.simulation.world_drive import at_end
 
 Drive = Placeholder
@@ -26,6 +27,8 @@ Motion = Placeholder
 spring_memory: Any = None
 HAS_MEMORY = False
 """Whether any effect of the kernel has internal state."""
+REMEMBERS_ROUTED = False
+"""Whether one has while a tendon's moment arms follow from its path."""
 
 SHORTEST = 1.0e-12
 """A part of a divided step [s] too short for a difference quotient."""
@@ -52,18 +55,21 @@ def remembered(
 ) -> MemoryVector:  # fmt: skip
     """Return what the effects remember at a state that was reached in `drive.elapsed`."""
     memory = drive.memory
+    here = drive
+    if wp.static(REMEMBERS_ROUTED):
+        here = located(mechanism, world, drive, q, v)
     for j in range(JOINTS):
         joint = joint_state(mechanism, world, drive, j, q, v)
         memory = spring_memory(spring_torque(joint, p), joint, p, memory)
     for d in range(TENDONS):
         if modes.tendon_sticks[d] == real(0.0):
-            memory = flow_memory(mechanism, world, p, drive, d, q, v, modes.tendon[d], memory)
+            memory = flow_memory(mechanism, world, p, here, d, q, v, modes.tendon[d], memory)
         else:
-            share = held_share(mechanism, world, p, drive, modes, d, q, v)
+            share = held_share(mechanism, world, p, here, modes, d, q, v)
             side = modes.least_side[d]
-            least = flow_memory(mechanism, world, p, drive, d, q, v, side, memory)
+            least = flow_memory(mechanism, world, p, here, d, q, v, side, memory)
             side = modes.most_side[d]
-            most = flow_memory(mechanism, world, p, drive, d, q, v, side, memory)
+            most = flow_memory(mechanism, world, p, here, d, q, v, side, memory)
             memory = least + (most - least) * share
     return memory
 

@@ -24,6 +24,7 @@ from tendon_newton.device_code.placeholders import (
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.forces import smooth_forces, touching
 from tendon_newton.simulation.pipeline import excursion, flow_at
+from tendon_newton.simulation.routes import tendon_arms, tendon_bow
 
 Drive = Placeholder
 Mechanism = Placeholder
@@ -76,8 +77,12 @@ def choose_modes(
     mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive,
     q: JointVector, v: JointVector,
 ) -> Modes:  # fmt: skip
-    """Decide which rows are held: those whose holding force stays within its limits."""
+    """Decide which rows are held: those whose holding force stays within its limits.
+
+    The drive was located at q and v.
+    """
     modes = Modes()
+    arms = tendon_arms(mechanism, world, drive)
     modes.touch = touching(mechanism, world, q, v)
     held = int(0)  # noqa: UP018, RUF046 - a variable for Warp, not a constant
     least = TendonVector()
@@ -89,7 +94,7 @@ def choose_modes(
             modes.joint_sticks[j] = real(1.0)
             held = held + 1
     for d in range(TENDONS):
-        rate = excursion(mechanism.arms[world], d, v)
+        rate = excursion(arms, d, v)
         modes.tendon[d] = sign(rate)
         if wp.static(MAY_HOLD):
             modes = tendon_sides(drive, modes, d, rate)
@@ -117,7 +122,8 @@ def release(
     """
     forces = smooth_forces(mechanism, world, p, drive, modes, q, v)
     mobility = inverse(forces.mass_matrix)
-    arms = mechanism.arms[world]
+    arms = tendon_arms(mechanism, world, drive)
+    bow = tendon_bow(drive)
     limit = drive.friction
     hold = JointVector()
     push = forces.torque
@@ -140,10 +146,10 @@ def release(
         for d in range(TENDONS):
             if modes.tendon_sticks[d] > real(0.0):
                 response = mobility * arms[d]
+                gain = wp.dot(arms[d], acceleration) + bow[d]
                 force = wp.clamp(
-                    modes.hold[d] - wp.dot(arms[d], acceleration) / wp.dot(arms[d], response),
-                    least[d], most[d],
-                )  # fmt: skip
+                    modes.hold[d] - gain / wp.dot(arms[d], response), least[d], most[d]
+                )
                 acceleration = acceleration + response * (force - modes.hold[d])
                 modes.hold[d] = force
     for j in range(JOINTS):
@@ -154,7 +160,7 @@ def release(
         if modes.tendon_sticks[d] > real(0.0):  # noqa: SIM102 - Warp has no mixed and/or
             if modes.hold[d] >= most[d] or modes.hold[d] <= least[d]:
                 modes.tendon[d] = modes.least_side[d]
-                if wp.dot(arms[d], acceleration) < real(0.0):
+                if wp.dot(arms[d], acceleration) + bow[d] < real(0.0):
                     modes.tendon[d] = modes.most_side[d]
                 modes.tendon_sticks[d] = real(0.0)
     return modes
@@ -162,9 +168,9 @@ def release(
 
 @device_template
 def constrained_solve(
-    matrix: JointMatrix, load: JointVector, modes: Modes, arms: ArmMatrix
+    matrix: JointMatrix, load: JointVector, modes: Modes, arms: ArmMatrix, bow: TendonVector
 ) -> JointVector:
-    """Solve matrix x = load with x = 0 along every row that is held."""
+    """Solve matrix x = load with x = 0 along every joint that is held, -bow along every tendon."""
     m = matrix
     b = load
     free = arms
@@ -186,5 +192,5 @@ def constrained_solve(
                     response = mobility * free[d]
                     admittance = wp.dot(free[d], response)
                     if admittance > real(0.0):
-                        x = x - response * (wp.dot(free[d], x) / admittance)
+                        x = x - response * ((wp.dot(free[d], x) + bow[d]) / admittance)
     return x

@@ -32,6 +32,7 @@ from tendon_newton.simulation.pipeline import (
     spring_torque,
 )
 from tendon_newton.simulation.rollout_kernels import command_mean, find_row
+from tendon_newton.simulation.routes import located, tendon_arms
 from tendon_newton.simulation.sensors import INSTANT
 from tendon_newton.simulation.world_drive import at_end, world_drive
 
@@ -58,12 +59,12 @@ def smooth_share(arms: ArmMatrix, d: int, v: JointVector) -> real:
 
 
 @device_template
-def sliding_modes(mechanism: Mechanism, world: int, v: JointVector) -> Modes:
+def sliding_modes(arms: ArmMatrix, v: JointVector) -> Modes:
     """Return modes in which every tendon slides the way it moves."""
     modes = Modes()
     for d in range(TENDONS):
         modes.tendon[d] = real(1.0)
-        if excursion(mechanism.arms[world], d, v) < real(0.0):
+        if excursion(arms, d, v) < real(0.0):
             modes.tendon[d] = real(-1.0)
     return modes
 
@@ -100,6 +101,8 @@ def push_kernel(
     drive = world_drive(mechanism, i, p)
     drive.time = real(n) * time_step
     drive.memory = track.latest[i]
+    drive = located(mechanism, i, drive, q, v)
+    arms = tendon_arms(mechanism, i, drive)
     row = find_row(commands, first, commands.count[i], clock_effects(drive.time, p), track.row[i])
     drive.voltage = commands.voltage[first + row]
     drive.enabled = commands.enabled[first + row]
@@ -107,18 +110,18 @@ def push_kernel(
         if n > 0:
             drive.command = track.command[i]
             later = at_end(drive, time_step, (v - track.v[n - 1, i]) / time_step)
-            drive.memory = remembered(mechanism, i, p, later, sliding_modes(mechanism, i, v), q, v)
+            drive.memory = remembered(mechanism, i, p, later, sliding_modes(arms, v), q, v)
     drive.command = command_mean(
         commands, first, commands.count[i], row,
         clock_effects(drive.time, p), clock_effects(drive.time + time_step, p),
     )  # fmt: skip
     torque = JointVector()
     for d in range(TENDONS):
-        share = smooth_share(mechanism.arms[i], d, v)
+        share = smooth_share(arms, d, v)
         inward = flow_at(mechanism, i, p, drive, d, q, v, real(1.0))
         outward = flow_at(mechanism, i, p, drive, d, q, v, real(-1.0))
         pull = share * inward.pull[0] + (real(1.0) - share) * outward.pull[0]
-        torque = torque + mechanism.arms[i][d] * pull
+        torque = torque + arms[d] * pull
     for j in range(JOINTS):
         joint = joint_state(mechanism, i, drive, j, q, v)
         own = spring_torque(joint, p) + damping_torque(joint, p)
@@ -165,13 +168,15 @@ def track_reading_kernel(
     acting = find_row(commands, first, commands.count[i], clock_effects(now, p), out - first)
     drive.command = commands.angle[first + acting]
     joint_position[out] = q
+    drive = located(mechanism, i, drive, q, v)
+    arms = tendon_arms(mechanism, i, drive)
     for d in range(TENDONS):
-        slide = smooth_share(mechanism.arms[i], d, v)
+        slide = smooth_share(arms, d, v)
         inward = flow_at(mechanism, i, p, drive, d, q, v, real(1.0))
         outward = flow_at(mechanism, i, p, drive, d, q, v, real(-1.0))
         tension = slide * inward.tension[0] + (real(1.0) - slide) * outward.tension[0]
         motor_position[out][d] = inward.angle[0]
-        motor_velocity[out][d] = inward.angle[1] * excursion(mechanism.arms[i], d, v)
+        motor_velocity[out][d] = inward.angle[1] * excursion(arms, d, v)
         force[out][d] = cell_effects(tension, now, p)
 
 
@@ -203,9 +208,11 @@ def track_sense_kernel(
     drive.voltage = commands.voltage[first + row]
     drive.enabled = commands.enabled[first + row]
     drive.command = commands.angle[first + row]
+    drive = located(mechanism, i, drive, q, v)
+    arms = tendon_arms(mechanism, i, drive)
     reading = Reading()
     for d in range(TENDONS):
         flow = flow_at(mechanism, i, p, drive, d, q, v, real(1.0))
         reading.angle[d] = flow.angle[0]
-        reading.angle_rate[d] = flow.angle[1] * excursion(mechanism.arms[i], d, v)
+        reading.angle_rate[d] = flow.angle[1] * excursion(arms, d, v)
     push_samples(mechanism, i, p, drive, q, v, reading, i * TENDONS, 0, ring, newest)

@@ -26,6 +26,7 @@ from tendon_newton.device_code.placeholders import (
     real,
 )
 from tendon_newton.device_code.templates import device_template
+from tendon_newton.simulation.routes import tendon_arms, tendon_bow
 
 Drive = Placeholder
 Flow = Placeholder
@@ -44,6 +45,8 @@ tension_memory: Any = None
 transmission_effects: Any = None
 spring_effects: Any = None
 damping_effects: Any = None
+ROUTED = False
+"""Whether any tendon's moment arms follow from its path."""
 
 HELD = 1.0e6
 """Force [N] that no mechanism overcomes: what a motor at its greatest speed holds against."""
@@ -77,9 +80,10 @@ def tendon_state(
     """Describe tendon d to the effects.
 
     Its side is +1 while it slides in and -1 while it slides out, +2 and -2 beyond the motor's
-    speed; 0 leaves all friction out.
+    speed; 0 leaves all friction out. The drive was located at q and v.
     """
-    arms = mechanism.arms[world]
+    arms = tendon_arms(mechanism, world, drive)
+    bow = tendon_bow(drive)
     tendon = Tendon()
     tendon.index = d
     tendon.time = drive.time
@@ -90,9 +94,12 @@ def tendon_state(
     tendon.command = drive.command[d]
     tendon.nominal_radius = mechanism.spool_radius[world][d]
     tendon.spool_radius = radius_effects(tendon.nominal_radius, p)
-    tendon.length = mechanism.excursion_offset[world][d] + excursion(arms, d, q)
+    if wp.static(ROUTED):
+        tendon.length = drive.length[d]
+    else:
+        tendon.length = mechanism.excursion_offset[world][d] + excursion(arms, d, q)
     tendon.velocity = excursion(arms, d, v)
-    tendon.acceleration = excursion(arms, d, drive.acceleration)
+    tendon.acceleration = excursion(arms, d, drive.acceleration) + bow[d]
     tendon.side = side
     tendon.direction = wp.clamp(side, real(-1.0), real(1.0))
     tendon.inverse_radius = real(1.0) / tendon.spool_radius

@@ -129,6 +129,7 @@ class Rollout:
                 parents=topology.parents,
                 revolute=topology.revolute,
                 tendon_count=topology.tendon_count,
+                routes=topology.routes,
                 actuator=actuator,
                 effects=self.table.effects,
                 planar=plane_of(model, topology) is not None,

@@ -20,6 +20,7 @@ from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.memory import held_share, remembered
 from tendon_newton.simulation.modes import choose_modes
 from tendon_newton.simulation.pipeline import flow_at, tendon_flow, tendon_state
+from tendon_newton.simulation.routes import located
 
 Cell = Placeholder
 Commands = Placeholder
@@ -42,7 +43,10 @@ def tension_now(
     mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, modes: Modes, d: int,
     q: JointVector, v: JointVector,
 ) -> real:  # fmt: skip
-    """Return the tension at the load cell [N]; where the tendon is held, what holds it."""
+    """Return the tension at the load cell [N]; where the tendon is held, what holds it.
+
+    The drive was located at q and v.
+    """
     if modes.tendon_sticks[d] == real(0.0):
         sliding = flow_at(mechanism, world, p, drive, d, q, v, modes.tendon[d])
         return sliding.tension[0]
@@ -58,10 +62,11 @@ def tensions(
     q: JointVector, v: JointVector,
 ) -> TendonVector:  # fmt: skip
     """Return the tensions at the load cells [N]."""
-    modes = choose_modes(mechanism, world, p, drive, q, v)
+    here = located(mechanism, world, drive, q, v)
+    modes = choose_modes(mechanism, world, p, here, q, v)
     out = TendonVector()
     for d in range(TENDONS):
-        out[d] = tension_now(mechanism, world, p, drive, modes, d, q, v)
+        out[d] = tension_now(mechanism, world, p, here, modes, d, q, v)
     return out
 
 
@@ -71,16 +76,17 @@ def read_sensors(
     q: JointVector, v: JointVector,
 ) -> Reading:  # fmt: skip
     """Return the encoder's report just after a command took effect, and the true tension then."""
-    modes = choose_modes(mechanism, world, p, drive, q, v)
+    here = located(mechanism, world, drive, q, v)
+    modes = choose_modes(mechanism, world, p, here, q, v)
     reading = Reading()
-    now = drive
+    now = here
     if wp.static(HAS_MEMORY):  # noqa: SIM102 - known when compiled
         if drive.remembers > real(0.0):
-            now.memory = remembered(mechanism, world, p, drive, modes, q, v)
+            now.memory = remembered(mechanism, world, p, here, modes, q, v)
     for d in range(TENDONS):
         tendon = tendon_state(mechanism, world, p, now, d, q, v, modes.tendon[d])
         flow = tendon_flow(mechanism, world, p, d, tendon)
-        tendon.tension = tension_now(mechanism, world, p, drive, modes, d, q, v)
+        tendon.tension = tension_now(mechanism, world, p, here, modes, d, q, v)
         angle = encoder_effects(flow.angle, tendon, p)
         reading.angle[d] = angle[0]
         reading.angle_rate[d] = angle[1] * tendon.velocity

@@ -22,6 +22,7 @@ from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.forces import smooth_forces, touching
 from tendon_newton.simulation.memory import remembered
 from tendon_newton.simulation.pipeline import flow_at
+from tendon_newton.simulation.routes import located, tendon_arms
 from tendon_newton.simulation.world_drive import world_drive
 
 Commands = Placeholder
@@ -59,16 +60,21 @@ def frictionless_forces(
     mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, guided: bool,
     target: TendonVector, q: JointVector,
 ) -> Forces:  # fmt: skip
-    """Return forces at rest without dry friction; guided, a stiff guide replaces the tendon."""
+    """Return forces at rest without dry friction; guided, a stiff guide replaces the tendon.
+
+    The guide's stiffness leaves out how its pull turns with the arms: far from rest that pull is
+    that of a thousand servos, and the steps towards rest would follow it anywhere.
+    """
     v = JointVector()
     modes = resting_modes(mechanism, world, guided, q)
     forces = smooth_forces(mechanism, world, p, drive, modes, q, v)
     if guided:
-        arms = mechanism.arms[world]
+        here = located(mechanism, world, drive, q, v)
+        arms = tendon_arms(mechanism, world, here)
         torque = forces.torque
         slope = forces.stiffness
         for d in range(TENDONS):
-            flow = flow_at(mechanism, world, p, drive, d, q, v, real(0.0))
+            flow = flow_at(mechanism, world, p, here, d, q, v, real(0.0))
             stiffness = real(GUIDE_STIFFNESS) * mechanism.spool_radius[world][d]
             guide = stiffness * (target[d] - flow.angle[0])
             for i in range(JOINTS):
@@ -127,7 +133,7 @@ def settle_kernel(
     memory[i] = drive.memory
     speed = JointVector()
     if guided:
-        arms = mechanism.arms[world]
+        arms = tendon_arms(mechanism, world, located(mechanism, world, drive, x, rest))
         for d in range(TENDONS):
             radius = radius_effects(mechanism.spool_radius[world][d], p)
             rate = commands.start_rate[recording][d] * radius

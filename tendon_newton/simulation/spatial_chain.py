@@ -18,6 +18,7 @@ from tendon_newton.device_code.placeholders import (
     Mat33,
     Placeholder,
     SpaceMatrix,
+    TurnMatrix,
     Vec3,
     real,
 )
@@ -48,6 +49,17 @@ def row(matrix: SpaceMatrix, index: int) -> Vec3:
 
 
 @device_template
+def turn_of(matrix: TurnMatrix, index: int) -> Mat33:
+    """Return one link's rotation: three rows each. A tape reads these, and no local array."""
+    i = 3 * index
+    return Mat33(
+        matrix[i, 0], matrix[i, 1], matrix[i, 2],
+        matrix[i + 1, 0], matrix[i + 1, 1], matrix[i + 1, 2],
+        matrix[i + 2, 0], matrix[i + 2, 1], matrix[i + 2, 2],
+    )  # fmt: skip
+
+
+@device_template
 def chain_terms(
     mechanism: Mechanism, world: int, drive: Drive, q: JointVector, v: JointVector
 ) -> ChainTerms:
@@ -58,7 +70,7 @@ def chain_terms(
     rate = SpaceMatrix()  # angular velocity [rad/s]
     turning = SpaceMatrix()  # angular acceleration at q_ddot = 0 [rad/s2]
     bias = SpaceMatrix()  # acceleration of the joint's origin at q_ddot = 0 [m/s2]
-    rotations = wp.zeros(shape=JOINTS, dtype=Mat33)
+    rotations = TurnMatrix()
     out = ChainTerms()
     mass_matrix = JointMatrix()
     torque = JointVector()
@@ -69,7 +81,7 @@ def chain_terms(
         w = Vec3()
         alpha = Vec3()
         if wp.static(PARENT[j] >= 0):
-            rotation = rotations[wp.static(PARENT[j])]
+            rotation = turn_of(rotations, wp.static(PARENT[j]))
             o = row(origin, wp.static(PARENT[j]))
             a = row(bias, wp.static(PARENT[j]))
             w = row(rate, wp.static(PARENT[j]))
@@ -87,7 +99,9 @@ def chain_terms(
             o = o + offset
             a = a + wp.cross(alpha, offset) + wp.cross(w, wp.cross(w, offset))
             a = a + real(2.0) * wp.cross(w, z * v[j])
-        rotations[j] = rotation
+        for i in range(3):
+            for k in range(3):
+                rotations[3 * j + i, k] = rotation[i, k]
         c = rotation * mechanism.centre[world, j]
         for i in range(3):
             origin[j, i] = o[i]
@@ -98,7 +112,7 @@ def chain_terms(
             bias[j, i] = a[i]
         mass = mechanism.mass[world, j]
         turned = rotation * mechanism.inertia[world, j]
-        inertia = drive.inertia * (turned * wp.transpose(rotation))  # pyright: ignore
+        inertia = drive.inertia * (turned * wp.transpose(rotation))
         drift = drive.inertia * (a + wp.cross(alpha, c) + wp.cross(w, wp.cross(w, c)))
         drift = drift - drive.gravity
         spin = inertia * alpha + wp.cross(w, inertia * w)

@@ -7,6 +7,7 @@ from typing import Literal
 
 from tendon_newton.actuators import find_actuator
 from tendon_newton.effects import EFFECTS, Effect, Stage, find_effect
+from tendon_newton.simulation.route_plan import NO_ROUTES, RoutePlan
 
 Precision = Literal["float32", "float64"]
 Drive = Literal["command", "force"]
@@ -31,6 +32,8 @@ class Structure:
     """Whether the chain moves in one plane, which costs a third of the general equations."""
     precision: Precision = "float64"
     driven_by: Drive = "command"
+    routes: RoutePlan = NO_ROUTES
+    """Paths of the tendons whose moment arms are not constant."""
 
     @property
     def joint_count(self) -> int:

@@ -99,6 +99,7 @@ class TendonSolver(SolverBase):
                 parents=topology.parents,
                 revolute=topology.revolute,
                 tendon_count=topology.tendon_count,
+                routes=topology.routes,
                 actuator=self.table.actuator,
                 effects=self.table.effects,
                 planar=plane_of(model, topology) is not None,

@@ -1,5 +1,6 @@
 """Small USD assets with three joints, written for a test."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 LINK = 0.03  # m
@@ -40,6 +41,18 @@ _JOINT = """
             uniform double mjc:springref = 0
         }}
 """
+_TENDON = """
+        def MjcTendon "flexor_{d}"
+        {{
+            uniform token mjc:type = "fixed"
+            rel mjc:path = [{path}]
+            uniform double[] mjc:path:coef = [{arms}]
+            double tendon:spoolRadius = 0.0125
+            double tendon:forceLimit = 21
+            double tendon:excursionOffset = 0
+            bool tendon:direct = false
+        }}
+"""
 _CHAIN = """#usda 1.0
 (
     defaultPrim = "chain"
@@ -65,18 +78,7 @@ def Xform "chain" (prepend apiSchemas = ["PhysicsArticulationRootAPI"])
     }}
     def Scope "tendons"
     {{
-        def MjcTendon "flexor"
-        {{
-            uniform token mjc:type = "fixed"
-            rel mjc:path = [
-                </chain/joints/joint_0>, </chain/joints/joint_1>, </chain/joints/joint_2>
-            ]
-            uniform double[] mjc:path:coef = [0.006, 0.005, 0.004]
-            double tendon:spoolRadius = 0.0125
-            double tendon:forceLimit = 21
-            double tendon:excursionOffset = 0
-            bool tendon:direct = false
-        }}
+{tendons}
     }}
 }}
 """
@@ -85,13 +87,46 @@ def Xform "chain" (prepend apiSchemas = ["PhysicsArticulationRootAPI"])
 def write_chain(folder: Path, tree: str) -> Path:
     """Write one of the trees and return its file."""
     parents, axes = TREES[tree]
-    links, joints, place = [], [], {-1: 0.0}
-    for i, (parent, axis) in enumerate(zip(parents, axes, strict=True)):
+    masses = [0.012 - 0.002 * i for i in range(3)]
+    path = folder / f"{tree}.usda"
+    path.write_text(chain_text(parents, axes, masses, [(0.006, 0.005, 0.004)]))
+    return path
+
+
+def write_serial(folder: Path, joints: int, tendons: int) -> Path:
+    """Write a planar chain of any length, with tendons over all of it, and return its file."""
+    arms = [
+        tuple(0.006 / (1.0 + 0.1 * ((i + d) % 5)) for i in range(joints)) for d in range(tendons)
+    ]
+    path = folder / f"serial_{joints}_{tendons}.usda"
+    parents = tuple(range(-1, joints - 1))
+    path.write_text(chain_text(parents, ("Y",) * joints, [0.008] * joints, arms))
+    return path
+
+
+def chain_text(
+    parents: Sequence[int],
+    axes: Sequence[str],
+    masses: Sequence[float],
+    arms: Sequence[Sequence[float]],
+) -> str:
+    """Return the USD text of a tree of links.
+
+    Args:
+        parents: Parent of each link, -1 for the base.
+        axes: Axis of each joint.
+        masses: Of the links [kg].
+        arms: Moment arms of each tendon at each joint [m].
+    """
+    links, bones, place = [], [], {-1: 0.0}
+    for i, (parent, axis, mass) in enumerate(zip(parents, axes, masses, strict=True)):
         offset = 0.0 if parent < 0 else LINK
         place[i] = place[parent] + offset
-        links.append(_LINK.format(i=i, x=place[i], mass=0.012 - 0.002 * i))
+        links.append(_LINK.format(i=i, x=place[i], mass=mass))
         name = "base" if parent < 0 else f"link_{parent}"
-        joints.append(_JOINT.format(i=i, axis=axis, parent=name, x=offset))
-    path = folder / f"{tree}.usda"
-    path.write_text(_CHAIN.format(links="".join(links), joints="".join(joints)))
-    return path
+        bones.append(_JOINT.format(i=i, axis=axis, parent=name, x=offset))
+    path = ", ".join(f"</chain/joints/joint_{i}>" for i in range(len(axes)))
+    strings = [
+        _TENDON.format(d=d, path=path, arms=", ".join(map(str, own))) for d, own in enumerate(arms)
+    ]
+    return _CHAIN.format(links="".join(links), joints="".join(bones), tendons="".join(strings))

@@ -33,19 +33,20 @@ def run_of(
     speed: float = 0.0,
     **more: Any,
 ) -> Recording:
-    """Return a recording that holds commands [rad], one per row.
+    """Return a recording that holds commands [rad], one per row and tendon.
 
     Angle and speed are its first row's.
     """
-    commands = np.asarray(command, dtype=np.float64).reshape(-1, 1)
-    count = len(commands)
+    commands = np.asarray(command, dtype=np.float64)
+    commands = commands.reshape(len(commands), -1)
+    count, tendons = commands.shape
     return Recording(
         name="run",
         bench=bench,
         time=np.arange(count) / rate,
         command=commands,
-        motor_position=np.full((count, 1), angle),
-        motor_velocity=np.full((count, 1), speed),
+        motor_position=np.full((count, tendons), angle),
+        motor_velocity=np.full((count, tendons), speed),
         force=None,
         tip=None,
         current=None,

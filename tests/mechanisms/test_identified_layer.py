@@ -1,0 +1,164 @@
+"""What a diagnosis found about a mechanism, as USD: the same numbers, for every program."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tendon_newton.bench_overrides import BenchOverrides
+from tendon_newton.effects import EFFECTS
+from tendon_newton.errors import InvalidOutput
+from tendon_newton.mechanisms.checks import check_asset
+from tendon_newton.mechanisms.correction import HOMES, correct
+from tendon_newton.mechanisms.identified_layer import (
+    PROVENANCE,
+    FoundNumber,
+    Provenance,
+    write_identified_layer,
+)
+from tendon_newton.mechanisms.mechanism import Mechanism, load_mechanism
+from tendon_newton.model_file import Model, NamedValues
+from tests.physics.runs import ideal_model, run_of, simulate, stairs
+
+FLOAT32 = 1e-6  # relative: USD's physics and Newton's arrays are float32
+FOUND: dict[str, dict[str, float]] = {
+    "joint_stiffness_error": {"scale": 1.3},
+    "joint_damping_error": {"scale": 2.0},
+    "joint_dry_friction": {"fraction": 0.1},
+    "gravity_misalignment": {"angle": 0.2},
+    "spool_radius_error": {"scale": 1.1},
+    "position_offset": {"angle": 0.1},
+    "force_saturation": {"limit": 12.0},
+}
+"""A value for each effect that is but another number of a mechanism."""
+OVERRIDES = BenchOverrides(mass=(0.013, 0.009), range=(1.6, 1.3), moment_arm=(0.009, 0.006))
+
+
+def model_of(*names: str, overrides: BenchOverrides | None = None) -> Model:
+    """Return the ideal source with some of the found effects."""
+    return Model(
+        actuator=NamedValues(name="ideal", values={"gain": 4.2, "spool_radius": 0.0125}),
+        effects=tuple(NamedValues(name=n, values=FOUND[n]) for n in names),
+        bench_overrides={} if overrides is None else {"finger": overrides},
+    )
+
+
+def provenance_of(**numbers: dict[str, FoundNumber]) -> Provenance:
+    """Return a provenance with some numbers."""
+    return Provenance(
+        version="0.1.0", schema=1, verdict="explained", dataset="ab" * 32, numbers=numbers
+    )
+
+
+def written(folder: Path, model: Model, provenance: Provenance | None = None) -> Mechanism:
+    """Write the layer of the finger for a model, and load it."""
+    path = folder / "identified.usda"
+    correction = correct(load_mechanism("finger"), model)
+    write_identified_layer(path, correction, provenance or provenance_of())
+    return load_mechanism(path)
+
+
+def numbers_of(mechanism: Mechanism) -> dict[str, Any]:
+    """Return every number of a mechanism by name."""
+    table: dict[str, Any] = {"gravity": mechanism.gravity}
+    for joint in mechanism.joints:
+        for key in ("stiffness", "damping", "friction", "mass", "limits", "inertia", "rest"):
+            table[f"{joint.name}.{key}"] = getattr(joint, key)
+    for tendon in mechanism.tendons:
+        for key in ("moment_arm", "spool_radius", "force_limit", "excursion_offset"):
+            table[f"{tendon.name}.{key}"] = getattr(tendon, key)
+    return table
+
+
+def test_the_layer_loads_to_the_identified_numbers(tmp_path: Path) -> None:
+    """All effects and bench numbers at once; what was not found stays the asset's."""
+    assert set(FOUND) == set(HOMES)
+    model = model_of(*FOUND, overrides=OVERRIDES)
+    expected = numbers_of(correct(load_mechanism("finger"), model).corrected)
+    found = numbers_of(written(tmp_path, model))
+    for name, value in expected.items():
+        assert found[name] == pytest.approx(value, rel=FLOAT32, abs=1e-12), name
+
+
+@pytest.mark.parametrize("name", [name for name in FOUND if name != "force_saturation"])
+def test_the_layer_moves_as_the_effect_does(name: str, tmp_path: Path) -> None:
+    """The effect on the asset as it was, and the layer without the effect, are one motion."""
+    run = run_of(stairs(np.random.default_rng(0), 80, 0.5, 2.5, 20))
+    layer = written(tmp_path, model_of(name))
+    # the radius that a model names counts, whatever the asset's is
+    radius = layer.tendons[0].spool_radius
+    plain = Model(actuator=NamedValues(name="ideal", values={"gain": 4.2, "spool_radius": radius}))
+    (before,) = simulate([run], ideal_model(), time_step=1e-3)
+    (effect,) = simulate([run], ideal_model(**{name: FOUND[name]}), time_step=1e-3)
+    (after,) = simulate([run], plain, time_step=1e-3, mechanism=layer)
+    moved = np.ptp(before.joint_position, axis=0)
+    assert np.max(np.abs(effect.joint_position - before.joint_position) / moved) > 1e-3
+    # 1e-5 of the motion: the layer's numbers are float32
+    assert np.max(np.abs(effect.joint_position - after.joint_position) / moved) < 1e-5
+
+
+def test_the_layer_holds_overrides_and_nothing_else(tmp_path: Path) -> None:
+    """Any USD program sees the corrected number; below the layer the asset is as it was."""
+    from pxr import Sdf, Usd
+
+    written(tmp_path, model_of("joint_stiffness_error"))
+    stage = Usd.Stage.Open(str(tmp_path / "identified.usda"))
+    spring = stage.GetPrimAtPath("/finger/joints/pip").GetAttribute("mjc:stiffness")
+    assert spring.Get() == pytest.approx(1.3 * 0.045)
+    layer = stage.GetRootLayer()
+    assert Path(layer.ComputeAbsolutePath(layer.subLayerPaths[0])).samefile(
+        load_mechanism("finger").asset
+    )
+    specs = []
+    layer.Traverse("/", lambda path: specs.append(layer.GetObjectAtPath(path)))
+    prims = [spec for spec in specs if isinstance(spec, Sdf.PrimSpec)]
+    assert {prim.specifier for prim in prims} == {Sdf.SpecifierOver}
+    attributes = [spec.name for spec in specs if isinstance(spec, Sdf.AttributeSpec)]
+    assert attributes == ["mjc:stiffness", "mjc:stiffness"]
+    assert not [f for f in check_asset(tmp_path / "identified.usda") if f.severity == "error"]
+
+
+def test_what_has_no_place_in_usd_stands_in_the_provenance_alone(tmp_path: Path) -> None:
+    """A delay is no attribute of any prim; its number and interval are kept all the same."""
+    from pxr import Sdf
+
+    model = Model(
+        actuator=NamedValues(name="ideal", values={"gain": 4.2, "spool_radius": 0.0125}),
+        effects=(
+            NamedValues(name="command_delay", values={"delay": 0.04}),
+            NamedValues(name="joint_damping_error", values={"scale": 2.0}),
+        ),
+    )
+    provenance = provenance_of(
+        command_delay={"delay": FoundNumber(value=0.04, ci95=(0.03, 0.05), unit="s")},
+        joint_damping_error={"scale": FoundNumber(value=2.0, ci95=None, unit="1")},
+    )
+    written(tmp_path, model, provenance)
+    text = (tmp_path / "identified.usda").read_text(encoding="utf-8")
+    assert "delay" not in text[text.index('over "finger"') :]
+    kept = Sdf.Layer.FindOrOpen(str(tmp_path / "identified.usda")).customLayerData[PROVENANCE]
+    delay = kept["not_in_usd"]["command_delay"]["delay"]
+    assert (delay["value"], list(delay["ci95"]), delay["unit"]) == (0.04, [0.03, 0.05], "s")
+    assert kept["in_this_layer"]["joint_damping_error"]["scale"]["value"] == 2.0
+    assert (kept["dataset_sha256"], kept["verdict"]) == ("ab" * 32, "explained")
+    assert set(kept["not_in_usd"]) == {"command_delay"}
+
+
+def test_every_effect_has_a_place_or_is_left() -> None:
+    """A model of the whole catalogue loses none."""
+    effects = tuple(
+        NamedValues(name=name, values={p.name: p.nominal for p in effect.parameters})
+        for name, effect in EFFECTS.items()
+    )
+    actuator = NamedValues(name="ideal", values={"gain": 4.2, "spool_radius": 0.0125})
+    correction = correct(load_mechanism("finger"), Model(actuator=actuator, effects=effects))
+    assert set(correction.applied) | set(correction.left) == set(EFFECTS)
+    assert set(correction.applied) == set(HOMES)
+
+
+def test_a_place_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+    """A folder that is not there."""
+    correction = correct(load_mechanism("finger"), model_of())
+    with pytest.raises(InvalidOutput, match="nowhere"):
+        write_identified_layer(tmp_path / "nowhere" / "x.usda", correction, provenance_of())
