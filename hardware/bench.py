@@ -23,7 +23,7 @@ from hardware.session_log import TimeBase
 from hardware.virtual_bench import Faults, LockstepBench, VirtualPorts
 from hardware.virtual_bench.control_table import SERVO_MODELS
 from hardware.virtual_bench.plant import PlantState
-from hardware.virtual_bench.process import WORD, parse_word
+from hardware.virtual_bench.process import WORD, parse_wear, parse_word
 from hardware.virtual_calibration import calibrated_twin
 from tendon_newton.errors import InvalidParameter, unknown_name
 
@@ -73,7 +73,7 @@ class BenchAddress:
     bench: str
     """Name under ``assets/``."""
     port: str
-    """Serial port of the servo, or ``virtual[:BENCH[:SEED]]``."""
+    """Serial port of the servo, or ``virtual[:BENCH[:SEED[:WEAR]]]``."""
     load_cell_port: str | None = None
     """Serial port of the load cell; a virtual bench brings its own."""
     load_cell: str = "hx711_serial"
@@ -126,6 +126,11 @@ class BenchAddress:
         """Which unit a virtual bench is."""
         words = self.port.split(":")
         return parse_word(":".join([WORD, self.bench, *words[2:]]))[1]
+
+    @property
+    def wear(self) -> str:
+        """What use has done to a virtual bench."""
+        return parse_wear(self.port)
 
 
 @dataclass(kw_only=True)
@@ -211,12 +216,20 @@ def virtual_bench(address: BenchAddress, stack: ExitStack) -> Bench:
     )
     if address.lockstep:
         model = SERVO_MODELS[address.servo]
-        twin = LockstepBench(address.bench, address.unit, load_cell_rate=rate, model=model)
+        twin = LockstepBench(
+            address.bench, address.unit, load_cell_rate=rate, model=model, wear=address.wear
+        )
         clock, controls = twin.clock, twin
         port, cell_port = twin.servo_port(), twin.load_cell_stream()
     else:
         controls = stack.enter_context(
-            VirtualPorts(address.bench, address.unit, load_cell_rate=rate, servo=address.servo)
+            VirtualPorts(
+                address.bench,
+                address.unit,
+                load_cell_rate=rate,
+                servo=address.servo,
+                wear=address.wear,
+            )
         )
         clock, port, cell_port = MonotonicClock(), controls.servo_port, controls.load_cell_port
     return Bench(

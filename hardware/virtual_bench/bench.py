@@ -17,6 +17,7 @@ from hardware.virtual_bench.plant import Plant, PlantState
 from hardware.virtual_bench.protocol import FrameParser
 from hardware.virtual_bench.servo_emulator import ServoEmulator
 from hardware.virtual_bench.unit import draw_unit
+from hardware.virtual_bench.wear import NEW, worn
 
 BUS_BAUD = 3
 """Register 8 of a bench's servo: 1 Mbit/s, as an operator has set it once."""
@@ -49,6 +50,7 @@ class VirtualBench:
             ``hand_perturbation``.
         load_cell_rate: Lines per second: 80, 20 or 10 [Hz].
         model: Which servo's control table.
+        wear: What use has done to it.
     """
 
     def __init__(
@@ -60,8 +62,9 @@ class VirtualBench:
         obstacle: str = "free",
         load_cell_rate: int = 80,
         model: ServoModel = XC330_T288_T,
+        wear: str = NEW,
     ) -> None:
-        self.unit = draw_unit(bench, seed, model.name)
+        self.unit = worn(draw_unit(bench, seed, model.name), wear)
         self.plant = Plant(self.unit, seed=seed, model=model, load_cell_rate=load_cell_rate)
         plant = self.plant
         plant.registers.store(at.BAUD_RATE, BUS_BAUD)

@@ -15,6 +15,7 @@ from hardware.virtual_bench.control_table import XC330_T288_T, ServoModel
 from hardware.virtual_bench.faults import FaultEvent, Faults
 from hardware.virtual_bench.plant import PlantState
 from hardware.virtual_bench.truth import write_plant_file
+from hardware.virtual_bench.wear import NEW
 
 UNPLUGGED = termios.error(5, "Input/output error")
 """What the kernel says of an adapter that is gone; no OSError, as in reality."""
@@ -185,6 +186,7 @@ class LockstepBench:
         obstacle: What blocks the mechanism.
         load_cell_rate: Lines per second: 80, 20 or 10 [Hz].
         model: Which servo's control table.
+        wear: What use has done to it.
     """
 
     def __init__(
@@ -196,6 +198,7 @@ class LockstepBench:
         obstacle: str = "free",
         load_cell_rate: int = 80,
         model: ServoModel = XC330_T288_T,
+        wear: str = NEW,
     ) -> None:
         self.bench = VirtualBench(
             bench,
@@ -204,6 +207,7 @@ class LockstepBench:
             obstacle=obstacle,
             load_cell_rate=load_cell_rate,
             model=model,
+            wear=wear,
         )
         self.clock = LockstepClock(self.bench)
 

@@ -19,7 +19,8 @@ from hardware.virtual_bench.plant import PlantState
 from hardware.virtual_bench.server import CONTROL, LOAD_CELL, SERVO
 from hardware.virtual_bench.truth import write_plant_file
 from hardware.virtual_bench.unit import BENCHES, draw_unit
-from tendon_newton.errors import TendonNewtonError, unknown_name
+from hardware.virtual_bench.wear import NEW, WEARS, worn
+from tendon_newton.errors import TendonNewtonError, listed, unknown_name
 
 WORD = "virtual"
 """First part of the word that names a virtual bench in place of a port."""
@@ -40,9 +41,10 @@ def parse_word(word: str) -> tuple[str, int]:
         UnknownName: No such bench.
     """
     parts = word.split(":")
-    if parts[0] != WORD or len(parts) > 3:
+    if parts[0] != WORD or len(parts) > 4:
         raise InvalidVirtualBench(
-            f"A virtual bench is named virtual, virtual:BENCH or virtual:BENCH:SEED; got {word!r}"
+            "A virtual bench is named virtual, virtual:BENCH, virtual:BENCH:SEED or "
+            f"virtual:BENCH:SEED:WEAR; got {word!r}"
         )
     bench = parts[1] if len(parts) > 1 and parts[1] else DEFAULT_BENCH
     if bench not in BENCHES:
@@ -50,7 +52,22 @@ def parse_word(word: str) -> tuple[str, int]:
     seed = parts[2] if len(parts) > 2 else "0"
     if not seed.isdecimal():
         raise InvalidVirtualBench(f"The seed of a virtual bench is a whole number; got {seed!r}")
+    parse_wear(word)
     return bench, int(seed)
+
+
+def parse_wear(word: str) -> str:
+    """Return what is worn of the bench that a word names: ``virtual:finger:3:friction``.
+
+    Raises:
+        InvalidVirtualBench: No such wear; the message lists the known ones.
+    """
+    wear = word.split(":")[3:4]
+    if wear and wear[0] not in WEARS:
+        raise InvalidVirtualBench(
+            f"A virtual bench is worn in one of the ways {listed(WEARS)}; got {word!r}"
+        )
+    return wear[0] if wear else NEW
 
 
 class VirtualPorts:
@@ -63,6 +80,7 @@ class VirtualPorts:
         load_cell_rate: Lines per second: 80, 20 or 10 [Hz].
         faults: What goes wrong from the beginning.
         servo: Name of the servo.
+        wear: What use has done to it: ``new``, ``friction`` or ``spool``.
     """
 
     def __init__(
@@ -74,15 +92,16 @@ class VirtualPorts:
         load_cell_rate: int = 80,
         faults: Faults | None = None,
         servo: str = XC330_T288_T.name,
+        wear: str = NEW,
     ) -> None:
-        self._unit = draw_unit(bench, seed, servo)
+        self._unit = worn(draw_unit(bench, seed, servo), wear)
         self.folder = Path(tempfile.mkdtemp(prefix="virtual_bench_"))
         self._process = subprocess.Popen(
             [
                 *(sys.executable, "-m", "hardware.virtual_bench"),
                 *("--bench", bench, "--seed", str(seed), "--folder", str(self.folder)),
                 *("--obstacle", obstacle, "--load-cell-rate", str(load_cell_rate)),
-                *("--servo", servo),
+                *("--servo", servo, "--worn", wear),
             ],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -195,11 +214,11 @@ class VirtualPorts:
 
 
 def open_virtual(word: str) -> VirtualPorts:
-    """Start the bench that a word names: ``virtual``, ``virtual:finger`` or ``virtual:finger:3``.
+    """Start the bench that a word names: ``virtual``, ``virtual:finger:3:friction``.
 
     Raises:
         InvalidVirtualBench: The word has another form, or the bench did not start.
         UnknownName: No such bench.
     """
     bench, seed = parse_word(word)
-    return VirtualPorts(bench, seed)
+    return VirtualPorts(bench, seed, wear=parse_wear(word))

@@ -24,6 +24,7 @@ from hardware.virtual_bench.bench import VirtualBench
 from hardware.virtual_bench.control_table import SERVO_MODELS, XC330_T288_T
 from hardware.virtual_bench.faults import FaultEvent
 from hardware.virtual_bench.pty_port import PtyPort
+from hardware.virtual_bench.wear import NEW
 from tendon_newton.errors import TendonNewtonError
 
 SERVO, LOAD_CELL, CONTROL = "servo", "load_cell", "control"
@@ -169,6 +170,7 @@ def main() -> None:
     parser.add_argument("--load-cell-rate", type=int, default=80)
     parser.add_argument("--obstacle", default="free")
     parser.add_argument("--servo", default=XC330_T288_T.name)
+    parser.add_argument("--worn", default=NEW)
     arguments = parser.parse_args()
     with suppress(PermissionError):  # a servo never waits for another program; ours may have to
         os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(PRIORITY))
@@ -180,6 +182,7 @@ def main() -> None:
         obstacle=arguments.obstacle,
         load_cell_rate=arguments.load_cell_rate,
         model=SERVO_MODELS[arguments.servo],
+        wear=arguments.worn,
     )
     server = BenchServer(bench, arguments.folder)
     try:

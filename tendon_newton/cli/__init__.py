@@ -19,10 +19,12 @@ VERBS: dict[str, str] = {
     "evaluate-force": "tendon_newton.cli.evaluate_force",
     "train-policy": "tendon_newton.cli.train_policy",
     "evaluate-policy": "tendon_newton.cli.evaluate_policy",
+    "reproduce": "tendon_newton.cli.reproduce",
     "doctor": "tendon_newton.cli.doctor",
     "calibrate": "tendon_newton.cli.calibrate",
     "collect": "tendon_newton.cli.collect",
     "deploy": "tendon_newton.cli.deploy",
+    "refresh": "tendon_newton.cli.refresh",
     "plot": "tendon_newton.cli.plot",
     "virtual-bench": "tendon_newton.cli.virtual_bench",
 }

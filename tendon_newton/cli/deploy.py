@@ -53,7 +53,8 @@ class DeployConfig:
     policy: Path | None = None
     """ONNX file of the policy with its card inside, or TorchScript where torch is installed."""
     port: str | None = None
-    """Serial port of the servo, or virtual, or virtual:finger:3 for unit 3."""
+    """Serial port of the servo, or virtual, or virtual:finger:3 for unit 3, or
+    virtual:finger:3:friction (or :spool) for that unit worn."""
     goals: str = "keyboard"
     """Where goals come from: keyboard, stdin, udp:5005, udp:ADDRESS:PORT, stairs, a file of times
     [s] and angles [rad], or one angle [rad]."""

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 if TYPE_CHECKING:
+    from tendon_newton.dataset import Dataset
     from tendon_newton.diagnosis.result import Diagnosis
 
 
@@ -18,9 +19,10 @@ if TYPE_CHECKING:
 class DiagnoseConfig:
     """Name what a model gets wrong about measured data.
 
-    Writes DIR/report.html (for people), DIR/diagnosis.json (for programs) and DIR/model.toml (the
-    extended model, usable as the next --model). The verdict is one of: no_gap, explained,
-    partly_explained, unexplained.
+    Writes DIR/report.html (for people), DIR/diagnosis.json (for programs), DIR/model.toml (the
+    extended model, usable as the next --model) and DIR/identified.usda (what was found about the
+    mechanism, above its asset). The verdict is one of: no_gap, explained, partly_explained,
+    unexplained.
     """
 
     dataset: Annotated[Path, tyro.conf.Positional]
@@ -29,20 +31,23 @@ class DiagnoseConfig:
     """Model file to start from."""
     out: Path
     """Folder for the results; made if it is not there."""
+    hold_out: float | None = None
+    """Share of each recording, from its end, that only reports the error: for a dataset without
+    test recordings, such as one long log of a deployment."""
 
 
 def main(config: DiagnoseConfig) -> None:
     """Diagnose and write what was found."""
     from tendon_newton.cli.output import make_folder, quiet_warp
-    from tendon_newton.dataset import load_dataset
     from tendon_newton.model_file import load_model, write_model
 
     quiet_warp()
-    dataset = load_dataset(config.dataset)
+    dataset = read_dataset(config)
     model = load_model(config.model)
     out = make_folder(config.out)
 
     from tendon_newton.diagnosis.diagnose import diagnose
+    from tendon_newton.diagnosis.identified import write_identified
     from tendon_newton.diagnosis.report import Origin, write_report
     from tendon_newton.diagnosis.result import write_diagnosis
 
@@ -51,10 +56,32 @@ def main(config: DiagnoseConfig) -> None:
     write_model(out / "model.toml", diagnosis.model)
     origin = Origin(dataset=config.dataset, command=shlex.join(["tendon-newton", *sys.argv[1:]]))
     write_report(out / "report.html", diagnosis, evidence, origin)
+    layers = write_identified(out, diagnosis, dataset)
     print(summary(diagnosis))
     print(f"\n  report          {out / 'report.html'}")
     print(f"  extended model  {out / 'model.toml'}")
     print(f"  for programs    {out / 'diagnosis.json'}")
+    print(f"  for USD         {', '.join(map(str, layers))}")
+
+
+def read_dataset(config: DiagnoseConfig) -> Dataset:
+    """Read the recordings, and cut those of a dataset that holds none out."""
+    from tendon_newton.dataset import Dataset, load_dataset
+    from tendon_newton.errors import InvalidParameter
+    from tendon_newton.identification.cutting import hold_out
+
+    if config.hold_out is None:
+        return load_dataset(config.dataset)
+    if not 0.05 <= config.hold_out <= 0.8:
+        raise InvalidParameter(f"--hold-out must be 0.05 to 0.8; it is {config.hold_out:g}")
+    whole = load_dataset(config.dataset, require_test=False)
+    if whole.test:
+        raise InvalidParameter(
+            f"--hold-out cuts recordings of a dataset that holds none out; {config.dataset} has "
+            f'{len(whole.test)} with split = "test"'
+        )
+    train, test = hold_out(whole.train, config.hold_out)
+    return Dataset(path=whole.path, train=train, test=test)
 
 
 VERDICTS = {

@@ -26,6 +26,8 @@ class VirtualBenchConfig:
     """Readings per second [Hz]; 20 is a mean of four at 80."""
     servo: Literal["xc330_t288_t", "xl330_m288_t"] = "xc330_t288_t"
     """Which servo."""
+    worn: Literal["new", "friction", "spool"] = "new"
+    """What use has done to it: friction, the gear has run dry; spool, it has slipped."""
     plant_file: Path | None = None
     """Also write every constant of the unit here, as TOML."""
 
@@ -47,6 +49,7 @@ def main(config: VirtualBenchConfig) -> None:
             obstacle=config.obstacle,
             load_cell_rate=config.load_cell_rate,
             servo=config.servo,
+            wear=config.worn,
         ) as ports,
     ):
         if config.plant_file is not None:

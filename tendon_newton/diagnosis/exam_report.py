@@ -59,7 +59,7 @@ class Matrix:
                     [x - 0.46, x + 0.46, x + 0.46, x - 0.46],
                     [y - 0.46, y - 0.46, y + 0.46, y + 0.46],
                     color=color,
-                    alpha=0.25 + 0.6 * share,
+                    alpha=0.15 + 0.35 * share,
                     linewidth=0.0,
                 )
                 axes.annotate(str(count), (x, y), ha="center", va="center", fontsize=8, color=INK)
@@ -69,6 +69,7 @@ class Matrix:
         axes.set_ylim(len(self.rows) - 0.4, -0.6)
         axes.set_xlabel("named first, or the verdict")
         axes.set_ylabel("hidden")
+        axes.set_axisbelow(True)
         axes.grid(color=FAINT, linewidth=0.4)
 
 

@@ -12,7 +12,12 @@ from typing import Any
 
 import torch
 
-from train.policy.checkpoint import load_checkpoint, save_checkpoint, training_settings
+from train.policy.checkpoint import (
+    load_checkpoint,
+    load_start,
+    save_checkpoint,
+    training_settings,
+)
 from train.policy.curve import CurveLogger, CurvePoint, Progress
 from train.policy.environment import FingerEnvironment
 from train.policy.force_model import hashes
@@ -32,7 +37,11 @@ class Trained:
 
 
 def train_policy(
-    config: PolicyTrainingConfig, out: Path, *, report: Callable[[Progress], None]
+    config: PolicyTrainingConfig,
+    out: Path,
+    *,
+    report: Callable[[Progress], None],
+    start: Path | None = None,
 ) -> Trained:
     """Train a policy, or go on where a checkpoint stopped.
 
@@ -43,6 +52,7 @@ def train_policy(
         config: What decides the training.
         out: Folder for checkpoints and the TensorBoard log.
         report: Called after every iteration, in the first process.
+        start: Checkpoint of another training whose weights this one begins with.
     """
     process = Process.own()
     device = process.device(config.device)
@@ -50,8 +60,11 @@ def train_policy(
     process.seed_draws(config.seed, 0)
     environment = FingerEnvironment(config.environment, seed=config.seed, device=device)
     runner = make_runner(environment, config, device)
-    settings = training_settings(config, files_of(environment, config))
+    files = files_of(environment, config) | ({} if start is None else hashes(start))
+    settings = training_settings(config, files)
     points = load_checkpoint(out / "checkpoints", settings, runner.alg, device)
+    if start is not None and not points:
+        load_start(start, runner.alg, device)
     first = process.rank == 0
     logger = CurveLogger(
         points,

@@ -1,0 +1,67 @@
+"""Wear on top of a drawn unit: the units that results were made with stay as they are."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from hardware.bench import BenchAddress
+from hardware.virtual_bench import LockstepBench
+from hardware.virtual_bench.process import InvalidVirtualBench, parse_wear, parse_word
+from hardware.virtual_bench.tendon import Tendon
+from hardware.virtual_bench.unit import BENCHES, draw_unit
+from hardware.virtual_bench.wear import NEW, SLIP, worn
+from tendon_newton.errors import UnknownName
+
+
+@pytest.mark.parametrize("bench", BENCHES)
+def test_a_new_unit_is_the_drawn_one(bench: str) -> None:
+    """To the last bit, and it is what one gets without a word about wear."""
+    assert worn(draw_unit(bench, 3), NEW) == draw_unit(bench, 3)
+    assert LockstepBench(bench, 3).bench.unit == draw_unit(bench, 3)
+
+
+def test_a_dry_gear_has_twice_the_friction_and_nothing_else() -> None:
+    """Dry and viscous friction double; every other constant stays."""
+    unit, dry = draw_unit("finger", 3), worn(draw_unit("finger", 3), "friction")
+    assert dry.servo.dry_friction == 2.0 * unit.servo.dry_friction
+    assert dry.servo.viscous_friction == 2.0 * unit.servo.viscous_friction
+    back = replace(
+        dry.servo,
+        dry_friction=unit.servo.dry_friction,
+        viscous_friction=unit.servo.viscous_friction,
+    )
+    assert replace(dry, servo=back) == unit
+
+
+def test_a_slipped_spool_leaves_the_tendon_loose_by_what_it_slipped() -> None:
+    """Wound in by the slip and the unit's own slack the line only just begins to pull."""
+    slips = []
+    for seed in range(10):
+        unit, slipped = draw_unit("finger", seed), worn(draw_unit("finger", seed), "spool")
+        loose = slipped.tendon.slack
+        slips.append((loose - unit.tendon.slack) / unit.servo.spool_radius)
+        assert replace(slipped, tendon=unit.tendon) == unit
+        for wound, taut in ((loose - 1e-6, False), (loose + 1e-4, True)):
+            line = Tendon(slipped.tendon)
+            line.settle(wound, 0.0)
+            assert (line.spool_side > 0.0) == taut
+    assert min(slips) >= SLIP[0]
+    assert max(slips) <= SLIP[1]
+    assert len(set(slips)) == 10
+
+
+def test_the_word_of_a_bench_says_what_is_worn(tmp_path: Path) -> None:
+    """A fourth part of the word; the unit's file of truth has it."""
+    assert parse_word("virtual:finger:7:spool") == ("finger", 7)
+    assert parse_wear("virtual:finger:7:spool") == "spool"
+    assert parse_wear("virtual:finger:7") == NEW
+    address = BenchAddress(bench="finger", port="virtual:finger:7:friction")
+    assert (address.unit, address.wear) == (7, "friction")
+    with pytest.raises(InvalidVirtualBench, match="new, friction, spool"):
+        parse_word("virtual:finger:7:rust")
+    with pytest.raises(UnknownName, match="No wear of a virtual bench named 'rust'"):
+        LockstepBench("finger", 7, wear="rust")
+    LockstepBench("finger", 7, wear="spool").plant_file(tmp_path / "plant.toml")
+    slack = worn(draw_unit("finger", 7), "spool").tendon.slack
+    assert f"slack = {slack}" in (tmp_path / "plant.toml").read_text(encoding="utf-8")

@@ -1,0 +1,209 @@
+"""Is wear noticed from the logs of a policy, is it named, and does a refresh make up for it?
+
+Usage: ``.venv/bin/python -m tests.results.refresh POLICY --out FOLDER [notice] [restore]``.
+
+``POLICY`` is the ``policy.onnx`` of a training. ``notice``: on each unit of the virtual finger the
+policy follows goals at random, and stairs; the model's numbers are fitted to both logs. Then it
+follows other goals on the unit as it was, on one whose gear has run dry, and on one whose spool has
+slipped, and each log is held against the model. ``restore``: the whole verb. What is done is kept
+in FOLDER, and not done again.
+"""
+
+import argparse
+import contextlib
+import io
+import json
+import time
+from math import pi
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hardware.virtual_bench.constants import BENCH_SEEDS
+from tendon_newton.cli import deploy, refresh
+from tendon_newton.cli.output import quiet_warp
+from tendon_newton.model_file import Model, NamedValues, load_model, write_model
+from train.refresh.drift import find_drift, model_error
+from train.refresh.logs import logs_as_dataset, read_logs
+from train.refresh.outcome import judge_drift
+from train.refresh.tuning import tune
+
+STATES = ("new", "friction", "spool")
+ANSWERS: dict[str, tuple[str, ...]] = {
+    "new": (),
+    "friction": (
+        "coulomb_friction", "viscous_friction", "load_dependent_friction", "holding_friction",
+    ),
+    "spool": ("tendon_slack", "position_offset"),
+}  # fmt: skip
+"""Names that say what is the matter."""
+DURATION = 30.0
+"""Length of a log of random goals [s]."""
+STAIRS = 16.5
+"""Length of the paper's stairs [s]."""
+
+
+def start_model() -> Model:
+    """Return the data sheet's motor behind the host's loop, with what every gear has."""
+    motor = NamedValues(
+        name="pwm_servo",
+        values={
+            "duty_per_rad": 0.1, "max_duty": 0.9, "supply_voltage": 9.0, "torque_constant": 1.2,
+            "resistance": 13.0, "armature": 0.0025, "spool_radius": 0.0125,
+        },
+    )  # fmt: skip
+    effects = {
+        "coulomb_friction": {"force": 3.5},
+        "load_dependent_friction": {"coefficient": 0.2},
+        "joint_stiffness_error": {"scale": 0.9},
+        "tendon_slack": {"length": 5e-4},
+        "routing_friction": {"exponent": 0.1},
+        "viscoelastic_spring": {"stiffness_ratio": 0.4, "relaxation_time": 1.4},
+    }
+    return Model(
+        actuator=motor,
+        effects=tuple(NamedValues(name=name, values=own) for name, own in effects.items()),
+        fit=("torque_constant", "resistance"),
+    )
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("policy", type=Path)
+    parser.add_argument("parts", nargs="*", default=["notice"])
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--seeds", type=int, default=5)
+    parser.add_argument("--iterations", type=int, default=100)
+    arguments = parser.parse_args()
+    quiet_warp()
+    seeds = BENCH_SEEDS[: arguments.seeds]
+    if "notice" in arguments.parts:
+        rows = [
+            notice(arguments.policy, arguments.out / f"unit_{seed}", seed, state)
+            for seed in seeds
+            for state in STATES
+        ]
+        summarise(rows)
+    if "restore" in arguments.parts:
+        for seed in seeds:
+            for state in STATES[1:]:
+                restore(arguments, arguments.out / f"unit_{seed}", seed, state)
+
+
+def fly(policy: Path, folder: Path, port: str, goals: str, duration: float) -> Path:
+    """Deploy once, in lockstep, and return the log; a log that is there is taken."""
+    logs = sorted(folder.glob("*.mcap"))
+    if not logs:
+        with contextlib.redirect_stdout(io.StringIO()):
+            deploy.main(
+                deploy.DeployConfig(
+                    policy=policy, port=port, goals=goals, duration=duration, out=folder,
+                    faster_than_real_time=True,
+                )
+            )  # fmt: skip
+        logs = sorted(folder.glob("*.mcap"))
+    return logs[0]
+
+
+def random_goals(path: Path, seed: int) -> str:
+    """Write goals that are held for one to two and a half seconds, and return the file's name."""
+    rng = np.random.default_rng(seed)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    instants = np.cumsum(np.r_[0.0, rng.uniform(1.0, 2.5, 40)])
+    values = rng.uniform(0.0, 0.5 * pi, 41)
+    lines = [f"{t:.3f} {a:.4f}" for t, a in zip(instants, values, strict=True)]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return str(path)
+
+
+def fitted_model(policy: Path, folder: Path, seed: int) -> Path:
+    """Fit the model to two logs of the unit as it was, and return its file."""
+    path = folder / "model.toml"
+    if not path.exists():
+        goals = random_goals(folder / "goals_before.txt", 2 * seed)
+        port = f"virtual:finger:{seed}"
+        logs = [
+            fly(policy, folder / "before", port, goals, DURATION),
+            fly(policy, folder / "stairs_new", port, "stairs", STAIRS),
+        ]
+        write_model(path, tune(read_logs(logs), start_model()).model)
+    return path
+
+
+def notice(policy: Path, folder: Path, seed: int, state: str) -> dict[str, Any]:
+    """Hold a later log of a unit against its model."""
+    kept = folder / f"notice_{state}.json"
+    if kept.exists():
+        return json.loads(kept.read_text(encoding="utf-8"))
+    model = load_model(fitted_model(policy, folder, seed))
+    goals = random_goals(folder / "goals_later.txt", 2 * seed + 1)
+    log = fly(policy, folder / f"later_{state}", f"virtual:finger:{seed}:{state}", goals, DURATION)
+    begin = time.monotonic()
+    diagnosis, _ = find_drift(logs_as_dataset(log.parent, read_logs([log])), model)
+    earlier = read_logs([next((folder / "before").glob("*.mcap"))])
+    drift = judge_drift(diagnosis, model_error(earlier, model))
+    row = {
+        "seed": seed,
+        "state": state,
+        "named": [(cause.name, *cause.rivals) for cause in drift.causes],
+        "numbers": [cause.numbers for cause in drift.causes],
+        "candidate": [
+            (effect.name, *effect.indistinguishable_from) for effect in diagnosis.effects
+        ],
+        "theta_mrad": [
+            1e3 * drift.reference_theta_rmse,
+            1e3 * drift.theta_rmse,
+            1e3 * drift.corrected_theta_rmse,
+        ],
+        "seconds": time.monotonic() - begin,
+    }
+    kept.write_text(json.dumps(row, indent=1) + "\n", encoding="utf-8")
+    print(described(row), flush=True)
+    return row
+
+
+def described(row: dict[str, Any]) -> str:
+    """Return a row in words."""
+    named = "; ".join(" or ".join(names) for names in row["named"]) or "nothing"
+    earlier, before, after = row["theta_mrad"]
+    return (
+        f"unit {row['seed']} {row['state']:9s} named {named:42s} "
+        f"error before {earlier:5.1f}, now {before:5.1f}, with it {after:5.1f} mrad   "
+        f"{row['seconds']:.0f} s"
+    )
+
+
+def summarise(rows: list[dict[str, Any]]) -> None:
+    """Say how often wear was noticed and named."""
+    for state in STATES:
+        own = [row for row in rows if row["state"] == state]
+        noticed = sum(bool(row["named"]) for row in own)
+        right = sum(
+            bool(row["named"]) and bool(set(row["named"][0]) & set(ANSWERS[state])) for row in own
+        )
+        print(f"{state:9s} of {len(own)}: something named {noticed}, the right thing first {right}")
+
+
+def restore(arguments: argparse.Namespace, folder: Path, seed: int, state: str) -> None:
+    """Refresh a policy for a worn unit, from a log of stairs and one of random goals."""
+    model = fitted_model(arguments.policy, folder, seed)
+    port = f"virtual:finger:{seed}"
+    before = fly(arguments.policy, folder / "stairs_new", port, "stairs", STAIRS)
+    port = f"{port}:{state}"
+    later = fly(arguments.policy, folder / f"stairs_{state}", port, "stairs", STAIRS)
+    goals = random_goals(folder / "goals_later.txt", 2 * seed + 1)
+    longer = fly(arguments.policy, folder / f"later_{state}", port, goals, DURATION)
+    print(f"unit {seed} {state}")
+    refresh.main(
+        refresh.RefreshConfig(
+            logs=(later, longer), reference=(before,), model=model, policy=arguments.policy,
+            out=folder / f"refresh_{state}", iterations=arguments.iterations, port=port,
+            faster_than_real_time=True,
+        )
+    )  # fmt: skip
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""From the logs of a policy back to its model."""

@@ -1,0 +1,130 @@
+"""Wear on a bench that the model fitted: named if it is there, and nothing if it is not."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tendon_newton.dataset import Dataset
+from tendon_newton.model_file import Model
+from tendon_newton.recording import Recording
+from tendon_newton.simulation.replay import replay, simulated_recording
+from tests.effect_bench import commanded
+from tests.physics.runs import ideal_model, stairs
+from train.refresh.drift import SUSPECTS, find_drift, model_error
+from train.refresh.logs import logs_as_dataset
+from train.refresh.outcome import (
+    AGREES,
+    CHANGED,
+    WORN,
+    headline,
+    judge_drift,
+    read_drift,
+    write_page,
+)
+from train.refresh.tuning import tune
+
+ENCODER, CELL = 1.5e-3, 0.02
+"""Noise of encoder [rad] and load cell [N]."""
+FEW = ("coulomb_friction", "tendon_slack", "gain_error")
+"""Suspects of these tests: all twelve take half a minute to compile."""
+FITTED = ideal_model(coulomb_friction={"force": 0.6})
+"""The model of the bench when it was new."""
+
+
+def log_of(model: Model, seed: int) -> Recording:
+    """Return what a bench logs in 12 s of random steps, with noise."""
+    rng = np.random.default_rng(seed)
+    asked = replace(
+        commanded(stairs(rng, 960, 0.4, 2.6, 60), bench="finger"), force=np.zeros((960, 1))
+    )
+    log = simulated_recording(asked, replay([asked], model, time_step=5e-4)[0])
+    assert log.force is not None
+    return replace(
+        log,
+        name=f"log_{seed}",
+        motor_position=log.motor_position + rng.normal(0.0, ENCODER, log.motor_position.shape),
+        force=log.force + rng.normal(0.0, CELL, log.force.shape),
+    )
+
+
+def dataset_of(model: Model, seed: int) -> Dataset:
+    """Return a log, cut."""
+    return logs_as_dataset(Path("deployments"), [log_of(model, seed)])
+
+
+@pytest.mark.parametrize(
+    ("worn", "name", "number"),
+    [
+        (ideal_model(coulomb_friction={"force": 1.2}), "coulomb_friction", 1.2),
+        (
+            ideal_model(coulomb_friction={"force": 0.6}, tendon_slack={"length": 0.004}),
+            "tendon_slack", 0.004,
+        ),
+    ],
+)  # fmt: skip
+def test_wear_is_named_with_its_size(worn: Model, name: str, number: float) -> None:
+    """Friction that doubled is named with its new total, though the model has some already."""
+    diagnosis, _ = find_drift(dataset_of(worn, 1), FITTED, suspects=FEW)
+    drift = judge_drift(diagnosis, None)
+    assert drift.verdict == WORN
+    assert [cause.name for cause in drift.causes] == [name]
+    (estimate,) = diagnosis.effects[0].parameters.values()
+    assert estimate.value == pytest.approx(number, rel=0.05)  # noise, and steps of 1 ms
+    assert drift.corrected_theta_rmse < 0.3 * drift.theta_rmse
+    assert judge_drift(diagnosis, 0.8 * drift.theta_rmse).verdict == AGREES  # it always was so
+    assert name.replace("_", " ") in headline(drift)
+
+
+def test_a_bench_that_still_fits_is_left_alone() -> None:
+    """Another log of the same bench: nothing is named, and the error is that of earlier logs."""
+    earlier = dataset_of(FITTED, 2)
+    diagnosis, _ = find_drift(dataset_of(FITTED, 3), FITTED, suspects=FEW)
+    drift = judge_drift(diagnosis, model_error(earlier.test, FITTED))
+    assert (drift.verdict, drift.causes) == (AGREES, ())
+    # the encoder's noise, and that of the first row, which friction keeps
+    assert drift.theta_rmse < 2.0 * ENCODER
+    assert drift.reference_theta_rmse is not None
+    assert drift.reference_theta_rmse < 2.0 * ENCODER
+    assert headline(drift) == "The bench still is what its model says."
+    grown = judge_drift(diagnosis, 0.4 * drift.theta_rmse)  # earlier logs fitted much better
+    assert grown.verdict == CHANGED
+    assert "no wear in the list explains it" in headline(grown)
+
+
+def test_every_suspect_is_an_effect_that_wear_explains() -> None:
+    """Each has a sentence for the page."""
+    from tendon_newton.effects import find_effect
+
+    assert all(find_effect(name).name == name and wear.words for name, wear in SUSPECTS.items())
+
+
+def test_tuning_finds_the_numbers_of_a_model_from_a_log() -> None:
+    """Friction and slack of another unit than the model's, to 5 %."""
+    truth = ideal_model(coulomb_friction={"force": 1.1}, tendon_slack={"length": 0.003})
+    start = ideal_model(coulomb_friction={"force": 0.6}, tendon_slack={"length": 0.001})
+    tuned = tune([log_of(truth, 4)], start)
+    found = {effect.name: effect.values for effect in tuned.model.effects}
+    assert found["coulomb_friction"]["force"] == pytest.approx(1.1, rel=0.05)
+    assert found["tendon_slack"]["length"] == pytest.approx(0.003, rel=0.05)
+    assert tuned.after < 0.1 * tuned.before
+    assert tuned.model.actuator == start.actuator
+    again = tune([log_of(truth, 4)], tuned.model)
+    assert again.after <= again.before
+
+
+def test_the_page_stands_alone_and_says_what_is_the_matter(tmp_path: Path) -> None:
+    """No link leads out of it; what a ledger kept of a drift comes back the same."""
+    from dataclasses import asdict
+
+    worn = ideal_model(coulomb_friction={"force": 1.2})
+    diagnosis, _ = find_drift(dataset_of(worn, 1), FITTED, suspects=FEW)
+    drift = judge_drift(diagnosis, 0.002)
+    assert read_drift(asdict(drift)) == drift
+    write_page(tmp_path / "refresh.html", drift, [], {"logs": "<deployments>"}, None)
+    page = (tmp_path / "refresh.html").read_text(encoding="utf-8")
+    assert "The bench has drifted from its model: coulomb friction." in page
+    assert "a gear that has run dry" in page
+    assert "&lt;deployments&gt;" in page
+    assert "http" not in page.replace("data:", "")

@@ -1,0 +1,45 @@
+"""Logs: what is fitted, what only reports, and which files may come."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tendon_newton.errors import InvalidDataset
+from tendon_newton.identification.cutting import hold_out
+from train.refresh.logs import BEGINNING, log_files, logs_as_dataset, read_logs
+
+EXAMPLE = Path(__file__).parents[3] / "examples" / "hidden_friction"
+
+
+def test_the_end_of_every_log_is_held_out() -> None:
+    """Train and test have every row once but the first two seconds, where a tendon may be loose."""
+    logs = read_logs([EXAMPLE / "finger_sine_0.csv", EXAMPLE / "finger_stairs_1.csv"])
+    dataset = logs_as_dataset(EXAMPLE, logs)
+    for log, fitted, held in zip(logs, dataset.train, dataset.test, strict=True):
+        kept = log.time[log.time >= log.time[0] + BEGINNING]
+        assert np.concatenate([fitted.time, held.time]).tolist() == kept.tolist()
+        assert held.duration == pytest.approx((log.duration - BEGINNING) / 3.0, abs=0.05)
+        assert (fitted.start, held.start) == ("first_row", "first_row")
+        assert held.name == f"{log.name} (end)"
+        assert held.force is not None
+        assert held.force.tolist() == log.force[-len(held.force) :].tolist()  # type: ignore[index]
+
+
+def test_a_log_that_is_too_short_to_be_cut_is_refused() -> None:
+    """Two seconds a part, at least."""
+    (log,) = read_logs([EXAMPLE / "finger_sine_0.csv"])
+    with pytest.raises(InvalidDataset, match="two parts of 2 s or more"):
+        hold_out([log], 0.999)
+
+
+def test_logs_come_as_folders_or_as_files_that_a_folder_lists() -> None:
+    """Both name the same files, in the order of the list."""
+    whole = read_logs([EXAMPLE])
+    assert {log.name for log in whole} == {path.name for path in log_files([EXAMPLE])}
+    one = EXAMPLE / "spring_weak_ramp_0.csv"
+    assert log_files([one]) == (one,)
+    with pytest.raises(InvalidDataset, match=r"a log must be listed in .*dataset\.toml"):
+        read_logs([EXAMPLE / "model.toml"])
+    with pytest.raises(InvalidDataset, match="needs the log of a deployment"):
+        read_logs([])

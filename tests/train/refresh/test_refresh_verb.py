@@ -1,0 +1,96 @@
+"""The verb, on a virtual bench, with budgets that only show that it goes through."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from tendon_newton.cli import main
+from tendon_newton.cli.deploy import DeployConfig
+from tendon_newton.cli.deploy import main as deploy
+from tendon_newton.model_file import load_model, write_model
+from tests.physics.runs import ideal_model
+from tests.train.policy.small import short_training
+from tests.train.policy.test_training import train
+from train.policy.export import export_policy
+
+STAIRS = 16.5  # s
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with a policy, a model, and a log of the policy on a worn bench."""
+    folder = tmp_path_factory.mktemp("bench")
+    config = short_training(iterations=1)
+    learned = folder / "learned"
+    learned.mkdir()
+    policy = export_policy(learned, train(config, learned), config).onnx
+    # nothing but numbers that other tests compile as well
+    write_model(folder / "model.toml", replace(ideal_model(), fit=("gain",)))
+    deploy(
+        DeployConfig(
+            policy=policy, port="virtual:finger:0:friction", goals="stairs", duration=STAIRS,
+            out=folder / "deployments", faster_than_real_time=True,
+        )
+    )  # fmt: skip
+    return folder
+
+
+def words(bench: Path, *more: str) -> list[str]:
+    """Return the words of the verb."""
+    paths = {"model": bench / "model.toml", "policy": bench / "learned" / "policy.onnx"}
+    named = [word for key, path in paths.items() for word in (f"--{key}", str(path))]
+    return ["refresh", str(bench / "deployments"), *named, "--out", str(bench / "out"), *more]
+
+
+def test_the_verb_goes_from_a_log_to_a_new_policy(
+    bench: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """All files are there; a second call does nothing anew; more iterations go on."""
+    asked = words(bench, "--anyway", "--iterations", "1", "--suspects", "spool_radius_error")
+    port = ["--port", "virtual:finger:0:friction", "--faster-than-real-time"]
+    assert main([*asked, *port]) == 0
+    out = bench / "out"
+    for name in (
+        "diagnosis/diagnosis.json", "diagnosis/report.html", "model.toml", "refresh.html",
+        "training/policy.onnx", "climb.png",
+    ):  # fmt: skip
+        assert (out / name).stat().st_size > 0, name
+    table = json.loads((out / "refresh.json").read_text(encoding="utf-8"))
+    stages = table["stages"]
+    assert list(stages) == ["drift", "model", "training", "bench", "figures"]
+    places = [(f["policy"], f["where"].split(":")[0]) for f in stages["figures"]]
+    assert places == [
+        ("old", "simulation, as the model had it"), ("old", "simulation, corrected"),
+        ("new", "simulation, corrected"), ("old", "bench, now"), ("new", "bench, now"),
+    ]  # fmt: skip
+    assert load_model(out / "model.toml").actuator.values["gain"] != 4.2
+    before = (out / "model.toml").stat().st_mtime_ns
+    capsys.readouterr()
+    assert main([*asked, *port]) == 0
+    assert "iteration" not in capsys.readouterr().out
+    assert (out / "model.toml").stat().st_mtime_ns == before
+    more = [word if word != "1" else "2" for word in asked]
+    assert main([*more, *port]) == 0
+    shown = capsys.readouterr().out
+    assert "iteration    2 of 2" in shown
+    assert "iteration    1 of" not in shown
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        (["--iterations", "0"], "iterations must be 1 or more"),
+        (["--suspects", "rust"], "No effect named 'rust'"),
+        (["--reference", "nowhere.mcap"], "nowhere.mcap"),
+    ],
+)
+def test_words_that_make_no_sense_are_refused(
+    more: list[str], message: str, bench: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One line and exit code 2."""
+    assert main(words(bench, *more)) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1

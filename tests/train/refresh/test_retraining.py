@@ -1,0 +1,99 @@
+"""A policy that is trained on begins where it was."""
+
+import json
+from pathlib import Path
+
+import pytest
+import torch
+
+from tendon_newton.errors import InvalidPolicyFile
+from tendon_newton.model_file import write_model
+from tendon_newton.trust import content_hash
+from tests.physics.runs import ideal_model
+from tests.train.policy.small import short_training
+from tests.train.policy.test_training import train
+from train.policy.checkpoint import load_start
+from train.policy.export import export_policy
+from train.policy.training import make_runner
+from train.refresh.retraining import find_training, retrain
+
+
+@pytest.fixture(scope="module")
+def earlier(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the file of a policy that was trained for two iterations."""
+    folder = tmp_path_factory.mktemp("earlier")
+    config = short_training(iterations=2)
+    return export_policy(folder, train(config, folder), config).onnx
+
+
+@pytest.fixture
+def model(tmp_path: Path) -> Path:
+    """Return the file of a model with friction."""
+    write_model(tmp_path / "model.toml", ideal_model(coulomb_friction={"force": 1.0}))
+    return tmp_path / "model.toml"
+
+
+def test_a_training_is_found_beside_its_policy(earlier: Path) -> None:
+    """Its settings come back from JSON as they were, tuples included."""
+    found = find_training(earlier)
+    assert found.config == short_training(iterations=2)
+    assert found.checkpoint == earlier.parent / "checkpoints" / "000002.pt"
+
+
+def test_the_new_training_begins_with_the_old_weights(earlier: Path) -> None:
+    """Bit for bit, those of actor, critic and normalisation."""
+    found = find_training(earlier)
+    environment = train(short_training(iterations=2), earlier.parent).environment
+    runner = make_runner(environment, found.config, "cpu")
+    before = {name: value.clone() for name, value in runner.alg.actor.state_dict().items()}
+    load_start(found.checkpoint, runner.alg, "cpu")
+    saved = torch.load(found.checkpoint, weights_only=True)["algorithm"]
+    for part, module in (("actor", runner.alg.actor), ("critic", runner.alg.critic)):
+        for name, value in module.state_dict().items():
+            assert torch.equal(value, saved[f"{part}_state_dict"][name])
+    assert not torch.equal(before["mlp.0.weight"], runner.alg.actor.state_dict()["mlp.0.weight"])
+
+
+def test_a_retraining_that_was_interrupted_goes_on(
+    earlier: Path, model: Path, tmp_path: Path
+) -> None:
+    """One iteration and then two are two, to the last bit; the card names the new model."""
+    found = find_training(earlier)
+    learned = []
+    for folder, counts in (("whole", (4,)), ("parts", (2, 4))):
+        for count in counts:
+            exported = retrain(
+                found, model, tmp_path / folder, iterations=count, device="cpu",
+                report=lambda progress: None,
+            )  # fmt: skip
+        checkpoint = tmp_path / folder / "checkpoints" / "000004.pt"
+        learned.append(torch.load(checkpoint, weights_only=True)["algorithm"])
+        assert exported.card.training.force == "model.toml"
+        assert exported.card.model == content_hash(model.read_bytes())
+    for part in ("actor_state_dict", "critic_state_dict"):
+        for name, value in learned[0][part].items():
+            assert torch.equal(value, learned[1][part][name])
+
+
+def test_a_policy_without_its_training_is_refused(earlier: Path, tmp_path: Path) -> None:
+    """No policy.json, one that is another's, no checkpoint, or other layers."""
+    lone = tmp_path / "policy.onnx"
+    with pytest.raises(InvalidPolicyFile, match=r"lies beside its policy\.json"):
+        find_training(lone)
+    text = (earlier.parent / "policy.json").read_text(encoding="utf-8")
+    (tmp_path / "policy.json").write_text(text, encoding="utf-8")
+    with pytest.raises(InvalidPolicyFile, match="from its last checkpoint; there is none"):
+        find_training(lone)
+    (tmp_path / "checkpoints").mkdir()
+    checkpoint = tmp_path / "checkpoints" / "000002.pt"
+    checkpoint.write_bytes(b"no checkpoint")
+    (tmp_path / "policy.json").write_text(json.dumps({"config": {}}), encoding="utf-8")
+    with pytest.raises(InvalidPolicyFile, match="its config is not that of a training"):
+        find_training(lone)
+    runner = make_runner(
+        train(short_training(iterations=1), tmp_path / "x").environment,
+        short_training(hidden=(8,)), "cpu",
+    )  # fmt: skip
+    for file in (checkpoint, earlier.parent / "checkpoints" / "000002.pt"):
+        with pytest.raises(InvalidPolicyFile, match="layers of the same widths"):
+            load_start(file, runner.alg, "cpu")

@@ -1,0 +1,170 @@
+"""Has a bench drifted from its model? What wear could have done to it, tried on its logs."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from math import inf
+
+import numpy as np
+
+from tendon_newton.dataset import Dataset
+from tendon_newton.diagnosis.attribution import Attribution, examine
+from tendon_newton.diagnosis.diagnose import SEED, Evidence, conclude
+from tendon_newton.diagnosis.evaluation import evaluate_models
+from tendon_newton.diagnosis.gate import Gate, simplest
+from tendon_newton.diagnosis.result import Diagnosis
+from tendon_newton.diagnosis.search import Fit, Round, Search
+from tendon_newton.identification.least_squares import Candidate
+from tendon_newton.identification.study import Study
+from tendon_newton.identification.testable import testable_effects
+from tendon_newton.model_file import Model
+from tendon_newton.recording import Recording
+
+STEP = 1.0e-3
+"""Simulation step while searching [s]: twice that of a diagnosis, whose effects may be finer than
+wear; the reported errors use the simulator's own."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wear:
+    """What use does to a bench, as an effect whose first number it changes."""
+
+    words: str
+    """Where it comes from."""
+    low: float | None = None
+    """Least value that use leads to [the number's unit]; None where it only makes larger what the
+    model has."""
+    high: float = inf
+    """Greatest one."""
+
+
+SUSPECTS: dict[str, Wear] = {
+    "coulomb_friction": Wear(words="a gear that has run dry, dirt"),
+    "viscous_friction": Wear(words="grease that has thickened"),
+    # hobby servos lose 10 to 40 % in the gear; with more they pull nothing
+    "load_dependent_friction": Wear(words="worn teeth", high=0.5),
+    "holding_friction": Wear(words="a gear that no longer turns back", high=0.7),
+    "routing_friction": Wear(words="a guide that the tendon has cut into"),
+    "joint_dry_friction": Wear(words="dirt in the joints"),
+    # a spring that lost more than a third is torn, and the finger no longer opens
+    "joint_stiffness_error": Wear(words="tired springs", low=0.6, high=1.1),
+    "tendon_slack": Wear(words="a knot that gave way, a stretched tendon"),
+    "position_offset": Wear(words="a spool that has slipped, another home", low=-inf),
+    "spool_radius_error": Wear(words="a tendon on its own windings", low=0.98, high=1.3),
+    "gain_error": Wear(words="a weak magnet, a low supply", low=0.4, high=1.05),
+    "obstruction": Wear(words="something in the finger's way", low=0.0),
+}
+"""What wear looks like to a diagnosis, and how far it goes: a fit that ends beyond stands for
+something else."""
+
+
+def find_drift(
+    dataset: Dataset,
+    model: Model,
+    *,
+    suspects: Sequence[str] = tuple(SUSPECTS),
+    progress: Callable[[str], None] = lambda _: None,
+) -> tuple[Diagnosis, Evidence]:
+    """Diagnose logs against the model that fitted the bench, with wear alone as the catalogue.
+
+    The search and the gates are those of `tendon_newton.diagnosis`, for one cause: the one that
+    explains most. What the model has already and got worse is named with its new total. Numbers
+    that the model declares unknown were found when the bench was new, and stay: else a weak motor
+    makes up for friction.
+
+    Args:
+        dataset: Logs; test parts only report.
+        model: What fitted the bench when it was new.
+        suspects: Effects that may be named.
+        progress: Told, in a few words, what is being done.
+    """
+    known_model = replace(model, fit=())
+    start = time.monotonic()
+    rng = np.random.default_rng(SEED)
+    known = [effect.name for effect in model.effects]
+    effects = tuple(dict.fromkeys([*known, *suspects]))
+    train = Study(dataset.train, known_model, effects, time_step=STEP, in_pieces=True)
+    names = [name for name in testable_effects(train) if name in suspects]
+    search = Search(train, known_model)
+    progress(f"trying {len(names)} kinds of wear on {len(dataset.train)} logs")
+    attribution = find_wear(search, names, known, rng)
+    test = Study(dataset.test, known_model, effects)
+    diagnosis, evidence = conclude(search, attribution, known_model, test, rng, start)
+    return replace(diagnosis, model=replace(diagnosis.model, fit=model.fit)), evidence
+
+
+def find_wear(
+    search: Search, names: Sequence[str], known: Sequence[str], rng: np.random.Generator
+) -> Attribution:
+    """Find the one cause that explains most, if it passes the gate of a diagnosis.
+
+    A second one would have to be told from what the model has always left; it shows when the first
+    is in the model.
+
+    Args:
+        search: Fits of the logs.
+        names: Effects that may be named.
+        known: Effects that the model has.
+        rng: Of the surrogates.
+    """
+    baseline = search.baseline()
+    noise = search.study.noise
+    gate = Gate(search=search, known=known, noise=noise, baseline=baseline, rng=rng)
+    tried = follow_likely(search, baseline, names)
+    coarse = at_gap_scales(search, tried)
+    chance = gate.chance(tried)
+    found = simplest(coarse)
+    final, classes = None, {}
+    if is_likely(search, found) and gate.opens(coarse, found, chance):
+        own = next(fit for fit in tried.fits if fit.effects == found.effects)
+        final, classes = examine(gate, own, names, [tried])
+    return Attribution(
+        rounds=(tried,), baseline=baseline, final=final, classes=classes, p_value=chance
+    )
+
+
+def follow_likely(search: Search, baseline: Candidate, names: Sequence[str]) -> Round:
+    """Follow the causes that promise most, again without those that end where no use leads to."""
+    left = list(names)
+    while True:
+        tried = search.follow(search.survey(baseline, (), left))
+        unlikely = {fit.effects[-1] for fit in tried.fits if not is_likely(search, fit)}
+        left = [name for name in left if name not in unlikely]
+        if not unlikely or not left:
+            return tried
+
+
+def is_likely(search: Search, fit: Fit) -> bool:
+    """Tell whether the last effect of a fit ended where use leads to."""
+    wear = SUSPECTS.get(fit.effects[-1])
+    if wear is None:
+        return True
+    column = search.study.table.columns(fit.effects[-1])[0]
+    value = float(fit.candidate.value[fit.candidate.columns.index(column)])
+    low = search.study.base_value(column) if wear.low is None else wear.low
+    return low <= value <= wear.high
+
+
+def at_gap_scales(search: Search, tried: Round) -> Round:
+    """Return a round with its fits scored in units of the gap itself.
+
+    A diagnosis scores in units of what its best candidate leaves. A model that fitted a bench left
+    something as well, of whatever form, which must not outweigh what has come since.
+    """
+    scales = search.gap_scales(tried.current.candidate)
+    fits = (tried.current, *tried.fits)
+    current, *rest = search.score(
+        [fit.effects for fit in fits], [fit.candidate for fit in fits], scales
+    )
+    return replace(
+        tried, scales=scales, current=current, fits=tuple(sorted(rest, key=lambda fit: fit.loss))
+    )
+
+
+def model_error(recordings: Sequence[Recording], model: Model) -> float:
+    """Return a model's closed-loop error of the motor's angle over some recordings, RMS [rad]."""
+    study = Study(recordings, model, tuple(effect.name for effect in model.effects))
+    (errors,) = evaluate_models(study, [{}])
+    return errors.pooled().theta_rmse

@@ -1,0 +1,59 @@
+"""What a refresh was asked to do and how far it came, so that it can go on."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from tendon_newton.errors import InvalidOutput
+from tendon_newton.json_file import read_json
+
+PROMISE = "a refresh keeps how far it came in a JSON file"
+
+
+class Ledger:
+    """Results of the stages that are done, on disk after each.
+
+    Args:
+        path: The file; it is read where it is there.
+        inputs: All that decides the results: settings, and a hash of each file that is read.
+
+    Raises:
+        InvalidOutput: The file belongs to a refresh with other inputs.
+    """
+
+    def __init__(self, path: Path, inputs: Mapping[str, Any]) -> None:
+        self.path = path
+        self.inputs: dict[str, Any] = json.loads(json.dumps(dict(inputs)))
+        self._stages: dict[str, Any] = {}
+        if path.exists():
+            table = read_json(path, InvalidOutput, PROMISE)
+            self._refuse_other(table.get("inputs"))
+            stages = table.get("stages")
+            self._stages = stages if isinstance(stages, dict) else {}
+
+    def done(self, stage: str) -> Any:
+        """Return the result of a stage, None where it is still to be done."""
+        return self._stages.get(stage)
+
+    def finish(self, stage: str, result: Any) -> None:
+        """Keep the result of a stage; the file is written whole or not at all."""
+        self._stages[stage] = json.loads(json.dumps(result))
+        draft = self.path.with_name(f".{self.path.name}")
+        table = {"inputs": self.inputs, "stages": self._stages}
+        try:
+            draft.write_text(json.dumps(table, indent=1) + "\n", encoding="utf-8")
+            draft.replace(self.path)
+        except OSError as error:
+            raise InvalidOutput(f"{self.path}: {error.strerror or error}") from error
+
+    def _refuse_other(self, saved: Any) -> None:
+        saved = saved if isinstance(saved, dict) else {}
+        for key, value in self.inputs.items():
+            if saved.get(key) != value:
+                raise InvalidOutput(
+                    f"{self.path}: this refresh began with {key} = {saved.get(key)!r}, and now it "
+                    f"is {value!r}; use another folder"
+                )

@@ -1,0 +1,78 @@
+"""Logs of deployments, read for a refresh."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from tendon_newton.dataset import Dataset, load_dataset, read_entries, read_recording
+from tendon_newton.errors import InvalidDataset
+from tendon_newton.identification.cutting import hold_out, rows_of
+from tendon_newton.recording import Recording
+
+HELD_OUT = 1.0 / 3.0
+"""Share of each log that only tells how good the corrected model is [1]."""
+BEGINNING = 2.0
+"""Length of what is left out [s]."""
+
+
+def read_logs(paths: Sequence[Path]) -> tuple[Recording, ...]:
+    """Read logs: whole folders of deployments, or files that such a folder lists.
+
+    Raises:
+        InvalidDataset: There is none, or a folder does not list a file.
+    """
+    recordings: list[Recording] = []
+    for path in paths:
+        if path.is_dir():
+            folder = load_dataset(path, require_train=False, require_test=False)
+            recordings += [*folder.train, *folder.test]
+        else:
+            recordings.append(read_log(path))
+    if not recordings:
+        raise InvalidDataset("a refresh needs the log of a deployment, or a folder of them")
+    return tuple(recordings)
+
+
+def read_log(path: Path) -> Recording:
+    """Read one log that the folder around it lists."""
+    for entry in read_entries(path.parent):
+        if path.parent / entry["file"] == path:
+            return read_recording(path.parent, entry)
+    raise InvalidDataset(
+        f"{path}: a log must be listed in {path.parent / 'dataset.toml'}, as `tendon-newton "
+        "deploy` lists it; it is not"
+    )
+
+
+def log_files(paths: Sequence[Path]) -> tuple[Path, ...]:
+    """Return the files behind some logs, in order."""
+    files: list[Path] = []
+    for path in paths:
+        if path.is_dir():
+            files += [path / entry["file"] for entry in read_entries(path)]
+        else:
+            files.append(path)
+    return tuple(files)
+
+
+def logs_as_dataset(path: Path, recordings: Sequence[Recording]) -> Dataset:
+    """Return logs as a dataset whose test split is the end of each; their beginnings are left out.
+
+    A run begins at home, where a tendon may hang loose and the servo turns without the finger.
+    """
+    train, test = hold_out([without_beginning(recording) for recording in recordings], HELD_OUT)
+    return Dataset(path=path, train=train, test=test)
+
+
+def without_beginning(recording: Recording) -> Recording:
+    """Return a log from `BEGINNING` on."""
+    row = int(np.searchsorted(recording.time, recording.time[0] + BEGINNING))
+    if row >= recording.sample_count - 2:
+        raise InvalidDataset(
+            f"{recording.name}: a log must be longer than its beginning of {BEGINNING:g} s; it "
+            f"lasts {recording.duration:.1f} s"
+        )
+    return rows_of(recording, slice(row, recording.sample_count), recording.name)

@@ -1,0 +1,171 @@
+"""What a refresh found and what it brought, for people: one page."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tendon_newton.diagnosis.result import Diagnosis
+from tendon_newton.errors import InvalidOutput
+from train.refresh.drift import SUSPECTS
+
+TEMPLATE = "refresh.html.jinja"
+AGREES = "no_drift"
+WORN = "worn"
+CHANGED = "changed"
+CHANGE = 2.0
+"""Ratio of the model's errors on new and on earlier logs up to which a bench is the same [1]: under
+other goals it is 1.6. What is named below it was there before."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FoundWear:
+    """A cause that a diagnosis names."""
+
+    name: str
+    words: str
+    """Where it comes from."""
+    numbers: tuple[str, ...]
+    """Its parameters with their intervals, in words."""
+    rivals: tuple[str, ...]
+    """What the logs cannot tell from it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drift:
+    """What the logs say of the bench."""
+
+    verdict: str
+    """``no_drift``; ``worn``, with a name; or ``changed``, by nothing that stands in the list."""
+    causes: tuple[FoundWear, ...]
+    theta_rmse: float
+    """Error of the old model on the held-out part of the logs [rad]."""
+    corrected_theta_rmse: float
+    """The same with the causes in [rad]."""
+    reference_theta_rmse: float | None
+    """Error of the old model on earlier logs [rad]; None without any."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TipFigure:
+    """How well a policy tracked its goals somewhere."""
+
+    policy: str
+    where: str
+    rmse: float
+    """Distance between tip and goal point, RMS [m]."""
+
+
+def judge_drift(diagnosis: Diagnosis, reference_theta_rmse: float | None) -> Drift:
+    """Say what a diagnosis of logs means for the bench.
+
+    Args:
+        diagnosis: Of the logs, against the model.
+        reference_theta_rmse: The model's error on earlier logs [rad], where there are any.
+    """
+    causes = tuple(
+        FoundWear(
+            name=effect.name,
+            words=SUSPECTS[effect.name].words if effect.name in SUSPECTS else "",
+            numbers=tuple(
+                f"{name} = {p.value:.4g} {p.unit} [{p.ci95[0]:.4g}, {p.ci95[1]:.4g}]"
+                for name, p in effect.parameters.items()
+            ),
+            rivals=effect.indistinguishable_from,
+        )
+        for effect in diagnosis.effects
+    )
+    before = diagnosis.baseline.theta_rmse
+    known = reference_theta_rmse is not None
+    same = before <= CHANGE * reference_theta_rmse if known else not causes
+    return Drift(
+        verdict=AGREES if same else WORN if causes else CHANGED,
+        causes=() if same else causes,
+        theta_rmse=before,
+        corrected_theta_rmse=diagnosis.extended.theta_rmse,
+        reference_theta_rmse=reference_theta_rmse,
+    )
+
+
+def read_drift(table: Mapping[str, Any]) -> Drift:
+    """Return what a ledger kept."""
+    causes = tuple(
+        FoundWear(
+            name=row["name"], words=row["words"], numbers=tuple(row["numbers"]),
+            rivals=tuple(row["rivals"]),
+        )
+        for row in table["causes"]
+    )  # fmt: skip
+    return Drift(**{**table, "causes": causes})
+
+
+def headline(drift: Drift) -> str:
+    """Return the answer in one sentence."""
+    if drift.verdict == AGREES:
+        return "The bench still is what its model says."
+    if drift.verdict == CHANGED:
+        return "The bench has changed, and no wear in the list explains it."
+    names = " and ".join(
+        " or ".join(name.replace("_", " ") for name in (cause.name, *cause.rivals))
+        for cause in drift.causes
+    )
+    return f"The bench has drifted from its model: {names}."
+
+
+def write_page(
+    path: Path,
+    drift: Drift,
+    figures: Sequence[TipFigure],
+    facts: Mapping[str, str],
+    picture: Path | None,
+) -> None:
+    """Write the page, which needs nothing else.
+
+    Args:
+        path: Where it goes.
+        drift: What the logs say.
+        figures: Tip errors; none where nothing was trained.
+        facts: Everything else that a reader wants to know, in order.
+        picture: The climbs.
+
+    Raises:
+        InvalidOutput: The file cannot be written.
+    """
+    from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=ChoiceLoader(
+            [PackageLoader("train.refresh", "."), PackageLoader("tendon_newton.diagnosis", ".")]
+        ),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+    )
+    content: dict[str, Any] = {
+        "headline": headline(drift),
+        "causes": drift.causes,
+        "errors": error_rows(drift),
+        "figures": [(f.policy, f.where, f"{1e3 * f.rmse:.1f} mm") for f in figures],
+        "facts": list(facts.items()),
+        "picture": None
+        if picture is None
+        else base64.b64encode(picture.read_bytes()).decode("ascii"),
+    }
+    page = environment.get_template(TEMPLATE).render(content)
+    try:
+        path.write_text(page, encoding="utf-8")
+    except OSError as error:
+        raise InvalidOutput(f"{path}: {error.strerror or error}") from error
+
+
+def error_rows(drift: Drift) -> list[tuple[str, str]]:
+    """Return the errors of the motor's angle in words."""
+    rows = [("the model, on these logs", drift.theta_rmse)]
+    if drift.reference_theta_rmse is not None:
+        rows.insert(0, ("the model, on earlier logs", drift.reference_theta_rmse))
+    if drift.causes:
+        rows.append(("with what was found, on these logs", drift.corrected_theta_rmse))
+    return [(words, f"{1e3 * rmse:.1f} mrad") for words, rmse in rows]

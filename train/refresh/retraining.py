@@ -1,0 +1,91 @@
+"""A policy trained on from where it was, on a corrected model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+from tendon_newton.errors import InvalidPolicyFile
+from tendon_newton.json_file import read_json
+from train.policy.curve import Progress
+from train.policy.environment_config import EnvironmentConfig
+from train.policy.export import ExportedPolicy, export_policy
+from train.policy.training import train_policy
+from train.policy.training_config import PolicyTrainingConfig
+
+PROMISE = "a policy that is trained on lies beside its policy.json"
+
+
+@dataclass(frozen=True, kw_only=True)
+class EarlierTraining:
+    """Where a policy comes from."""
+
+    config: PolicyTrainingConfig
+    checkpoint: Path
+    """Its last one."""
+
+
+def find_training(policy: Path) -> EarlierTraining:
+    """Find the training behind a policy file, in the folder around it.
+
+    Raises:
+        InvalidPolicyFile: The folder is not what `tendon-newton train-policy` leaves.
+    """
+    path = policy.parent / "policy.json"
+    table = read_json(path, InvalidPolicyFile, PROMISE).get("config")
+    checkpoints = sorted((policy.parent / "checkpoints").glob("[0-9]*.pt"))
+    if not checkpoints:
+        raise InvalidPolicyFile(
+            f"{policy.parent / 'checkpoints'}: a policy is trained on from its last checkpoint; "
+            "there is none"
+        )
+    try:
+        own = dict(table) if isinstance(table, dict) else {}
+        environment = EnvironmentConfig(**kept(EnvironmentConfig, own.pop("environment")))
+        config = PolicyTrainingConfig(environment=environment, **kept(PolicyTrainingConfig, own))
+    except (TypeError, KeyError) as error:
+        raise InvalidPolicyFile(f"{path}: its config is not that of a training") from error
+    return EarlierTraining(config=config, checkpoint=checkpoints[-1])
+
+
+def kept(kind: Any, table: dict[str, Any]) -> dict[str, Any]:
+    """Return a config's values as its class wants them: JSON has lists in place of tuples."""
+    names = {field.name for field in fields(kind)}
+    return {
+        key: tuple(value) if isinstance(value, list) else value
+        for key, value in table.items()
+        if key in names
+    }
+
+
+def retrain(
+    earlier: EarlierTraining,
+    model: Path,
+    out: Path,
+    *,
+    iterations: int,
+    device: str,
+    report: Callable[[Progress], None],
+) -> ExportedPolicy:
+    """Train a policy on, with the settings that it had, on another model.
+
+    The same call goes on where it was interrupted.
+
+    Args:
+        earlier: Its training.
+        model: Model file of the bench as it is now.
+        out: Folder for the policy.
+        iterations: Rounds of acting and learning.
+        device: ``cpu`` or ``cuda``.
+        report: Called after every round.
+    """
+    config = replace(
+        earlier.config,
+        environment=replace(earlier.config.environment, force=str(model)),
+        iterations=iterations,
+        device=device,
+    )
+    trained = train_policy(config, out, report=report, start=earlier.checkpoint)
+    return export_policy(out, trained, config)
