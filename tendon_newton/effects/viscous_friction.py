@@ -27,7 +27,7 @@ class ViscousFriction(Effect):
     side = "actuator"
     parameters = (
         Parameter(
-            name="coefficient", unit="N s/rad", null=0.0, nominal=0.5, lower=0.0, upper=8.0,
+            name="coefficient", unit="N s/rad", null=0.0, nominal=0.5, lower=0.0, upper=20.0,
             source="a hobby servo loses its 21 N at 3-10 rad/s",
         ),
     )  # fmt: skip

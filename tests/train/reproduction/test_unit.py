@@ -1,0 +1,94 @@
+"""What is taken of a bench's recordings, and from where."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hardware.excitation_plan import find_plan
+from hardware.experiment_plan import FURTHER_RUNS, thinned
+from tendon_newton.errors import InvalidDataset
+from train.reproduction.unit import (
+    Unit,
+    beginning,
+    free_only,
+    interleaved,
+    is_blocked,
+    kind_of,
+    of_benches,
+    representative,
+    shortened,
+)
+
+
+def test_a_thinned_plan_keeps_every_kind_and_every_test() -> None:
+    """One run of each kind stays, and all test runs."""
+    plan = find_plan("paper")
+    thin = thinned(plan, 1)
+    assert {run.name.rsplit("_", 1)[0] for run in thin} == {
+        run.name.rsplit("_", 1)[0] for run in plan
+    }
+    assert [run for run in thin if run.split == "test"] == [r for r in plan if r.split == "test"]
+    assert len([run for run in thin if run.split == "train"]) == 17
+    assert thinned(plan, None) == plan
+
+
+def test_the_open_sine_is_the_papers_about_another_centre() -> None:
+    """Amplitude pi/2 at 0.5 Hz about 0.2 rad: the command is negative for a part of a period."""
+    command = FURTHER_RUNS[0].command(seed=0, rate=80.0)
+    assert len(command) == 12 * 80
+    assert command[0] == pytest.approx(0.2)
+    assert np.ptp(command) == pytest.approx(np.pi, rel=1e-3)  # rows miss the peaks a little
+    np.testing.assert_allclose(command[160:], command[:-160], atol=1e-12)  # two seconds later
+
+
+def test_recordings_of_a_plan_and_of_experiments_are_one_bench(unit: Unit) -> None:
+    """The sinusoid that dips below zero and the strong spring's ramp lie in another folder."""
+    assert unit.find("finger", "open_sine").command is not None
+    assert float(unit.find("finger", "open_sine").command.min()) < -1.3  # type: ignore[union-attr]
+    assert unit.find("spring_strong", "contact_ramp").duration > 9.0
+    assert len(unit.steps()) == 3
+    assert [r.bench for r in unit.steps("spring_weak")] == ["spring_weak"]
+    assert len(unit.sha256) == 64
+
+
+def test_a_missing_experiment_is_named(unit: Unit) -> None:
+    """The message says what a recording must be called."""
+    with pytest.raises(InvalidDataset, match="named finger_stairs_0"):
+        unit.find("finger", "stairs")
+
+
+def test_shortened_data_keeps_every_bench_in_proportion(unit: Unit) -> None:
+    """Half of the minutes are half of each bench's, from two recordings or more."""
+    whole = unit.dataset
+    minutes = sum(r.duration for r in whole.train) / 60.0
+    half = shortened(whole, 0.5 * minutes)
+    for bench in ("finger", "spring_weak", "spring_strong"):
+        own, all_of_it = ([r for r in part.train if r.bench == bench] for part in (half, whole))
+        assert len(own) >= 2
+        share = sum(r.duration for r in own) / sum(r.duration for r in all_of_it)
+        assert share == pytest.approx(0.5, abs=0.02)  # a row each
+    assert shortened(whole, 2.0 * minutes) is whole
+
+
+def test_parts_are_what_their_names_say(unit: Unit) -> None:
+    """Blocked recordings and benches are left out; a beginning starts where its whole starts."""
+    assert any(is_blocked(r) for r in unit.dataset.train)
+    assert not any(is_blocked(r) for r in free_only(unit.dataset).train)
+    assert {r.bench for r in of_benches(unit.dataset, ["finger"]).train} == {"finger"}
+    part = beginning(unit.dataset.train[0], 2.0)
+    assert part.sample_count == pytest.approx(160, abs=1)
+    assert part.time[0] == unit.dataset.train[0].time[0]
+
+
+def test_fits_of_physics_see_every_bench_and_nothing_blocked(unit: Unit) -> None:
+    """One recording of each kind, and the steps to report on."""
+    data = representative(unit, 3.0, kinds=2)
+    assert [(r.bench, kind_of(r)) for r in data.train] == [
+        (bench, kind)
+        for bench in ("finger", "spring_weak", "spring_strong")
+        for kind in ("random_steps", "sine")
+    ]
+    assert {r.bench for r in data.test} == {"finger", "spring_weak", "spring_strong"}
+    kinds = [kind_of(r) for r in interleaved(r for r in data.train if r.bench == "finger")]
+    assert kinds == ["random_steps", "sine"]

@@ -1,0 +1,55 @@
+"""The smallest plan that every stage of these tests can run on, on the virtual bench."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from hardware.bench import BenchAddress
+from hardware.excitation_plan import BENCHES, Share, runs_of
+from hardware.experiment_plan import record_unit
+from hardware.operator import SilentOperator
+from hardware.stop_request import StopRequest
+from train.reproduction.settings import ReproductionSettings
+
+TRAINING = (
+    Share(excitation="random_steps", count=2, duration=8.0),
+    Share(excitation="sine", count=2, duration=5.0),
+)
+TESTS = (Share(excitation="steps_held_1s", count=1, duration=4.0, split="test"),)
+ON_FINGER = (
+    Share(excitation="closing_sine", count=1, duration=5.0, split="test"),
+    Share(excitation="random_steps", count=1, duration=5.0, obstacle="tape_roll"),
+)
+PLAN = tuple(
+    run
+    for bench in BENCHES
+    for run in runs_of(
+        bench, (*TRAINING, *TESTS, *(ON_FINGER if bench == "finger" else ()))
+    )
+)  # fmt: skip
+SETTINGS = ReproductionSettings(
+    name="tiny",
+    units=(0,),
+    epochs=1,
+    windows_per_epoch=512,
+    kinds=("transformer",),
+    diagnosis_seconds=4.0,
+    diagnosis_kinds=1,
+    refit_seconds=4.0,
+    curve_minutes=(1.0,),
+    time_step=1.0e-3,
+)
+
+
+class TinyBench:
+    """Records the small plan on the virtual bench, in lockstep."""
+
+    def record(self, unit: int, out: Path, *, seed: int, most: int | None) -> None:
+        """Record it, as far as it is not there."""
+        address = BenchAddress(bench="finger", port=f"virtual::{unit}", lockstep=True)
+        whole = record_unit(address, PLAN, out, SilentOperator(), StopRequest(), seed=seed)
+        assert whole
+
+    def climb(self, unit: int, policy: Path, out: Path) -> float:
+        """Return an error [m] that tells units apart: a climb is the policies' own test."""
+        return 0.012 + 0.001 * unit

@@ -1,0 +1,109 @@
+"""A reproduction under way: its settings, its folder, its benches, and what is already there."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+from tendon_newton.errors import InvalidDataset
+from tendon_newton.model_file import Model, load_model, write_model
+from train.actuator.folds import file_hash, usable
+from train.actuator.ideal import PAPER_GAIN, SERVO_LIMIT, refitted_gain
+from train.reproduction.bench import ReproductionBench
+from train.reproduction.physical import with_ideal
+from train.reproduction.settings import ReproductionSettings
+from train.reproduction.unit import Unit
+
+MODELS: dict[str, str] = {
+    "ideal": "ideal source, 4.2 N/rad",
+    "ideal_refitted": "ideal source, P refitted",
+    "network": "Transformer",
+    "physical": "diagnosed physical model",
+    "hybrid": "physics and network",
+}
+"""Models that are compared: name of their file, and in words."""
+IDEALS = ("ideal", "ideal_refitted")
+BEST = ("network", "physical", "hybrid")
+"""Those that must win against the better ideal source."""
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """What every stage is given."""
+
+    settings: ReproductionSettings
+    out: Path
+    """Folder for everything."""
+    bench: ReproductionBench | None = None
+    """Makes the recordings; none where they are given."""
+    folders: tuple[Path, ...] = ()
+    """Recordings of benches that are given, one folder each."""
+    policies: tuple[Path, ...] = ()
+    """Policies that are given."""
+    causes: Path | None = None
+    """Model file whose causes are fitted to every bench, in place of a diagnosis."""
+    tell: Callable[[str], None] = field(default=lambda text: None)
+    """Told what is being done."""
+
+    @property
+    def is_virtual(self) -> bool:
+        """Whether the benches are not real ones."""
+        return not self.folders
+
+    @cached_property
+    def units(self) -> tuple[Unit, ...]:
+        """The benches."""
+        if self.folders:
+            return tuple(Unit(name=folder.name, folder=folder) for folder in self.folders)
+        return tuple(
+            Unit(name=f"unit_{number}", folder=self.out / "data" / f"unit_{number}")
+            for number in self.settings.units
+        )
+
+    @property
+    def caption(self) -> str:
+        """What every caption says of the bench."""
+        return "Virtual bench, no measurement." if self.is_virtual else "Measured."
+
+    def key(self, stage: str) -> str:
+        """Return the hash of all that a stage's outcome is made from."""
+        table = {
+            "stage": stage,
+            "settings": asdict(self.settings),
+            "data": [unit.sha256 for unit in self.units],
+            "policies": [file_hash(path) for path in self.policies],
+        }
+        if self.causes is not None:
+            table["causes"] = file_hash(self.causes)
+        return hashlib.sha256(json.dumps(table, sort_keys=True).encode()).hexdigest()
+
+    def folder(self, *parts: str) -> Path:
+        """Return a folder below the reproduction's own; it is made."""
+        path = self.out.joinpath(*parts)
+        path.mkdir(parents=True, exist_ok=True)
+        return path
+
+    def model_file(self, unit: Unit, model: str) -> Path:
+        """Return where a model of a bench stands."""
+        return self.folder("models", unit.name) / f"{model}.toml"
+
+    def model(self, unit: Unit, model: str) -> Model:
+        """Return a model of a bench; an ideal source needs no stage that makes it.
+
+        Raises:
+            InvalidDataset: No recording has a force to fit a gain to.
+        """
+        path = self.model_file(unit, model)
+        if model in IDEALS and not path.is_file():
+            gain = PAPER_GAIN
+            if model == "ideal_refitted":
+                recordings = usable(unit.dataset.train)
+                if not recordings:
+                    raise InvalidDataset(f"{unit.folder}: needs train recordings with a force")
+                gain = refitted_gain(recordings, SERVO_LIMIT)
+            write_model(path, with_ideal(gain))
+        return load_model(path)

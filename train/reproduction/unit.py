@@ -1,0 +1,174 @@
+"""One bench's recordings: those that models learn from, and those of the paper's experiments."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from tendon_newton.dataset import FILE_NAME, Dataset, load_dataset
+from tendon_newton.errors import InvalidDataset
+from tendon_newton.recording import Recording
+from tendon_newton.toml_file import read_toml
+from train.actuator.folds import file_hash
+from train.actuator.protocol import experiment_of, step_hold
+
+RECORDINGS, EXPERIMENTS = "recordings", "experiments"
+"""Folders of a bench: the plan of the paper, and what must be recorded besides."""
+BLOCKED = ("tape_roll", "hand", "perturbation")
+"""Words in the name of a recording in which something was in the mechanism's way."""
+SIGNALS = (
+    "time", "motor_position", "motor_velocity", "command", "force", "tip", "current", "voltage",
+    "temperature", "enabled",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A bench's folder and what was recorded on it."""
+
+    name: str
+    """As tables call it."""
+    folder: Path
+    """Holds a dataset, or the folders `RECORDINGS` and `EXPERIMENTS`, each a dataset."""
+
+    @cached_property
+    def dataset(self) -> Dataset:
+        """The recordings that models learn from, and the test recordings of the same plan."""
+        inner = self.folder / RECORDINGS
+        return load_dataset(inner if inner.is_dir() else self.folder)
+
+    @cached_property
+    def experiments(self) -> tuple[Recording, ...]:
+        """All test recordings."""
+        extra = self.folder / EXPERIMENTS
+        if not (extra / FILE_NAME).is_file():
+            return self.dataset.test
+        return (*self.dataset.test, *load_dataset(extra, require_train=False).test)
+
+    @cached_property
+    def sha256(self) -> str:
+        """Hash of every file that its datasets list, and of their lists."""
+        digest = hashlib.sha256()
+        for listing in sorted(self.folder.rglob(FILE_NAME)):
+            entries = read_toml(listing, InvalidDataset, "a dataset lists its recordings")
+            for file in [listing, *(listing.parent / e["file"] for e in entries["recordings"])]:
+                digest.update(file.relative_to(self.folder).as_posix().encode())
+                digest.update(file_hash(file).encode())
+        return digest.hexdigest()
+
+    def find(self, bench: str, kind: str) -> Recording:
+        """Return the first test recording of a kind on a bench.
+
+        Raises:
+            InvalidDataset: There is none.
+        """
+        found = [r for r in self.experiments if r.bench == bench and kind_of(r) == kind]
+        if not found:
+            raise InvalidDataset(
+                f"{self.folder}: needs a test recording of {kind} on {bench}, named "
+                f"{bench}_{kind}_0; there are {', '.join(r.name for r in self.experiments)}"
+            )
+        return found[0]
+
+    def steps(self, bench: str | None = None) -> tuple[Recording, ...]:
+        """Return the paper's step trajectories, on all benches or on one."""
+        return tuple(
+            r for r in self.experiments if step_hold(r) is not None and bench in (None, r.bench)
+        )
+
+
+def kind_of(recording: Recording) -> str:
+    """Return what was done in a recording: its name without bench and number."""
+    return experiment_of(recording).kind
+
+
+def is_blocked(recording: Recording) -> bool:
+    """Tell whether something was in the mechanism's way, by the recording's name."""
+    return any(word in kind_of(recording) for word in BLOCKED)
+
+
+def beginning(recording: Recording, seconds: float) -> Recording:
+    """Return the rows of a recording up to some time after its first."""
+    count = int(np.searchsorted(recording.time, recording.time[0] + seconds))
+    if count >= recording.sample_count:
+        return recording
+    rows = {name: getattr(recording, name) for name in SIGNALS}
+    kept = {name: values[:count] for name, values in rows.items() if values is not None}
+    return replace(recording, extra={}, **kept)
+
+
+def interleaved(recordings: Iterable[Recording]) -> list[Recording]:
+    """Return recordings so that the first of every kind come before the second of any."""
+    seen: dict[str, int] = {}
+    places = []
+    for recording in recordings:
+        kind = kind_of(recording)
+        seen[kind] = seen.get(kind, 0) + 1
+        places.append((seen[kind], len(places), recording))
+    return [recording for _, _, recording in sorted(places, key=lambda place: place[:2])]
+
+
+def representative(unit: Unit, seconds: float, kinds: int | None = None) -> Dataset:
+    """Return the beginning of one free recording of every bench and kind, for fits of physics.
+
+    Args:
+        unit: The bench.
+        seconds: Of each recording.
+        kinds: Kinds of each bench, in the order in which they were recorded; all of them if none.
+    """
+    free = [r for r in unit.dataset.train if r.force is not None and not is_blocked(r)]
+    first: dict[str, dict[str, Recording]] = {}
+    for recording in free:
+        first.setdefault(recording.bench, {}).setdefault(kind_of(recording), recording)
+    kept = [r for own in first.values() for r in list(own.values())[:kinds]]
+    test = [r for r in unit.dataset.test if step_hold(r) is not None] or list(unit.dataset.test)
+    return replace(
+        unit.dataset,
+        train=tuple(beginning(r, seconds) for r in kept),
+        test=tuple(beginning(r, 2.0 * seconds) for r in interleaved(test)[:3]),
+    )
+
+
+def shortened(dataset: Dataset, minutes: float) -> Dataset:
+    """Return a dataset with so many minutes of train recordings, every bench in proportion.
+
+    Each bench keeps a recording for every half minute, at least two, all cut to one length.
+    """
+    total = sum(r.duration for r in dataset.train)
+    share = min(1.0, 60.0 * minutes / total)
+    if share == 1.0:
+        return dataset
+    kept: list[Recording] = []
+    for bench in dict.fromkeys(r.bench for r in dataset.train):
+        own = interleaved(r for r in dataset.train if r.bench == bench)
+        kept += cut_to(own, share * sum(r.duration for r in own))
+    return replace(dataset, train=tuple(kept))
+
+
+def cut_to(recordings: Sequence[Recording], seconds: float) -> list[Recording]:
+    """Return the first of some recordings, cut so that they last so long together."""
+    count = max(2, round(seconds / 30.0))
+    while sum(r.duration for r in recordings[:count]) < seconds and count < len(recordings):
+        count += 1
+    shortest_first = sorted(recordings[:count], key=lambda r: r.duration)
+    kept = []
+    for place, recording in enumerate(shortest_first):
+        kept.append(beginning(recording, seconds / (len(shortest_first) - place)))
+        seconds -= kept[-1].duration
+    return kept
+
+
+def of_benches(dataset: Dataset, benches: Iterable[str]) -> Dataset:
+    """Return a dataset whose train recordings were made on some benches only."""
+    names = set(benches)
+    return replace(dataset, train=tuple(r for r in dataset.train if r.bench in names))
+
+
+def free_only(dataset: Dataset) -> Dataset:
+    """Return a dataset whose train recordings have nothing in the mechanism's way."""
+    return replace(dataset, train=tuple(r for r in dataset.train if not is_blocked(r)))
