@@ -54,7 +54,7 @@ class BenchServer:
         self._control.bind(str(folder / CONTROL))
         self._control.listen()
         self._clients: dict[socket.socket, bytes] = {}
-        self._replies: list[tuple[float, int, bytes]] = []
+        self._replies: list[tuple[float, int, int, bytes]] = []
         self._sent = 0
         self._start = time.monotonic()
 
@@ -114,14 +114,17 @@ class BenchServer:
         data = self._servo.read()
         if not data:
             return
-        for reply in self._bench.receive(data, self._now(), self._servo.baud or 0):
+        baud = self._servo.baud or 0
+        for reply in self._bench.receive(data, self._now(), baud):
             self._sent += 1
-            heapq.heappush(self._replies, (reply.due, self._sent, reply.data))
+            heapq.heappush(self._replies, (reply.due, self._sent, baud, reply.data))
 
     def _deliver(self, now: float) -> None:
-        """Send what is due."""
+        """Send what is due; a client that has changed its speed since would hear noise."""
         while self._replies and self._replies[0][0] <= now:
-            self._servo.write(heapq.heappop(self._replies)[2])
+            _, _, baud, data = heapq.heappop(self._replies)
+            if baud == self._servo.baud:
+                self._servo.write(data)
         for line in self._bench.cell_lines(now):
             self._cell.write(line.data)
 

@@ -88,16 +88,16 @@ def test_a_new_asset_has_the_numbers_that_it_was_given(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Read back from Newton's model, in SI, they are those of the command line."""
-    words = "asset new hand --joints a b --length 0.04 0.03 --mass 0.02 --moment-arm 0.01 0.006"
+    words = "asset new claw --joints a b --length 0.04 0.03 --mass 0.02 --moment-arm 0.01 0.006"
     assert main([*words.split(), "--folder", str(tmp_path)]) == 0
     monkeypatch.setenv("TENDON_NEWTON_ASSETS", str(tmp_path))
-    assert "hand" in asset_names()
-    hand = load_mechanism("hand")
-    assert hand.joint_names == ("a", "b")
-    assert hand.link_lengths == pytest.approx((0.04, 0.03), rel=1e-6)  # float32 in the model
-    assert hand.link_masses == pytest.approx((0.02, 0.02), rel=1e-6)
-    assert hand.tendons[0].moment_arm == pytest.approx([0.01, 0.006], rel=1e-6)
-    for joint in hand.joints:
+    assert "claw" in asset_names()
+    claw = load_mechanism("claw")
+    assert claw.joint_names == ("a", "b")
+    assert claw.link_lengths == pytest.approx((0.04, 0.03), rel=1e-6)  # float32 in the model
+    assert claw.link_masses == pytest.approx((0.02, 0.02), rel=1e-6)
+    assert claw.tendons[0].moment_arm == pytest.approx([0.01, 0.006], rel=1e-6)
+    for joint in claw.joints:
         assert joint.limits == pytest.approx((0.0, 1.57), rel=1e-6)
         assert joint.stiffness == pytest.approx(0.045, rel=1e-6)
         assert joint.damping == pytest.approx(5e-4, rel=1e-6)
@@ -132,9 +132,9 @@ def test_a_new_asset_never_overwrites_one(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The second run of the same command refuses and leaves the files alone."""
-    command = ["asset", "new", "hand", "--folder", str(tmp_path)]
+    command = ["asset", "new", "claw", "--folder", str(tmp_path)]
     assert main(command) == 0
-    path = tmp_path / "hand" / "physics.usda"
+    path = tmp_path / "claw" / "physics.usda"
     path.write_text("mine")
     assert main(command) == 2
     assert "it is there already" in capsys.readouterr().err

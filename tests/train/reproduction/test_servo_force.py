@@ -89,7 +89,7 @@ def test_a_motor_is_an_ideal_source_with_viscous_friction() -> None:
     pull = DATA_SHEET["torque_constant"] / (DATA_SHEET["resistance"] * 0.0125)
     assert servo.actuator.values["gain"] == pytest.approx(0.1 * 9.0 * pull)
     assert [e.name for e in servo.effects] == ["viscous_friction", "load_dependent_friction"]
-    assert servo.effects[0].values["coefficient"] == pytest.approx(min(1.43 * pull, 8.0))
+    assert servo.effects[0].values["coefficient"] == pytest.approx(min(1.43 * pull, 20.0))
 
 
 def test_a_hybrid_keeps_what_lies_behind_the_load_cell(tmp_path) -> None:
