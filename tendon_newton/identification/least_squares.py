@@ -16,6 +16,8 @@ Simulate = Callable[[Indices, Array], Array]
 
 DAMPINGS = (0.0, 0.1, 5.0)
 """Marquardt factors that are tried side by side."""
+LARGEST_FACTOR = 2.0
+"""By which one step changes a number that is never zero: a scale, a speed, a time constant."""
 STEP_SHARE = 1.0e-2
 """Finite-difference step as a share of a parameter's value.
 
@@ -173,4 +175,13 @@ def damped_step(candidate: Candidate, point: Linearisation, damping: float) -> A
     step = np.zeros_like(value)
     if free.any():
         step[free] = -np.linalg.solve(matrix[np.ix_(free, free)], gradient[free])
-    return np.clip(value + step, candidate.lower, candidate.upper)
+    low, high = reach(candidate)
+    return np.clip(value + step, low, high)
+
+
+def reach(candidate: Candidate) -> tuple[Array, Array]:
+    """Return how far one step may go: a number that is never zero changes by a factor at most."""
+    positive = candidate.lower > 0.0
+    low = np.where(positive, candidate.value / LARGEST_FACTOR, candidate.lower)
+    high = np.where(positive, candidate.value * LARGEST_FACTOR, candidate.upper)
+    return np.maximum(low, candidate.lower), np.minimum(high, candidate.upper)

@@ -49,6 +49,14 @@ def test_each_candidate_finds_its_own_optimum() -> None:
     assert found[2].value == pytest.approx([1.0, 2.0, 0.5], rel=1e-2)
 
 
+def test_a_number_that_is_never_zero_changes_by_a_factor_of_two_in_a_step() -> None:
+    """From a flat tail the undamped step runs to a bound, where another valley may be."""
+    free = candidate((1,), [9.0])
+    scale = Candidate(**{**vars(free), "lower": np.array([0.1])})
+    assert refine(decay, [scale], iterations=1)[0].value[0] >= 4.5
+    assert refine(decay, [scale], iterations=10)[0].value == pytest.approx([2.0], rel=1e-3)
+
+
 def test_a_bound_holds_and_does_not_move_the_others() -> None:
     """With b held at 1.5 by its bound, a and c are the best for that b."""
     bounded = candidate((0, 1, 2), [1.0, 1.0, 0.5])
