@@ -98,12 +98,10 @@ def main(config: Asset) -> None:
 
 def new(config: New) -> None:
     """Write a starting asset and print what to do with it."""
-    from tendon_newton.errors import InvalidAsset
-    from tendon_newton.mechanisms.asset_library import asset_files
+    from tendon_newton.mechanisms.asset_library import check_new_name
     from tendon_newton.mechanisms.asset_plan import plan_asset, write_asset
 
-    if (taken := asset_files().get(config.name)) is not None:
-        raise InvalidAsset(f"an asset's name is its own; {config.name!r} is {taken}")
+    check_new_name(config.name)
     plan = plan_asset(
         config.name,
         config.joints,

@@ -47,14 +47,12 @@ class Export:
 
 def import_asset(config: Import) -> None:
     """Write the layers and print what to do with them."""
-    from tendon_newton.errors import InvalidAsset
-    from tendon_newton.mechanisms.asset_library import asset_files
+    from tendon_newton.mechanisms.asset_library import check_new_name
     from tendon_newton.mechanisms.foreign_asset import write_foreign
     from tendon_newton.mechanisms.foreign_file import read_foreign
     from tendon_newton.mechanisms.foreign_plan import plan_foreign
 
-    if (taken := asset_files().get(config.name)) is not None:
-        raise InvalidAsset(f"an asset's name is its own; {config.name!r} is {taken}")
+    check_new_name(config.name)
     plan = plan_foreign(
         config.name,
         read_foreign(config.file),

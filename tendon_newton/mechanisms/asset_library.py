@@ -42,6 +42,16 @@ def asset_names() -> tuple[str, ...]:
     return tuple(sorted(asset_files()))
 
 
+def check_new_name(name: str) -> None:
+    """Refuse a name that an asset has already.
+
+    Raises:
+        InvalidAsset: It is taken, or what `asset_files` raises.
+    """
+    if (taken := asset_files().get(name)) is not None:
+        raise InvalidAsset(f"an asset's name is its own; {name!r} is {taken}")
+
+
 def asset_files() -> dict[str, Path]:
     """Return the USD file of every asset by its name.
 

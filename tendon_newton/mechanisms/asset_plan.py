@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from math import pi, sqrt
 from pathlib import Path
 
-from tendon_newton.errors import InvalidAsset, InvalidOutput, listed, shown
+from tendon_newton.errors import InvalidAsset, listed, shown
+from tendon_newton.mechanisms.asset_folder import write_layers
 
 LAYERS = ("interface", "geometry", "physics", "tendon")
 RESERVED = (*LAYERS, "base", "tip")
@@ -172,32 +173,9 @@ def write_asset(folder: Path, plan: AssetPlan) -> Path:
     Raises:
         InvalidOutput: The new folder is there already, or cannot be made.
     """
-    from jinja2 import Environment, PackageLoader
-
-    pages = Environment(
-        loader=PackageLoader("tendon_newton.mechanisms", "new_asset"),
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-    pages.filters.update(
-        number=lambda value: f"{value:.8g}",
-        degrees=lambda value: f"{180.0 / pi * value:.9g}",
-        per_degree=lambda value: f"{pi / 180.0 * value:.8g}",
-    )
-    home = folder / plan.name
-    try:
-        home.mkdir(parents=True)
-        for layer in LAYERS:
-            text = pages.get_template(f"{layer}.usda.jinja").render(plan=plan)
-            name = plan.name if layer == "interface" else layer
-            (home / f"{name}.usda").write_text(text, encoding="utf-8")
-    except FileExistsError as error:
-        raise InvalidOutput(
-            f"{home}: a new asset gets a new folder; it is there already"
-        ) from error
-    except OSError as error:
-        raise InvalidOutput(
-            f"{home}: an asset needs a folder; {error.strerror or error}"
-        ) from error
-    return home / f"{plan.name}.usda"
+    filters = {
+        "number": lambda value: f"{value:.8g}",
+        "degrees": lambda value: f"{180.0 / pi * value:.9g}",
+        "per_degree": lambda value: f"{pi / 180.0 * value:.8g}",
+    }
+    return write_layers(folder, "new_asset", LAYERS, plan, filters)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tendon_newton.errors import InvalidOutput
+from tendon_newton.mechanisms.asset_folder import write_layers
 from tendon_newton.mechanisms.foreign_plan import LAYERS, ForeignPlan
 from tendon_newton.recording import Array
 
@@ -20,31 +20,8 @@ def write_foreign(folder: Path, plan: ForeignPlan) -> Path:
     Raises:
         InvalidOutput: The new folder is there already, or cannot be made.
     """
-    from jinja2 import Environment, PackageLoader
-
-    pages = Environment(
-        loader=PackageLoader("tendon_newton.mechanisms", "imported_asset"),
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-    pages.filters.update(number=number, vector=vector)
-    home = folder / plan.name
-    try:
-        home.mkdir(parents=True)
-        for layer in LAYERS:
-            text = pages.get_template(f"{layer}.usda.jinja").render(plan=plan)
-            name = plan.name if layer == "interface" else layer
-            (home / f"{name}.usda").write_text(text, encoding="utf-8")
-    except FileExistsError as error:
-        raise InvalidOutput(
-            f"{home}: a new asset gets a new folder; it is there already"
-        ) from error
-    except OSError as error:
-        raise InvalidOutput(
-            f"{home}: an asset needs a folder; {error.strerror or error}"
-        ) from error
-    return home / f"{plan.name}.usda"
+    filters = {"number": number, "vector": vector}
+    return write_layers(folder, "imported_asset", LAYERS, plan, filters)
 
 
 def number(value: float) -> str:

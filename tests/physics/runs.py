@@ -3,12 +3,14 @@
 from collections.abc import Sequence
 from typing import Any, Literal
 
+import newton
 import numpy as np
 
 from tendon_newton.mechanisms.mechanism import Mechanism, load_mechanism
 from tendon_newton.model_file import Model, NamedValues
 from tendon_newton.recording import Array, Recording
 from tendon_newton.simulation.rollout import Rollout, Trajectory
+from tendon_newton.simulation.tendon_solver import TendonSolver
 
 GAIN = 4.2  # N/rad
 RADIUS = 0.0125  # m
@@ -88,3 +90,30 @@ def simulate(
     if joint_friction is not None:
         rollout.numbers.friction.assign(np.tile(joint_friction, (len(recordings), 1)))
     return rollout.run(rollout.base_vectors(model)[None])[0]
+
+
+def follow(
+    solver: TendonSolver, model: newton.Model, command: Array, step: float
+) -> tuple[Array, Array, Array]:
+    """Step along a command [rad]; return joints, and the tendon's power [W] at each step's ends.
+
+    The command holds still within a step, so the tension at its end is not that at the start of
+    the next.
+    """
+    count = len(command)
+    state, after = model.state(), model.state()
+    solver.command.fill_(float(command[0]))
+    solver.settle(state)
+    q, v = (np.zeros((count + 1, model.joint_dof_count)) for _ in range(2))
+    power = np.zeros((count, 2))
+    for k, value in enumerate(command):
+        solver.command.fill_(float(value))
+        for end in (0, 1):
+            solver.read_sensors(state)
+            q[k + end], v[k + end] = state.joint_q.numpy(), state.joint_qd.numpy()
+            speed = RADIUS * solver.motor_velocity.numpy()[0, 0]
+            power[k, end] = solver.force.numpy()[0, 0] * speed
+            if end == 0:
+                solver.step(state, after, None, None, step)
+                state, after = after, state
+    return q, v, power

@@ -14,7 +14,7 @@ from tendon_newton.mechanisms.statics import equilibrium
 from tendon_newton.simulation.differentiable import DifferentiableRollout
 from tendon_newton.simulation.tendon_solver import TendonSolver
 from tests.conftest import SEED
-from tests.physics.runs import RADIUS, ideal_model, run_of, simulate, stairs
+from tests.physics.runs import follow, ideal_model, run_of, simulate, stairs
 from tests.physics.test_gradients import difference, loss_of, random_seeds
 
 STEP = 2.5e-4  # s
@@ -144,21 +144,8 @@ def test_tendon_work_is_energy_gained_plus_heat() -> None:
         model, ideal_model(viscous_friction={"coefficient": 0.2}), max_step=STEP,
         update_bodies=False,
     )  # fmt: skip
-    state = model.state()
-    count = 2000
-    command = 2.0 - 1.2 * np.cos(2.0 * np.pi * STEP * np.arange(count) / 0.25)
-    solver.command.fill_(command[0])
-    solver.settle(state)
-    q, v, power = np.zeros((count + 1, 3)), np.zeros((count + 1, 3)), np.zeros((count, 2))
-    for k, value in enumerate(command):
-        solver.command.fill_(value)
-        for end in (0, 1):
-            solver.read_sensors(state)
-            q[k + end], v[k + end] = state.joint_q.numpy(), state.joint_qd.numpy()
-            rate = RADIUS * solver.motor_velocity.numpy()[0, 0]
-            power[k, end] = solver.force.numpy()[0, 0] * rate
-            if end == 0:
-                solver.step(state, state, None, None, STEP)
+    command = 2.0 - 1.2 * np.cos(2.0 * np.pi * STEP * np.arange(2000) / 0.25)
+    q, v, power = follow(solver, model, command, STEP)
     work = np.sum(power.mean(axis=1)) * STEP
     damping = [joint.damping for joint in mechanism.joints]
     heat = np.trapezoid(v**2 @ damping, dx=STEP)
