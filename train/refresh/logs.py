@@ -48,13 +48,17 @@ def read_log(path: Path) -> Recording:
 
 
 def log_files(paths: Sequence[Path]) -> tuple[Path, ...]:
-    """Return the files behind some logs, in order."""
+    """Return the files behind some logs, in order.
+
+    Raises:
+        InvalidDataset: One is not there.
+    """
     files: list[Path] = []
     for path in paths:
-        if path.is_dir():
-            files += [path / entry["file"] for entry in read_entries(path)]
-        else:
-            files.append(path)
+        files += [path / entry["file"] for entry in read_entries(path)] if path.is_dir() else [path]
+    for file in files:
+        if not file.is_file():
+            raise InvalidDataset(f"{file}: the log of a deployment is read; there is none")
     return tuple(files)
 
 

@@ -43,3 +43,9 @@ def test_logs_come_as_folders_or_as_files_that_a_folder_lists() -> None:
         read_logs([EXAMPLE / "model.toml"])
     with pytest.raises(InvalidDataset, match="needs the log of a deployment"):
         read_logs([])
+
+
+def test_a_log_that_is_not_there_is_named(tmp_path: Path) -> None:
+    """Before anything is hashed or trained."""
+    with pytest.raises(InvalidDataset, match="nowhere: the log of a deployment"):
+        log_files((tmp_path / "nowhere",))
