@@ -213,7 +213,9 @@ CHECKS: tuple[Check, ...] = (
 
 
 def blocked_rows(theta: Array, goal: Array, side: float) -> Mask:
-    """Tell in which rows a shaft rests at the end of its way while its goal lies far beyond.
+    """Tell in which rows a shaft rests at the end of its way and its goal comes to lie far beyond.
+
+    All of such a rest counts, from when the shaft arrives to when it leaves.
 
     Args:
         theta: Shaft angle [rad], shape (T,).
@@ -221,8 +223,12 @@ def blocked_rows(theta: Array, goal: Array, side: float) -> Mask:
         side: +1 for the upper end, -1 for the lower.
     """
     end = float((side * theta).max())
-    held = (side * theta > end - BLOCKED_REST) & (side * (goal - theta) > BLOCKED_ERROR)
-    return held if held.sum() >= BLOCKED_ROWS else np.zeros(len(theta), dtype=np.bool_)
+    rests = side * theta > end - BLOCKED_REST
+    held = rests & (side * (goal - theta) > BLOCKED_ERROR)
+    if held.sum() < BLOCKED_ROWS:
+        return np.zeros(len(theta), dtype=np.bool_)
+    rest = np.cumsum(np.diff(rests, prepend=False))
+    return rests & np.isin(rest, rest[held])
 
 
 def tendon_places(recording: Recording, column: str) -> list[tuple[str, int]]:

@@ -11,7 +11,7 @@ class ImportConfig:
     """Where the logs are, where the dataset goes, and which logs are held out."""
 
     format: tyro.conf.Positional[str]
-    """Format of the logs: xl330, so101, or mapped for any CSV or JSON with --mapping."""
+    """Format of the logs: xl330, so101, or mapped for any CSV, JSON or ROS 2 bag with --mapping."""
     source: tyro.conf.Positional[Path]
     """Folder of the logs."""
     out: Path
@@ -21,8 +21,8 @@ class ImportConfig:
     train: tuple[str, ...] = ()
     """Logs of the train split, likewise (kp=100,800 gives two values); all others by default."""
     mapping: Path | None = None
-    """For mapped: the file that says which of their columns, in which unit, is which of ours
-    (docs/recordings_mapping.md)."""
+    """For mapped: the file that says which of their columns or topics, in which unit, is which of
+    ours (docs/recordings_mapping.md)."""
 
 
 def main(config: ImportConfig) -> None:

@@ -1,29 +1,25 @@
-"""Anybody's CSV or JSON logs, by a mapping file (see ``docs/recordings_mapping.md``)."""
+"""Anybody's CSV, JSON and ROS 2 logs, by a mapping file (see ``docs/recordings_mapping.md``)."""
 
-import csv
 import hashlib
-import io
-import json
-import re
-from collections.abc import Mapping
+from dataclasses import replace
+from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from tendon_newton.bench_overrides import read_bench_overrides
-from tendon_newton.errors import InvalidMapping, InvalidRecording, TendonNewtonError, listed, shown
-from tendon_newton.importers.column_mapping import ColumnMapping, MappedColumn, read_mapping
+from tendon_newton.errors import InvalidMapping, InvalidRecording, TendonNewtonError
+from tendon_newton.importers.column_mapping import ColumnMapping, read_mapping
 from tendon_newton.importers.imported import Imported, ImportedLog
+from tendon_newton.importers.mapped_rows import mapped_column, read_rows
 from tendon_newton.model_file import Model, NamedValues, read_actuator, read_fit
 from tendon_newton.recording import Array, Recording
-from tendon_newton.text_file import finite_number, read_text
+from tendon_newton.recording_formats.any_file import read_recording_file
+from tendon_newton.recording_formats.rosbag import METADATA_FILE
 
-STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
-"""One step of a path into a row of JSON: a key, or the place in a list."""
 NOMINAL = {"gain": 4.2, "spool_radius": 0.0125}
 """The force source of the paper, where a mapping states no model."""
-Row = Mapping[str, Any]
+ROS_SUFFIXES = (".mcap", ".db3")
+"""Files of ROS 2 recordings; a folder with ``metadata.yaml`` is one as well."""
 
 
 def read_mapped(folder: Path, mapping_file: Path) -> Imported:
@@ -32,11 +28,39 @@ def read_mapped(folder: Path, mapping_file: Path) -> Imported:
     if not folder.is_dir():
         came = "it is a file" if folder.exists() else "no such folder"
         raise InvalidRecording(f"{folder}: logs come as a folder; {came}")
-    paths = sorted(path for path in folder.glob(mapping.files) if path.is_file())
-    if not paths:
-        raise InvalidRecording(f"{folder}: no log matches files = {mapping.files!r}")
+    paths = find_logs(folder, mapping)
+    for part in mapping.stated:
+        if not any(fnmatchcase(path.name, part.pattern) for path in paths):
+            raise InvalidMapping(f"{mapping.path}: no log matches logs.{part.pattern!r}")
     logs = tuple(read_log(folder, path, mapping) for path in paths)
     return Imported(logs=logs, model=start_model(mapping), limits={}, findings=())
+
+
+def find_logs(folder: Path, mapping: ColumnMapping) -> list[Path]:
+    """Return the logs of a folder, refusing what the mapping is not made for."""
+    if Path(mapping.files).is_absolute() or ".." in Path(mapping.files).parts:
+        raise InvalidMapping(
+            f"{mapping.path}: files must be a pattern inside the folder; it is {mapping.files!r}"
+        )
+    found = sorted(path for path in folder.glob(mapping.files) if path.is_file() or is_ros(path))
+    if mapping.topics is not None:
+        found = [path for path in found if is_ros(path)]
+    elif foreign := [path for path in found if is_ros(path)]:
+        raise InvalidMapping(
+            f"{mapping.path}: {foreign[0].name} is a recording of ROS 2: its columns come from a "
+            "topic and a field"
+        )
+    if not found:
+        kind = "log" if mapping.topics is None else f"ROS 2 recording ({METADATA_FILE}, .mcap)"
+        raise InvalidRecording(f"{folder}: no {kind} matches files = {mapping.files!r}")
+    return found
+
+
+def is_ros(path: Path) -> bool:
+    """Tell whether a path is a recording of ROS 2."""
+    if path.is_dir():
+        return (path / METADATA_FILE).is_file()
+    return path.suffix in ROS_SUFFIXES
 
 
 def start_model(mapping: ColumnMapping) -> Model:
@@ -59,122 +83,88 @@ def start_model(mapping: ColumnMapping) -> Model:
 
 def read_log(folder: Path, path: Path, mapping: ColumnMapping) -> ImportedLog:
     """Read one log."""
-    rows = json_rows(path, mapping.rows) if path.suffix == ".json" else csv_rows(path)
-    columns = {
-        name: mapped_column(path, rows, column)
-        for name, column in mapping.columns.items()
-        if column.source is not None
-    }
-    if "t" not in columns:
-        assert mapping.rate is not None
-        columns["t"] = np.arange(len(rows)) / mapping.rate
-    name = path.relative_to(folder).with_suffix(".csv")
-    recording = make_recording(path, "_".join(name.parts), columns, mapping)
+    stem = path.name if path.is_dir() else path.stem
+    name = "_".join([*path.relative_to(folder).parent.parts, f"{stem}.csv"])
+    if mapping.topics is None:
+        recording = rows_recording(path, name, mapping)
+    else:
+        recording = messages_recording(path, name, mapping)
     return ImportedLog(
         recording=recording,
-        conditions={
-            "file": path.stem,
-            **{f"part{k}": p for k, p in enumerate(path.stem.split("_"))},
-        },
+        conditions={"file": stem, **{f"part{k}": p for k, p in enumerate(stem.split("_"))}},
         source=path,
-        sha256=hashlib.sha256(path.read_bytes()).hexdigest(),
+        sha256=digest(path),
     )
 
 
-def make_recording(
-    path: Path, name: str, columns: dict[str, Array], mapping: ColumnMapping
-) -> Recording:
-    """Build a recording from its columns in our units, shape (T,) each."""
-    speed = columns.get("theta_dot")
-    tips = [columns[key] for key in ("tip_x", "tip_z") if key in columns]
-    entry = dict(mapping.entry)
-    enabled = columns.get("enabled")
+def digest(path: Path) -> str:
+    """Return the digest of a file, or of all files in a folder."""
+    files = sorted(file for file in path.rglob("*") if file.is_file()) if path.is_dir() else [path]
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
+
+
+def messages_recording(path: Path, name: str, mapping: ColumnMapping) -> Recording:
+    """Read a recording of ROS 2."""
+    stated = mapping.stated_of(path.name)
+    recording = read_recording_file(path, bench=mapping.bench, name=path.name,
+                                    mapping=mapping.topics)  # fmt: skip
     try:
-        if speed is None:
-            speed = np.gradient(columns["theta"], columns["t"])
-        entry["bench_overrides"] = read_bench_overrides(entry.get("bench_overrides", {}))
-        return Recording(
+        return replace(
+            recording,
             name=name,
-            bench=mapping.bench,
-            time=columns["t"],
-            motor_position=columns["theta"][:, None],
-            motor_velocity=speed[:, None],
-            command=columns["theta_d"][:, None] if "theta_d" in columns else None,
-            force=columns["force"][:, None] if "force" in columns else None,
-            tip=np.stack(tips, axis=1) if len(tips) == 2 else None,
-            current=columns.get("current"),
-            voltage=columns.get("voltage"),
-            temperature=columns.get("temperature"),
-            **({} if enabled is None else {"enabled": enabled != 0.0}),
-            **entry,
+            start=stated.start or recording.start,
+            bench_overrides=stated.bench_overrides,
+            actuator_overrides=stated.actuator_overrides,
+            load_cell_rate=stated.load_cell_rate,
         )
     except TendonNewtonError as error:
         raise InvalidRecording(f"{path}: {error}") from error
 
 
-def csv_rows(path: Path) -> list[Row]:
-    """Read the rows of a CSV file with a header."""
-    text = read_text(path, InvalidRecording, "a log is a CSV file with a header line")
-    rows: list[Row] = list(csv.DictReader(io.StringIO(text, newline=""), skipinitialspace=True))
-    if len(rows) < 2:
-        raise InvalidRecording(
-            f"{path}: a log has a header and two rows or more; it has {len(rows)}"
-        )
-    return rows
-
-
-def json_rows(path: Path, key: str | None) -> list[Row]:
-    """Read the rows of a JSON file: a list of objects, or one below a key."""
-    text = read_text(path, InvalidRecording, "a log is a JSON file")
+def rows_recording(path: Path, name: str, mapping: ColumnMapping) -> Recording:
+    """Read a file of rows."""
+    rows = read_rows(path, mapping)
+    columns = {
+        column_name: mapped_column(path, rows, column)
+        for column_name, column in mapping.columns.items()
+        if column.source is not None
+    }
+    if "t" not in columns:
+        assert mapping.rate is not None
+        columns["t"] = np.arange(len(rows)) / mapping.rate
     try:
-        content = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise InvalidRecording(f"{path}: a log must be JSON: {error}") from error
-    rows = content if key is None else content.get(key) if isinstance(content, dict) else None
-    if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):
-        place = "it" if key is None else f"its key {key!r}"
-        raise InvalidRecording(f"{path}: {place} must hold a list of objects, one per row")
-    return rows
+        return make_recording(name, columns, mapping, path.name)
+    except TendonNewtonError as error:
+        raise InvalidRecording(f"{path}: {error}") from error
 
 
-def mapped_column(path: Path, rows: list[Row], column: MappedColumn) -> Array:
-    """Return one column in our unit, shape (T,)."""
-    assert column.source is not None
-    values = np.empty(len(rows))
-    for place, row in enumerate(rows):
-        number = number_in(cell(row, column.source))
-        if number is None:
-            known = "" if column.source in row else f"; there are {listed(map(str, row))}"
-            raise InvalidRecording(
-                f"{path}: {column.source} must be a number; row {place} has "
-                f"{shown(cell(row, column.source))}{known}"
-            )
-        values[place] = number
-    return column.scale * values + column.offset
-
-
-def cell(row: Row, source: str) -> Any:
-    """Return what a row holds: a column of that very name, or what a path leads to."""
-    if source in row:
-        return row[source]
-    value: Any = row
-    for key, index in STEP.findall(source):
-        if key and isinstance(value, dict):
-            value = value.get(key)
-        elif index and isinstance(value, list) and int(index) < len(value):
-            value = value[int(index)]
-        else:
-            return None
-    return value
-
-
-def number_in(value: Any) -> float | None:
-    """Return a number, also one that stands in a text; None where it is none."""
-    if isinstance(value, bool):
-        return float(value)
-    if isinstance(value, str):
-        try:
-            value = float(value)
-        except ValueError:
-            return None
-    return finite_number(value)
+def make_recording(
+    name: str, columns: dict[str, Array], mapping: ColumnMapping, log: str
+) -> Recording:
+    """Build a recording from its columns in our units, shape (T,) each."""
+    theta = columns["theta"]
+    tips = [columns[key] for key in ("tip_x", "tip_z") if key in columns]
+    enabled = columns.get("enabled")
+    stated = mapping.stated_of(log)
+    recording = Recording(
+        name=name,
+        bench=mapping.bench,
+        time=columns["t"],
+        motor_position=theta[:, None],
+        motor_velocity=columns.get("theta_dot", np.zeros_like(theta))[:, None],
+        command=columns["theta_d"][:, None] if "theta_d" in columns else None,
+        force=columns["force"][:, None] if "force" in columns else None,
+        tip=np.stack(tips, axis=1) if len(tips) == 2 else None,
+        current=columns.get("current"),
+        voltage=columns.get("voltage"),
+        temperature=columns.get("temperature"),
+        **({} if enabled is None else {"enabled": enabled != 0.0}),
+        start=stated.start or "equilibrium",
+        bench_overrides=stated.bench_overrides,
+        actuator_overrides=stated.actuator_overrides,
+        load_cell_rate=stated.load_cell_rate,
+    )
+    if "theta_dot" in columns:
+        return recording
+    slope = np.gradient(recording.motor_position, recording.time, axis=0)  # of times that increase
+    return replace(recording, motor_velocity=slope)

@@ -75,7 +75,7 @@ def folder_findings(logs: Sequence[ImportedLog]) -> Iterator[Finding]:
 
 
 def grids(logs: Sequence[ImportedLog]) -> Iterator[Finding]:
-    """Encoders whose zero lies between two counts, or whose angle is no count at all."""
+    """Encoders whose zero lies between two counts, or whose angle is no count of the shaft."""
     joints = dict.fromkeys(log.conditions["joint"] for log in logs)
     for joint in joints:
         own = [log.recording for log in logs if log.conditions["joint"] == joint]
@@ -85,8 +85,15 @@ def grids(logs: Sequence[ImportedLog]) -> Iterator[Finding]:
             evidence = f"{joint}: every angle lies half a count ({1e3 * COUNT / 2:.2f} mrad) off"
             consequence = "its zero is between two counts: offsets below that mean nothing"
         elif np.any(away > ON_GRID):
-            evidence = f"{joint}: angles lie on no grid of {1e3 * COUNT:.2f} mrad"
-            consequence = "it was scaled before it was logged: its radians may not be the shaft's"
+            step = float(np.median(np.diff(np.unique(COUNT * counts))))
+            evidence = (
+                f"{joint}: angles lie on no grid of {1e3 * COUNT:.3f} mrad but {1e3 * step:.3f} "
+                "mrad apart"
+            )
+            consequence = (
+                "it was scaled before it was logged: if that is one count, a logged radian is "
+                f"{COUNT / step:.2f} of the shaft's"
+            )
         else:
             continue
         yield Finding(

@@ -8,6 +8,7 @@ import pytest
 
 from tendon_newton.cli import main
 from tendon_newton.dataset import load_dataset
+from tendon_newton.importers.column_mapping import read_mapping
 from tendon_newton.model_file import load_model
 
 TIME = np.arange(200) / 100.0
@@ -125,3 +126,59 @@ def test_mapping_belongs_to_mapped_alone(logs: Path, tmp_path: Path, capsys) -> 
     assert "needs it" in capsys.readouterr().err
     assert main(["import", "xl330", str(logs), *out, "--mapping", str(mapping(tmp_path))]) == 2
     assert "belongs to the format mapped" in capsys.readouterr().err
+
+
+def test_cells_may_be_lists_and_delimiters_semicolons(tmp_path: Path) -> None:
+    """A path reaches into a list that stands in a CSV cell; numbers by log are merged."""
+    folder = tmp_path / "logs"
+    folder.mkdir()
+    for k in (1, 2):
+        lines = [f'{t};"[0.0, {a}]"' for t, a in zip(TIME, np.sin(TIME), strict=True)]
+        (folder / f"run_{k}.csv").write_text("\n".join(["time;positions", *lines]) + "\n")
+    columns = """
+t = {column = "time"}
+theta_d = {column = "positions[1]"}
+theta = {column = "positions[1]"}
+theta_dot = {derive = "theta"}
+[logs."run_2.*"]
+bench_overrides = {mass = 0.7}
+"""
+    head = 'bench = "pendulum"\ndelimiter = ";"\nbench_overrides = {mass = 0.5, length = 0.1}'
+    assert run_import(folder, mapping(tmp_path, columns, head), tmp_path / "out") == 0
+    loaded = load_dataset(tmp_path / "out")
+    np.testing.assert_allclose(loaded.train[0].motor_position[:, 0], np.sin(TIME), atol=1e-8)
+    numbers = [r.bench_overrides.given for r in (loaded.train[0], loaded.test[0])]
+    assert numbers == [{"mass": (0.5,), "length": (0.1,)}, {"mass": (0.7,), "length": (0.1,)}]
+
+
+def test_json_may_hold_columns_or_lines(tmp_path: Path) -> None:
+    """One list per column, or one object per line, gives the same as a list of rows."""
+    folder = tmp_path / "logs"
+    folder.mkdir()
+    table = {"t": TIME.tolist(), "q": np.sin(TIME).tolist()}
+    rows = [dict(zip(table, cells, strict=True)) for cells in zip(*table.values(), strict=True)]
+    (folder / "run_1.json").write_text(json.dumps(table))
+    (folder / "run_2.jsonl").write_text("\n".join(map(json.dumps, rows)))
+    columns = """
+t = {column = "t"}
+theta_d = {column = "q"}
+theta = {column = "q"}
+theta_dot = {derive = "theta"}
+"""
+    head = 'bench = "servo"\nfiles = "*.json*"'
+    assert run_import(folder, mapping(tmp_path, columns, head), tmp_path / "out") == 0
+    loaded = load_dataset(tmp_path / "out")
+    for run in (loaded.train[0], loaded.test[0]):
+        np.testing.assert_allclose(run.motor_position[:, 0], np.sin(TIME), atol=1e-8)
+
+
+def test_the_mappings_of_the_documentation_are_mappings(tmp_path: Path) -> None:
+    """Every mapping file shown in docs/recordings_mapping.md can be read as it stands."""
+    page = Path(__file__).resolve().parents[2] / "docs" / "recordings_mapping.md"
+    blocks = page.read_text(encoding="utf-8").split("```toml\n")[1:]
+    whole = [block.split("```")[0] for block in blocks if "[columns]" in block]
+    assert len(whole) == 2
+    for block in whole:
+        path = tmp_path / "mapping.toml"
+        path.write_text(block)
+        assert read_mapping(path).bench in ("pendulum", "servo")

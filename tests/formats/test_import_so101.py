@@ -15,11 +15,13 @@ ROWS = 500
 TIME = 5.0 + 20057.0 * np.arange(ROWS)  # [us]
 
 
-def write_motion(folder: Path, *, stop: float = 10.0, control: str | None = None) -> None:
+def write_motion(
+    folder: Path, *, stop: float = 10.0, scale: float = 1.0, control: str | None = None
+) -> None:
     """Write a made-up motion of two joints; the second meets something solid at -stop [rad]."""
     folder.mkdir(parents=True)
     goal = np.stack([0.3 * np.sin(1.5e-6 * TIME), 0.8 * np.sin(1.5e-6 * TIME)], axis=1)
-    angle = COUNT * np.round(np.maximum(goal - 0.01, -stop) / COUNT)
+    angle = scale * COUNT * np.round(np.maximum(goal - 0.01, -stop) / COUNT)
     speed = np.gradient(angle, 1e-6 * TIME, axis=0)
     torque = 0.022814 * np.round(10.0 * np.abs(speed) + 100.0 * np.abs(goal - angle))
     columns = {
@@ -61,6 +63,15 @@ def test_what_is_wrong_with_the_logs_is_found(tmp_path: Path) -> None:
                  "something solid is in the way"):  # fmt: skip
         assert part in text
     assert "Wrist_one.csv" in text.split("something solid")[1]
+
+
+def test_an_angle_that_was_scaled_tells_by_how_much(tmp_path: Path) -> None:
+    """Angles 0.4 counts apart are a shaft's that turns 2.5 times as far."""
+    write_motion(tmp_path / "logs" / "one", scale=0.4)
+    words = ["import", "so101", str(tmp_path / "logs"), "--out", str(tmp_path / "out")]
+    assert main(words) == 0
+    text = (tmp_path / "out" / "import.txt").read_text()
+    assert "a logged radian is 2.50 of the shaft's" in text
 
 
 @pytest.mark.parametrize(

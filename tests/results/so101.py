@@ -1,7 +1,8 @@
 """Real SO-101 logs: how much of what a servo does wrong has a name, ``... so101 LOGS``.
 
-Each joint's causes are found on two motions and tested on all others, against a servo that is where
-it was told to be. The logs are isaac-sim2real/sage's; they are not part of this repository.
+Each joint's causes are found on two motions, the sweep and the one that goes furthest, and tested
+on all others, against a servo that is where it was told to be. The logs are isaac-sim2real/sage's;
+they are not part of this repository.
 """
 
 import argparse
@@ -14,37 +15,49 @@ from tendon_newton.dataset import Dataset
 from tendon_newton.diagnosis.diagnose import Evidence, diagnose
 from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.identification.study import replacements
-from tendon_newton.importers.imported import ImportedLog
+from tendon_newton.importers.imported import Imported, ImportedLog
 from tendon_newton.importers.so101 import read_so101
+from tests.results.named_causes import cause_lines
 
 MOVED = 0.02
 """A joint whose command spans less in a motion [rad] only holds still there."""
-TRAIN = {
-    "Rotation": ("chirp_sweep", "single_joint_rotation"),
-    "Pitch": ("chirp_sweep", "reach_and_return"),
-    "Elbow": ("chirp_sweep", "single_joint_elbow"),
-    "Wrist_Pitch": ("chirp_sweep", "random_waypoints"),
-    "Wrist_Roll": ("chirp_sweep", "single_joint_wrist_roll"),
-    "Jaw": ("chirp_sweep", "step_response"),
-}
-"""Two motions of each joint: a sweep of frequencies, and the one that asks most of it."""
+SWEEP = "chirp_sweep"
+"""The motion that holds all frequencies."""
 
 
 def main() -> None:
     """Import, diagnose each joint and print what is left on motions that no fit has seen."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("logs", type=Path)
-    parser.add_argument("--joint", action="append", choices=sorted(TRAIN))
+    parser.add_argument("--joint", action="append", help="joints: all by default")
     parser.add_argument("--train", help="two motions in place of each joint's own, a,b")
     arguments = parser.parse_args()
     imported = read_so101(arguments.logs)
-    for joint in arguments.joint or TRAIN:
-        names = tuple(arguments.train.split(",")) if arguments.train else TRAIN[joint]
+    for joint in arguments.joint or joints(imported):
         logs = [log for log in imported.logs if log.conditions["joint"] == joint]
+        names = tuple(arguments.train.split(",")) if arguments.train else training_motions(logs)
         with tempfile.TemporaryDirectory() as folder:
             data = split(Path(folder), logs, names)
             diagnosis, evidence = diagnose(data, imported.model)
         report(joint, names, diagnosis, evidence)
+
+
+def joints(imported: Imported) -> list[str]:
+    """Return the names of the joints, in their order."""
+    return list(dict.fromkeys(str(log.conditions["joint"]) for log in imported.logs))
+
+
+def training_motions(logs: list[ImportedLog]) -> tuple[str, str]:
+    """Return the sweep and, of the others, the motion whose command spans most.
+
+    Only commands decide: nothing that was measured.
+    """
+    spans = {
+        str(log.conditions["motion"]): float(np.ptp(log.recording.command))
+        for log in logs
+        if log.recording.command is not None
+    }
+    return SWEEP, max((motion for motion in spans if motion != SWEEP), key=spans.__getitem__)
 
 
 def split(folder: Path, logs: list[ImportedLog], train: tuple[str, ...]) -> Dataset:
@@ -62,17 +75,7 @@ def report(joint: str, train: tuple[str, ...], diagnosis: Diagnosis, evidence: E
         f"{1e3 * before:.1f} -> {1e3 * after:.1f} mrad RMS ({100 * (1 - after / before):.0f} % "
         f"less), {100 * (1 - (after / before) ** 2):.0f} % of the squared error"
     )
-    for effect in diagnosis.effects:
-        numbers = ", ".join(
-            f"{name} {e.value:.4g} [{e.ci95[0]:.4g}, {e.ci95[1]:.4g}] {e.unit}"
-            for name, e in effect.parameters.items()
-        )
-        rivals = f"; not told from {', '.join(effect.indistinguishable_from)}"
-        without = 1e3 * effect.without.theta_rmse
-        print(
-            f"  {effect.name}: {numbers}; without it {without:.1f} mrad"
-            f"{rivals if effect.indistinguishable_from else ''}"
-        )
+    print("\n".join(cause_lines(diagnosis)))
     residuals = evidence.test.residuals(*replacements([evidence.baseline, evidence.extended]))
     for recording, residual in zip(evidence.test.recordings, residuals, strict=True):
         assert recording.command is not None

@@ -18,7 +18,7 @@ from torch import Tensor, nn
 
 from tendon_newton.importers.so101 import read_so101
 from tendon_newton.recording import Array, Recording
-from tests.results.so101 import TRAIN, split
+from tests.results.so101 import joints, split, training_motions
 from train.actuator.windows import nearest_rows
 
 PAST = np.concatenate([np.arange(0.0, 0.201, 0.02), np.arange(0.25, 1.51, 0.05)])
@@ -123,16 +123,16 @@ def main() -> None:
     """Train a network per joint and seed; print what is left on motions that none has seen."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("logs", type=Path)
-    parser.add_argument("--joint", action="append", choices=sorted(TRAIN))
+    parser.add_argument("--joint", action="append", help="joints: all by default")
     parser.add_argument("--train", help="two motions in place of each joint's own, a,b")
     parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2])
     arguments = parser.parse_args()
     torch.set_num_threads(1)
     imported = read_so101(arguments.logs)
     print("held-out RMS error [mrad]: told; with a network that sees the angle; that does not")
-    for joint in arguments.joint or TRAIN:
-        names = tuple(arguments.train.split(",")) if arguments.train else TRAIN[joint]
+    for joint in arguments.joint or joints(imported):
         logs = [log for log in imported.logs if log.conditions["joint"] == joint]
+        names = tuple(arguments.train.split(",")) if arguments.train else training_motions(logs)
         with tempfile.TemporaryDirectory() as folder:
             data = split(Path(folder), logs, names)
         seen, held = Rows.of(data.train), Rows.of(data.test)

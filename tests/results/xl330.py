@@ -21,11 +21,11 @@ from tendon_newton.diagnosis.search import Search
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.least_squares import choose_start
 from tendon_newton.identification.study import Study
+from tendon_newton.importers.xl330 import read_xl330
 from tendon_newton.model_file import Model, load_model
 from tendon_newton.recording import Recording
+from tests.results.named_causes import cause_lines
 
-GAINS = (100, 200, 800)
-"""Position gains of the logs, in firmware units."""
 COMPARED = (
     ("coulomb_friction", "viscous_friction"),
     ("load_dependent_friction", "viscous_friction"),
@@ -43,12 +43,16 @@ def main() -> None:
     """Import the logs, fit, diagnose and print a table for each gain that is held out."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("logs", type=Path)
-    parser.add_argument("--test", type=int, choices=GAINS, action="append")
+    parser.add_argument(
+        "--test", type=int, action="append", help="gains to hold out: each by default"
+    )
     parser.add_argument("--smooth", action="store_true", help="take the median of the voltage")
     parser.add_argument("--diagnose", action="store_true", help="let a diagnosis choose as well")
+    parser.add_argument("--all", action="store_true", help="fit all logs: nothing is held out")
     arguments = parser.parse_args()
     table: dict[str, dict[int, float]] = {}
-    for gain in arguments.test or GAINS:
+    held = arguments.test or gains(arguments.logs)
+    for gain in held[:1] if arguments.all else held:
         with tempfile.TemporaryDirectory() as folder:
             out = Path(folder) / "dataset"
             words = ["--out", str(out), "--test", f"kp={gain}"]
@@ -56,11 +60,18 @@ def main() -> None:
                 raise SystemExit(2)
             dataset, model = load_dataset(out), load_model(out / "model.toml")
         dataset = smoothed(dataset) if arguments.smooth else dataset
+        if arguments.all:
+            dataset = replace(dataset, train=(*dataset.train, *dataset.test))
         for name, error in errors(dataset, model, diagnosed=arguments.diagnose).items():
             table.setdefault(name, {})[gain] = error
     print(f"\n{'held-out mean absolute error of theta [mrad], by the gain held out':76s}")
     for name, row in table.items():
         print(f"  {name:70s} " + "  ".join(f"kp {g}: {e:6.1f}" for g, e in row.items()))
+
+
+def gains(logs: Path) -> list[int]:
+    """Return the position gains of some logs, in firmware units."""
+    return sorted({int(log.conditions["kp"]) for log in read_xl330(logs).logs})
 
 
 def errors(dataset: Dataset, model: Model, *, diagnosed: bool) -> dict[str, float]:
@@ -74,14 +85,14 @@ def errors(dataset: Dataset, model: Model, *, diagnosed: bool) -> dict[str, floa
         fitted[" + ".join(effects)] = fit(search, effects)
     if diagnosed:
         diagnosis, evidence = diagnose(dataset, model)
-        names = " + ".join(effect.name for effect in diagnosis.effects)
         fitted["diagnosed"] = evidence.extended
-        print(f"  diagnosed: {names}: {diagnosis.verdict}")
+        print("\n".join((f"  {diagnosis.verdict}", *cause_lines(diagnosis, mean_absolute=True))))
     found = evaluate_models(test, list(fitted.values()))
     seen = evaluate_models(train, list(fitted.values()))
-    for name, values in fitted.items():
-        print(f"  {name:70s} trained to {1e3 * seen[[*fitted].index(name)].pooled().theta_mae:6.1f}"
-              f" mrad {numbers_of(train, values)}")  # fmt: skip
+    for (name, values), of_test, of_train in zip(fitted.items(), found, seen, strict=True):
+        held, own = (1e3 * error.pooled().theta_mae for error in (of_test, of_train))
+        numbers = numbers_of(train, values)
+        print(f"  {name:70s} {held:6.1f} mrad, trained to {own:6.1f} {numbers}", flush=True)
     return {name: 1e3 * error.pooled().theta_mae for name, error in zip(fitted, found, strict=True)}
 
 

@@ -19,7 +19,7 @@ from torch import Tensor, nn
 from tendon_newton.cli import main as tendon_newton
 from tendon_newton.dataset import load_dataset
 from tendon_newton.recording import Recording
-from tests.results.xl330 import GAINS
+from tests.results.xl330 import gains
 
 STEP = 5.0e-3  # [s]
 PAST = (0, 2, 4, 8)
@@ -63,7 +63,8 @@ class Logs:
         columns = [on_grid(recording, time) for recording in recordings]
         goal, angle, speed, volts = (torch.stack(part) for part in zip(*columns, strict=True))
         numbers = [
-            (r.actuator_overrides["duty_per_rad"], r.bench_overrides.length[0]) for r in recordings
+            (r.actuator_overrides["duty_per_rad"], r.bench_overrides.given["length"][0])
+            for r in recordings
         ]
         gain, arm = torch.tensor(numbers, dtype=torch.float32).T[:, :, None]
         return Logs(goal=goal, angle=angle, speed=speed, volts=volts, gain=gain, arm=arm)
@@ -157,11 +158,13 @@ def main() -> None:
     """Train for each gain that is held out, and print the errors on it."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("logs", type=Path)
-    parser.add_argument("--test", type=int, choices=GAINS, action="append")
+    parser.add_argument(
+        "--test", type=int, action="append", help="gains to hold out: each by default"
+    )
     parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2])
     arguments = parser.parse_args()
     torch.set_num_threads(1)
-    for gain in arguments.test or GAINS:
+    for gain in arguments.test or gains(arguments.logs):
         with tempfile.TemporaryDirectory() as folder:
             out = Path(folder) / "dataset"
             words = ["--out", str(out), "--test", f"kp={gain}"]
