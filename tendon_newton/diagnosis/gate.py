@@ -31,6 +31,9 @@ LEAST_ORIGINAL_SHARE = 0.05
 close the gap."""
 POSITION_SHARE = 0.01
 """The same where only positions are known: no law of dry friction leaves an error of form there."""
+POSITION_T = 3.0
+"""Paired gain over its standard error that rules out an effect's null where no force is compared,
+whatever its interval says."""
 LEAST_FORCE = 0.01
 """Change of the force [N] that is worth a name; of the motor angle it is one count."""
 EQUAL_SHARE = 0.01
@@ -78,11 +81,25 @@ class Gate:
             and chance <= P_VALUE
             and gain > least
             and gain > LEAST_T * error
-            and float(np.mean(by_part > 0.0)) > 0.5
+            and self.is_common(by_part, gain)
             and not at_bound(fit)
             and self.is_material(tried, fit)
-            and self.excludes_null(fit)
+            and (self.excludes_null(fit) or self.is_decisive(gain, error))
         )
+
+    @property
+    def sees_force(self) -> bool:
+        """Whether a force is compared as well, and not positions alone."""
+        return bool(self.search.where.is_force.any())
+
+    def is_common(self, by_part: Array, gain: float) -> bool:
+        """Tell whether most of the data gains, or at least loses next to nothing.
+
+        Positions alone show some causes only where they are told to move fast, and are the same
+        without them elsewhere.
+        """
+        least = 0.0 if self.sees_force else -EQUAL_SHARE * gain
+        return float(np.mean(by_part > least)) > 0.5
 
     def is_quiet(self, fit: Fit) -> bool:
         """Tell whether a fit leaves no more than noise and the form errors of its effects."""
@@ -104,6 +121,15 @@ class Gate:
             parameter.name in strengths and not low <= parameter.null <= high
             for parameter, (low, high) in zip(effect.parameters, own, strict=True)
         )
+
+    def is_decisive(self, gain: float, error: float) -> bool:
+        """Tell whether a paired gain rules out an effect's null where no force is compared.
+
+        In closed loop from positions alone a few seconds, such as those at full duty, carry most of
+        what is known of a number. An interval to first order, drawn from blocks of time, then
+        reaches beyond null although all other blocks are far worse off without the effect.
+        """
+        return not self.sees_force and gain > POSITION_T * error
 
     def is_exhausted(self, tried: Round, fit: Fit) -> bool:
         """Tell whether a fit leaves so little of the first gap that only what closes it counts."""

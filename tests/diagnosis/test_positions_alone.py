@@ -1,0 +1,67 @@
+"""Diagnoses of a made-up servo of which only the position is known."""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendon_newton.dataset import Dataset
+from tendon_newton.diagnosis.diagnose import diagnose
+from tendon_newton.model_file import Model, NamedValues
+from tendon_newton.recording import Recording
+
+Array = NDArray[np.float64]
+ROW, STEPS = 0.02, 20
+"""Time from row to row [s], and steps in it."""
+DELAY, LAG, BAND = 0.038, 0.048, 0.008
+"""What the servo does: [s], [s], [rad]."""
+COUNT = 2.0 * np.pi / 4096.0  # [rad]
+
+
+def measured(name: str, goal: Array) -> Recording:
+    """Return the log of the made-up servo under a command [rad], shape (T,)."""
+    step, shaft = ROW / STEPS, float(goal[0])
+    theta = np.zeros(len(goal))
+    for k in range(len(goal) * STEPS):
+        if k % STEPS == 0:
+            theta[k // STEPS] = COUNT * np.round(shaft / COUNT)
+        error = goal[max(0, int((k * step - DELAY) / ROW + 1e-9))] - shaft
+        if abs(error) > BAND:
+            shaft += (1.0 - np.exp(-step / LAG)) * (error - np.sign(error) * BAND)
+    return Recording(
+        name=name,
+        bench="servo",
+        time=ROW * np.arange(len(goal)),
+        command=goal[:, None],
+        motor_position=theta[:, None],
+        motor_velocity=np.gradient(theta, ROW)[:, None],
+        start="first_row",
+    )
+
+
+def sweep(seconds: float, last: float) -> Array:
+    """Return a sine of 0.15 rad whose frequency grows to a last one [Hz]."""
+    time = np.arange(0.0, seconds, ROW)
+    return 0.15 * np.sin(2.0 * np.pi * 0.05 * seconds / np.log(last / 0.05)
+                         * ((last / 0.05) ** (time / seconds) - 1.0))  # fmt: skip
+
+
+def ramps(seconds: float, speed: float) -> Array:
+    """Return ramps of 0.4 rad up and down at some speed [rad/s]."""
+    way = speed * np.arange(0.0, seconds, ROW)
+    return 0.4 - np.abs(way % 0.8 - 0.4)
+
+
+def test_a_cause_that_only_fast_rows_show_is_named(tmp_path: Path) -> None:
+    """Delay and lag differ in the fast end of a sweep alone; elsewhere both do as well."""
+    data = Dataset(
+        path=tmp_path,
+        train=(measured("sweep", sweep(60.0, 2.5)), measured("ramps", ramps(30.0, 0.08))),
+        test=(measured("other", ramps(20.0, 0.5)),),
+    )
+    servo = Model(actuator=NamedValues(name="ideal_position", values={}))
+    diagnosis, _ = diagnose(data, servo)
+    assert {e.name for e in diagnosis.effects} == {"actuator_lag", "command_delay", "deadband"}
+    found = {name: e.value for effect in diagnosis.effects for name, e in effect.parameters.items()}
+    for name, truth in (("delay", DELAY), ("time_constant", LAG), ("width", BAND)):
+        assert abs(found[name] / truth - 1.0) < 0.1  # a count is a fifth of the deadband

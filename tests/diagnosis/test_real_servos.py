@@ -1,0 +1,75 @@
+"""What the documentation says about real servos holds for their logs, where those are there."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from tendon_newton.diagnosis.diagnose import diagnose
+from tendon_newton.diagnosis.evaluation import evaluate_models
+from tendon_newton.identification.study import Study
+from tendon_newton.importers.so101 import read_so101
+from tendon_newton.importers.xl330 import read_xl330
+from tendon_newton.model_file import NamedValues
+from tests.results.so101 import split
+
+MOTOR = {"torque_constant": 0.375, "resistance": 3.29, "armature": 0.00199}
+FADING = (
+    NamedValues(name="load_dependent_friction", values={"coefficient": 0.407}),
+    NamedValues(name="viscous_friction", values={"coefficient": 0.00736}),
+    NamedValues(name="torque_fade", values={"fade": 3.61, "time_constant": 0.713}),
+)
+"""What a diagnosis of the gains 100 and 800 finds (docs/real_data.md)."""
+
+
+def data(shared: Path, name: str) -> Path:
+    """Return the folder of a data set, or skip."""
+    folder = shared / "data" / name
+    if not folder.is_dir():
+        pytest.skip("these logs are not part of the repository, and are not here")
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("joint", "motions", "least", "names"),
+    [
+        (
+            "Rotation",
+            ("chirp_sweep", "slow_precision"),
+            0.75,
+            {"actuator_lag", "command_delay", "deadband"},
+        ),
+        (
+            "Wrist_Roll",
+            ("chirp_sweep", "single_joint_wrist_roll"),
+            0.70,
+            {"actuator_lag", "deadband"},
+        ),
+    ],
+)
+def test_a_position_servo_is_explained_on_motions_that_no_fit_has_seen(
+    shared: Path,
+    tmp_path: Path,
+    joint: str,
+    motions: tuple[str, str],
+    least: float,
+    names: set[str],
+) -> None:
+    """The RMS error of "it is where it was told to be" falls by three quarters."""
+    imported = read_so101(data(shared, "so101"))
+    logs = [log for log in imported.logs if log.conditions["joint"] == joint]
+    diagnosis, _ = diagnose(split(tmp_path, logs, motions), imported.model)
+    assert {effect.name for effect in diagnosis.effects} == names
+    assert diagnosis.extended.theta_rmse < (1.0 - least) * diagnosis.baseline.theta_rmse
+
+
+def test_a_fading_torque_predicts_a_gain_that_no_fit_has_seen(shared: Path) -> None:
+    """Found on the gains 100 and 800 alone, it leaves 28 mrad at the gain 200 (0.5: rounding)."""
+    imported = read_xl330(data(shared, "xl330"))
+    held = [log.recording for log in imported.logs if log.conditions["kp"] == 200]
+    actuator = imported.model.actuator
+    motor = replace(actuator, values={**actuator.values, **MOTOR})
+    model = replace(imported.model, actuator=motor, effects=FADING)
+    study = Study(held, model, tuple(effect.name for effect in FADING))
+    (error,) = evaluate_models(study, [{}])
+    assert 1e3 * error.pooled().theta_mae == pytest.approx(28.1, abs=0.5)
