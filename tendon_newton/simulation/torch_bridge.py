@@ -23,9 +23,12 @@ def torch_stream(device: Any) -> Iterator[None]:
     if not device.is_cuda:
         yield
         return
-    with wp.ScopedStream(
-        wp.stream_from_torch(torch.cuda.current_stream(wp.device_to_torch(device)))
-    ):
+    current = torch.cuda.current_stream(wp.device_to_torch(device))
+    if device.stream.cuda_stream == current.cuda_stream:
+        # a second handle would take the stream's capture with it when it is dropped
+        yield
+        return
+    with wp.ScopedStream(wp.stream_from_torch(current)):
         yield
 
 

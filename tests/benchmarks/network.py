@@ -28,6 +28,7 @@ from tendon_newton.actuators.networks.torchscript import ForceQuery, TorchScript
 from tendon_newton.actuators.networks.twin_query import TwinQuery, forces_of
 from tendon_newton.mechanisms.mechanism import load_mechanism
 from tendon_newton.simulation.control_loop import ControlLoop
+from tests.benchmarks.engines import MujocoNetworkEngine
 from tests.benchmarks.speed import commit
 from tests.physics.networks import LIMIT, RATE, WINDOW, force_network, learned_model
 from tests.physics.runs import ideal_model
@@ -51,9 +52,9 @@ class WholeNetwork(torch.nn.Module):
         return self.network(window)
 
 
-def queries(device: Any) -> dict[str, ForceQuery]:
+def queries(device: Any, *, of_set: str = "paper") -> dict[str, ForceQuery]:
     """Return the same Transformer in its forms."""
-    network = force_network().to(wp.device_to_torch(device))
+    network = force_network(of_set=of_set).to(wp.device_to_torch(device))
     options = {"window": WINDOW, "rate": RATE, "limit": LIMIT}
     with torchscript():
         whole = torch.jit.script(WholeNetwork(network))
@@ -85,12 +86,18 @@ def best_time(work: Callable[[], None], device: Any) -> float:
     return float(best)
 
 
-def query_times(worlds: int, device: Any) -> dict[str, float]:
-    """Return the milliseconds of a query, and how far the forms differ [N]."""
+def random_windows(worlds: int, device: Any) -> History:
+    """Return samples about the usual ones."""
     rng = np.random.default_rng(0)
     history = History(worlds, WINDOW, device)
     samples = np.array([2.4, 0.7, 0.0])[:, None] + rng.normal(size=(WINDOW, 3, worlds))
     history.ring.assign(samples.astype(np.float32))
+    return history
+
+
+def query_times(worlds: int, device: Any) -> dict[str, float]:
+    """Return the milliseconds of a query, and how far the forms differ [N]."""
+    history = random_windows(worlds, device)
     force = wp.zeros(worlds, dtype=wp.float32, device=device)
     forms = queries(device)
     out = {
@@ -104,7 +111,7 @@ def query_times(worlds: int, device: Any) -> dict[str, float]:
 
 
 def loop_rates(worlds: int, device: Any) -> dict[str, float]:
-    """Return control steps per second of all worlds together."""
+    """Return control steps per second of all worlds together; SolverMuJoCo's as many substeps."""
     mechanism = load_mechanism("finger")
     command = torch.full((worlds, 1), 2.0, device=wp.device_to_torch(device))
     loops = {"ideal": ControlLoop(mechanism, ideal_model(), worlds, max_step=STEP, device=device)}
@@ -112,7 +119,11 @@ def loop_rates(worlds: int, device: Any) -> dict[str, float]:
         loops[name] = ControlLoop(
             mechanism, learned_model(), worlds, max_step=STEP, query=query, device=device
         )
-    out = {}
+    module = queries(device)["torchscript_whole"]
+    out = {
+        "mujoco_torchscript_whole": worlds
+        / best_time(MujocoNetworkEngine(worlds, STEP, query=module, swings=True).run, device)
+    }
     for name, loop in loops.items():
         loop.reset(command, joint_position=torch.zeros_like(loop.reading.joint_position))
         out[name] = worlds / best_time(lambda loop=loop: loop.step(command) and None, device)

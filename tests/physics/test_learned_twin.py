@@ -28,11 +28,11 @@ from train.actuator.force_network import ForceNetwork
 WINDOWS = 10_000
 
 
-def random_samples(count: int) -> History:
+def random_samples(count: int, device: str = "cpu") -> History:
     """Return a history of servos about the usual samples, each ring at another place."""
     rng = np.random.default_rng(SEED)
     mean, spread = np.array([2.4, 0.7, 0.0]), np.array([2.1, 0.5, 0.9])
-    history = History(count, WINDOW, "cpu")
+    history = History(count, WINDOW, device)
     samples = mean[:, None] + spread[:, None] * rng.normal(size=(WINDOW, 3, count))
     history.ring.assign(samples.astype(np.float32))
     history.newest.assign(rng.integers(0, WINDOW, count).astype(np.int32))
@@ -88,6 +88,25 @@ def test_the_twin_of_layers_is_the_module(kind: str, of_set: str) -> None:
         expected = forces_of(module, history)
         assert forces_of(twin, history) == pytest.approx(expected, rel=0.0, abs=1e-4)
     assert float(expected.std()) > 0.1
+
+
+@pytest.mark.gpu
+@pytest.mark.parametrize(
+    ("kind", "of_set"),
+    [("transformer", "paper"), ("transformer", "authors"), ("mlp", "paper"), ("rnn", "paper")],
+)
+def test_the_twin_on_cuda_is_the_module(kind: str, of_set: str) -> None:
+    """As above, also where the last servo has a warp or a block for itself."""
+    network = force_network(kind, of_set=of_set)
+    for bias in network.parameters():
+        bias.data += 0.05 * torch.randn(bias.shape)
+    network = network.to("cuda")
+    twin = TwinQuery(network, rate=RATE, limit=LIMIT, device="cuda:0")
+    module = TorchScriptQuery(network, window=WINDOW, rate=RATE, limit=LIMIT)
+    for count in (1, 13, WINDOWS):
+        history = random_samples(count, "cuda:0")
+        expected = forces_of(module, history)
+        assert forces_of(twin, history) == pytest.approx(expected, rel=0.0, abs=1e-4)
 
 
 class AnotherNetwork(ForceNetwork):

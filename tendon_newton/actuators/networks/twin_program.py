@@ -11,6 +11,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from tendon_newton.actuators.networks import twin_kernels, twin_layer_kernels
+from tendon_newton.actuators.networks.twin_cuda import has_cuda_kernel, transformer_on_cuda
 from tendon_newton.actuators.networks.twin_layers import TwinLayers, twin_layers
 from tendon_newton.actuators.networks.twin_weights import (
     TwinWeights,
@@ -37,6 +38,8 @@ class TwinProgram:
     """(servos of a thread) -> the kernel."""
     lanes: tuple[int, ...]
     """Numbers of servos that a thread of a CPU may take, ascending."""
+    cuda: wp.Kernel | None = None
+    """A kernel for CUDA alone, in whose blocks warps take servos together; see `twin_cuda`."""
 
 
 def twin_program(module: Any) -> TwinProgram:
@@ -47,11 +50,13 @@ def twin_program(module: Any) -> TwinProgram:
     """
     if is_transformer(module):
         weights = twin_weights(module)
+        shape = shape_of(weights)
         return TwinProgram(
             window=weights.window,
             arrays=(weights.values,),
-            kernel=partial(transformer, shape_of(weights)),
+            kernel=partial(transformer, shape),
             lanes=(FEW_LANES,),
+            cuda=transformer_on_cuda(shape) if has_cuda_kernel(shape) else None,
         )
     layers = twin_layers(module)
     return TwinProgram(

@@ -13,9 +13,10 @@ import warp as wp
 from tendon_newton.actuators.networks.artifact import NetworkFile
 from tendon_newton.actuators.networks.history import CHANNELS, History
 from tendon_newton.actuators.networks.torchscript import ForceQuery, TorchScriptQuery
+from tendon_newton.actuators.networks.twin_cuda import BLOCK, block_count
 from tendon_newton.actuators.networks.twin_program import twin_program
 from tendon_newton.actuators.networks.twin_weights import NoTwin
-from tendon_newton.force_network_card import INPUTS
+from tendon_newton.force_network_card import INPUTS, PLAIN_HOLD
 from tendon_newton.recording import Array
 
 PARITY = 1.0e-4
@@ -40,11 +41,13 @@ class TwinQuery:
     """
 
     is_warp_only = True
+    hold = PLAIN_HOLD
 
     def __init__(self, module: Any, *, rate: float, limit: float, device: Any) -> None:
         program = twin_program(module)
         self._device = wp.get_device(device)
         self._kernel = program.kernel
+        self._cuda_kernel = program.cuda if self._device.is_cuda else None
         self._lanes = (1,) if self._device.is_cuda else program.lanes
         self._arrays = [wp.array(values, device=self._device) for values in program.arrays]
         self._limit = limit
@@ -53,14 +56,23 @@ class TwinQuery:
 
     def __call__(self, history: History, force: wp.array) -> None:
         """Write the forces [N] of all servos, shape (N,)."""
+        inputs = [history.ring, history.newest, history.count, *self._arrays, self._limit]
+        if self._cuda_kernel is not None:
+            blocks = block_count(history.count, self._device.sm_count)
+            wp.launch(
+                self._cuda_kernel, blocks * BLOCK, inputs=inputs, outputs=[force], block_dim=BLOCK,
+                device=self._device,
+            )  # fmt: skip
+            return
         lanes = max((n for n in self._lanes if n <= history.count), default=self._lanes[0])
-        wp.launch(
-            self._kernel(lanes),
-            -(-history.count // lanes),
-            inputs=[history.ring, history.newest, history.count, *self._arrays, self._limit],
-            outputs=[force],
-            device=self._device,
-        )
+        groups = -(-history.count // lanes)
+        kernel = self._kernel(lanes)
+        wp.launch(kernel, groups, inputs=inputs, outputs=[force], device=self._device)
+
+    @property
+    def has_cuda_kernel(self) -> bool:
+        """Whether it runs as a kernel that was written for CUDA."""
+        return self._cuda_kernel is not None
 
     def forget(self, chosen: torch.Tensor) -> None:
         """Drop nothing: all that a window says is in the history."""
@@ -79,6 +91,9 @@ def twin_or_module(file: NetworkFile, device: Any) -> ForceQuery:
         twin = TwinQuery(file.module, rate=card.rate, limit=card.force_limit, device=device)
     except NoTwin as reason:
         warnings.warn(f"{file.path} runs as TorchScript: {reason}", stacklevel=2)
+        return module
+    if wp.get_device(device).is_cuda and not twin.has_cuda_kernel:
+        LOG.info("%s: layers this wide run faster as torch's matrix products on a GPU", file.path)
         return module
     history = random_history(file, device)
     difference = float(np.abs(forces_of(twin, history) - forces_of(module, history)).max())

@@ -14,6 +14,8 @@ from tendon_newton.recording import Array
 LAYERS = 2
 HEAD_WIDTHS = (8, 4, 1)
 """Units of the perceptron at the end."""
+ALIGNED = 4
+"""Numbers that a GPU loads at once, from a multiple of their size."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -123,9 +125,10 @@ def layer_blocks(state: Mapping[str, Array], layer: int) -> dict[str, Array]:
 
 
 def laid_out(blocks: Mapping[str, Array], begin: int) -> tuple[Array, dict[str, int]]:
-    """Return blocks one after the other and where each begins."""
-    places, at = {}, begin
+    """Return blocks one after the other and where each begins, at a multiple of `ALIGNED`."""
+    places, parts, at = {}, [], begin
     for name, block in blocks.items():
         places[name] = at
-        at += block.size
-    return np.concatenate([np.ravel(block) for block in blocks.values()]), places
+        parts.append(np.pad(np.ravel(block), (0, -block.size % ALIGNED)))
+        at += parts[-1].size
+    return np.concatenate(parts), places

@@ -1,0 +1,50 @@
+"""What several GPUs of one machine bring to a training, a process each.
+
+Run from the root of the repository, for as many GPUs as there are::
+
+    torchrun --nproc-per-node 4 -m tests.benchmarks.processes
+
+Each process has the same number of worlds; the samples per second of all together go to the part
+``processes`` of ``tests/benchmarks/results/gpu.json``, a row per number of processes.
+"""
+
+import json
+import tempfile
+from pathlib import Path
+
+import torch
+import warp as wp
+
+from tests.benchmarks.gpu import ITERATION_STEPS, RESULT, circumstances, iteration_time, say
+from train.policy.environment_config import EnvironmentConfig
+from train.policy.process import Process
+
+WORLDS = 8192
+
+
+def main() -> None:
+    """Measure, and let the first process write."""
+    wp.config.quiet = True
+    process = Process.own()
+    torch.cuda.set_device(process.local_rank)
+    with tempfile.TemporaryDirectory() as folder:
+        seconds = iteration_time(EnvironmentConfig(worlds=WORLDS), Path(folder) / "policy")
+    if process.rank > 0:
+        return
+    row = {
+        "engine": "PPO, ideal",
+        "gpus": process.count,
+        "worlds": WORLDS * process.count,
+        "milliseconds": 1.0e3 * seconds,
+        "samples_per_second": WORLDS * process.count * ITERATION_STEPS / seconds,
+    }
+    say(row)
+    result = json.loads(RESULT.read_text()) if RESULT.exists() else {}
+    rows = [r for r in result.get("processes", {}).get("rows", []) if r["gpus"] != process.count]
+    command = f"torchrun --nproc-per-node {process.count} -m tests.benchmarks.processes"
+    result["processes"] = {**circumstances(command), "rows": [*rows, row]}
+    RESULT.write_text(json.dumps(result, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
