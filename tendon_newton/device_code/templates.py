@@ -50,11 +50,18 @@ class Specialiser:
         """Bind one more placeholder, before the templates that use it."""
         self._bindings[name] = value
 
-    def function(self, template: Callable[..., Any]) -> Any:
-        """Return the Warp function of a template under the bindings."""
+    def function(self, template: Callable[..., Any], *, inline: bool | None = None) -> Any:
+        """Return the Warp function of a template under the bindings.
+
+        Args:
+            template: A device function.
+            inline: Whether it is inlined, in place of what the compiler would do; False lets a
+                compiler meet a long function once.
+        """
         code = template.__code__
         if code not in self._functions:
-            decorator: Any = wp.func(inline=True) if self._inline else wp.func
+            hint = True if self._inline and inline is None else inline
+            decorator: Any = wp.func(inline=hint)
             self._functions[code] = decorator(self._bind(template))
         return self._functions[code]
 

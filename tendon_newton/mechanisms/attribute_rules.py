@@ -27,6 +27,9 @@ NUMBERS = (
     "tendon:spoolRadius",
     "tendon:forceLimit",
     "tendon:excursionOffset",
+    "tendon:contactStiffness",
+    "tendon:contactDissipation",
+    "tendon:contactFriction",
 )
 LISTS: dict[str, int | None] = {
     "physics:centerOfMass": 3,

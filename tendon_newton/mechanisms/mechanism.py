@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +12,11 @@ import newton
 from tendon_newton.errors import InvalidAsset
 from tendon_newton.mechanisms import usd_asset, worlds
 from tendon_newton.mechanisms.asset_library import asset_path
+from tendon_newton.mechanisms.obstacles import Obstacle
 from tendon_newton.mechanisms.overrides import override_mechanism
 from tendon_newton.mechanisms.parts import Joint, JointKind, Tendon, Tip, freeze_arrays
 from tendon_newton.mechanisms.stage_rules import stage_findings
+from tendon_newton.mechanisms.usd_obstacle import read_obstacles
 from tendon_newton.recording import Array, BenchOverrides
 
 
@@ -35,6 +37,8 @@ class Mechanism:
     """Acceleration of gravity [m/s^2], shape (3,)."""
     template: newton.ModelBuilder = field(repr=False, compare=False)
     """One world, as Newton read it from the asset."""
+    obstacles: tuple[Obstacle, ...] = ()
+    """What is in its way; see `with_obstacles`."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self)
@@ -71,6 +75,14 @@ class Mechanism:
     def with_overrides(self, overrides: BenchOverrides) -> Mechanism:
         """Return this mechanism with the numbers of one recording in place of its own."""
         return override_mechanism(self, overrides)
+
+    def with_obstacles(self, *obstacles: Obstacle) -> Mechanism:
+        """Return this mechanism with further things in its way.
+
+        Its links meet them with the capsules that the asset gives them to look at. Every simulator
+        then simulates contact; one of a mechanism without obstacles pays nothing for it.
+        """
+        return replace(self, obstacles=(*self.obstacles, *obstacles))
 
     def build(
         self,
@@ -136,4 +148,5 @@ def load_mechanism(name_or_file: str | Path) -> Mechanism:
         tip=usd_asset.read_tip(template),
         gravity=usd_asset.read_gravity(template),
         template=template,
+        obstacles=read_obstacles(stage, template, path),
     )

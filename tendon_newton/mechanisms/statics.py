@@ -9,7 +9,7 @@ with :math:`s_j` the one-sided end stops and :math:`g_j` the torque of gravity.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,14 +30,14 @@ STEP_LIMIT = 0.5
 
 @dataclass(frozen=True, kw_only=True)
 class ClosingPath:
-    """The equilibria that a mechanism passes through while one tendon closes it."""
+    """The equilibria that a mechanism passes through while tendons close it."""
 
     tension: Array
-    """Tension of the tendon that closes [N], shape (N,)."""
+    """Tension of each tendon that closes [N], shape (N,)."""
     joint_position: Array
     """Joint positions [rad], shape (N, J)."""
     excursion: Array
-    """Excursion of that tendon [m], shape (N,)."""
+    """Excursion of that tendon, or of the first of several [m], shape (N,)."""
     tip: Array | None
     """Tip in the base frame [m], shape (N, 3)."""
 
@@ -152,13 +152,27 @@ def _newton_step(residual: Callable[[Array], Array], K: Array, q: Array, r: Arra
     return q + step
 
 
-def closing_tension(mechanism: Mechanism, tendon: int = 0, gravity: Array | None = None) -> float:
-    """Return the tension that brings every joint on a tendon to its upper limit [N].
+def closing_tendons(mechanism: Mechanism) -> tuple[int, ...]:
+    """Return the tendons that close, by their arms in the closed mechanism: all but the opening."""
+    closed = closed_position(mechanism)
+    arms = [moment_arms(tendon, closed) for tendon in mechanism.tendons]
+    return tuple(d for d, arm in enumerate(arms) if np.all(arm >= 0.0) and np.any(arm > 0.0))
+
+
+def closing_tension(
+    mechanism: Mechanism, tendon: int | Sequence[int] = 0, gravity: Array | None = None
+) -> float:
+    """Return the tension that brings every joint on some tendons to its upper limit [N].
 
     For a direct drive, which has no range, it is the torque that holds a quarter turn.
+
+    Args:
+        mechanism: The mechanism.
+        tendon: The tendon, or several of one tension.
+        gravity: Acceleration of gravity [m/s^2], shape (3,); the mechanism's own by default.
     """
     closed = closed_position(mechanism)
-    arms = moment_arms(mechanism.tendons[tendon], closed)
+    arms = sum(moment_arms(mechanism.tendons[d], closed) for d in np.atleast_1d(tendon))
     needed = -passive_torque(mechanism, closed, gravity)
     return float(max((needed[j] / arms[j] for j in np.flatnonzero(arms > 0.0)), default=0.0))
 
@@ -170,20 +184,25 @@ def closed_position(mechanism: Mechanism) -> Array:
 
 
 def closing_path(
-    mechanism: Mechanism, *, tendon: int = 0, count: int = 101, gravity: Array | None = None
+    mechanism: Mechanism,
+    *,
+    tendon: int | Sequence[int] = 0,
+    count: int = 101,
+    gravity: Array | None = None,
 ) -> ClosingPath:
-    """Follow the equilibria from a slack tendon until every joint that it acts on is closed.
+    """Follow the equilibria from slack tendons until every joint that they act on is closed.
 
     Args:
         mechanism: The mechanism.
-        tendon: Which tendon closes it; the others stay slack.
+        tendon: Which tendon closes it, or which ones do under one tension; the others stay slack.
         count: Number of equilibria N.
         gravity: Acceleration of gravity [m/s^2], shape (3,); the mechanism's own by default.
     """
     # Denser towards the end, where a pendulum's angle grows without bound.
     spacing = np.sin(np.linspace(0.0, np.pi / 2.0, count))
     tension = closing_tension(mechanism, tendon, gravity) * spacing
-    pull = np.eye(len(mechanism.tendons))[tendon]
+    closing = np.atleast_1d(tendon)
+    pull = np.isin(np.arange(len(mechanism.tendons)), closing).astype(np.float64)
     positions: list[Array] = []
     for T in tension:
         start = positions[-1] if positions else None
@@ -193,6 +212,6 @@ def closing_path(
     return ClosingPath(
         tension=tension,
         joint_position=joint_position,
-        excursion=excursion(mechanism.tendons[tendon], joint_position),
+        excursion=excursion(mechanism.tendons[closing[0]], joint_position),
         tip=None if mechanism.tip is None else np.array(tips),
     )

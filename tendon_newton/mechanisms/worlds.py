@@ -9,6 +9,11 @@ import newton
 import numpy as np
 
 from tendon_newton.errors import InvalidParameter
+from tendon_newton.mechanisms.obstacle_shapes import (
+    register_contact_attributes,
+    stretch_bones,
+    with_shapes,
+)
 from tendon_newton.mechanisms.usd_tendon import register_tendon_attributes
 from tendon_newton.recording import Array, BenchOverrides
 
@@ -33,12 +38,18 @@ def build_model(
         )
     builder = newton.ModelBuilder()
     register_tendon_attributes(builder)
-    builder.replicate(mechanism.template, world_count)
+    template = mechanism.template
+    if mechanism.obstacles:
+        register_contact_attributes(builder)
+        template = with_shapes(template, mechanism.obstacles, mechanism.name)
+    builder.replicate(template, world_count)
     model = builder.finalize(device=device, requires_grad=requires_grad)
     if overrides is not None:
         # Worlds share few distinct entries: in a fit, many candidates replay the same recordings.
         variants = {entry: mechanism.with_overrides(entry) for entry in set(overrides)}
         _write_variants(model, [variants[entry] for entry in overrides])
+        if mechanism.obstacles:
+            stretch_bones(model, mechanism.joints, [variants[e].joints for e in overrides])
     return model
 
 

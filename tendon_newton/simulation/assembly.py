@@ -12,8 +12,11 @@ import warp as wp
 from tendon_newton.actuators import find_actuator
 from tendon_newton.device_code.linear_algebra import looped_inverse
 from tendon_newton.device_code.templates import Specialiser
-from tendon_newton.effects import Stage
+from tendon_newton.effects import Effect, Stage
 from tendon_newton.simulation import (
+    contact_distances,
+    contact_poses,
+    contacts,
     measured_force,
     planar_chain,
     position_kernels,
@@ -55,19 +58,32 @@ class Assembly:
     types: dict[str, Any]
     specialiser: Specialiser
 
-    def kernel(self, template: Callable[..., None], *, enable_backward: bool = False) -> wp.Kernel:
+    def kernel(
+        self,
+        template: Callable[..., None],
+        *,
+        enable_backward: bool = False,
+        launch_bounds: tuple[int, int] | None = None,
+    ) -> wp.Kernel:
         """Make a kernel; Warp compiles it at first launch and caches it.
 
         Args:
             template: Device code without a result.
             enable_backward: Whether a tape may walk it back, which takes longer to compile.
+            launch_bounds: On CUDA, the threads of a block and the blocks that a multiprocessor
+                must have room for; the registers of a thread follow.
         """
         unroll = max(WARP_UNROLL, len(self.structure.routes.spans), self.structure.joint_count)
+        options: dict[str, Any] = {"max_unroll": unroll}
+        if self.structure.precision == "float32":
+            # on CUDA alone: divisions, roots and angles to some 1e-7, at half the instructions
+            options["fast_math"] = True
         return self.specialiser.kernel(
             template,
             repr(self.structure),
             enable_backward=enable_backward,
-            **({"module_options": {"max_unroll": unroll}} if unroll > WARP_UNROLL else {}),
+            launch_bounds=launch_bounds,
+            module_options=options,
         )
 
 
@@ -118,12 +134,19 @@ def assemble(structure: Structure, types: dict[str, Any], *, inline: bool = Fals
         specialiser.bind("clock_effects", specialiser.function(measured_force.reading_instant))
     chain = planar_chain if structure.planar else spatial_chain
     specialiser.bind("chain_terms", specialiser.function(chain.chain_terms))
+    if structure.touch.contacts:
+        for part in (contact_distances.overlap_at, contacts.grip_of, contacts.grip_terms):
+            specialiser.function(part, inline=False)
+        pose = contact_poses.planar_pose if structure.planar else contact_poses.spatial_pose
+        specialiser.bind("contact_pose", specialiser.function(pose))
+        specialiser.bind("contact_terms", specialiser.function(contacts.contact_terms))
+        specialiser.bind("contact_memory", specialiser.function(contacts.contact_memory))
     return Assembly(structure=structure, types=types, specialiser=specialiser)
 
 
 def bind_stages(specialiser: Specialiser, structure: Structure) -> None:
     """Bind the device functions of each stage: what acts in it, and what is remembered after it."""
-    effects = structure.declarations
+    effects = able_effects(structure)
     for stage in Stage:
         acting = [(effect.name, effect.hook(stage)) for effect in effects if effect.hook(stage)]
         keeping = [(effect.name, effect.renewal()) for effect in effects if effect.memory is stage]
@@ -137,13 +160,20 @@ def bind_stages(specialiser: Specialiser, structure: Structure) -> None:
         )
 
 
+def able_effects(structure: Structure) -> list[type[Effect]]:
+    """Return the effects that can act: on a position, only those that are about one.
+
+    Others share its stages, and even at null may read what only the drive's position fills there.
+    """
+    kinematic = find_actuator(structure.actuator).kinematic
+    return [e for e in structure.declarations if not kinematic or e.name in POSITION_EFFECTS]
+
+
 def bind_position_stages(specialiser: Specialiser, structure: Structure) -> None:
     """Bind what acts on an angle apart: play lies before the shaft, the encoder's offset after."""
-    hooks = [(e.name, e.side, e.hook(Stage.ANGLE)) for e in structure.declarations]
+    hooks = [(e.name, e.side, e.hook(Stage.ANGLE)) for e in able_effects(structure)]
     for name, side in (("offset", "sensor"), ("play", "transmission")):
-        acting = [
-            (e, hook) for e, of, hook in hooks if of == side and e in POSITION_EFFECTS and hook
-        ]
+        acting = [(effect, hook) for effect, of, hook in hooks if of == side and hook]
         function = stage_function(specialiser, stages.tendon_stage, acting, structure)
         specialiser.bind(f"{name}_effects", function)
 

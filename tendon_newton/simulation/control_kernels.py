@@ -22,7 +22,7 @@ from tendon_newton.device_code.placeholders import (
     real,
 )
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.simulation.history_kernels import push_samples, with_held
+from tendon_newton.simulation.history_kernels import all_present, push_samples, with_held
 from tendon_newton.simulation.integrator import step
 from tendon_newton.simulation.memory import remembered
 from tendon_newton.simulation.modes import choose_modes
@@ -233,7 +233,10 @@ def sense_kernel(
     ring: wp.array3d[wp.float32],
     newest: DeviceArray[int],
 ) -> None:
-    """Show force networks the chosen worlds just after the present command was given."""
+    """Show force networks the chosen worlds just after the present command was given.
+
+    From then on forces are reckoned from there.
+    """
     i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
     if chosen[i]:
         p = parameters[i]
@@ -243,6 +246,7 @@ def sense_kernel(
         v = resume(servo.v[i], v_in, velocity_index, i)
         reading = read_sensors(mechanism, i, p, drive, q, v)
         push_samples(mechanism, i, p, drive, q, v, reading, i * TENDONS, fill, ring, newest)
+        servo.memory[i] = all_present(mechanism, i, p, drive, q, v)
 
 
 @device_template

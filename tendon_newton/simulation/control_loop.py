@@ -11,7 +11,8 @@ import torch
 import warp as wp
 from torch import Tensor
 
-from tendon_newton.actuators.networks.query import NetworkForm, open_query
+from tendon_newton.actuators import find_actuator
+from tendon_newton.actuators.networks.query import NetworkForm, open_query, with_hold
 from tendon_newton.actuators.networks.torchscript import ForceQuery
 from tendon_newton.errors import InvalidParameter, SimulationDiverged
 from tendon_newton.mechanisms.mechanism import Mechanism
@@ -102,14 +103,16 @@ class ControlLoop:
         self.world_count = world_count
         self._newton: Any = bench.build(world_count, device=device)
         self.device = self._newton.device
+        if find_actuator(model.actuator.name).held:
+            query = query or open_query(model, network, self.device)
+            model = with_hold(model, query.hold)
         self.solver = TendonSolver(
             self._newton, model, max_step=max_step, precision=precision, effects=effects,
             history=delay_steps, update_bodies=False,
         )  # fmt: skip
         self.held: HeldForce | None = None
         """The forces of a `learned` actuator, None for an actuator that is an equation."""
-        if self.solver.holds_force:
-            query = query or open_query(model, network, self.device)
+        if self.solver.holds_force and query is not None:
             self.held = HeldForce(self.solver, query)
         self._steps = 1 if self.held is None else self.held.steps_per(rate)
         self._begun = False
@@ -129,22 +132,29 @@ class ControlLoop:
     def numbers(self, owner: str, parameter: str) -> Tensor:
         """Return a number of the actuator or an effect by world, shape (W,), to write to.
 
+        Of a mechanism of K equal chains, such as a hand, by world and chain, shape (W, K).
+
         Raises:
             UnknownName: The model has no such effect, or it has no such parameter.
         """
         column = self.solver.table.column(owner, parameter)
-        return wp.to_torch(self.solver.parameters)[:, column]
+        numbers = wp.to_torch(self.solver.parameters)[:, column]
+        chains = self.solver.chain_count
+        return numbers if chains == 1 else numbers.unflatten(0, (self.world_count, chains))
 
     def bench_numbers(self, name: str) -> Tensor:
         """Return numbers of the mechanism by world, shape (W, ...), to write to.
 
         Such as ``mass`` [kg] (W, J), ``stiffness`` [N m/rad] (W, J), ``spool_radius`` [m] (W, D) or
-        ``arms`` [m] (W, D, J).
+        ``arms`` [m] (W, D, J), of a mechanism of equal chains at the joints of a tendon's own.
 
         Raises:
             UnknownName: No such numbers.
         """
-        return wp.to_torch(self.solver.bench_numbers(name))
+        numbers = wp.to_torch(self.solver.bench_numbers(name))
+        if self.solver.chain_count == 1:
+            return numbers
+        return numbers.view(self.world_count, -1, *numbers.shape[2:])
 
     def reset(
         self,
@@ -206,6 +216,16 @@ class ControlLoop:
         self._advance()
         return self.reading
 
+    def contact_forces(self) -> Tensor:
+        """Return what obstacles do to links now [N], shape (W, C, O, 3), in the axes of the base.
+
+        C capsules of the links and O obstacles in their order; the tensor is rewritten by the next
+        call.
+        """
+        with torch_stream(self.device):
+            self.solver.read_contacts(self._state)
+        return self._contact_force
+
     def require_finite(self) -> None:
         """Raise an error if a world has diverged since its last reset.
 
@@ -230,6 +250,7 @@ class ControlLoop:
         self._asked = wp.to_torch(self._asked_array)
         self._chosen_array = wp.zeros(worlds, dtype=wp.bool, device=self.device)
         self._chosen = wp.to_torch(self._chosen_array)
+        self._contact_force = wp.to_torch(solver.contact_force)
         self._diverged = wp.zeros(worlds, dtype=wp.bool, device=self.device)
         self._tip = wp.zeros(worlds if has_tip else 0, dtype=wp.vec3f, device=self.device)
         shape = (worlds, solver.joint_count)

@@ -34,6 +34,11 @@ DIFFERENTIABLE_NUMBERS = (
 """Arrays of the mechanism that carry gradients."""
 ROUTE_NUMBERS = ("path_point", "path_radius")
 """Those of routed tendons; the zero of their excursion stays where it is."""
+CONTACT_NUMBERS = (
+    "obstacle_position", "obstacle_size", "obstacle_stiffness", "obstacle_dissipation",
+    "obstacle_friction", "capsule_radius",
+)  # fmt: skip
+"""Those of contacts."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,6 +147,11 @@ class DifferentiableRollout:
         self, mechanism: Mechanism, recordings: Sequence[Recording], **options: Any
     ) -> Rollout:
         return Rollout(mechanism, recordings, **options)
+
+    @property
+    def bench_names(self) -> tuple[str, ...]:
+        """Names of the mechanism's arrays in `inputs` that carry gradients."""
+        return bench_names(self._rollout.kernels.structure)
 
     def rows_of(self, recording: int) -> slice:
         """Return where a recording's rows stand among all."""
@@ -256,14 +266,18 @@ class DifferentiableRollout:
         return wp.zeros(shape, dtype=self._types[name], device=self._device, requires_grad=True)
 
 
+def bench_names(structure: Structure) -> tuple[str, ...]:
+    """Return the names of a mechanism's arrays that carry gradients."""
+    routed = ROUTE_NUMBERS if structure.routes.spans else ()
+    touching = CONTACT_NUMBERS if structure.touch.contacts else ()
+    return (*DIFFERENTIABLE_NUMBERS, *routed, *touching)
+
+
 def make_inputs(rollout: Rollout, vectors: Any) -> Inputs:
     """Give all that a rollout reads a gradient."""
     vectors.requires_grad = True
-    routed = ROUTE_NUMBERS if rollout.kernels.structure.routes.spans else ()
-    for struct, names in (
-        (rollout.numbers, (*DIFFERENTIABLE_NUMBERS, *routed)),
-        (rollout.commands, ("angle",)),
-    ):
+    bench = bench_names(rollout.kernels.structure)
+    for struct, names in ((rollout.numbers, bench), (rollout.commands, ("angle",))):
         for name in names:
             array = getattr(struct, name)
             array.requires_grad = True
@@ -331,5 +345,10 @@ def assemble_with_rules(structure: Structure, types: dict[str, Any], *, inline: 
     if structure.routes.spans:
         assembly.specialiser.gradient(
             gradient_kernels.guide_turning, gradient_kernels.constant_turning
+        )
+    if structure.touch.contacts:
+        gradient_rules.add_contact_rules(assembly.specialiser)
+        assembly.specialiser.gradient(
+            gradient_kernels.contact_turning, gradient_kernels.constant_slope
         )
     return assembly

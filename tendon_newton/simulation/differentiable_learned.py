@@ -290,7 +290,7 @@ class DifferentiableLearnedRollout(DifferentiableRollout):
     def _launch_part(self, query: int) -> None:
         """Hold the forces of a query and go on to the next."""
         slot = int(self._slots[query])
-        arguments = [slot, query, self.inputs.mechanism, self._force, *self._states]
+        arguments = [slot, query, *self._common(), self._query_row, self._force, *self._states]
         self._launch(self._taped_kernel_of["hold"], self._worlds, arguments)
         for substep in range(slot + 1, int(self._slots[query + 1])):
             arguments = [substep, *self._common(), self._schedule, *self._states]

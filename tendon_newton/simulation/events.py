@@ -31,6 +31,8 @@ MAY_HOLD = False
 HOLDS_ROUTED = False
 """Whether a tendon whose arms follow from its path may be held at a speed."""
 
+EDGE = 1.0e-6
+"""How far beyond its bound a joint counts as at the edge of its stop, and in touch [rad, m]."""
 NOTHING = -1
 """Row of an event that brings no row to a speed."""
 
@@ -221,7 +223,8 @@ def holding_joint(modes: Modes, j: int) -> Modes:
 def bring_back(mechanism: Mechanism, world: int, drive: Drive, modes: Modes, end: Motion) -> Motion:
     """Return the end of a step with those rows brought back that left their mode's range.
 
-    They are second events inside one step.
+    They are second events inside one step. A joint that has run through an end stop is put at its
+    edge: the way beyond, which nothing resisted, would come back as energy.
     """
     v = end.v
     arms = motion_arms(mechanism, world, end)
@@ -239,4 +242,17 @@ def bring_back(mechanism: Mechanism, world: int, drive: Drive, modes: Modes, end
     # A new struct: an adjoint reads a call's arguments again, so they must not change after it.
     out = end
     out.v = v
+    out.q = within_stops(mechanism, world, modes, end.q)
+    return out
+
+
+@device_template
+def within_stops(mechanism: Mechanism, world: int, modes: Modes, q: JointVector) -> JointVector:
+    """Return joint positions with those at the edge of their stops that met them unresisted."""
+    out = q
+    for j in range(JOINTS):
+        if modes.touch[j] == real(0.0):
+            upper = mechanism.upper[world][j] + real(EDGE)
+            lower = mechanism.lower[world][j] - real(EDGE)
+            out[j] = wp.clamp(q[j], lower, upper)
     return out

@@ -39,9 +39,12 @@ Modes = Placeholder
 Pose = Placeholder
 armature: Any = None
 chain_terms: Any = None
+contact_terms: Any = None
 radius_effects: Any = None
 ROUTED = False
 """Whether any tendon's moment arms follow from its path."""
+TOUCHES = False
+"""Whether links may meet obstacles."""
 
 
 @device_template
@@ -60,6 +63,11 @@ def smooth_forces(
         torque[j] = torque[j] + own[0] - drive.friction[j] * modes.joint[j]
         stiffness[j, j] = stiffness[j, j] + own[1]
         damping[j, j] = damping[j, j] + own[2]
+    if wp.static(TOUCHES):
+        touch = contact_terms(mechanism, world, drive, q, v)
+        torque = torque + touch.torque
+        stiffness = stiffness + touch.stiffness
+        damping = damping + touch.damping
     here = drive
     pose = Pose()
     if wp.static(ROUTED):

@@ -20,16 +20,32 @@ from tendon_newton.device_code.placeholders import (
 )
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.gradient_kernels import row_drive, with_command
-from tendon_newton.simulation.history_kernels import servo_sample, with_held
+from tendon_newton.simulation.history_kernels import all_present, servo_sample, with_held
 from tendon_newton.simulation.modes import choose_modes
 from tendon_newton.simulation.pipeline import excursion, flow_at
 from tendon_newton.simulation.rollout_kernels import find_row
 from tendon_newton.simulation.routes import located, tendon_arms
 
 Commands = Placeholder
+Drive = Placeholder
 Mechanism = Placeholder
 clock_effects: Any = None
 period_effects: Any = None
+
+
+@device_template
+def query_drive(
+    mechanism: Mechanism, i: int, p: ParameterVector, commands: Commands, row: int,
+    memory: MemoryVector,
+) -> Drive:  # fmt: skip
+    """Return what acts on a world in the row of a query, just after its command took effect."""
+    first = commands.first[i]
+    scale = period_effects(real(1.0), p)
+    now = commands.time[first + row] * scale
+    instant = clock_effects(now, p) / scale
+    acting = find_row(commands, first, commands.count[i], instant, row)
+    plain = row_drive(mechanism, i, p, commands, first + row, now, memory)
+    return with_command(plain, commands.angle[first + acting], real(0.0))
 
 
 @device_template
@@ -47,17 +63,10 @@ def taped_sense_kernel(
 ) -> None:
     """Write what a network is shown of each world in the row of a query."""
     i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
-    first = commands.first[i]
-    row = query_row[query, i]
     p = parameters[i]
-    scale = period_effects(real(1.0), p)
-    now = commands.time[first + row] * scale
-    instant = clock_effects(now, p) / scale
-    acting = find_row(commands, first, commands.count[i], instant, row)
-    plain = row_drive(mechanism, i, p, commands, first + row, now, memory[slot, i])
     x = q[slot, i]
     xd = v[slot, i]
-    driven = with_command(plain, commands.angle[first + acting], real(0.0))
+    driven = query_drive(mechanism, i, p, commands, query_row[query, i], memory[slot, i])
     drive = located(mechanism, i, driven, x, xd)
     arms = tendon_arms(mechanism, i, drive)
     modes = choose_modes(mechanism, i, p, drive, x, xd)
@@ -74,6 +83,9 @@ def taped_hold_kernel(
     slot: int,
     query: int,
     mechanism: Mechanism,
+    parameters: DeviceArray[ParameterVector],
+    commands: Commands,
+    query_row: DeviceGrid[int],
     force: DeviceGrid[TendonVector],
     q: DeviceGrid[JointVector],
     v: DeviceGrid[JointVector],
@@ -81,7 +93,9 @@ def taped_hold_kernel(
 ) -> None:
     """Go on from a slot of the states to the next, with the forces [N] of a query held."""
     i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
-    kept = memory[slot, i]
+    p = parameters[i]
+    drive = query_drive(mechanism, i, p, commands, query_row[query, i], memory[slot, i])
+    kept = all_present(mechanism, i, p, drive, q[slot, i], v[slot, i])
     for d in range(TENDONS):
         kept = with_held(mechanism, i, d, force[query, i][d], kept)
     q[slot + 1, i] = q[slot, i]

@@ -50,12 +50,15 @@ Modes = Placeholder
 Schedule = Placeholder
 cell_effects: Any = None
 chain_terms: Any = None
+contact_terms: Any = None
 clock_effects: Any = None
 period_effects: Any = None
 radius_effects: Any = None
 HAS_MEMORY = False
 ROUTED = False
 """Whether any tendon's moment arms follow from its path."""
+TOUCHES = False
+"""Whether links may meet obstacles."""
 
 NUDGE = 1.0e-6
 """Half step of a central difference [rad, m]: float64 leaves ten digits."""
@@ -95,6 +98,27 @@ def gravity_slope(mechanism: Mechanism, world: int, drive: Drive, q: JointVector
         down = chain_terms(mechanism, world, drive, q - nudge, still)
         for i in range(JOINTS):
             slope[i, j] = (up.torque[i] - down.torque[i]) / (real(2.0) * real(NUDGE))
+    return slope
+
+
+@device_template
+def contact_turning(mechanism: Mechanism, world: int, drive: Drive, q: JointVector) -> JointMatrix:
+    """Return how the torque of contacts at rest changes as links turn past them [N m/rad].
+
+    The stiffness that they give themselves is that of an unmoved normal.
+    """
+    still = JointVector()
+    here = contact_terms(mechanism, world, drive, q, still)
+    slope = -here.stiffness
+    count = int(JOINTS)
+    for j in range(count):
+        nudge = JointVector()
+        nudge[j] = real(NUDGE)
+        up = contact_terms(mechanism, world, drive, q + nudge, still)
+        down = contact_terms(mechanism, world, drive, q - nudge, still)
+        for i in range(JOINTS):
+            change = (up.torque[i] - down.torque[i]) / (real(2.0) * real(NUDGE))
+            slope[i, j] = slope[i, j] + change
     return slope
 
 
@@ -189,6 +213,8 @@ def start_kernel(
         held = with_memory(drive, kept)
         forces = frictionless_forces(mechanism, i, p, held, guided, commands.start_angle[i], x)
         stiffness = forces.stiffness + gravity_slope(mechanism, i, held, x)
+        if wp.static(TOUCHES):
+            stiffness = stiffness + contact_turning(mechanism, i, held, x)
         if wp.static(ROUTED):  # noqa: SIM102 - known when compiled
             if guided:
                 stiffness = stiffness + guide_turning(

@@ -24,6 +24,7 @@ from tendon_newton.device_code.placeholders import (
     real,
 )
 from tendon_newton.device_code.templates import Specialiser, device_template
+from tendon_newton.simulation.contact_distances import constant_share, halved_share
 from tendon_newton.simulation.forces import touching
 from tendon_newton.simulation.modes import SWEEPS, choose_modes, constrained_solve
 from tendon_newton.simulation.rollout_kernels import find_row
@@ -32,6 +33,8 @@ Commands = Placeholder
 Drive = Placeholder
 Mechanism = Placeholder
 Modes = Placeholder
+TOUCHES = False
+"""Whether links may meet obstacles."""
 
 
 @device_template
@@ -72,9 +75,15 @@ def constrained_solve_rule(
     matrix: JointMatrix, load: JointVector, modes: Modes, arms: ArmMatrix, bow: TendonVector,
     adj_ret: JointVector,
 ) -> None:  # fmt: skip
-    """Apply the adjoint of a saddle-point system, which is symmetric: one more solve."""
+    """Apply the adjoint of a saddle-point system: one more solve.
+
+    It is symmetric, but for contacts that slide.
+    """
+    turned = matrix
+    if wp.static(TOUCHES):
+        turned = wp.transpose(matrix)
     x = constrained_solve(matrix, load, modes, arms, bow)
-    y = constrained_solve(matrix, adj_ret, modes, arms, TendonVector())
+    y = constrained_solve(turned, adj_ret, modes, arms, TendonVector())
     wp.adjoint[load] += y
     wp.adjoint[matrix] += -wp.outer(y, x)
     held = real(0.0)
@@ -82,7 +91,7 @@ def constrained_solve_rule(
         held = held + modes.tendon_sticks[d]
     if held > real(0.0):
         lift = constraint_forces(matrix, load, x, modes, arms)
-        pull = constraint_forces(matrix, adj_ret, y, modes, arms)
+        pull = constraint_forces(turned, adj_ret, y, modes, arms)
         wp.adjoint[arms] += -(wp.outer(pull, x) + wp.outer(lift, y))
         wp.adjoint[bow] += -pull
 
@@ -117,3 +126,8 @@ def add_gradient_rules(specialiser: Specialiser) -> None:
     specialiser.gradient(choose_modes, constant_modes)
     specialiser.gradient(touching, constant_touch)
     specialiser.gradient(find_row, constant_row)
+
+
+def add_contact_rules(specialiser: Specialiser) -> None:
+    """Teach a specialiser what it needs where links may meet obstacles."""
+    specialiser.gradient(halved_share, constant_share)

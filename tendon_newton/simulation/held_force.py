@@ -83,8 +83,10 @@ class HeldForce:
 
     def _balance(self, state: Any, chosen: wp.array) -> None:
         """Find the force that the network gives where it holds the mechanism in equilibrium."""
-        limit = wp.to_torch(self._solver.bench_numbers("force_limit")).to(torch.float32)
-        least = wp.to_torch(self._solver.bench_numbers("least_tension")).to(torch.float32)
+        limit, least = (
+            wp.to_torch(self._solver.bench_numbers(name)).to(torch.float32).view_as(self.force)
+            for name in ("force_limit", "least_tension")
+        )
 
         def excess(force: Tensor) -> Tensor:
             """Return what the network gives beyond a force that holds the mechanism."""

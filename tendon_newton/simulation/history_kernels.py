@@ -6,6 +6,7 @@ from typing import Any
 
 import warp as wp
 
+from tendon_newton.actuators.learned import hold_answer
 from tendon_newton.actuators.networks.history import push_sample
 from tendon_newton.device_code.placeholders import (
     TENDONS,
@@ -19,7 +20,7 @@ from tendon_newton.device_code.placeholders import (
     real,
 )
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.simulation.pipeline import tendon_state
+from tendon_newton.simulation.pipeline import tendon_flow, tendon_state
 from tendon_newton.simulation.rollout_kernels import find_row
 from tendon_newton.simulation.routes import located
 from tendon_newton.simulation.sensors import read_sensors
@@ -34,7 +35,7 @@ clock_effects: Any = None
 error_effects: Any = None
 period_effects: Any = None
 HELD_MEMORY = 0
-"""Where the held forces stand in a world's memory."""
+"""Where the held forces stand in a world's memory; what each is reckoned from stands behind."""
 
 
 @device_template
@@ -74,18 +75,50 @@ def push_samples(
 def with_held(
     mechanism: Mechanism, world: int, d: int, force: real, memory: MemoryVector
 ) -> MemoryVector:
-    """Return a memory in which tendon d holds a force [N], within what its servo can give."""
+    """Return a memory in which tendon d holds a force [N], within what its servo can give.
+
+    A motor pulls back as hard as forth; that a string never pushes is seen to behind its frictions.
+    """
     out = memory
     limit = mechanism.force_limit[world][d]
-    least = wp.max(mechanism.least_tension[world][d], -limit)
     # not clamp(): it would make a bound of what is not a number
     held = force
     if force > limit:
         held = limit
-    if force < least:
-        held = least
+    if force < -limit:
+        held = -limit
     out[wp.static(HELD_MEMORY) + d] = held
     return out
+
+
+@device_template
+def with_present(
+    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, d: int,
+    q: JointVector, v: JointVector, memory: MemoryVector,
+) -> MemoryVector:  # fmt: skip
+    """Return a memory in which the force of tendon d is reckoned from the present motion.
+
+    The drive was located at q and v.
+    """
+    out = memory
+    tendon = tendon_state(mechanism, world, p, drive, d, q, v, real(0.0))
+    flow = tendon_flow(mechanism, world, p, d, tendon)
+    answer = hold_answer(p, flow.angle, tendon.angle_rate)
+    out[wp.static(HELD_MEMORY) + TENDONS + d] = answer[0]
+    return out
+
+
+@device_template
+def all_present(
+    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive,
+    q: JointVector, v: JointVector,
+) -> MemoryVector:  # fmt: skip
+    """Return a world's memory in which all forces are reckoned from the present motion."""
+    here = located(mechanism, world, drive, q, v)
+    memory = drive.memory
+    for d in range(TENDONS):
+        memory = with_present(mechanism, world, p, here, d, q, v, memory)
+    return memory
 
 
 @device_template
@@ -104,7 +137,10 @@ def sense_rows_kernel(
     ring: wp.array3d[wp.float32],
     newest: DeviceArray[int],
 ) -> None:
-    """Show force networks each world in a row of its recording; below zero it has none left."""
+    """Show force networks each world in a row of its recording; below zero it has none left.
+
+    From then on forces are reckoned from there.
+    """
     i = first_world + wp.tid()  # pyright: ignore[reportOperatorIssue] - one dimension: a number
     world = world_mechanism[i]
     recording = world_recording[i]
@@ -125,6 +161,7 @@ def sense_rows_kernel(
         push_samples(
             mechanism, world, p, drive, q[i], v[i], reading, i * TENDONS, fill, ring, newest
         )
+        memory[i] = all_present(mechanism, world, p, drive, q[i], v[i])
 
 
 @device_template

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import chain
 from typing import Any
 
 import warp as wp
@@ -12,6 +13,9 @@ from tendon_newton.simulation.structure import Structure
 
 REST = {"float64": 1.0e-9, "float32": 1.0e-6}
 """Speed below which a dry friction may stick [m/s, rad/s]: some roundings of a finger's speed."""
+
+TOUCHING_STRIDE = 0.02
+"""Longest step towards equilibrium past obstacles [rad, m]: a link must not leap over one."""
 
 
 def kernel_types(structure: Structure) -> dict[str, Any]:
@@ -24,6 +28,7 @@ def kernel_types(structure: Structure) -> dict[str, Any]:
         getattr(wp, structure.precision),
     )
     t |= structure.routes.bindings(structure.parents, structure.revolute)
+    t |= structure.touch.bindings()
     t |= argument_structs(t, structure.planar)
     t |= inner_structs(t, structure.planar)
     slow_cell = structure.uses(Stage.CELL_LAG) or structure.uses(Stage.CELL_CLOCK)
@@ -34,7 +39,7 @@ def kernel_types(structure: Structure) -> dict[str, Any]:
     t["MOVES"] = structure.moves()
     t["DRY_OFFSETS"] = structure.dry_offsets
     t["MAY_HOLD"] = bool(structure.dry_offsets) or structure.uses(Stage.SPEED)
-    t["HAS_MEMORY"] = bool(with_memory)
+    t["HAS_MEMORY"] = bool(with_memory) or t["TOUCHES"]
     t["MEMORY_OFFSETS"] = tuple(structure.offsets[effect.name] for effect in with_memory)
     t["MEMORY_NULLS"] = tuple(effect.parameters[0].null for effect in with_memory)
     t["HOLDS_ROUTED"] = t["ROUTED"] and t["MAY_HOLD"]
@@ -45,6 +50,13 @@ def kernel_types(structure: Structure) -> dict[str, Any]:
     t["MEMORY_SIZE"] = structure.memory_count
     t["HOLDS_FORCE"] = structure.holds_force
     t["HELD_MEMORY"] = structure.held_memory
+    if t["TOUCHES"]:
+        t["CONTACT_MEMORY"] = structure.contact_memory
+        shape = (t["CONTACTS"], len(structure.touch.contacts[0]))
+        table = wp.types.matrix(shape=shape, dtype=wp.int32)
+        t["CONTACT_TABLE"] = table(*chain.from_iterable(structure.touch.contacts))
+        t["CARRIES"] = t["JointMatrix"](*map(float, chain.from_iterable(structure.moves())))
+        t["STRIDE"] = TOUCHING_STRIDE
     return t
 
 
@@ -71,6 +83,8 @@ def argument_structs(t: dict[str, Any], planar: bool) -> dict[str, Any]:
             "path_point": array(t["Vec3"], 2), "path_frame": array(t["Mat33"], 2),
             "path_radius": array(real, 2), "path_turn": array(real, 2),
         }  # fmt: skip
+    if t["TOUCHES"]:
+        mechanism |= contact_arrays(t, planar)
     commands = {
         "first": array(wp.int32), "count": array(wp.int32), "time": array(real),
         "angle": array(tendons), "voltage": array(real), "enabled": array(real),
@@ -81,6 +95,18 @@ def argument_structs(t: dict[str, Any], planar: bool) -> dict[str, Any]:
         "Mechanism": struct_type("Mechanism", mechanism),
         "Commands": struct_type("Commands", commands),
     }
+
+
+def contact_arrays(t: dict[str, Any], planar: bool) -> dict[str, Any]:
+    """Return what a mechanism has more where links may meet obstacles; see `contacts`."""
+    vector, square, real = t["Vec3"], t["Mat33"], t["real"]
+    kinds = {
+        "obstacle_position": vector, "obstacle_rotation": square, "obstacle_size": vector,
+        "obstacle_stiffness": real, "obstacle_dissipation": real, "obstacle_friction": real,
+        "capsule_start": vector, "capsule_end": vector, "capsule_radius": real,
+    }  # fmt: skip
+    arrays = {name: wp.array(dtype=kind, ndim=2) for name, kind in kinds.items()}
+    return arrays | ({"contact_plane": wp.array(dtype=square)} if planar else {})
 
 
 def inner_structs(t: dict[str, Any], planar: bool) -> dict[str, Any]:
@@ -127,6 +153,8 @@ def inner_structs(t: dict[str, Any], planar: bool) -> dict[str, Any]:
         # The device functions of routes need their own types even where no kernel calls them.
         if t["ROUTED"] or name not in fields:
             fields[name] = {**fields.get(name, {}), **members}
+    if t["TOUCHES"]:
+        fields |= contact_fields(t)
     return {name: struct_type(name, members) for name, members in fields.items()}
 
 
@@ -149,4 +177,27 @@ def route_fields(t: dict[str, Any]) -> dict[str, dict[str, Any]]:
         "Drive": {"length": tendons, "arms": arms, "bow": tendons},
         "Forces": {"arms": arms, "bow": tendons},
         "Motion": {"arms": arms},
+    }  # fmt: skip
+
+
+def contact_fields(t: dict[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return the structs of contacts; see `contacts` and `contact_distances`."""
+    real, vector, joints, square = t["real"], t["Vec3"], t["JointVector"], t["JointMatrix"]
+    t["CapsuleMatrix"] = wp.types.matrix(shape=(t["CAPSULES"], 3), dtype=real)
+    return {
+        "ContactPose": {
+            "origin": t["SpaceMatrix"], "axis": t["SpaceMatrix"],
+            "start": t["CapsuleMatrix"], "end": t["CapsuleMatrix"],
+        },
+        "Surface": {"distance": real, "normal": vector},
+        "Overlap": {"depth": real, "normal": vector, "point": vector},
+        "Grip": {
+            "force": real, "stiffness": real, "damping": real, "drag": vector,
+            "direction": vector, "shear_stiffness": real, "shear_damping": real,
+            "stretch": vector,
+        },
+        "ContactTerms": {
+            "torque": joints, "stiffness": square, "damping": square,
+            "force": vector, "stretch": vector,
+        },
     }  # fmt: skip

@@ -11,8 +11,10 @@ import torch
 import warp as wp
 
 from tendon_newton.actuators.networks.history import History
+from tendon_newton.actuators.networks.query import with_hold
 from tendon_newton.actuators.networks.torchscript import ForceQuery
 from tendon_newton.mechanisms.mechanism import Mechanism
+from tendon_newton.model_file import Model
 from tendon_newton.recording import Array, Indices, Recording
 from tendon_newton.simulation import history_kernels
 from tendon_newton.simulation.assembly import assemble
@@ -61,6 +63,13 @@ class LearnedRollout(Rollout):
     def timeline_of(self, recording: Recording) -> Timeline:
         """Return the rows of a recording, with one wherever the network is asked."""
         return with_queries(make_timeline(recording), self.query.rate)
+
+    def base_vectors(self, model: Model) -> Array:
+        """Return a model's parameter vector for each recording, shape (R, P).
+
+        How the force answers to the shaft, the network's card says where the model does not.
+        """
+        return super().base_vectors(with_hold(model, self.query.hold))
 
     def start(self, worlds: int, common: list[Any], state: list[Any]) -> None:
         """Put all worlds where their recordings start, in balance with what the network gives."""

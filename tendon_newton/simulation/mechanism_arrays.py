@@ -12,6 +12,8 @@ import warp as wp
 from tendon_newton.errors import InvalidAsset
 from tendon_newton.recording import Array, Indices
 from tendon_newton.simulation.assembly import Assembly, KernelSet
+from tendon_newton.simulation.contact_arrays import contact_numbers, read_contact_plan
+from tendon_newton.simulation.contact_plan import NO_CONTACTS, ContactPlan
 from tendon_newton.simulation.rotations import rotation_matrices
 from tendon_newton.simulation.route_arrays import read_numbers, read_plan
 from tendon_newton.simulation.route_plan import NO_ROUTES, RoutePlan
@@ -36,6 +38,8 @@ class Topology:
     """Number of tendons D."""
     routes: RoutePlan = NO_ROUTES
     """Paths of the tendons whose moment arms are not constant."""
+    touch: ContactPlan = NO_CONTACTS
+    """Where links may meet obstacles."""
 
 
 def read_topology(model: FinalModel) -> Topology:
@@ -54,6 +58,7 @@ def read_topology(model: FinalModel) -> Topology:
         revolute=tuple(bool(kinds[joint] == newton.JointType.REVOLUTE) for joint in joints),
         tendon_count=len(model.tendon.spool_radius) // model.world_count,
         routes=read_plan(model, moved_by),
+        touch=read_contact_plan(model, moved_by),
     )
 
 
@@ -174,6 +179,8 @@ def plane_of(model: FinalModel, topology: Topology) -> Array | None:
 def fill_mechanism(model: FinalModel, kernels: KernelSet | Assembly, device: Any = None) -> Any:
     """Return the `Mechanism` struct of a kernel set, filled from a model's arrays.
 
+    Where the kernels are those of one chain of several, each chain of a world counts as a world.
+
     Args:
         model: W worlds of one mechanism.
         kernels: Kernels of its structure.
@@ -185,9 +192,13 @@ def fill_mechanism(model: FinalModel, kernels: KernelSet | Assembly, device: Any
     types = kernels.types
     device = device or model.device
     struct = types["Mechanism"]()
+    copies = len(topology.parents) // structure.joint_count
+    chains = model.world_count * copies
 
     def put(name: str, values: Array, dtype: Any) -> None:
         scalar = np.float64 if structure.precision == "float64" else np.float32
+        if len(values) < chains:
+            values = values.reshape(chains, values.shape[1] // copies, *values.shape[2:])
         setattr(
             struct,
             name,
@@ -198,7 +209,7 @@ def fill_mechanism(model: FinalModel, kernels: KernelSet | Assembly, device: Any
         put(name, values, types["JointVector"])
     for name, values in tendon_numbers(model).items():
         put(name, values, types["TendonVector"])
-    put("arms", moment_arms(model, topology), types["ArmMatrix"])
+    put("arms", chain_arms(moment_arms(model, topology), copies), types["ArmMatrix"])
     if topology.routes.spans:
         routes = read_numbers(model, topology.routes, frames, topology.tendon_count)
         put("path_point", routes.point, types["Vec3"])
@@ -216,6 +227,7 @@ def fill_mechanism(model: FinalModel, kernels: KernelSet | Assembly, device: Any
     if len(model.gravity) >= model.world_count:
         gravity = model.gravity.numpy()[: model.world_count]
     # Rodrigues' formula for a bench tipped about +y needs y x g and what of g is normal to y.
+    gravity = np.repeat(gravity, copies, axis=0)
     across = np.cross(TIPPING_AXIS, gravity)
     tilted = {
         "gravity": gravity,
@@ -223,6 +235,9 @@ def fill_mechanism(model: FinalModel, kernels: KernelSet | Assembly, device: Any
         "gravity_along": -np.cross(TIPPING_AXIS, across),
     }
     basis = plane_basis(frames, topology) if structure.planar else None
+    if topology.touch.contacts:
+        for name, values in contact_numbers(model, topology.touch, frames, basis).items():
+            put(name, values, types["Mechanism"].vars[name].type.dtype)
     if basis is None:
         for name in ("offset", "centre", "axis"):
             put(name, getattr(frames, name), types["Vec3"])
@@ -237,6 +252,19 @@ def fill_mechanism(model: FinalModel, kernels: KernelSet | Assembly, device: Any
         for name, vectors in tilted.items():
             put(name, vectors @ basis.T, types["Vec2"])
     return struct
+
+
+def chain_arms(arms: Array, copies: int) -> Array:
+    """Return moment arms of each chain's tendons at its own joints [m], (W K, D / K, J / K).
+
+    Args:
+        arms: Of whole worlds [m], shape (W, D, J).
+        copies: Chains K of a world.
+    """
+    worlds, tendons, joints = arms.shape
+    blocks = arms.reshape(worlds, copies, tendons // copies, copies, joints // copies)
+    own = blocks[:, np.arange(copies), :, np.arange(copies)]
+    return own.swapaxes(0, 1).reshape(worlds * copies, tendons // copies, joints // copies)
 
 
 def joint_numbers(model: FinalModel) -> dict[str, Array]:

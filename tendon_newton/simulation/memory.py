@@ -24,9 +24,12 @@ Drive = Placeholder
 Mechanism = Placeholder
 Modes = Placeholder
 Motion = Placeholder
+contact_memory: Any = None
 spring_memory: Any = None
 HAS_MEMORY = False
 """Whether any effect of the kernel has internal state."""
+TOUCHES = False
+"""Whether links may meet obstacles."""
 REMEMBERS_ROUTED = False
 """Whether one has while a tendon's moment arms follow from its path."""
 
@@ -71,6 +74,9 @@ def remembered(
             side = modes.most_side[d]
             most = flow_memory(mechanism, world, p, here, d, q, v, side, memory)
             memory = least + (most - least) * share
+    if wp.static(TOUCHES):  # noqa: SIM102 - known when compiled
+        if drive.elapsed > real(0.0):
+            memory = contact_memory(mechanism, world, drive, q, v, memory)
     return memory
 
 

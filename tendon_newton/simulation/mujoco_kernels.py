@@ -22,7 +22,7 @@ from tendon_newton.device_code.placeholders import (
     real,
 )
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.simulation.history_kernels import push_samples
+from tendon_newton.simulation.history_kernels import all_present, push_samples
 from tendon_newton.simulation.memory import remembered
 from tendon_newton.simulation.pipeline import (
     damping_torque,
@@ -45,6 +45,8 @@ Track = Placeholder
 cell_effects: Any = None
 clock_effects: Any = None
 HAS_MEMORY = False
+HOLDS_FORCE = False
+"""Whether the actuator's force is decided outside the kernel and held."""
 
 SLIDING_SPEED = 1.0e-3
 """Width of the smoothed sign of dry friction on a tendon [m/s]: below it the tendon creeps, where
@@ -121,6 +123,10 @@ def push_kernel(
         inward = flow_at(mechanism, i, p, drive, d, q, v, real(1.0))
         outward = flow_at(mechanism, i, p, drive, d, q, v, real(-1.0))
         pull = share * inward.pull[0] + (real(1.0) - share) * outward.pull[0]
+        if wp.static(HOLDS_FORCE):
+            # MuJoCo's own damper, which is implicit, takes this off again
+            rate = excursion(arms, d, v)
+            pull = pull + p[1] * rate / mechanism.spool_radius[i][d]
         torque = torque + arms[d] * pull
     for j in range(JOINTS):
         joint = joint_state(mechanism, i, drive, j, q, v)
@@ -194,7 +200,10 @@ def track_sense_kernel(
     ring: wp.array3d[wp.float32],
     newest: DeviceArray[int],
 ) -> None:
-    """Show force networks each world at the start of the substep to come."""
+    """Show force networks each world at the start of the substep to come.
+
+    From then on forces are reckoned from there.
+    """
     i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
     p = parameters[i]
     first = commands.first[i]
@@ -216,3 +225,4 @@ def track_sense_kernel(
         reading.angle[d] = flow.angle[0]
         reading.angle_rate[d] = flow.angle[1] * excursion(arms, d, v)
     push_samples(mechanism, i, p, drive, q, v, reading, i * TENDONS, 0, ring, newest)
+    track.latest[i] = all_present(mechanism, i, p, drive, q, v)

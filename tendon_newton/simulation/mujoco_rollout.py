@@ -9,7 +9,6 @@ from typing import Any
 import newton
 import numpy as np
 import warp as wp
-from newton.solvers import SolverMuJoCo
 
 from tendon_newton.device_code.placeholders import struct_type
 from tendon_newton.effects import Stage
@@ -21,6 +20,7 @@ from tendon_newton.simulation import mujoco_kernels
 from tendon_newton.simulation.assembly import assemble
 from tendon_newton.simulation.joint_places import joint_places, write_joints
 from tendon_newton.simulation.kernel_types import kernel_types
+from tendon_newton.simulation.mujoco_contacts import MujocoContacts, solver_with_contacts
 from tendon_newton.simulation.replay import rollout_of
 from tendon_newton.simulation.rollout import Trajectory
 from tendon_newton.simulation.structure import Structure
@@ -83,7 +83,9 @@ class MujocoRollout:
         overrides = [recording.bench_overrides for recording in recordings]
         self._model: Any = mechanism.build(self._worlds, overrides=overrides, device=device)
         self._add_rotor(vectors)
-        self._solver = SolverMuJoCo(self._model, disable_contacts=True)
+        self._add_damper(vectors)
+        self._contacts = MujocoContacts(self._model)
+        self._solver = solver_with_contacts(self._model)
         self._places = joint_places(self._model)
         self._world_index = self._rollout.array(np.arange(self._worlds, dtype=np.int32), wp.int32)
 
@@ -138,7 +140,8 @@ class MujocoRollout:
                 outputs=[control.joint_f],
                 device=self._model.device,
             )  # fmt: skip
-            self._solver.step(before, after, control, None, self._time_step)
+            found = self._contacts.find(before)
+            self._solver.step(before, after, control, found, self._time_step)
 
     def _add_rotor(self, vectors: Any) -> None:
         """Let the joints feel the rotors' inertia, and dry friction as hard as MuJoCo can."""
@@ -151,6 +154,20 @@ class MujocoRollout:
                 vectors[:, table.column(table.actuator, "armature")], len(radius) // self._worlds
             )
             self._model.mujoco.tendon_armature.assign((rotor / radius**2).astype(np.float32))
+
+    def _add_damper(self, vectors: Any) -> None:
+        """Let MuJoCo damp the tendons by what a network's force answers to their speed.
+
+        The finger's light end would need steps of 0.04 ms if this were explicit.
+        """
+        if self._holds_force:
+            table = self._rollout.table
+            radius = self._model.tendon.spool_radius.numpy()
+            damping = np.repeat(
+                vectors[:, table.column(table.actuator, "hold_damping")],
+                len(radius) // self._worlds,
+            )
+            self._model.mujoco.tendon_damping.assign((damping / radius).astype(np.float32))
 
     def _start(self, state: Any, track: Any) -> None:
         """Put every world where its recording starts."""

@@ -130,6 +130,7 @@ class Rollout:
                 revolute=topology.revolute,
                 tendon_count=topology.tendon_count,
                 routes=topology.routes,
+                touch=topology.touch,
                 actuator=actuator,
                 effects=self.table.effects,
                 planar=plane_of(model, topology) is not None,

@@ -19,6 +19,7 @@ from tendon_newton.device_code.placeholders import (
     real,
 )
 from tendon_newton.device_code.templates import device_template
+from tendon_newton.simulation.events import EDGE
 from tendon_newton.simulation.forces import smooth_forces, touching
 from tendon_newton.simulation.memory import remembered
 from tendon_newton.simulation.pipeline import flow_at
@@ -36,8 +37,19 @@ HOLDS_FORCE = False
 HELD_MEMORY = 0
 """Where the held forces stand in a world's memory."""
 
-SETTLING_STEPS = 400
-"""Steps of the pseudo-transient that finds an equilibrium; its step grows by a factor each time."""
+SETTLING_STEPS = 200
+"""Most steps towards an equilibrium; an asset's finger takes ten to sixty."""
+STRIDE = 0.3
+"""Longest step towards it [rad, m]: no tendon turns so much on the way that its pull misleads."""
+FIRST_PACE, LAST_PACE = 3.0e-3, 10.0
+"""Time [s] in which the first step lets inertia answer, and the longest such time."""
+HASTE, CAUTION = 2.0, 0.4
+"""By which that time grows after a step that went well, and shrinks after one that did not [1]."""
+OVERSHOOT = 0.5
+"""Share of the torque along a step that may push back at its end [1]."""
+STILL = 1.0e-12
+"""A step towards equilibrium that is shorter has arrived [rad, m], unless inertia shortened it; one
+that rounding swallows has arrived in any case."""
 SETTLED = 1.0e9
 """Time [s] after which every internal state has come to rest."""
 GUIDE_STIFFNESS = 1.0e6
@@ -88,6 +100,24 @@ def frictionless_forces(
 
 
 @device_template
+def stepped(mechanism: Mechanism, world: int, q: JointVector, move: JointVector) -> JointVector:
+    """Return where a step leads: it is cut to `STRIDE`, and at end stops that it would meet."""
+    longest = wp.max(wp.abs(move))
+    share = real(1.0)
+    if longest > real(STRIDE):
+        share = real(STRIDE) / longest
+    there = q + share * move
+    for j in range(JOINTS):
+        upper = mechanism.upper[world][j]
+        lower = mechanism.lower[world][j]
+        if q[j] <= upper and there[j] > upper + real(EDGE):
+            there[j] = upper + real(EDGE)
+        if q[j] >= lower and there[j] < lower - real(EDGE):
+            there[j] = lower - real(EDGE)
+    return there
+
+
+@device_template
 def settle_kernel(
     first_world: int,
     mechanism: Mechanism,
@@ -122,13 +152,27 @@ def settle_kernel(
         x[j] = wp.clamp(
             mechanism.rest[world][j], mechanism.lower[world][j], mechanism.upper[world][j]
         )
-    pace = real(0.003)  # pseudo time step [s]
+    pace = real(FIRST_PACE)
+    here = frictionless_forces(mechanism, world, p, drive, guided, target, x)
     for _step in range(SETTLING_STEPS):
-        forces = frictionless_forces(mechanism, world, p, drive, guided, target, x)
-        x = x + inverse(forces.mass_matrix / (pace * pace) - forces.stiffness) * forces.torque
-        modes = resting_modes(mechanism, world, False, x)
-        drive.memory = remembered(mechanism, world, p, drive, modes, x, rest)
-        pace = wp.min(pace * real(1.05), real(10.0))
+        move = inverse(here.mass_matrix / (pace * pace) - here.stiffness) * here.torque
+        there = stepped(mechanism, world, x, move)
+        still = real(STILL)
+        if pace < real(1.0):
+            still = real(0.0)
+        if wp.max(wp.abs(there - x)) <= still:
+            x = there
+            break
+        ahead = frictionless_forces(mechanism, world, p, drive, guided, target, there)
+        work = wp.dot(here.torque, there - x)
+        if work > real(0.0) and wp.dot(ahead.torque, there - x) >= -real(OVERSHOOT) * work:
+            x = there
+            here = ahead
+            modes = resting_modes(mechanism, world, False, x)
+            drive.memory = remembered(mechanism, world, p, drive, modes, x, rest)
+            pace = wp.min(pace * real(HASTE), real(LAST_PACE))
+        else:
+            pace = pace * real(CAUTION)
     q[i] = x
     memory[i] = drive.memory
     speed = JointVector()

@@ -7,6 +7,7 @@ from typing import Literal
 
 from tendon_newton.actuators import find_actuator
 from tendon_newton.effects import EFFECTS, Effect, Stage, find_effect
+from tendon_newton.simulation.contact_plan import NO_CONTACTS, ContactPlan
 from tendon_newton.simulation.route_plan import NO_ROUTES, RoutePlan
 
 Precision = Literal["float32", "float64"]
@@ -34,6 +35,8 @@ class Structure:
     driven_by: Drive = "command"
     routes: RoutePlan = NO_ROUTES
     """Paths of the tendons whose moment arms are not constant."""
+    touch: ContactPlan = NO_CONTACTS
+    """Where links may meet obstacles."""
 
     @property
     def joint_count(self) -> int:
@@ -91,7 +94,7 @@ class Structure:
 
     @property
     def held_memory(self) -> int:
-        """Where the forces that an actuator holds stand in a world's memory, behind all others."""
+        """Where the forces that an actuator holds stand in a world's memory, behind the cells."""
         return self.cell_memory + (self.tendon_count if self.uses(Stage.CELL_LAG) else 0)
 
     @property
@@ -100,9 +103,14 @@ class Structure:
         return self.driven_by == "command" and find_actuator(self.actuator).held
 
     @property
+    def contact_memory(self) -> int:
+        """Where contacts keep how far they are stretched in a world's memory, behind all others."""
+        return self.held_memory + (2 * self.tendon_count if self.holds_force else 0)
+
+    @property
     def memory_count(self) -> int:
         """Length S of a world's memory."""
-        return self.held_memory + (self.tendon_count if self.holds_force else 0)
+        return self.contact_memory + self.touch.memory_count
 
     def uses(self, stage: Stage) -> bool:
         """Return whether any effect acts in a stage."""

@@ -22,12 +22,14 @@ from tendon_newton.effects import Stage
 from tendon_newton.errors import InvalidParameter, unknown_name
 from tendon_newton.model_file import Model
 from tendon_newton.recording import Array
-from tendon_newton.simulation import control_kernels
+from tendon_newton.simulation import contact_kernels, control_kernels
 from tendon_newton.simulation.assembly import Assembly, assemble, kernel_set
+from tendon_newton.simulation.chain_copies import chain_copies, gather_kernel, spread_kernel
 from tendon_newton.simulation.joint_places import joint_places
 from tendon_newton.simulation.kernel_types import kernel_types
 from tendon_newton.simulation.mechanism_arrays import (
     fill_mechanism,
+    moment_arms,
     plane_of,
     read_topology,
 )
@@ -39,6 +41,11 @@ from tendon_newton.simulation.supported_effects import LOG_STAGES, refuse_stages
 LONGEST_STEP = 5.0e-4
 """Default of `max_step` [s]: a policy's simulation, an eighth of an encoder's count off
 (tests/physics/test_accuracy.py)."""
+BLOCK = 128
+"""Worlds of a CUDA block in a step."""
+BLOCKS_TOGETHER = 4
+"""Blocks that a multiprocessor has room for: 128 registers a thread, with some kept in memory, are
+a fifth faster than the compiler's own 213 and half as many threads (one H200)."""
 
 
 class TendonSolver(SolverBase):
@@ -48,8 +55,11 @@ class TendonSolver(SolverBase):
     each step. It holds for the whole
     step, as a servo holds its goal between two packets; `dt` is the control step, which one
     kernel divides into substeps no
-    longer than `max_step`. Contacts and `control.joint_f` are not simulated; `SolverMuJoCo` does
-    both.
+    longer than `max_step`. Links meet the obstacles of their mechanism (`contacts`), and nothing
+    else; `control.joint_f` is not read.
+
+    A mechanism of K equal chains that share neither joint nor tendon, such as a hand, is stepped as
+    K mechanisms of one chain: numbers that are one per world stand once for each chain.
 
     Numbers per world may change at any time: those of the actuator and the effects in
     `parameters`, all others in the arrays of
@@ -93,16 +103,20 @@ class TendonSolver(SolverBase):
         self.update_bodies = update_bodies
         if "spool_radius" in description.actuator.values:
             set_spool_radius(model, float(description.actuator.values["spool_radius"]))
-        topology = read_topology(model)
+        whole = read_topology(model)
+        copies = chain_copies(whole, moment_arms(model, whole))
+        topology, self.chain_count = copies.topology, copies.count
+        """Equal chains K of each world; kernels see W K worlds of one."""
         self._assembly = control_assembly(
             Structure(
                 parents=topology.parents,
                 revolute=topology.revolute,
                 tendon_count=topology.tendon_count,
                 routes=topology.routes,
+                touch=topology.touch,
                 actuator=self.table.actuator,
                 effects=self.table.effects,
-                planar=plane_of(model, topology) is not None,
+                planar=plane_of(model, whole) is not None,
                 precision=precision,
             )
         )
@@ -120,12 +134,12 @@ class TendonSolver(SolverBase):
     @property
     def tendon_count(self) -> int:
         """Number of tendons D of each world."""
-        return self._assembly.structure.tendon_count
+        return self.chain_count * self._assembly.structure.tendon_count
 
     @property
     def joint_count(self) -> int:
         """Number of joints J of each world."""
-        return self._assembly.structure.joint_count
+        return self.chain_count * self._assembly.structure.joint_count
 
     @property
     def holds_force(self) -> bool:
@@ -138,40 +152,47 @@ class TendonSolver(SolverBase):
         types, device = self._assembly.types, self.model.device
         self.command = wp.zeros((worlds, tendons), dtype=wp.float32, device=device)
         """Motor angles asked for [rad], shape (W, D)."""
-        self.parameters = self._array(np.tile(vector, (worlds, 1)), types["ParameterVector"])
-        """Numbers of actuator and effects, shape (W, P); `table` says where each stands."""
+        chains = np.tile(vector, (self._chains, 1))
+        self.parameters = self._array(chains, types["ParameterVector"])
+        """Numbers of actuator and effects, shape (W K, P); `table` says where each stands."""
         self.motor_position = wp.zeros_like(self.command)
         """What the encoder reports [rad], shape (W, D); see `read_sensors`."""
         self.motor_velocity = wp.zeros_like(self.command)
         """Its rate [rad/s], shape (W, D)."""
         self.force = wp.zeros_like(self.command)
         """Tension at the load cell [N], shape (W, D)."""
-        self._position_index, self._velocity_index = joint_places(self.model)
+        self._position_index, self._velocity_index = map(self._by_chain, joint_places(self.model))
         self.everywhere = wp.ones(worlds, dtype=wp.bool, device=device)
         """A mask of all worlds, shape (W,)."""
+        touch = self._assembly.structure.touch
+        shape = (worlds, len(touch.links), len(touch.shapes))
+        self.contact_force = wp.zeros(shape, dtype=wp.vec3f, device=device)
+        """What obstacles do to links [N], in the axes of the base, shape (W, C, O), capsule by
+        capsule and obstacle by obstacle; see `read_contacts`."""
+        self._marked = wp.zeros(self._chains, dtype=wp.bool, device=device)
         self._servo = self._make_servo()
         self._history = self._make_history()
         self._good = [wp.clone(self._servo.q), wp.clone(self._servo.memory)]
 
     def _make_servo(self) -> Any:
         """Allocate what each world keeps between control steps."""
-        types, device, worlds = self._assembly.types, self.model.device, self.world_count
+        types, device, worlds = self._assembly.types, self.model.device, self._chains
         servo = types["Servo"]()
         servo.time = wp.zeros(worlds, dtype=types["real"], device=device)
         servo.q = wp.zeros(worlds, dtype=types["JointVector"], device=device)
         servo.v = wp.zeros_like(servo.q)
         servo.memory = wp.zeros(worlds, dtype=types["MemoryVector"], device=device)
         self.voltage = wp.zeros(worlds, dtype=wp.float32, device=device)
-        """Supply of each world [V]; 0 stands for the actuator's own, shape (W,)."""
+        """Supply of each chain [V]; 0 stands for the actuator's own, shape (W K,)."""
         self.enabled = wp.ones(worlds, dtype=wp.float32, device=device)
-        """Whether each servo gives torque (1) or hangs loose (0), shape (W,)."""
+        """Whether each chain's servos give torque (1) or hang loose (0), shape (W K,)."""
         servo.voltage, servo.enabled = self.voltage, self.enabled
         return servo
 
     def _make_history(self) -> Any:
         """Allocate the past commands of each world, as a recording of a few rows."""
         types, device = self._assembly.types, self.model.device
-        length, worlds = self._history_length, self.world_count
+        length, worlds = self._history_length, self._chains
         first = (np.arange(worlds) * length).astype(np.int32)
         history = types["Commands"]()
         history.first = wp.array(first, dtype=wp.int32, device=device)
@@ -215,8 +236,8 @@ class TendonSolver(SolverBase):
         """Reset or settle the chosen worlds, shape (W,)."""
         wp.launch(
             self._kernel_of["forget"],
-            self.world_count,
-            inputs=[*self._inputs(), chosen, state.joint_q, state.joint_qd],
+            self._chains,
+            inputs=[*self._inputs(), self._spread(chosen), state.joint_q, state.joint_qd],
             device=self.model.device,
         )
         if at_rest:
@@ -225,19 +246,25 @@ class TendonSolver(SolverBase):
     def relax(self, state: newton.State, chosen: wp.array) -> None:
         """Move the chosen worlds, shape (W,), to the equilibrium of their command or held force."""
         servo, device = self._servo, self.model.device
-        worlds = wp.array(np.arange(self.world_count, dtype=np.int32), device=device)
+        worlds = wp.array(np.arange(self._chains, dtype=np.int32), device=device)
         relaxed = [wp.clone(array) for array in (servo.q, servo.v, servo.memory)]
         wp.launch(
             self._kernels.settle,
-            self.world_count,
+            self._chains,
             inputs=[0, self._mechanism, worlds, worlds, self.parameters, self._history],
             outputs=relaxed,
             device=device,
         )
         wp.launch(
             self._kernel_of["adopt"],
-            self.world_count,
-            inputs=[servo, self._position_index, self._velocity_index, chosen, *relaxed],
+            self._chains,
+            inputs=[
+                servo,
+                self._position_index,
+                self._velocity_index,
+                self._spread(chosen),
+                *relaxed,
+            ],
             outputs=[state.joint_q, state.joint_qd],
             device=device,
         )
@@ -256,8 +283,14 @@ class TendonSolver(SolverBase):
         """
         wp.launch(
             self._kernel_of["sense"],
-            self.world_count,
-            inputs=[*self._inputs(), chosen, int(fill), state.joint_q, state.joint_qd],
+            self._chains,
+            inputs=[
+                *self._inputs(),
+                self._spread(chosen),
+                int(fill),
+                state.joint_q,
+                state.joint_qd,
+            ],
             outputs=[samples.ring, samples.newest],
             device=self.model.device,
         )
@@ -269,8 +302,8 @@ class TendonSolver(SolverBase):
         """
         wp.launch(
             self._kernel_of["hold"],
-            self.world_count,
-            inputs=[self._mechanism, self._servo, chosen, force],
+            self._chains,
+            inputs=[self._mechanism, self._servo, self._spread(chosen), self._by_chain(force)],
             device=self.model.device,
         )
 
@@ -279,17 +312,24 @@ class TendonSolver(SolverBase):
 
         They are put back to where they last were, at rest, and do no harm to others.
         """
-        servo = self._servo
+        servo, marks = self._servo, diverged if self.chain_count == 1 else self._marked
         wp.launch(
             self._kernel_of["guard"],
-            self.world_count,
+            self._chains,
             inputs=[servo, self._position_index, self._velocity_index, *self._good],
-            outputs=[state.joint_q, state.joint_qd, diverged],
+            outputs=[state.joint_q, state.joint_qd, marks],
             device=self.model.device,
         )
+        if self.chain_count > 1:
+            wp.launch(
+                gather_kernel,
+                self._chains,
+                inputs=[self.chain_count, marks, diverged],
+                device=self.model.device,
+            )
 
     def bench_numbers(self, name: str) -> wp.array:
-        """Return an array of the mechanism that every step reads, one row per world.
+        """Return an array of the mechanism that every step reads, one row per world and chain.
 
         Such as ``mass`` [kg], ``stiffness`` [N m/rad], ``spool_radius`` [m] or ``arms`` [m]. What
         is written there counts from the next step on, until `notify_model_changed` reads the
@@ -302,6 +342,24 @@ class TendonSolver(SolverBase):
         if name not in names:
             raise unknown_name("bench number", name, names)
         return getattr(self._mechanism, name)
+
+    @property
+    def _chains(self) -> int:
+        """Chains of all worlds, W K."""
+        return self.world_count * self.chain_count
+
+    def _by_chain(self, array: wp.array) -> wp.array:
+        """Return numbers of worlds, shape (W, N), as those of their chains, (W K, N / K)."""
+        return array.reshape((self._chains, array.shape[1] // self.chain_count))
+
+    def _spread(self, chosen: wp.array) -> wp.array:
+        """Return a mask of worlds, shape (W,), as one of their chains."""
+        if self.chain_count == 1:
+            return chosen
+        spread = wp.zeros(self._chains, dtype=wp.bool, device=self.model.device)
+        inputs = [self.chain_count, chosen]
+        wp.launch(spread_kernel, self._chains, inputs, [spread], device=self.model.device)
+        return spread
 
     def _chosen(self, world_mask: wp.array | None) -> wp.array:
         mask = self._normalize_reset_world_mask(world_mask)
@@ -334,16 +392,17 @@ class TendonSolver(SolverBase):
         """
         if contacts is not None or observables is not None:
             raise InvalidParameter(
-                "TendonSolver simulates no contacts and offers no observables; "
+                "TendonSolver finds contacts with obstacles itself and offers no observables; "
                 "pass None, or use SolverMuJoCo"
             )
         substeps = max(1, ceil(dt / self.max_step - 1.0e-6))
         wp.launch(
             self._kernel_of["step"],
-            self.world_count,
+            self._chains,
             inputs=[*self._inputs(), substeps, dt / substeps, state_in.joint_q, state_in.joint_qd],
             outputs=[state_out.joint_q, state_out.joint_qd],
             device=self.model.device,
+            block_dim=BLOCK,
         )
         self._place_bodies(state_out)
 
@@ -354,11 +413,27 @@ class TendonSolver(SolverBase):
         """
         wp.launch(
             self._kernel_of["read"],
-            self.world_count,
+            self._chains,
             inputs=[*self._inputs(), state.joint_q, state.joint_qd],
-            outputs=[self.motor_position, self.motor_velocity, self.force],
+            outputs=[
+                self._by_chain(each)
+                for each in (self.motor_position, self.motor_velocity, self.force)
+            ],
             device=self.model.device,
         )
+
+    def read_contacts(self, state: newton.State) -> None:
+        """Write what obstacles do to links to `contact_force`."""
+        self.contact_force.zero_()
+        if "contact" in self._kernel_of:
+            wp.launch(
+                self._kernel_of["contact"],
+                self.world_count,
+                inputs=[self._mechanism, self._servo, self._position_index, self._velocity_index,
+                        state.joint_q, state.joint_qd],
+                outputs=[self.contact_force],
+                device=self.model.device,
+            )  # fmt: skip
 
     def notify_model_changed(self, flags: newton.ModelFlags | int) -> None:
         """Read the numbers of the model again, in place."""
@@ -371,7 +446,7 @@ class TendonSolver(SolverBase):
         """Return what both kernels read first."""
         return [
             self._mechanism, self.parameters, self._servo, self._history, self._history_length,
-            self.command, self._position_index, self._velocity_index,
+            self._by_chain(self.command), self._position_index, self._velocity_index,
         ]  # fmt: skip
 
     def _array(self, values: Array, dtype: Any) -> Any:
@@ -396,8 +471,12 @@ def control_assembly(structure: Structure) -> Assembly:
 def control_kernel_set(structure: Structure) -> dict[str, wp.Kernel]:
     """Return the kernels of a solver by what they do."""
     assembly = control_assembly(structure)
+    touching = structure.touch.contacts
     return {
-        "step": assembly.kernel(control_kernels.control_step_kernel),
+        **({"contact": assembly.kernel(contact_kernels.contact_kernel)} if touching else {}),
+        "step": assembly.kernel(
+            control_kernels.control_step_kernel, launch_bounds=(BLOCK, BLOCKS_TOGETHER)
+        ),
         "read": assembly.kernel(control_kernels.read_kernel),
         "forget": assembly.kernel(control_kernels.forget_kernel),
         "adopt": assembly.kernel(control_kernels.adopt_kernel),

@@ -9,11 +9,7 @@ import torch
 from torch import Tensor
 
 from tendon_newton.errors import unknown_name
-from tendon_newton.simulation.differentiable import (
-    DIFFERENTIABLE_NUMBERS,
-    DifferentiableRollout,
-    Readings,
-)
+from tendon_newton.simulation.differentiable import DifferentiableRollout, Readings
 from tendon_newton.simulation.torch_bridge import plain_tensor
 
 NAMES = tuple(field.name for field in fields(Readings))
@@ -58,8 +54,8 @@ def simulate_with_gradients(
     """
     given: dict[str, Tensor] = dict(bench)
     for name in bench:
-        if name not in DIFFERENTIABLE_NUMBERS:
-            raise unknown_name("differentiable number", name, DIFFERENTIABLE_NUMBERS)
+        if name not in rollout.bench_names:
+            raise unknown_name("differentiable number", name, rollout.bench_names)
     if parameters is not None:
         given["parameters"] = parameters
     if command is not None:

@@ -33,6 +33,9 @@ MEMORY_OFFSETS: tuple[int, ...] = ()
 MEMORY_NULLS: tuple[float, ...] = ()
 """Their null values."""
 
+TOUCHES = False
+"""Whether links may meet obstacles."""
+
 UNBOUNDED = 1.0e30
 """Stands for an infinite number where one must be compared: a speed, a stiffness."""
 
@@ -64,6 +67,8 @@ def world_drive(mechanism: Mechanism, world: int, p: ParameterVector) -> Drive:
         null = real(wp.static(min(MEMORY_NULLS[i], UNBOUNDED)))
         if value != null and value < real(UNBOUNDED):
             drive.remembers = real(1.0)
+    if wp.static(TOUCHES):
+        drive.remembers = real(1.0)
     drive.friction = friction
     drive.greatest_speed = greatest_speed
     drive.dry = dry

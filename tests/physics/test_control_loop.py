@@ -38,7 +38,7 @@ def servo_loop(worlds: int = WORLDS) -> ControlLoop:
 
 def learned_loop(worlds: int = WORLDS) -> ControlLoop:
     """Return fingers on learned servos with a lag, friction and a delay."""
-    model = learned_model(**networks.EFFECTS)
+    model = learned_model(hold=networks.HOLD, **networks.EFFECTS)
     return ControlLoop(load_mechanism("finger"), model, worlds, query=force_query(), device="cpu")
 
 

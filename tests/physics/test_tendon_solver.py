@@ -125,11 +125,11 @@ def test_bodies_follow_the_joints() -> None:
     )
 
 
-def test_contacts_are_refused() -> None:
-    """What is not simulated is not silently left out."""
+def test_contacts_are_of_others_are_refused() -> None:
+    """What is not taken over is not silently left out."""
     solver, model = make_solver(1)
     state = model.state()
-    with pytest.raises(InvalidParameter, match="no contacts"):
+    with pytest.raises(InvalidParameter, match="finds contacts with obstacles itself"):
         solver.step(state, state, None, newton.Contacts(1, 1, device="cpu"), PERIOD)
     with pytest.raises(InvalidParameter, match="max_step"):
         make_solver(1, max_step=0.0)

@@ -1,0 +1,163 @@
+"""Obstacles and the links that meet them, as shapes of a Newton model.
+
+Every capsule that a link carries can meet an obstacle; links do not meet each other. Newton's own
+collision pipeline sees the same shapes, so that other solvers feel the same contacts.
+
+=========================  ==========  =========================================
+``model.tendon.``          shape       meaning
+=========================  ==========  =========================================
+``obstacle_shape``         (W O,)      shape of an obstacle
+``obstacle_stiffness``     (W O,)      force per depth [N/m]
+``obstacle_dissipation``   (W O,)      by how much a closing speed raises it [s/m]
+``obstacle_friction``      (W O,)      Coulomb's coefficient [1]
+``bone_shape``             (W C,)      shape of a capsule that a link carries
+=========================  ==========  =========================================
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import newton
+import warp as wp
+
+from tendon_newton.errors import InvalidAsset
+from tendon_newton.mechanisms.obstacles import Obstacle
+from tendon_newton.mechanisms.parts import Joint
+from tendon_newton.mechanisms.usd_tendon import NAMESPACE, register_tendon_attributes
+from tendon_newton.recording import Array
+
+OBSTACLE = "tendon:obstacle"
+BONE = "tendon:bone"
+_ATTRIBUTES: tuple[tuple[str, str, type, str | None], ...] = (
+    ("obstacle_shape", OBSTACLE, wp.int32, "shape"),
+    ("obstacle_stiffness", OBSTACLE, wp.float32, None),
+    ("obstacle_dissipation", OBSTACLE, wp.float32, None),
+    ("obstacle_friction", OBSTACLE, wp.float32, None),
+    ("bone_shape", BONE, wp.int32, "shape"),
+)
+"""Name, rows, type, what an index refers to."""
+OBSTACLE_GROUP = 1
+"""Collision group of obstacles."""
+BONE_GROUP = -1
+"""Collision group of links: Newton lets a negative one meet all others, but not itself."""
+LEAST_FRICTION = 2.0e-5
+"""Just above the least coefficient that MuJoCo takes [1]. Of two shapes the greater one counts:
+that of the obstacle."""
+USUAL_FORCE = 1.0
+"""Force [N] at which Newton's linear damper is as strong as the one that grows with the depth."""
+
+
+def register_contact_attributes(builder: newton.ModelBuilder) -> None:
+    """Teach a builder the rows of obstacles and of the links that meet them."""
+    for frequency in (OBSTACLE, BONE):
+        builder.add_custom_frequency(
+            newton.ModelBuilder.CustomFrequency(
+                name=frequency.removeprefix(f"{NAMESPACE}:"), namespace=NAMESPACE
+            )
+        )
+    for name, frequency, dtype, references in _ATTRIBUTES:
+        builder.add_custom_attribute(
+            newton.ModelBuilder.CustomAttribute(
+                name=name, namespace=NAMESPACE, frequency=frequency, dtype=dtype,
+                references=references, default=dtype(0),
+            )
+        )  # fmt: skip
+
+
+def with_shapes(
+    template: newton.ModelBuilder, obstacles: Sequence[Obstacle], name: str
+) -> newton.ModelBuilder:
+    """Return one world with obstacles in it.
+
+    Args:
+        template: The mechanism alone.
+        obstacles: What is to be in its way.
+        name: The mechanism's, for the message.
+
+    Raises:
+        InvalidAsset: No link carries a capsule, which could meet them.
+    """
+    builder = newton.ModelBuilder()
+    register_tendon_attributes(builder)
+    register_contact_attributes(builder)
+    builder.add_builder(template)
+    bones = [
+        shape
+        for shape, kind in enumerate(builder.shape_type)
+        if kind == newton.GeoType.CAPSULE and builder.shape_body[shape] >= 0
+    ]
+    if not bones:
+        raise InvalidAsset(
+            f"the links of {name!r} must carry capsules to meet an obstacle; they carry none"
+        )
+    for shape in bones:
+        builder.shape_flags[shape] |= newton.ShapeFlags.COLLIDE_SHAPES
+        builder.shape_collision_group[shape] = BONE_GROUP
+        builder.shape_material_mu[shape] = LEAST_FRICTION
+        builder.add_custom_values(**{"tendon:bone_shape": shape})
+    for number, obstacle in enumerate(obstacles):
+        shape = _add_shape(builder, obstacle, f"/{name}/obstacle_{number}")
+        builder.add_custom_values(
+            **{
+                "tendon:obstacle_shape": shape,
+                "tendon:obstacle_stiffness": obstacle.stiffness,
+                "tendon:obstacle_dissipation": obstacle.dissipation,
+                "tendon:obstacle_friction": obstacle.friction,
+            }
+        )
+    return builder
+
+
+def stretch_bones(model: Any, joints: Sequence[Joint], variants: Sequence[Sequence[Joint]]) -> None:
+    """Stretch the capsules of links with the links, from their joints on.
+
+    Args:
+        model: Worlds of one mechanism with obstacles.
+        joints: The mechanism's, which its shapes belong to.
+        variants: Those of each world.
+    """
+    bones, bodies = model.tendon.bone_shape.numpy(), model.shape_body.numpy()
+    places, sizes = model.shape_transform.numpy(), model.shape_scale.numpy()
+    own = [joint for variant in variants for joint in variant]
+    for bone in bones:
+        joint, nominal = own[bodies[bone]], joints[bodies[bone] % len(joints)]
+        if joint.length is not None and nominal.length is not None:
+            stretch = joint.length / nominal.length
+            anchor = nominal.child_position
+            places[bone, :3] = anchor + stretch * (places[bone, :3] - anchor)
+            sizes[bone, 1] *= stretch
+    model.shape_transform.assign(places)
+    model.shape_scale.assign(sizes)
+
+
+def _add_shape(builder: newton.ModelBuilder, obstacle: Obstacle, label: str) -> int:
+    """Add the shape of an obstacle, and return its number."""
+    material = newton.ModelBuilder.ShapeConfig(
+        ke=obstacle.stiffness,
+        kd=obstacle.dissipation * USUAL_FORCE,
+        mu=max(obstacle.friction, LEAST_FRICTION),
+        collision_group=OBSTACLE_GROUP,
+        density=0.0,
+    )
+    place = wp.transform(wp.vec3(*obstacle.position), quaternion(obstacle.rotation))
+    if obstacle.shape == "sphere":
+        return builder.add_shape_sphere(
+            -1, xform=place, radius=float(obstacle.size[0]), cfg=material, label=label
+        )
+    if obstacle.shape == "box":
+        hx, hy, hz = map(float, obstacle.size)
+        return builder.add_shape_box(
+            -1, xform=place, hx=hx, hy=hy, hz=hz, cfg=material, label=label
+        )
+    return builder.add_shape_plane(
+        None, xform=place, width=0.0, length=0.0, body=-1, cfg=material, label=label
+    )
+
+
+def quaternion(rotation: Array) -> wp.quat:
+    """Return the quaternion of a rotation matrix."""
+    matrix: Any = wp.mat33(*rotation.ravel())
+    turned: Any = wp.quat_from_matrix(matrix)
+    return turned

@@ -1,0 +1,126 @@
+"""Obstacles as an asset gives them, and as Newton's model holds them."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tendon_newton.bench_overrides import BenchOverrides
+from tendon_newton.errors import InvalidAsset
+from tendon_newton.mechanisms.asset_library import asset_path
+from tendon_newton.mechanisms.mechanism import Mechanism, load_mechanism
+from tendon_newton.mechanisms.obstacles import Box, Sphere
+from tests.physics.contacts import ball, block, floor
+
+MARKED = """#usda 1.0
+(
+    defaultPrim = "finger"
+    upAxis = "Z"
+    metersPerUnit = 1
+    kilogramsPerUnit = 1
+    subLayers = [@{finger}@]
+)
+
+over "finger"
+{{
+    over "base"
+    {{
+        def Sphere "ball"
+        {{
+            bool tendon:obstacle = true
+            double tendon:contactStiffness = 8000
+            double tendon:contactFriction = 0.3
+            double radius = 0.012
+            double3 xformOp:translate = (0.016, 0, -0.02)
+            uniform token[] xformOpOrder = ["xformOp:translate"]
+        }}
+        def Cube "step"
+        {{
+            bool tendon:obstacle = true
+            double size = 1
+            float3 xformOp:scale = (0.02, 0.03, 0.01)
+            double3 xformOp:translate = (0.05, 0, -0.05)
+            uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:scale"]
+        }}
+        {more}
+    }}
+    over "distal_phalanx"
+    {{
+        {wrong}
+    }}
+}}
+"""
+"""A layer over the finger with obstacles in it."""
+
+
+def layer(folder: Path, *, more: str = "", wrong: str = "") -> Path:
+    """Write a layer over the finger, and return its file."""
+    path = folder / "held.usda"
+    finger = asset_path("finger").resolve()
+    path.write_text(MARKED.format(finger=finger, more=more, wrong=wrong))
+    return path
+
+
+def test_a_marked_shape_of_the_base_is_an_obstacle(tmp_path: Path) -> None:
+    """With the place, the size and the material that its prim gives."""
+    sphere, box = load_mechanism(layer(tmp_path)).obstacles
+    assert isinstance(sphere, Sphere)
+    # float32
+    assert sphere.radius == pytest.approx(0.012, rel=1e-6)
+    assert sphere.position == pytest.approx([0.016, 0.0, -0.02], abs=1e-8)
+    assert (sphere.stiffness, sphere.friction) == (8000.0, 0.3)
+    assert isinstance(box, Box)
+    assert box.half_size == pytest.approx([0.01, 0.015, 0.005], abs=1e-8)
+    assert load_mechanism("finger").obstacles == ()
+
+
+@pytest.mark.parametrize(
+    ("more", "wrong", "words"),
+    [
+        ("", 'over "bone"\n{\nbool tendon:obstacle = true\n}', "nothing moves"),
+        ('def Cone "cone"\n{\nbool tendon:obstacle = true\n}', "", "a cube or a plane; this is"),
+        (
+            'def Sphere "bad"\n{\nbool tendon:obstacle = true\n'
+            "double tendon:contactFriction = -1\n}",
+            "",
+            "negative",
+        ),
+    ],
+)
+def test_what_cannot_be_an_obstacle_is_named(
+    more: str, wrong: str, words: str, tmp_path: Path
+) -> None:
+    """The prim, and what one is."""
+    with pytest.raises(InvalidAsset, match=words):
+        load_mechanism(layer(tmp_path, more=more, wrong=wrong))
+
+
+def contact_pairs(mechanism: Mechanism) -> set[tuple[str, str]]:
+    """Return the labels of what Newton lets collide in one world."""
+    model = mechanism.build(1, device="cpu")
+    pairs = model.shape_contact_pairs
+    assert pairs is not None
+    names = [label.rsplit("/", maxsplit=2)[-2:] for label in model.shape_label]
+    return {(names[a][0], names[b][1]) for a, b in pairs.numpy()}
+
+
+def test_newton_lets_links_collide_with_obstacles_and_nothing_else() -> None:
+    """Neither links with each other or their base, nor obstacles among themselves."""
+    mechanism = load_mechanism("finger")
+    assert contact_pairs(mechanism) == set()
+    links, things = ("middle_phalanx", "distal_phalanx"), ("obstacle_0", "obstacle_1", "obstacle_2")
+    found = contact_pairs(mechanism.with_obstacles(ball(), block()).with_obstacles(floor()))
+    assert found == {(link, thing) for link in links for thing in things}
+
+
+def test_a_longer_link_is_met_along_all_of_it() -> None:
+    """A bench with longer links has longer capsules, in their places."""
+    mechanism = load_mechanism("finger").with_obstacles(ball())
+    overrides = [BenchOverrides(), BenchOverrides(length=(0.036, 0.050))]
+    model: Any = mechanism.build(2, overrides=overrides, device="cpu")
+    bones = model.tendon.bone_shape.numpy()
+    half = model.shape_scale.numpy()[bones, 1]
+    middle = model.shape_transform.numpy()[bones, 0]
+    assert half == pytest.approx([0.015, 0.0125, 0.018, 0.025], rel=1e-6)
+    assert middle == pytest.approx(np.array([0.015, 0.0125, 0.018, 0.025]), rel=1e-6)

@@ -1,0 +1,66 @@
+"""A hand in the kernels of one finger: its fingers move as they would alone."""
+
+import numpy as np
+import pytest
+import torch
+
+from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.simulation.control_loop import ControlLoop
+from tests.conftest import SEED
+from tests.physics.runs import ideal_model
+
+FINGERS, WORLDS = 4, 3
+
+
+def loop_of(name: str, worlds: int) -> ControlLoop:
+    """Return worlds of an asset, in the kernels that other tests compile."""
+    return ControlLoop(load_mechanism(name), ideal_model(), worlds, max_step=2.0e-3, device="cpu")
+
+
+def commands(count: int) -> torch.Tensor:
+    """Return commands [rad] of all fingers, shape (count, W, 4)."""
+    generator = torch.Generator().manual_seed(SEED)
+    return 5.0 * torch.rand(count, WORLDS, FINGERS, generator=generator)
+
+
+def test_each_finger_of_a_hand_moves_like_one_of_its_own() -> None:
+    """12 hands' fingers and 12 fingers, with softer springs in one: to the asset's float32."""
+    hand, finger = loop_of("hand", WORLDS), loop_of("finger_routed", WORLDS * FINGERS)
+    assert (hand.solver.chain_count, finger.solver.chain_count) == (FINGERS, 1)
+    assert (hand.joint_count, hand.tendon_count) == (12, 4)
+    hand.bench_numbers("stiffness")[1, 6:9] *= 0.8  # the third finger of the second hand
+    finger.bench_numbers("stiffness")[6] *= 0.8
+    hand.numbers("ideal", "gain")[2, 3] = 3.0
+    finger.numbers("ideal", "gain")[11] = 3.0
+    first, *others = commands(16)
+    hand.reset(first)
+    finger.reset(first.reshape(-1, 1))
+    for command in others:
+        seen, alone = hand.step(command), finger.step(command.reshape(-1, 1))
+        for name in ("motor_position", "force"):
+            own = getattr(alone, name).reshape(WORLDS, FINGERS)
+            assert getattr(seen, name).numpy() == pytest.approx(own.numpy(), abs=2e-4)
+        joints = alone.joint_position.reshape(WORLDS, 12)
+        assert seen.joint_position.numpy() == pytest.approx(joints.numpy(), abs=5e-5)
+    assert seen.tip is not None
+    assert np.ptp(seen.joint_position.numpy()) > 0.5
+
+
+def test_a_hand_that_is_lost_or_begins_anew_leaves_the_others_alone() -> None:
+    """A finger that is no number marks its hand; a masked reset heals it, to the last bit."""
+    hand, healthy = loop_of("hand", WORLDS), loop_of("hand", WORLDS)
+    first, second, third = commands(3)
+    for loop in (hand, healthy):
+        loop.reset(first)
+    hand.bench_numbers("mass")[1, 4] = torch.nan
+    hand.step(second)
+    healthy.step(second)
+    assert hand.reading.diverged.tolist() == [False, True, False]
+    hand.bench_numbers("mass").copy_(healthy.bench_numbers("mass"))
+    mask = torch.tensor([False, True, False])
+    for loop in (hand, healthy):
+        loop.reset(first, mask)
+        loop.step(third)
+    assert not hand.reading.diverged.any()
+    assert torch.equal(hand.reading.joint_position, healthy.reading.joint_position)
+    assert torch.equal(hand.reading.force, healthy.reading.force)
