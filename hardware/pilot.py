@@ -8,6 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
+from hardware.errors import PolicyMismatch
 from hardware.policy_runner import Policy
 from hardware.servos.base import ServoState
 from tendon_newton.policy_observation import ObservationHistory, applied_action, motor_command
@@ -47,9 +48,17 @@ class PolicyPilot:
 
     Args:
         policy: The policy.
+
+    Raises:
+        PolicyMismatch: It drives several servos.
     """
 
     def __init__(self, policy: Policy) -> None:
+        if policy.card.servo_count > 1:
+            raise PolicyMismatch(
+                "a bench has one servo at its port; this policy drives "
+                f"{policy.card.servo_count} together, which runs in simulation only"
+            )
         self._policy = policy
         self._clip = policy.card.action_clip
         self._range = policy.card.command_range

@@ -56,7 +56,7 @@ class Policy:
     """Gives the output of an observation of shape (1, N)."""
 
     def __call__(self, observation: Observation) -> float:
-        """Return the action that the policy wants [rad], before any cut."""
+        """Return the action that a policy of one servo wants [rad], before any cut."""
         return float(np.asarray(self.run(observation)).reshape(-1)[0])
 
 
@@ -212,8 +212,8 @@ def zipped_card(content: bytes) -> str:
 
 
 def try_policy(policy: Policy) -> None:
-    """Refuse a network that does not take the card's observations or gives no single number."""
-    size = policy.card.observation_size
+    """Refuse a network that does not take the card's observations or act on its servos."""
+    size, servos = policy.card.observation_size, policy.card.servo_count
     for level in (0.0, 1.0):
         observation = np.full((1, size), level, dtype=np.float32)
         try:
@@ -226,9 +226,10 @@ def try_policy(policy: Policy) -> None:
                 f"must take observations of {size} numbers, as its card says; a test call "
                 f"failed: {first_line(error)}"
             ) from error
-        if output.size != 1 or not np.issubdtype(output.dtype, np.floating):
+        if output.size != servos or not np.issubdtype(output.dtype, np.floating):
+            promise = "one action" if servos == 1 else f"{servos} actions, one for each servo,"
             raise InvalidPolicyFile(
-                f"must give one action per observation; it gives an array of shape {output.shape}"
+                f"must give {promise} per observation; it gives an array of shape {output.shape}"
             )
         if not np.isfinite(output).all():
             raise InvalidPolicyFile("must give finite actions; a test call gave NaN or infinity")

@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import Any, Literal, NoReturn
 
 from tendon_newton.errors import InvalidPolicyFile, shown
-from tendon_newton.policy_observation import HISTORY, RATE, SAMPLE, SERVO_RATE
+from tendon_newton.policy_observation import HISTORY, RATE, SAMPLE, SERVO_RATE, sample_of
 
 SCHEMA = 1
 CARD_NAME = "card.json"
@@ -59,8 +59,26 @@ class PolicyTraining:
 
 
 @dataclass(frozen=True, kw_only=True)
+class FurtherServo:
+    """A servo of a policy beyond its first, on the next tendon of the asset."""
+
+    command_range: tuple[float, float]
+    """Least and greatest desired motor angle [rad]."""
+    spool_radius: float
+    """Of the bench that it was trained for [m]."""
+    servo: str
+    """Name in the table of servos."""
+    force_limit: float
+    """Tension that it can produce in training [N]."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class PolicyCard:
-    """What a program must know to run a policy, checked when built."""
+    """What a program must know to run a policy, checked when built.
+
+    Command range, spool, servo and force limit are those of the first servo; those of the others
+    stand in `further_servos`.
+    """
 
     command_range: tuple[float, float]
     """Least and greatest desired motor angle [rad]."""
@@ -89,15 +107,18 @@ class PolicyCard:
     """Name and unit of each number of a sample."""
     action_unit: str = ACTION_UNIT
     action_meaning: str = ACTION_MEANING
+    further_servos: tuple[FurtherServo, ...] = ()
+    """The servos beyond the first, in the order of the asset's tendons."""
     schema: int = SCHEMA
 
     def __post_init__(self) -> None:
         """Refuse a card that this version cannot honour."""
         ratio = self.servo_rate / self.rate if self.rate > 0.0 else 0.0
+        sample = sample_of(self.servo_count)
         promises = (
             ("schema", self.schema, self.schema == SCHEMA, f"{SCHEMA}"),
-            ("observation", self.observation, self.observation == SAMPLE,
-             json.dumps([list(pair) for pair in SAMPLE])),
+            ("observation", self.observation, self.observation == sample,
+             json.dumps([list(pair) for pair in sample])),
             ("history", self.history, 1 <= self.history <= 10_000, "1 to 10000 samples"),
             ("rate_hz", self.rate, 0.1 <= self.rate <= 1000.0, "0.1 to 1000 Hz"),
             ("servo_rate_hz", self.servo_rate,
@@ -107,13 +128,9 @@ class PolicyCard:
             ("action.meaning", self.action_meaning, self.action_meaning == ACTION_MEANING,
              repr(ACTION_MEANING)),
             ("action.clip", self.action_clip, 0.0 < self.action_clip <= 100.0, "up to 100 rad"),
-            ("command_range_rad", self.command_range, is_range(self.command_range),
-             "[least, greatest] within 1000 rad"),
+            *drive_promises(self),
             ("goal_range_rad", self.goal_range, is_range(self.goal_range),
              "[least, greatest] within 1000 rad"),
-            ("spool_radius_m", self.spool_radius, 1e-4 <= self.spool_radius <= 1.0, "1e-4 to 1 m"),
-            ("servo", self.servo, bool(self.servo), "the name of a servo"),
-            ("force_limit_n", self.force_limit, 0.0 < self.force_limit <= 1000.0, "up to 1000 N"),
             ("normalisation", self.normalisation, self.normalisation in NORMALISATIONS,
              f"one of {', '.join(NORMALISATIONS)}"),
             ("model", self.model, self.model is None or HASH.fullmatch(self.model) is not None,
@@ -122,6 +139,22 @@ class PolicyCard:
         for name, came, kept, promised in promises:
             if not kept:
                 raise InvalidPolicyFile(f"card: {name} must be {promised}; it is {shown(came)}")
+        for place, servo in enumerate(self.further_servos, start=1):
+            for name, came, kept, promised in drive_promises(servo):
+                if not kept:
+                    raise InvalidPolicyFile(
+                        f"card: {name} of servo {place} must be {promised}; it is {shown(came)}"
+                    )
+
+    @property
+    def servo_count(self) -> int:
+        """Number of servos D that the policy drives."""
+        return 1 + len(self.further_servos)
+
+    @property
+    def command_ranges(self) -> tuple[tuple[float, float], ...]:
+        """Least and greatest desired motor angle of each servo [rad]."""
+        return (self.command_range, *(each.command_range for each in self.further_servos))
 
     @property
     def observation_size(self) -> int:
@@ -154,6 +187,11 @@ class PolicyCard:
             "force_limit_n": self.force_limit,
             "normalisation": self.normalisation,
             "model": self.model,
+            **(
+                {"further_servos": [drive_table(each) for each in self.further_servos]}
+                if self.further_servos
+                else {}
+            ),
             "training": training | {key: dict(training[key]) for key in ("randomisation", "files")},
         }
         return json.dumps(table, indent=1)
@@ -196,10 +234,6 @@ def read_card(table: Mapping[str, Any]) -> PolicyCard:
         action_unit=word(action["unit"]),
         action_clip=number(action["clip"]),
         action_meaning=word(action["meaning"]),
-        command_range=pair(table["command_range_rad"]),
-        spool_radius=number(table["spool_radius_m"]),
-        servo=word(table["servo"]),
-        force_limit=number(table["force_limit_n"]),
         normalisation=table["normalisation"],
         model=None if table["model"] is None else word(table["model"]),
         training=PolicyTraining(
@@ -211,8 +245,43 @@ def read_card(table: Mapping[str, Any]) -> PolicyCard:
             randomisation={k: pair(v) for k, v in training.get("randomisation", {}).items()},
             files={k: word(v) for k, v in training.get("files", {}).items()},
         ),
+        further_servos=tuple(
+            FurtherServo(**drive_values(each)) for each in table.get("further_servos", [])
+        ),
         **({} if goals is None else {"goal_range": pair(goals)}),
+        **drive_values(table),
     )
+
+
+def drive_values(table: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what JSON says of one servo, by the names of our attributes."""
+    return {
+        "command_range": pair(table["command_range_rad"]),
+        "spool_radius": number(table["spool_radius_m"]),
+        "servo": word(table["servo"]),
+        "force_limit": number(table["force_limit_n"]),
+    }
+
+
+def drive_table(servo: FurtherServo) -> dict[str, Any]:
+    """Return what JSON says of one servo."""
+    return {
+        "command_range_rad": list(servo.command_range),
+        "spool_radius_m": servo.spool_radius,
+        "servo": servo.servo,
+        "force_limit_n": servo.force_limit,
+    }
+
+
+def drive_promises(servo: PolicyCard | FurtherServo) -> tuple[tuple[str, Any, bool, str], ...]:
+    """Return what must hold of one servo: a name, what came, whether it holds, what is promised."""
+    return (
+        ("command_range_rad", servo.command_range, is_range(servo.command_range),
+         "[least, greatest] within 1000 rad"),
+        ("spool_radius_m", servo.spool_radius, 1e-4 <= servo.spool_radius <= 1.0, "1e-4 to 1 m"),
+        ("servo", servo.servo, bool(servo.servo), "the name of a servo"),
+        ("force_limit_n", servo.force_limit, 0.0 < servo.force_limit <= 1000.0, "up to 1000 N"),
+    )  # fmt: skip
 
 
 def is_range(values: tuple[float, float]) -> bool:

@@ -1,7 +1,9 @@
 r"""What a policy sees and does: the one definition, for training and for deployment.
 
 A sample holds, in this order, the motor position and velocity, the action last applied, the one
-before it, and the goal angle. An observation is the latest samples, oldest first, one behind the
+before it, and the goal angle. With several servos each of the first four stands once per servo, in
+the order of the asset's tendons: `(theta_0, theta_1, theta_dot_0, theta_dot_1, ..., alpha)`. An
+observation is the latest samples, oldest first, one behind the
 other: `(sample 0, sample 1, ...)`. Everything is float32 in SI units, and normalisation is the
 policy's own business: it stands inside its file.
 
@@ -14,6 +16,8 @@ One policy step, at instant k with the motor at position :math:`\theta_k`:
 3. :func:`motor_command` gives the command until the next step,
    :math:`\theta_d = clip(\theta_k + a_{k+1})` to the command range. The cut of the command does
    not change the action that the policy sees.
+
+A policy of several servos gives one number for each, and the same holds servo by servo.
 
 Before the first step no action was applied: both are zero, and the first sample fills the history.
 """
@@ -34,7 +38,7 @@ SAMPLE: tuple[tuple[str, str], ...] = (
     ("previous_action", "rad"),
     ("alpha", "rad"),
 )
-"""Name and unit of each number of a sample, in their order."""
+"""Name and unit of each number of a sample of one servo, in their order."""
 HISTORY = 30
 """Samples in an observation, as the paper has them."""
 RATE = 20.0
@@ -44,6 +48,14 @@ SERVO_RATE = 80.0
 
 Values = TypeVar("Values", bound=Any)
 """NumPy arrays and torch tensors alike."""
+
+
+def sample_of(servos: int) -> tuple[tuple[str, str], ...]:
+    """Return name and unit of each number of a sample of some servos, in their order."""
+    if servos == 1:
+        return SAMPLE
+    *own, goal = SAMPLE
+    return (*((f"{name}_{d}", unit) for name, unit in own for d in range(servos)), goal)
 
 
 def applied_action(output: Values, clip: float) -> Values:
@@ -56,13 +68,13 @@ def applied_action(output: Values, clip: float) -> Values:
     return output.clip(-clip, clip)
 
 
-def motor_command(position: Values, action: Values, command_range: tuple[float, float]) -> Values:
+def motor_command(position: Values, action: Values, command_range: tuple[Any, Any]) -> Values:
     """Return the desired motor angle [rad]: the action as an offset from where the motor is.
 
     Args:
         position: Measured motor angle [rad].
         action: Applied action [rad], of the same shape.
-        command_range: Least and greatest command [rad].
+        command_range: Least and greatest command [rad], or of each servo, shape (D,).
     """
     return (position + action).clip(*command_range)
 
@@ -80,19 +92,23 @@ def goal_angle(x: ArrayLike, z: ArrayLike) -> NDArray[np.float64]:
 class ObservationHistory:
     """The samples that W policies see, and the actions that they are made of.
 
+    Numbers of each servo have the shape (W, D), or (W,) where there is one.
+
     Args:
         worlds: Number of policies W.
         history: Samples in an observation.
+        servos: Number of servos D of each.
     """
 
-    def __init__(self, worlds: int = 1, history: int = HISTORY) -> None:
-        if worlds < 1 or history < 1:
+    def __init__(self, worlds: int = 1, history: int = HISTORY, servos: int = 1) -> None:
+        if worlds < 1 or history < 1 or servos < 1:
             raise InvalidParameter(
-                f"worlds and history must be 1 or more; they are {worlds} and {history}"
+                f"worlds, history and servos must be 1 or more; they are {worlds}, {history} and "
+                f"{servos}"
             )
-        self._samples = np.zeros((worlds, history, len(SAMPLE)), dtype=np.float32)
-        self._action = np.zeros(worlds, dtype=np.float32)
-        self._previous = np.zeros(worlds, dtype=np.float32)
+        self._samples = np.zeros((worlds, history, len(sample_of(servos))), dtype=np.float32)
+        self._action = np.zeros((worlds, servos), dtype=np.float32)
+        self._previous = np.zeros_like(self._action)
         self._fresh = np.ones(worlds, dtype=bool)
 
     @property
@@ -111,23 +127,30 @@ class ObservationHistory:
         self, position: ArrayLike, velocity: ArrayLike,
         alpha: ArrayLike,
     ) -> NDArray[np.float32]:  # fmt: skip
-        """Enter a sample and return the observations, shape (W, history * 5), as a new array.
+        """Enter a sample and return the observations, a row per policy, as a new array.
 
         Args:
-            position: Motor angles [rad], shape (W,).
-            velocity: Motor speeds [rad/s], shape (W,).
+            position: Motor angles [rad].
+            velocity: Motor speeds [rad/s].
             alpha: Goal angles [rad], shape (W,).
         """
         samples = self._samples
         samples[:, :-1] = samples[:, 1:]
-        latest = (position, velocity, self._action, self._previous, alpha)
-        for column, values in enumerate(latest):
-            samples[:, -1, column] = np.asarray(values, dtype=np.float32)
+        servos = self._action.shape[1]
+        latest = (position, velocity, self._action, self._previous)
+        for place, values in enumerate(latest):
+            columns = slice(place * servos, (place + 1) * servos)
+            samples[:, -1, columns] = self._per_servo(values)
+        samples[:, -1, -1] = np.asarray(alpha, dtype=np.float32)
         samples[self._fresh] = samples[self._fresh, -1:]
         self._fresh[:] = False
         return samples.reshape(len(samples), -1).copy()
 
     def act(self, action: ArrayLike) -> None:
-        """Note the actions [rad] that are applied from now on, shape (W,), already cut."""
+        """Note the actions [rad] that are applied from now on, already cut."""
         self._previous[:] = self._action
-        self._action[:] = np.asarray(action, dtype=np.float32)
+        self._action[:] = self._per_servo(action)
+
+    def _per_servo(self, values: ArrayLike) -> NDArray[np.float32]:
+        """Return numbers of each servo, shape (W, D)."""
+        return np.asarray(values, dtype=np.float32).reshape(self._action.shape)

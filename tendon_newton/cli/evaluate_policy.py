@@ -42,7 +42,7 @@ class EvaluatePolicyConfig:
     force: tuple[str, ...] = ("ideal",)
     """What pulls the simulated finger: ideal, model files (.toml), or force networks (.pt)."""
     finger: str = "finger"
-    """Bench with one tendon and a tip: a name under assets/, or a USD file."""
+    """Finger with a tip and tendons that close it: a name under assets/, or a USD file."""
     worlds: int = 1
     """Simulated fingers; all but the first have numbers of their own."""
     randomise: tuple[str, ...] = ("joint_friction", "link_mass", "spool_radius", "joint_spring")
@@ -205,9 +205,10 @@ def deployed(config: EvaluatePolicyConfig, policy: Path, folder: Path) -> Path:
 
 
 def tell_floor(scores: list[ClimbScore]) -> None:
-    """Say what part of the error no policy can avoid."""
+    """Say what part of the error no policy can avoid, where that is known."""
     least = scores[0].stairs[0]
-    print(
-        f"At goal {least.goal:.2f} rad no policy gets nearer than "
-        f"{1e3 * least.reachable_error:.1f} mm: gravity bends the open finger."
-    )
+    if least.reachable_error > 0.0:
+        print(
+            f"At goal {least.goal:.2f} rad no policy gets nearer than "
+            f"{1e3 * least.reachable_error:.1f} mm: gravity bends the open finger."
+        )

@@ -7,6 +7,9 @@ On what a diagnosis made of the model, within its intervals, or on a force netwo
   tendon-newton train-policy --force found/model.toml --randomise found/diagnosis.json --out policy
   tendon-newton train-policy --force networks/transformer-paper-0.pt --device cuda --out policy
 
+With a ball in the way of half of the episodes, to learn holding:
+  tendon-newton train-policy --obstacle sphere --device cuda --out holding
+
 On four GPUs of one machine:
   torchrun --nproc-per-node 4 -m tendon_newton train-policy --device cuda --out policy
 

@@ -20,6 +20,7 @@ from train.policy.environment_config import EnvironmentConfig
 from train.policy.force_model import open_force_model
 from train.policy.goal_path import GoalPath
 from train.policy.observation_tensors import ObservationTensors
+from train.policy.obstacle import ObstaclePlacer, with_obstacle
 from train.policy.randomisation import Randomiser, further_effects, ranges_of
 from train.policy.reward import step_reward
 from train.policy.training_config import OBSERVED
@@ -39,14 +40,15 @@ class Divergence:
     """Steps of the environment before it."""
     goal: float
     """Its goal angle [rad]."""
-    action: float
-    """What the policy had asked for [rad]; may be no number."""
+    action: tuple[float, ...]
+    """What the policy had asked of each servo [rad]; may be no number."""
 
     def __str__(self) -> str:
         """Say it in words."""
+        action = ", ".join(f"{each:.3f}" for each in self.action)
         return (
             f"world {self.world} diverged in step {self.step}, with goal {self.goal:.3f} rad and "
-            f"action {self.action:.3f} rad; it began anew"
+            f"action {action} rad; it began anew"
         )
 
 
@@ -68,9 +70,9 @@ class FingerEnvironment(VecEnv):
     ) -> None:
         self.config = self.cfg = config
         self.device = torch.device(device)
-        self.num_envs, self.num_actions = config.worlds, 1
         self.max_episode_length = config.episode_steps
-        self.mechanism = load_mechanism(config.finger)
+        self.mechanism = with_obstacle(load_mechanism(config.finger), config.obstacle)
+        self.num_envs, self.num_actions = config.worlds, len(self.mechanism.tendons)
         self.path = GoalPath(self.mechanism, self.device)
         self.path.require(config.goals)
         self.force = open_force_model(config.force, self.mechanism)
@@ -85,7 +87,20 @@ class FingerEnvironment(VecEnv):
         self.randomiser = Randomiser(
             self.loop, ranges, joint_friction=config.joint_friction, generator=self._generator
         )
-        self.history = ObservationTensors(config.worlds, config.history, self.device)
+        self.obstacle: ObstaclePlacer | None = None
+        """What puts something in the fingers' way, where the config asks for it."""
+        if config.obstacle != "none":
+            self.obstacle = ObstaclePlacer(
+                self.loop, config.obstacle, self.path, goals=config.goals,
+                chance=config.obstacle_chance, spread=config.spread, generator=self._generator,
+            )  # fmt: skip
+        self.command_ranges = self.path.command_ranges(config.command_range, self.spool_radius)
+        """Least and greatest command of each servo [rad]."""
+        ends = torch.tensor(self.command_ranges, dtype=torch.float32, device=self.device)
+        self._least, self._greatest = ends.unbind(dim=1)
+        self.history = ObservationTensors(
+            config.worlds, config.history, self.device, self.num_actions
+        )
         self.goal = torch.zeros(config.worlds, device=self.device)
         """Goal angles [rad], shape (W,)."""
         self.episode_length_buf = torch.zeros(config.worlds, dtype=torch.long, device=self.device)
@@ -98,7 +113,7 @@ class FingerEnvironment(VecEnv):
 
     @property
     def spool_radius(self) -> float:
-        """Nominal radius of the spool [m]."""
+        """Nominal radius of the spools [m]."""
         own = self.force.model.actuator.values.get("spool_radius")
         return self.mechanism.tendons[0].spool_radius if own is None else float(own)
 
@@ -118,7 +133,7 @@ class FingerEnvironment(VecEnv):
         return self.get_observations()
 
     def get_observations(self) -> TensorDict:
-        """Return what the policies see, shape (W, history * 5), under the name ``policy``."""
+        """Return what the policies see, shape (W, history * (4 D + 1)), named ``policy``."""
         return TensorDict({OBSERVED: self.history.flat()}, batch_size=[self.num_envs])
 
     def step(self, actions: Tensor) -> tuple[TensorDict, Tensor, Tensor, dict[str, Any]]:
@@ -128,7 +143,7 @@ class FingerEnvironment(VecEnv):
         neither seeks nor fears it; `divergences` names it.
 
         Args:
-            actions: Offsets of the commands from the motors [rad], shape (W, 1).
+            actions: Offsets of the commands from the motors [rad], shape (W, D).
 
         Returns:
             Observations, rewards (W,), whether an episode ended (W,), and for rsl-rl ``time_outs``
@@ -137,7 +152,8 @@ class FingerEnvironment(VecEnv):
         Raises:
             SimulationDiverged: More than half of all worlds diverged at once.
         """
-        asked = actions.detach().to(self.device, torch.float32).reshape(self.num_envs)
+        asked = actions.detach().to(self.device, torch.float32)
+        asked = asked.reshape(self.num_envs, self.num_actions)
         change = self._apply(asked)
         self.steps += 1
         self.episode_length_buf += 1
@@ -147,7 +163,7 @@ class FingerEnvironment(VecEnv):
             tip_error=tip_error,
             action=self.history.action,
             action_change=change,
-            tendon_speed=self.spool_radius * reading.motor_velocity[:, 0],
+            tendon_speed=self.spool_radius * reading.motor_velocity,
         )
         diverged = reading.diverged.clone()
         dones = diverged | (self.episode_length_buf >= self.max_episode_length)
@@ -164,10 +180,10 @@ class FingerEnvironment(VecEnv):
         return self.get_observations(), rewards, dones, {"time_outs": dones.float(), "log": log}
 
     def _apply(self, asked: Tensor) -> Tensor:
-        """Hold the commands of what the policies ask for, (W,), and return how actions change."""
+        """Hold the commands of what policies ask for, (W, D), and return how actions change."""
         action = applied_action(asked, self.config.action_clip)
-        position = self.loop.reading.motor_position[:, 0]
-        self.loop.step(motor_command(position, action, self.config.command_range)[:, None])
+        position = self.loop.reading.motor_position
+        self.loop.step(motor_command(position, action, (self._least, self._greatest)))
         before = self.history.action.clone()
         self.history.act(torch.where(torch.isfinite(action), action, 0.0))
         return self.history.action - before
@@ -181,30 +197,31 @@ class FingerEnvironment(VecEnv):
     def _begin(self, worlds: Tensor) -> None:
         """Begin episodes: new numbers, at rest under a command, the smaller the likelier."""
         self.randomiser.draw(worlds)
-        low, high = self.config.command_range
-        command = low + (high - low) * self._uniform().square()
-        self.loop.reset(command[:, None], worlds)
+        if self.obstacle is not None:
+            self.obstacle.draw(worlds)
+        share = self._uniform(self.num_actions).square()
+        self.loop.reset(self._least + (self._greatest - self._least) * share, worlds)
         self.history.reset(worlds)
         self.goal.copy_(torch.where(worlds, self._draw_goals(), self.goal))
         self.episode_length_buf.masked_fill_(worlds, 0)
 
     def _renew_goals(self, dones: Tensor) -> None:
         """Give some of the worlds that go on a new goal."""
-        renewed = (self._uniform() < self.config.goal_change) & ~dones
+        renewed = (self._uniform()[:, 0] < self.config.goal_change) & ~dones
         self.goal.copy_(torch.where(renewed, self._draw_goals(), self.goal))
 
     def _draw_goals(self) -> Tensor:
         low, high = self.config.goals
-        return low + (high - low) * self._uniform()
+        return low + (high - low) * self._uniform()[:, 0]
 
-    def _uniform(self) -> Tensor:
-        """Return a number between 0 and 1 for each world."""
-        return torch.rand(self.num_envs, generator=self._generator, device=self.device)
+    def _uniform(self, count: int = 1) -> Tensor:
+        """Return some numbers between 0 and 1 for each world, shape (W, count)."""
+        return torch.rand(self.num_envs, count, generator=self._generator, device=self.device)
 
     def _observe(self) -> None:
         """Let the policies see what the sensors report."""
         reading = self.loop.reading
-        self.history.observe(reading.motor_position[:, 0], reading.motor_velocity[:, 0], self.goal)
+        self.history.observe(reading.motor_position, reading.motor_velocity, self.goal)
 
     def _note_divergences(self, diverged: Tensor, asked: Tensor) -> None:
         """Name the worlds that diverged, and stop where it is not a few."""
@@ -213,7 +230,7 @@ class FingerEnvironment(VecEnv):
         for world in worlds[-KEPT_DIVERGENCES:]:
             fault = Divergence(
                 world=world, step=self.steps, goal=float(self.goal[world]),
-                action=float(asked[world]),
+                action=tuple(asked[world].tolist()),
             )  # fmt: skip
             self.divergences.append(fault)
         if 2 * len(worlds) > self.num_envs > 1:

@@ -7,6 +7,7 @@ from typing import Literal
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.policy_observation import HISTORY, RATE
 
+ObstacleChoice = Literal["none", "sphere", "box", "plane"]
 POSITIVE = ("worlds", "history", "rate", "episode", "action_clip", "max_step")
 NOT_NEGATIVE = (
     "joint_friction", "goal_weight", "smooth_weight", "tendon_speed_weight", "effort_weight",
@@ -20,7 +21,7 @@ class EnvironmentConfig:
     worlds: int = 4096
     """Fingers that learn side by side."""
     finger: str = "finger"
-    """Bench with one tendon and a tip: a name under assets/, or a USD file."""
+    """Finger with a tip and tendons that close it: a name under assets/, or a USD file."""
     force: str = "ideal"
     """What the servo pulls with: ideal, a model file (.toml), or a force network (.pt)."""
     randomise: tuple[str, ...] = ("joint_friction", "link_mass", "spool_radius", "joint_spring")
@@ -31,6 +32,11 @@ class EnvironmentConfig:
     joint_friction: float = 0.1
     """Dry friction about which joint_friction is drawn, as a share of the torque of a joint's
     spring at the end of its range; a model's own joint_dry_friction counts instead."""
+    obstacle: ObstacleChoice = "none"
+    """What is in the finger's way: none, or a sphere, a box or a plane that the tip meets at an
+    angle drawn like a goal; its size, stiffness and friction are drawn too."""
+    obstacle_chance: float = 0.5
+    """Share of the episodes with an obstacle [1]."""
     rate: float = RATE
     """Policy steps per second [Hz]."""
     history: int = HISTORY
@@ -41,8 +47,10 @@ class EnvironmentConfig:
     """Least and greatest goal angle [rad]."""
     goal_change: float = 0.005
     """Chance that a step ends with a new goal [1]."""
-    command_range: tuple[float, float] = (0.0, 2.0 * pi)
-    """Least and greatest command [rad]."""
+    command_range: tuple[float, float] = (-0.4, 2.0 * pi)
+    """Least and greatest command of a servo that closes [rad]; of one that opens, counted from its
+    angle in the closed finger. Below zero, so that the servo pays the tendon out to its end: within
+    0.3 rad of a command its gear does not move. The bench stops at -0.5 rad."""
     action_clip: float = 3.0
     """Greatest offset of the command from the motor [rad]: at 4.2 N/rad the finger needs 2.5 rad to
     hold the greatest goal with springs that are 30 % too stiff."""
@@ -67,7 +75,7 @@ class EnvironmentConfig:
         for name in NOT_NEGATIVE:
             if not getattr(self, name) >= 0.0:
                 raise InvalidParameter(f"{name} must not be negative; it is {getattr(self, name)}")
-        for name, highest in (("spread", 0.9), ("goal_change", 1.0)):
+        for name, highest in (("spread", 0.9), ("goal_change", 1.0), ("obstacle_chance", 1.0)):
             if not 0.0 <= getattr(self, name) <= highest:
                 raise InvalidParameter(
                     f"{name} must be between 0 and {highest:g}; it is {getattr(self, name)}"

@@ -13,7 +13,7 @@ from tendon_newton.errors import InvalidParameter
 from tendon_newton.mechanisms.kinematics import posture
 from tendon_newton.mechanisms.mechanism import Mechanism, load_mechanism
 from tendon_newton.mechanisms.parts import freeze_arrays
-from tendon_newton.mechanisms.statics import closing_path
+from tendon_newton.mechanisms.statics import closing_path, closing_tendons
 from tendon_newton.policy_card import PolicyCard
 from tendon_newton.policy_observation import (
     ObservationHistory,
@@ -36,7 +36,7 @@ class RunnablePolicy:
     name: str
     card: PolicyCard
     run: Callable[[Any], Any]
-    """Gives the output [rad] of one observation in float32, shape (1, history * 5)."""
+    """Gives the outputs [rad] of one observation, a row in float32: one for each servo."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,9 +57,9 @@ class Climb:
     goal_point: Array
     """Where it should be [m], shape (T, 3)."""
     command: Array
-    """Desired motor angles [rad], shape (T, W)."""
+    """Desired angles of the first motor [rad], shape (T, W)."""
     motor_position: Array
-    """Motor angles [rad], shape (T, W)."""
+    """Angles of the first motor [rad], shape (T, W)."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self)
@@ -102,20 +102,27 @@ def climb(
 ) -> Climb:
     """Run one policy from rest with the motor at home."""
     loop, mechanism, place = make_worlds(config, generator)
-    history = ObservationHistory(config.worlds, policy.card.history)
-    loop.reset(torch.full((config.worlds, 1), policy.card.command_range[0]))
+    card = policy.card
+    if loop.tendon_count != card.servo_count:
+        raise InvalidParameter(
+            f"{policy.name}: the policy drives {card.servo_count} servos; {config.finger!r} has "
+            f"{loop.tendon_count}"
+        )
+    history = ObservationHistory(config.worlds, card.history, card.servo_count)
+    least, greatest = np.array(card.command_ranges, dtype=np.float32).T
+    loop.reset(torch.from_numpy(np.tile(least, (config.worlds, 1))))
     rows: list[tuple[Array, ...]] = []
     for goal in goals:
         reading = loop.reading
         assert reading.tip is not None
-        position = reading.motor_position[:, 0].numpy()
-        seen = history.observe(position, reading.motor_velocity[:, 0].numpy(), goal)
-        output = np.array([float(np.ravel(policy.run(row[None]))[0]) for row in seen], np.float32)
-        action = applied_action(output, policy.card.action_clip)
-        command = motor_command(position, action, policy.card.command_range)
-        rows.append((reading.tip.numpy().copy(), command, position.copy()))
+        position = reading.motor_position.numpy()
+        seen = history.observe(position, reading.motor_velocity.numpy(), goal)
+        output = np.array([np.ravel(policy.run(row[None])) for row in seen], np.float32)
+        action = applied_action(output, card.action_clip)
+        command = motor_command(position, action, (least, greatest))
+        rows.append((reading.tip.numpy().copy(), command[:, 0], position[:, 0].copy()))
         history.act(action)
-        loop.step(torch.from_numpy(command)[:, None])
+        loop.step(torch.from_numpy(command))
         loop.require_finite()
     tip, command, position = (np.array(column) for column in zip(*rows, strict=True))
     return Climb(
@@ -166,8 +173,12 @@ def reachable_error(mechanism: Mechanism, goals: Array) -> Array:
     """Return how near to each goal point the nominal tip can rest under gravity [m], shape (T,).
 
     No policy does better there for long: gravity bends the finger even where the tendon is slack.
+    A tendon that opens can hold it up, and then nothing is known: 0.
     """
-    resting = closing_path(mechanism).tip
+    closing = closing_tendons(mechanism)
+    if len(closing) < len(mechanism.tendons):
+        return np.zeros(len(goals))
+    resting = closing_path(mechanism, tendon=closing).tip
     assert resting is not None
     gaps = goal_points(mechanism, goals)[:, None] - resting[None]
     return np.min(np.linalg.norm(gaps, axis=-1), axis=1)

@@ -16,7 +16,14 @@ from tendon_newton import __version__
 from tendon_newton.actuators.networks.artifact import torchscript
 from tendon_newton.actuators.networks.onnx_file import export
 from tendon_newton.errors import InvalidOutput
-from tendon_newton.policy_card import CARD_KEY, CARD_NAME, PolicyCard, PolicyTraining
+from tendon_newton.policy_card import (
+    CARD_KEY,
+    CARD_NAME,
+    FurtherServo,
+    PolicyCard,
+    PolicyTraining,
+)
+from tendon_newton.policy_observation import sample_of
 from tendon_newton.trust import trust_content
 from train.actuator.export import git_commit
 from train.policy.curve import CurvePoint, curve_table
@@ -41,7 +48,7 @@ class ExportedPolicy:
 
 
 class PolicyNetwork(nn.Module):
-    """What a policy is in use: observations (W, history * 5) in SI units to actions (W, 1) [rad].
+    """What a policy is in use: observations in SI units, a row each, to actions (W, D) [rad].
 
     Args:
         actor: rsl-rl's model.
@@ -76,12 +83,15 @@ def make_card(
     environment: FingerEnvironment, config: PolicyTrainingConfig, points: Sequence[CurvePoint]
 ) -> PolicyCard:
     """Say what a policy sees and does, and where it comes from."""
-    own, tendon = environment.config, environment.mechanism.tendons[0]
+    own = environment.config
+    first, *further = servos_of(environment)
     return PolicyCard(
-        command_range=own.command_range,
-        spool_radius=environment.spool_radius,
-        servo=tendon.servo.replace("-", "_") or UNNAMED_SERVO,
-        force_limit=tendon.force_limit,
+        command_range=first.command_range,
+        spool_radius=first.spool_radius,
+        servo=first.servo,
+        force_limit=first.force_limit,
+        further_servos=tuple(further),
+        observation=sample_of(environment.num_actions),
         action_clip=own.action_clip,
         goal_range=own.goals,
         rate=own.rate,
@@ -98,6 +108,21 @@ def make_card(
             files=files_of(environment, config),
         ),
     )
+
+
+def servos_of(environment: FingerEnvironment) -> list[FurtherServo]:
+    """Return what a card says of each servo, in the order of the tendons."""
+    return [
+        FurtherServo(
+            command_range=command_range,
+            spool_radius=environment.spool_radius,
+            servo=tendon.servo.replace("-", "_") or UNNAMED_SERVO,
+            force_limit=tendon.force_limit,
+        )
+        for tendon, command_range in zip(
+            environment.mechanism.tendons, environment.command_ranges, strict=True
+        )
+    ]
 
 
 def write_policy_onnx(path: Path, network: nn.Module, card: PolicyCard) -> None:

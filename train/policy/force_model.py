@@ -79,10 +79,13 @@ def open_force_model(force: str, mechanism: Mechanism) -> ForceModel:
 
 
 def trust_force(force: str) -> None:
-    """Trust the force network that a training names, from now on."""
+    """Trust the force network that a training names, if it names one, from now on."""
     path = Path(force)
     if path.suffix == ".toml":
-        path = network_file(load_model(path))
+        model = load_model(path)
+        if "file" not in model.actuator.values:
+            return
+        path = network_file(model)
     if force != IDEAL:
         load_network(path, trust=True)
 

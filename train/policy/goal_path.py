@@ -9,7 +9,8 @@ from torch import Tensor
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.mechanisms.kinematics import posture
 from tendon_newton.mechanisms.mechanism import Mechanism
-from tendon_newton.mechanisms.statics import closing_path
+from tendon_newton.mechanisms.parts import excursion
+from tendon_newton.mechanisms.statics import closing_path, closing_tendons
 from tendon_newton.policy_observation import goal_angle
 from tendon_newton.recording import Array
 
@@ -20,13 +21,13 @@ EQUILIBRIA = 201
 
 
 class GoalPath:
-    """The path of the tip while the tendon closes the nominal finger without friction and gravity.
+    """The path of the tip while tendons close the nominal finger without friction and gravity.
 
-    A goal angle alpha, seen from the first joint's axis, means the point of the path with that
-    angle.
+    All tendons that close pull with one tension, and those that open hang loose. A goal angle
+    alpha, seen from the first joint's axis, means the point of the path with that angle.
 
     Args:
-        mechanism: A finger with one tendon and a tip.
+        mechanism: A finger with a tip.
         device: Where the table lives.
 
     Raises:
@@ -34,7 +35,8 @@ class GoalPath:
     """
 
     def __init__(self, mechanism: Mechanism, device: torch.device | str = "cpu") -> None:
-        alpha, tip = tip_path(mechanism)
+        alpha, tip, self._closed = tip_path(mechanism)
+        self._mechanism = mechanism
         self.range = (float(alpha[0]), float(alpha[-1]))
         """Angles from the open to the closed finger [rad]."""
         grid = np.linspace(*self.range, POINTS)
@@ -52,6 +54,25 @@ class GoalPath:
         start = self._table[first.long()]
         return start + (place - first)[:, None] * (self._table[first.long() + 1] - start)
 
+    def command_ranges(
+        self, command_range: tuple[float, float], spool_radius: float
+    ) -> tuple[tuple[float, float], ...]:
+        """Return least and greatest command of each servo [rad].
+
+        That of a servo that opens begins where its string is all let out: at the path's end.
+
+        Args:
+            command_range: That of a servo that closes [rad].
+            spool_radius: Of all spools [m].
+        """
+        tendons, closing = self._mechanism.tendons, closing_tendons(self._mechanism)
+        starts = [
+            0.0 if d in closing else float(excursion(tendon, self._closed)) / spool_radius
+            for d, tendon in enumerate(tendons)
+        ]
+        low, high = command_range
+        return tuple((low + start, high + start) for start in starts)
+
     def require(self, goals: tuple[float, float]) -> None:
         """Refuse goal angles [rad] that are not on the path.
 
@@ -66,14 +87,15 @@ class GoalPath:
             )
 
 
-def tip_path(mechanism: Mechanism) -> tuple[Array, Array]:
-    """Return goal angles [rad], shape (N,), and the tip's path [m], shape (N, 3)."""
-    if mechanism.tip is None or len(mechanism.tendons) != 1:
+def tip_path(mechanism: Mechanism) -> tuple[Array, Array, Array]:
+    """Return goal angles [rad], (N,), the tip's path [m], (N, 3), and the last posture [rad]."""
+    closing = closing_tendons(mechanism)
+    if mechanism.tip is None or not closing:
         raise InvalidParameter(
-            f"a policy moves the tip of a finger with one tendon; {mechanism.name!r} has "
-            f"{len(mechanism.tendons)} and {'no' if mechanism.tip is None else 'a'} tip"
+            f"a policy moves the tip of a finger that tendons close; {mechanism.name!r} has "
+            f"{len(closing)} of them and {'no' if mechanism.tip is None else 'a'} tip"
         )
-    path = closing_path(mechanism, count=EQUILIBRIA, gravity=np.zeros(3))
+    path = closing_path(mechanism, tendon=closing, count=EQUILIBRIA, gravity=np.zeros(3))
     assert path.tip is not None
     seen = path.tip - posture(mechanism, np.zeros(len(mechanism.joints))).anchor[0]
     alpha = np.unwrap(goal_angle(seen[:, 0], seen[:, 2]))
@@ -82,4 +104,4 @@ def tip_path(mechanism: Mechanism) -> tuple[Array, Array]:
             f"a goal angle must mean one point; the tip of {mechanism.name!r} comes back to angles "
             "that it has passed"
         )
-    return alpha, path.tip
+    return alpha, path.tip, path.joint_position[-1]

@@ -137,8 +137,8 @@ class Randomiser:
                 self._draw_bench(number, worlds)
             else:
                 values = self._loop.numbers(number.owner, number.name)
-                drawn = self._uniform(number, values)
-                values.copy_(torch.where(worlds, drawn, values))
+                chosen = worlds.reshape(-1, *[1] * (values.ndim - 1))
+                values.copy_(torch.where(chosen, self._uniform(number, values), values))
 
     def _draw_bench(self, number: NumberRange, worlds: Tensor) -> None:
         """Multiply nominal numbers of the mechanism, shape (W, J, ...) or (W, D)."""
@@ -169,7 +169,8 @@ def make_friction_own(loop: ControlLoop, fraction: float) -> None:
     share = torch.full((loop.world_count, 1), fraction, dtype=torch.float64)
     if FRICTION_EFFECT[0] in loop.solver.table.effects:
         own = loop.numbers(*FRICTION_EFFECT)
-        share = own.clone()[:, None]
+        share = own.clone().reshape(loop.world_count, -1)
+        share = share.repeat_interleave(loop.joint_count // share.shape[1], dim=1)
         own.fill_(0.0)
     stiffness, upper, rest, friction = (
         loop.bench_numbers(name) for name in ("stiffness", "upper", "rest", "friction")

@@ -1,7 +1,9 @@
 r"""What a policy is paid for each step.
 
-.. math:: r = -w_g \lVert p_{goal} - p_{tip} \rVert - w_s \lvert a_t - a_{t-1} \rvert
-    - w_v (r \dot\theta)^2 - w_e a_t^2
+.. math:: r = -w_g \lVert p_{goal} - p_{tip} \rVert - \sum_d ( w_s \lvert a_t - a_{t-1} \rvert
+    + w_v (r \dot\theta)^2 + w_e a_t^2 )
+
+with the sum over the servos.
 
 Source: Yuryev and Hughes, Tendon Force Modeling for Sim2Real Transfer (2026), eq. 8, for the first
 two terms; their code has the others, and squares the change of the action.
@@ -27,13 +29,14 @@ def step_reward(
     Args:
         config: Its weights are the prices.
         tip_error: Distance between tip and goal after the step [m].
-        action: Action applied [rad].
-        action_change: Against the step before [rad].
-        tendon_speed: Of the wound tendon [m/s].
+        action: Actions applied [rad], shape (W, D).
+        action_change: Against the step before [rad], shape (W, D).
+        tendon_speed: Of the wound tendons [m/s], shape (W, D).
     """
-    price = config.goal_weight * tip_error + config.smooth_weight * action_change.abs()
+    price = config.goal_weight * tip_error
+    price = price + config.smooth_weight * action_change.abs().sum(dim=-1)
     if config.tendon_speed_weight:
-        price = price + config.tendon_speed_weight * tendon_speed.square()
+        price = price + config.tendon_speed_weight * tendon_speed.square().sum(dim=-1)
     if config.effort_weight:
-        price = price + config.effort_weight * action.square()
+        price = price + config.effort_weight * action.square().sum(dim=-1)
     return -price

@@ -22,7 +22,7 @@ from train.policy.curve import CurveLogger, CurvePoint, Progress
 from train.policy.environment import FingerEnvironment
 from train.policy.force_model import hashes
 from train.policy.process import Process
-from train.policy.training_config import PolicyTrainingConfig, to_rsl_rl
+from train.policy.training_config import PolicyTrainingConfig, exploration_at, to_rsl_rl
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,6 +79,7 @@ def train_policy(
             environment.reset(seed=process.seed_draws(config.seed, done))
             ahead = config.checkpoint_every - done % config.checkpoint_every
             runner.current_learning_iteration = done
+            explore(runner, exploration_at(config, done))
             runner.learn(min(ahead, config.iterations - done))
             if first:
                 save_checkpoint(out / "checkpoints", settings, logger.points, runner.alg)
@@ -95,6 +96,11 @@ def make_runner(environment: FingerEnvironment, config: PolicyTrainingConfig, de
 
     with contextlib.redirect_stdout(io.StringIO()):  # it prints its networks
         return OnPolicyRunner(environment, to_rsl_rl(config), log_dir=None, device=device)
+
+
+def explore(runner: Any, deviation: float) -> None:
+    """Set the standard deviation of the actions [rad]; no gradient reaches it."""
+    runner.alg.actor.distribution.std_param.data.fill_(deviation)
 
 
 def files_of(environment: FingerEnvironment, config: PolicyTrainingConfig) -> dict[str, str]:

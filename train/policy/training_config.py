@@ -45,8 +45,12 @@ class PolicyTrainingConfig:
     """What a reward is worth one step earlier."""
     trace: float = 0.95
     """How far an advantage looks ahead before it asks the critic (the lambda of GAE)."""
-    exploration: float = 0.2
-    """Standard deviation of the actions in training [rad]; it is given, and not learned."""
+    exploration: float = 0.7
+    """Standard deviation of the actions in training [rad]; it is given, and not learned. Less than
+    what breaks a gear's friction loose hardly moves a finger, and teaches nothing."""
+    exploration_end: float | None = None
+    """What it falls to [rad], evenly from checkpoint to checkpoint, so that the policy learns to be
+    precise at last; it stays by default."""
     gradient_limit: float = 1.0
     """Longest gradient of an update."""
     hidden: tuple[int, ...] = (128, 64, 32)
@@ -68,6 +72,10 @@ class PolicyTrainingConfig:
                 raise InvalidParameter(
                     f"{name} must be between 0 and 1; it is {getattr(self, name)}"
                 )
+        if self.exploration_end is not None and not 0.0 < self.exploration_end < 1.0e9:
+            raise InvalidParameter(
+                f"exploration_end must be positive; it is {self.exploration_end}"
+            )
         if self.seed < 0:
             raise InvalidParameter(f"seed must not be negative; it is {self.seed}")
         if not self.hidden or min(self.hidden) < 1:
@@ -78,6 +86,12 @@ class PolicyTrainingConfig:
         """Updates of the weights per epoch."""
         steps = self.environment.worlds * self.steps
         return max(1, -(-steps // self.batch))
+
+
+def exploration_at(config: PolicyTrainingConfig, done: int) -> float:
+    """Return the standard deviation of the actions [rad] after so many iterations."""
+    end = config.exploration if config.exploration_end is None else config.exploration_end
+    return config.exploration + done / config.iterations * (end - config.exploration)
 
 
 def to_rsl_rl(config: PolicyTrainingConfig) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from tendon_newton.policy_observation import (
     applied_action,
     goal_angle,
     motor_command,
+    sample_of,
 )
 
 
@@ -78,8 +79,24 @@ def test_the_goal_angle_is_that_of_the_contract() -> None:
     assert goal_angle(0.0, -0.05) == pytest.approx(np.pi / 2)
 
 
-@pytest.mark.parametrize(("worlds", "history"), [(0, 30), (1, 0)])
-def test_an_empty_history_is_refused(worlds: int, history: int) -> None:
-    """No world, or no sample, is no observation."""
+@pytest.mark.parametrize(("worlds", "history", "servos"), [(0, 30, 1), (1, 0, 1), (1, 30, 0)])
+def test_an_empty_history_is_refused(worlds: int, history: int, servos: int) -> None:
+    """No world, no sample, or no servo, is no observation."""
     with pytest.raises(InvalidParameter, match="1 or more"):
-        ObservationHistory(worlds, history)
+        ObservationHistory(worlds, history, servos)
+
+
+def test_with_several_servos_each_number_stands_once_per_servo() -> None:
+    """Angles, speeds, both last actions, each of all servos in their order, and one goal."""
+    history = ObservationHistory(1, 2, 2)
+    history.observe([[1.0, 2.0]], [[3.0, 4.0]], [0.5])
+    history.act([[5.0, 6.0]])
+    history.observe([[1.0, 2.0]], [[3.0, 4.0]], [0.5])
+    history.act([[7.0, 8.0]])
+    latest = history.observe([[1.0, 2.0]], [[3.0, 4.0]], [0.5])[0, -9:]
+    np.testing.assert_array_equal(latest, [1.0, 2.0, 3.0, 4.0, 7.0, 8.0, 5.0, 6.0, 0.5])
+    assert [name for name, _ in sample_of(2)] == [
+        "theta_0", "theta_1", "theta_dot_0", "theta_dot_1", "action_0", "action_1",
+        "previous_action_0", "previous_action_1", "alpha",
+    ]  # fmt: skip
+    assert sample_of(1) == SAMPLE

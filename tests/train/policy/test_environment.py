@@ -80,8 +80,8 @@ def test_goals_change_within_episodes_at_the_stated_rate() -> None:
 def test_the_reward_is_the_stated_sum() -> None:
     """By hand; speed and effort cost nothing unless asked for."""
     terms = {
-        "tip_error": torch.tensor([0.02]), "action": torch.tensor([1.5]),
-        "action_change": torch.tensor([-0.5]), "tendon_speed": torch.tensor([0.1]),
+        "tip_error": torch.tensor([0.02]), "action": torch.tensor([[1.5]]),
+        "action_change": torch.tensor([[-0.5]]), "tendon_speed": torch.tensor([[0.1]]),
     }  # fmt: skip
     usual = EnvironmentConfig(goal_weight=5.0, smooth_weight=0.01)
     assert float(step_reward(usual, **terms)) == pytest.approx(-5.0 * 0.02 - 0.01 * 0.5)
@@ -169,7 +169,7 @@ def test_the_same_seed_gives_the_same_worlds() -> None:
         ({"spread": 1.0}, "spread must be between 0 and 0.9"),
         ({"action_clip": float("nan")}, "action_clip must be positive"),
         ({"goals": (0.0, 3.0)}, "goals must be angles that this finger passes"),
-        ({"finger": "spring_weak"}, "has 1 and no tip"),
+        ({"finger": "spring_weak"}, "has 1 of them and no tip"),
     ],
 )
 def test_what_makes_no_sense_is_refused(changes: dict[str, Any], said: str) -> None:

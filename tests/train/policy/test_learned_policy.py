@@ -145,12 +145,11 @@ def test_training_and_deployment_see_the_same_in_one_recording(learned: Learned)
         step = pilot.step(
             ServoState(time=time, position=theta, velocity=theta_dot, current=0.0), goal
         )
-        tensors.observe(
-            *(torch.tensor([value], dtype=torch.float64) for value in (theta, theta_dot, goal))
-        )
+        own = (torch.tensor([[value]], dtype=torch.float64) for value in (theta, theta_dot))
+        tensors.observe(*own, torch.tensor([goal], dtype=torch.float64))
         assert np.array_equal(seen[-1], tensors.flat().numpy()), k
         pilot.apply(step)
-        tensors.act(torch.tensor([step.action]))
+        tensors.act(torch.tensor([[step.action]]))
     assert len(seen) == 200
 
 
