@@ -17,6 +17,32 @@ INPUTS = ("theta_d", "theta", "theta_dot")
 UNITS = ("rad", "rad", "rad/s", "N")
 """Of the inputs, then of the output."""
 KINDS = ("mlp", "rnn", "transformer")
+PURPOSES = ("prediction", "simulation")
+HOLD_LIMIT = 1000.0
+"""Largest stiffness [N/rad] and damping [N s/rad] of a card: a hundred times a hobby servo's."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class HoldLaw:
+    """How a network's force answers to the shaft until the network is asked again."""
+
+    stiffness: float = 0.0
+    """By how much it falls as the shaft turns [N/rad]."""
+    damping: float = 0.0
+    """By how much it falls as the shaft turns faster [N s/rad]."""
+
+    def __post_init__(self) -> None:
+        """Refuse a servo that pushes on."""
+        for name in ("stiffness", "damping"):
+            value = getattr(self, name)
+            if not 0.0 <= value <= HOLD_LIMIT:
+                raise InvalidNetworkFile(
+                    f"card: {name} of hold must be 0 to {HOLD_LIMIT:g}; it is {value!r}"
+                )
+
+
+PLAIN_HOLD = HoldLaw()
+"""The paper's: the force stays as it is."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,6 +110,10 @@ class ForceNetworkCard:
     training: Training
     held_out: HeldOut | None = None
     """Absent where the dataset has no test recordings."""
+    purpose: Literal["prediction", "simulation"] = "prediction"
+    """What it was trained for: forces along measured motion, or the loop of a simulation."""
+    hold: HoldLaw = PLAIN_HOLD
+    """What a simulation makes of its force between two queries."""
     inputs: tuple[str, ...] = INPUTS
     """Columns of a sample."""
     units: tuple[str, ...] = UNITS
@@ -95,6 +125,7 @@ class ForceNetworkCard:
         promises = (
             ("schema", self.schema, self.schema == SCHEMA, f"{SCHEMA}"),
             ("kind", self.kind, self.kind in KINDS, f"one of {', '.join(KINDS)}"),
+            ("purpose", self.purpose, self.purpose in PURPOSES, f"one of {', '.join(PURPOSES)}"),
             ("inputs", self.inputs, self.inputs == INPUTS, f"{list(INPUTS)}"),
             ("units", self.units, self.units == UNITS, f"{list(UNITS)}"),
             ("window", self.window, 1 <= self.window <= 10_000, "1 to 10000 samples"),
@@ -118,6 +149,7 @@ class ForceNetworkCard:
         table = asdict(self) | {"bounds": {key: list(pair) for key, pair in self.bounds.items()}}
         for name, key in FILE_KEYS.items():
             table[key] = table.pop(name)
+        table["hold"] = {key: getattr(self.hold, name) for name, key in HOLD_KEYS.items()}
         return json.dumps(table, indent=1)
 
     @staticmethod
@@ -149,11 +181,14 @@ class ForceNetworkCard:
 
 FILE_KEYS = {"rate": "rate_hz", "force_limit": "force_limit_n"}
 """Attribute -> key in a file, where bare numbers carry their unit in the name."""
+HOLD_KEYS = {"stiffness": "stiffness_n_per_rad", "damping": "damping_n_s_per_rad"}
+"""The same of a `HoldLaw`."""
 
 
 def read_card(table: Mapping[str, Any]) -> ForceNetworkCard:
     """Build a card from the table that JSON gives."""
     training, held_out = table["training"], table.get("held_out")
+    hold = table.get("hold", {})
     return ForceNetworkCard(
         schema=table["schema"],
         kind=table["kind"],
@@ -173,6 +208,8 @@ def read_card(table: Mapping[str, Any]) -> ForceNetworkCard:
         held_out=None
         if held_out is None
         else HeldOut(**held_out | {"recordings": tuple(held_out["recordings"])}),
+        purpose=table.get("purpose", "prediction"),
+        hold=HoldLaw(**{name: float(hold.get(key, 0.0)) for name, key in HOLD_KEYS.items()}),
     )
 
 

@@ -7,42 +7,81 @@ from typing import Any
 import warp as wp
 
 from tendon_newton.actuators.base import Actuator
-from tendon_newton.device_code.placeholders import Jet, ParameterVector, real
+from tendon_newton.device_code.placeholders import TENDONS, Jet, ParameterVector, real
 from tendon_newton.device_code.templates import device_template
+from tendon_newton.parameters import Parameter
 
 HELD_MEMORY = 0
-"""Where the held forces stand in a world's memory."""
+"""Where the held forces stand in a world's memory; what each is reckoned from stands behind."""
+
+AT_REST = 1.0e6
+"""Time [s] since the last instant, beyond which a world has come to rest for good."""
+
+DAMPED_INERTIA = 1.25e-5
+"""Inertia at the spool [kg m2] beside each N s/rad of damping: on a spool of 12.5 mm a millisecond
+for a free shaft to stop, two of the longest steps."""
+
+
+@device_template
+def hold_answer(p: ParameterVector, angle: Jet, rate: Jet) -> Jet:
+    """Return by how much the force [N] falls with the shaft's angle [rad] and rate [rad/s]."""
+    return angle * p[0] + rate * p[1]
 
 
 class Learned(Actuator):
     r"""A network that has learned the force from what the servo was asked and what it did.
 
-    .. math:: F(t) = \operatorname{clip}\left(f(o_{k-H+1}, \dots, o_k), 0, F_{max}\right), \qquad
-        o_k = (\theta_d, \theta, \dot\theta)(t_k), \qquad t_k \le t < t_{k+1}
+    .. math:: F(t) = F_k - K\,(\theta(t) - \theta_k) - D\,(\dot\theta(t) - \dot\theta_k), \qquad
+        t_k \le t < t_{k+1}
 
-    The network is asked at its own rate; its force is held in between. The other stages stay where
+    .. math:: F_k = f(o_{k-H+1}, \dots, o_k), \qquad o_k = (\theta_d, \theta, \dot\theta)(t_k)
+
+    The network is asked at its own rate; in between, the force answers to the shaft as a motor
+    does, and stays in [0, F_max]. With K = D = 0 it is held, as in the paper. K and D stand on the
+    network's card; a model file may give others. They make no network better: a light mechanism
+    moves far within 50 ms, and a motor's back-EMF that acts so late is no brake but a push.
+
+    The other stages stay where
     they are: what acts on the command (command_delay) or on the position error (gain_error,
     deadband) acts on the :math:`\theta_d` that the network is shown, since a network has no gain
-    that they could change; the servo's limit, lags and frictions act on the force that it gives.
-    A friction that the network has learned already must not be listed again.
+    that they could change; the servo's limit, lags and frictions act on the force that it gives,
+    which for a network of motor forces may be negative. A friction that the network has learned
+    already must not be listed again.
 
     Source: Yuryev and Hughes, Tendon Force Modeling for Sim2Real Transfer (2026), section II-B:
-    H = 30 samples at 20 Hz.
+    H = 30 samples at 20 Hz, held.
     """
 
     name = "learned"
-    parameters = ()
+    parameters = (
+        Parameter(
+            name="hold_stiffness", unit="N/rad", null=0.0, nominal=6.0, lower=0.0, upper=1000.0,
+            source="fitted to train recordings; the virtual bench has 6.3 N/rad",
+        ),
+        Parameter(
+            name="hold_damping", unit="N s/rad", null=0.0, nominal=10.0, lower=0.0, upper=1000.0,
+            source="the same fit; 10.6 N s/rad there, which is back-EMF",
+        ),
+    )  # fmt: skip
     held = True
 
     @staticmethod
     @device_template
     def force(error: Jet, tendon: Any, p: ParameterVector) -> Jet:
-        """The force that the network gave last; it answers to nothing until the next query."""
+        """F = F_k - K (theta - theta_k) - D (theta_dot - theta_dot_k); where all rests, F = F_k."""
         place = wp.static(HELD_MEMORY) + tendon.index
-        return Jet(tendon.memory[place], real(0.0), real(0.0))
+        held = Jet(tendon.memory[place], real(0.0), real(0.0))
+        if tendon.elapsed < real(AT_REST):
+            angle = Jet(tendon.command - tendon.error, tendon.inverse_radius, real(0.0))
+            since = Jet(tendon.memory[place + TENDONS], real(0.0), real(0.0))
+            held = held + since - hold_answer(p, angle, tendon.angle_rate)
+        return held
 
     @staticmethod
     @device_template
     def armature(p: ParameterVector) -> real:
-        """What the rotor's inertia does to the force, the network has learned with the rest."""
-        return real(0.0)
+        """What the rotor's inertia does to the force, the network has learned with the rest.
+
+        A twentieth of it stays beside damping, which else stops a light finger within 0.05 ms.
+        """
+        return p[1] * real(DAMPED_INERTIA)

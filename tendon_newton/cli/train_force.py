@@ -7,6 +7,11 @@ servo. Whole train recordings are held out to stop the training; test recordings
 OUT gets the network (NAME.pt with its card, and NAME.onnx), how the training went (NAME.json, a
 TensorBoard log) and a checkpoint. The same command goes on with a training that was interrupted.
 
+  tendon-newton train-force recordings --purpose simulation --out networks
+
+makes one for simulations, where it also knows what the servo gives beside all recorded motion: it
+is less exact along recordings, and several times as exact in a closed loop.
+
   tendon-newton train-force recordings --without-load-cell --out networks
 
 reads no force of a train recording. The benches' springs, and on a finger the seen tip, imply it,
@@ -62,6 +67,10 @@ def main(config: TrainForceConfig) -> None:
     card = exported.card
     print(
         f"\nwrote {exported.torchscript} and {exported.onnx.name}: {card.parameter_count} numbers"
+    )
+    print(
+        f"in a simulation its force answers to the shaft by {card.hold.stiffness:.1f} N/rad and "
+        f"{card.hold.damping:.1f} N s/rad between two queries"
     )
     if card.held_out is not None:
         error, floor = card.held_out.force_rmse, card.held_out.noise_floor

@@ -6,8 +6,9 @@ from typing import Any
 import torch
 
 from tendon_newton.actuators.networks.artifact import write_network
+from tendon_newton.actuators.networks.query import with_hold
 from tendon_newton.actuators.networks.torchscript import TorchScriptQuery
-from tendon_newton.force_network_card import ForceNetworkCard, Training
+from tendon_newton.force_network_card import PLAIN_HOLD, ForceNetworkCard, HoldLaw, Training
 from tendon_newton.model_file import Model, NamedValues
 from tests.physics.runs import RADIUS
 from train.actuator.force_network import ForceNetwork
@@ -17,6 +18,8 @@ WINDOW = 30
 RATE = 20.0  # Hz
 LIMIT = 21.0  # N
 GAIN = 4.2  # N/rad
+HOLD = HoldLaw(stiffness=6.0, damping=10.0)
+"""How a servo like the paper's answers to its shaft."""
 EFFECTS = {
     "command_delay": {"delay": 0.031},
     "gain_error": {"scale": 1.1},
@@ -37,14 +40,21 @@ def force_network(
     return network
 
 
-def force_query(kind: str = "transformer", *, seed: int = 0) -> TorchScriptQuery:
+def force_query(
+    kind: str = "transformer", *, seed: int = 0, hold: HoldLaw = PLAIN_HOLD
+) -> TorchScriptQuery:
     """Return a network that a loop can ask."""
     network = force_network(kind, seed=seed)
-    return TorchScriptQuery(network, window=WINDOW, rate=RATE, limit=LIMIT)
+    return TorchScriptQuery(network, window=WINDOW, rate=RATE, limit=LIMIT, hold=hold)
 
 
 def write_force_network(
-    path: Path, network: ForceNetwork, kind: Any = "transformer", *, streaming: bool = False
+    path: Path,
+    network: ForceNetwork,
+    kind: Any = "transformer",
+    *,
+    streaming: bool = False,
+    hold: HoldLaw = PLAIN_HOLD,
 ) -> Path:
     """Write a network with its card, and return the path."""
     card = ForceNetworkCard(
@@ -57,14 +67,18 @@ def write_force_network(
         streaming=streaming,
         bounds={"theta_d": (0.0, 6.0), "theta": (0.0, 2.0), "theta_dot": (-3.0, 3.0)},
         training=Training(recordings=(), split="untrained", seed=0, git_commit=None, version="0"),
+        hold=hold,
     )
     write_network(path, network, card)
     return path
 
 
-def learned_model(file: str = "force.pt", **effects: dict[str, float]) -> Model:
-    """Return the learned actuator with some effects."""
-    return Model(
+def learned_model(
+    file: str = "force.pt", *, hold: HoldLaw | None = None, **effects: dict[str, float]
+) -> Model:
+    """Return the learned actuator with some effects, and with a law of its own if one is given."""
+    model = Model(
         actuator=NamedValues(name="learned", values={"file": file, "spool_radius": RADIUS}),
         effects=tuple(NamedValues(name=name, values=values) for name, values in effects.items()),
     )
+    return model if hold is None else with_hold(model, hold)

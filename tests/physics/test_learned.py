@@ -6,9 +6,13 @@ import numpy as np
 import pytest
 import torch
 
+from tendon_newton.actuators.learned import DAMPED_INERTIA
+from tendon_newton.actuators.networks.torchscript import TorchScriptQuery
 from tendon_newton.cli import main
 from tendon_newton.errors import InvalidParameter
+from tendon_newton.force_network_card import PLAIN_HOLD, HoldLaw
 from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.model_file import Model, NamedValues
 from tendon_newton.recording import Recording
 from tendon_newton.recording_formats.csv_file import write_csv
 from tendon_newton.simulation.control_loop import ControlLoop
@@ -19,6 +23,7 @@ from tendon_newton.simulation.simulators import SIMULATORS, find_simulator
 from tendon_newton.simulation.timeline import make_timeline
 from tests.physics.networks import (
     EFFECTS,
+    HOLD,
     LIMIT,
     RATE,
     WINDOW,
@@ -27,9 +32,10 @@ from tests.physics.networks import (
     learned_model,
     write_force_network,
 )  # fmt: skip
-from tests.physics.runs import RADIUS, ROWS, run_of, stairs
+from tests.physics.runs import RADIUS, ROWS, run_of, simulate, stairs
 
 STRIDE = round(ROWS / RATE)
+SUPPLY = 5.0  # V
 
 
 def replay(recordings: list[Recording], **effects: dict[str, float]) -> list[Trajectory]:
@@ -60,25 +66,86 @@ def recordings(rng: np.random.Generator) -> list[Recording]:
     ]
 
 
+@pytest.mark.parametrize("hold", [PLAIN_HOLD, HOLD], ids=["plain", "answering"])
 @pytest.mark.parametrize("solver", SIMULATORS)
 def test_the_force_is_what_the_network_says_of_the_log(
-    solver: str, recordings: list[Recording], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    solver: str,
+    hold: HoldLaw,
+    recordings: list[Recording],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Fed with the log's own rows at its rate, the module gives the log's force: 1e-5 N.
 
-    In the rows between, the force is held.
+    In the rows between, the force is held, or answers to the shaft as its card says.
     """
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     network = force_network()
-    model = learned_model(str(write_force_network(tmp_path / "force.pt", network)))
+    model = learned_model(str(write_force_network(tmp_path / "force.pt", network, hold=hold)))
     runs = find_simulator(solver)(time_step=5e-4).simulate(recordings, model)
     for recording, run in zip(recordings, runs, strict=True):
         with torch.no_grad():
             said = network(windows_of(recording, run)).clamp(0.0, LIMIT).numpy()
         assert run.force[::STRIDE, 0] == pytest.approx(said, abs=1e-5)
         assert np.ptp(run.force) > 0.3
-        held = np.repeat(run.force[::STRIDE, 0], STRIDE)[: len(run.force)]
-        assert run.force[:, 0] == pytest.approx(held, abs=1e-9)
+        asked = np.arange(len(run.force)) // STRIDE * STRIDE
+        turned = run.motor_position[:, 0] - run.motor_position[asked, 0]
+        faster = run.motor_velocity[:, 0] - run.motor_velocity[asked, 0]
+        between = run.force[asked, 0] - hold.stiffness * turned - hold.damping * faster
+        # the log's angles come out of float32 in the other solver
+        expected = np.clip(between, 0.0, LIMIT)
+        assert run.force[:, 0] == pytest.approx(expected, abs=1e-9 if solver == "tendon" else 1e-4)
+
+
+class Motor(torch.nn.Module):
+    """A servo without a past, in place of a network."""
+
+    def forward(self, window: torch.Tensor) -> torch.Tensor:
+        """Return F = P (theta_d - theta) - D theta_dot [N] of the newest sample."""
+        command, angle, speed = window[:, -1].unbind(dim=1)
+        return HOLD.stiffness * (command - angle) - HOLD.damping * speed
+
+
+def motor_run(recording: Recording, hold: HoldLaw) -> Trajectory:
+    """Replay with a motor that is asked 20 times a second."""
+    query = TorchScriptQuery(Motor(), window=1, rate=RATE, limit=LIMIT, hold=hold)
+    rollout = LearnedRollout(
+        load_mechanism("finger"), [recording], query=query, spool_radius=RADIUS, time_step=5e-4,
+        device="cpu",
+    )  # fmt: skip
+    return rollout.run(rollout.base_vectors(learned_model())[None])[0][0]
+
+
+def test_a_motor_that_is_asked_now_and_then_moves_like_one_that_always_acts(
+    rng: np.random.Generator,
+) -> None:
+    """Where the law is the motor's own, queries change nothing, and no longer step does.
+
+    To a fifteenth of an encoder's count. Held as it is, the same motor jerks a light finger about:
+    its back-EMF comes 50 ms late.
+    """
+    recording = run_of(stairs(rng, 161, 0.8, 2.0, 20))
+    resistance = 1.0 / (HOLD.damping * RADIUS)  # of a motor with a constant of 1 N m/A
+    values = {
+        "duty_per_rad": HOLD.stiffness * RADIUS * resistance / SUPPLY, "max_duty": 1.0,
+        "supply_voltage": SUPPLY, "torque_constant": 1.0, "resistance": resistance,
+        "armature": DAMPED_INERTIA * HOLD.damping, "spool_radius": RADIUS,
+    }  # fmt: skip
+    motor = Model(actuator=NamedValues(name="pwm_servo", values=values))
+    (expected,) = simulate([recording], motor, time_step=1.25e-4)
+    answering = motor_run(recording, HOLD)
+    assert answering.motor_position == pytest.approx(expected.motor_position, abs=1e-4)
+    assert answering.force == pytest.approx(expected.force, abs=1e-3)
+    held = motor_run(recording, PLAIN_HOLD)
+    assert np.abs(held.motor_position - expected.motor_position).max() > 0.5
+
+
+def test_a_model_file_may_say_how_the_force_answers() -> None:
+    """Its numbers stand before the card's: with zeros the force is held, as in the paper."""
+    query = force_query(hold=HOLD)
+    for model, damping in ((learned_model(), HOLD.damping), (learned_model(hold=PLAIN_HOLD), 0.0)):
+        loop = ControlLoop(load_mechanism("finger"), model, 1, query=query, device="cpu")
+        assert float(loop.numbers("learned", "hold_damping")) == damping
 
 
 def test_a_run_begins_in_the_equilibrium_of_its_first_command(

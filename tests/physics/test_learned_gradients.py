@@ -15,6 +15,7 @@ from tendon_newton.simulation.trajectory_gradient import simulate_with_gradients
 from tests.conftest import SEED
 from tests.physics.networks import (
     EFFECTS,
+    HOLD,
     RATE,
     WINDOW,
     force_network,
@@ -34,7 +35,10 @@ INSIGNIFICANT = 1.0e-6
 
 @pytest.fixture(scope="module")
 def rollout() -> DifferentiableLearnedRollout:
-    """Two runs of 2 s, one from equilibrium and one in motion, with friction."""
+    """Two runs of 2 s, one from equilibrium and one in motion, with friction.
+
+    The force answers to the shaft between two queries.
+    """
     rng = np.random.default_rng(SEED)
     rows = int(2.0 * ROWS) + 1
     runs = [
@@ -42,7 +46,7 @@ def rollout() -> DifferentiableLearnedRollout:
         run_of(stairs(rng, rows, 1.0, 4.0, 33), start="first_row", angle=0.6, speed=0.5),
     ]
     return DifferentiableLearnedRollout(
-        load_mechanism("finger"), runs, learned_model(**EFFECTS),
+        load_mechanism("finger"), runs, learned_model(hold=HOLD, **EFFECTS),
         network=force_network().double(), window=WINDOW, rate=RATE, time_step=STEP, device="cpu",
     )  # fmt: skip
 
@@ -147,7 +151,7 @@ def test_a_taped_run_is_a_replay(rollout: DifferentiableLearnedRollout) -> None:
         load_mechanism("finger"), rollout.recordings, query=force_query(), effects=list(EFFECTS),
         spool_radius=RADIUS, time_step=STEP, device="cpu",
     )  # fmt: skip
-    runs = replay.run(replay.base_vectors(learned_model(**EFFECTS))[None])[0]
+    runs = replay.run(replay.base_vectors(learned_model(hold=HOLD, **EFFECTS))[None])[0]
     read = rollout.forward()
     expected = np.concatenate([run.motor_position for run in runs])
     assert read.motor_position.numpy() == pytest.approx(expected, abs=1e-5)

@@ -16,6 +16,7 @@ from train.actuator.folds import SPLIT_WORDS, recorded_fold
 from train.actuator.force_network import parameter_count
 from train.actuator.ideal import SERVO_LIMIT
 from train.actuator.prediction import predict
+from train.actuator.servo_law import fit_servo_law
 
 if TYPE_CHECKING:
     from tendon_newton.dataset import Dataset
@@ -82,6 +83,8 @@ def make_card(
             git_commit=git_commit(),
             version=__version__,
         ),
+        hold=fit_servo_law(data.fit),
+        purpose=config.purpose,
     )
 
 

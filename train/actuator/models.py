@@ -102,7 +102,8 @@ def family_of(network: NetworkFile) -> str:
     card = network.card
     streaming = " streaming" if card.streaming else ""
     history = "" if card.window / card.rate == 1.5 else f" {card.window / card.rate:g} s"
-    return f"{card.kind}{streaming} ({card.network_set}){history}"
+    purpose = "" if card.purpose == "prediction" else f" for {card.purpose}"
+    return f"{card.kind}{streaming}{purpose} ({card.network_set}){history}"
 
 
 def ideal_prediction(recording: Recording, tendon: int, gain: float, limit: float) -> Prediction:

@@ -13,6 +13,7 @@ import torch
 from train.actuator.export import Exported, export_network
 from train.actuator.folds import SPLIT_WORDS
 from train.actuator.force_data import prepare
+from train.actuator.servo_law import fit_servo_law
 from train.actuator.training import Progress, train_network
 
 if TYPE_CHECKING:
@@ -52,6 +53,7 @@ def train_to_file(
             data.fit,
             data.validation,
             out / f"{config.name}.checkpoint",
+            law=fit_servo_law(data.fit),
             report=lambda progress: (log.write(progress), report(progress))[1],
         )
     finally:

@@ -22,7 +22,7 @@ import tyro
 from tendon_newton.dataset import Dataset, load_dataset
 from train.actuator.run import train_to_file
 from train.actuator.training import Progress
-from train.actuator.training_config import Kind, SetName, TrainingConfig
+from train.actuator.training_config import Kind, Purpose, SetName, TrainingConfig
 
 LOG = logging.getLogger(__name__)
 REPORT_EVERY = 10
@@ -41,6 +41,8 @@ class SweepConfig:
     """Families."""
     sets: tuple[SetName, ...] = ("paper", "authors", "matched")
     """Sets of sizes."""
+    purpose: Purpose = "prediction"
+    """What they are for: forces along measured motion, or the loop of a simulation."""
     seeds: tuple[int, ...] = (0, 1, 2)
     """Seeds."""
     epochs: int = 30
@@ -68,6 +70,7 @@ class SweepConfig:
                     yield TrainingConfig(
                         network=network,
                         set=of_set,
+                        purpose=self.purpose,
                         seed=seed,
                         epochs=self.epochs,
                         patience=self.patience,

@@ -17,6 +17,7 @@ import torch
 from torch import Tensor
 
 from tendon_newton.errors import InvalidParameter
+from tendon_newton.force_network_card import PLAIN_HOLD
 from train.actuator.checkpoint import (
     Checkpoint,
     TrainingState,
@@ -24,6 +25,7 @@ from train.actuator.checkpoint import (
     save_checkpoint,
     training_settings,
 )
+from train.actuator.departure import departed
 from train.actuator.disturbance import disturbed
 from train.actuator.network_sets import build_network
 from train.actuator.rnn import Rnn
@@ -32,6 +34,7 @@ from train.actuator.transformer import Transformer
 from train.actuator.window_tensors import WindowTensors, to_device
 
 if TYPE_CHECKING:
+    from tendon_newton.force_network_card import HoldLaw
     from train.actuator.force_network import ForceNetwork
     from train.actuator.windows import Windows
 
@@ -67,6 +70,7 @@ def train_network(
     validation: Windows,
     checkpoint: Path,
     *,
+    law: HoldLaw = PLAIN_HOLD,
     report: Callable[[Progress], None] = lambda progress: None,
 ) -> tuple[ForceNetwork, Checkpoint]:
     """Train a network, or go on where a checkpoint stopped.
@@ -76,6 +80,7 @@ def train_network(
         fit: Windows that give gradients.
         validation: Windows of other recordings, that say when to stop.
         checkpoint: Written after every epoch.
+        law: How the servo answers to its shaft; a network for simulations learns it.
         report: Called after every epoch.
 
     Returns:
@@ -97,7 +102,7 @@ def train_network(
     held_out = to_device(validation, config.device)
     begun, first = time.monotonic(), done.epoch
     while not done.finished(config):
-        train_error = run_epoch(state, data, config, done.epoch)
+        train_error = run_epoch(state, data, config, done.epoch, law)
         error = validation_error(network, held_out, streaming=config.streaming)
         done = done.after_epoch(error, train_error, network)
         save_checkpoint(checkpoint, settings, state, done)
@@ -117,7 +122,7 @@ def train_network(
 
 
 def run_epoch(
-    state: TrainingState, data: WindowTensors, config: TrainingConfig, done: int
+    state: TrainingState, data: WindowTensors, config: TrainingConfig, done: int, law: HoldLaw
 ) -> float:
     """Take one step per batch of an epoch's windows; return the error [N] that they had.
 
@@ -126,6 +131,7 @@ def run_epoch(
         data: All windows.
         config: How they are drawn.
         done: Epochs before this one.
+        law: How the servo answers to its shaft.
     """
     network, total, count = state.network, 0.0, 0
     network.train()
@@ -135,7 +141,11 @@ def run_epoch(
         windows = data.batch(chosen)
         if config.disturb:
             windows = disturbed(windows, state.generator)
-        errors = tension_errors(network, windows, data.targets(chosen), streaming=config.streaming)
+        targets = data.targets(chosen)
+        if config.purpose == "simulation":
+            windows, change = departed(windows, law, config.rate, state.generator)
+            targets = targets + change
+        errors = tension_errors(network, windows, targets, streaming=config.streaming)
         loss = torch.mean((errors / network.force_scale) ** 2)
         state.descent.step(loss, (done + number / len(batches)) / config.epochs)
         total = total + loss.detach() * chosen.numel()

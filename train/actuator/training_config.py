@@ -7,6 +7,7 @@ from tendon_newton.errors import InvalidParameter
 
 Kind = Literal["mlp", "rnn", "transformer"]
 SetName = Literal["paper", "authors", "matched"]
+Purpose = Literal["prediction", "simulation"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -17,6 +18,9 @@ class TrainingConfig:
     """Family of the network."""
     set: SetName = "paper"
     """Where its sizes come from: the paper's text, its authors' code, or equal parameter counts."""
+    purpose: Purpose = "prediction"
+    """What the network is for: the force along measured motion, as precise as it can be, or the
+    loop of a simulation, where it must also know the force beside all motion that was measured."""
     seed: int = 0
     """Of the starting weights and the order of the windows."""
     fold_seed: int = 0
@@ -65,4 +69,5 @@ class TrainingConfig:
     def name(self) -> str:
         """Name of the network's files, without their ending."""
         streaming = "-streaming" if self.streaming else ""
-        return f"{self.network}{streaming}-{self.set}-{self.seed}"
+        purpose = "" if self.purpose == "prediction" else f"-{self.purpose}"
+        return f"{self.network}{streaming}{purpose}-{self.set}-{self.seed}"

@@ -13,6 +13,7 @@ from torch import Tensor, nn
 
 from tendon_newton.actuators.networks.artifact import write_network
 from tendon_newton.effects import find_effect
+from tendon_newton.force_network_card import HoldLaw
 from tendon_newton.model_file import Model, NamedValues
 from train.actuator.export import make_card
 from train.actuator.force_data import prepare
@@ -66,8 +67,8 @@ def train_hybrid(dataset: Dataset, physical: Model, config: TrainingConfig, out:
     """Train a network on what a physical model's servo lacks, and return the model of both.
 
     The frictions of the servo and all that lies behind the load cell stay effects of the model:
-    they act at every step of a simulation, where a network's force is held between queries. Of
-    the network's force as much is added as the validation recordings bear out.
+    they act at every step of a simulation, and so does the gain, where a network's correction is
+    held between queries. Of the correction as much is added as the validation recordings bear out.
 
     Args:
         dataset: Recordings to learn from.
@@ -85,7 +86,8 @@ def train_hybrid(dataset: Dataset, physical: Model, config: TrainingConfig, out:
     source = CorrectedSource(
         network, gain=float(servo.actuator.values["gain"]), share=share_of(network, validation)
     )
-    write_network(path, source, make_card(network, config, dataset, data))
+    card = make_card(network, config, dataset, data)
+    write_network(path, source, replace(card, hold=HoldLaw(stiffness=source.gain)))
     return hybrid_model(path, physical, servo)
 
 

@@ -10,15 +10,15 @@ from train.reproduction.reproduction import Reproduction
 TEXT = """\
 The Transformer learns what the frictions and the gain of the diagnosed servo leave of the measured
 force, along the measured motion: nothing where the force lies between what sliding in and sliding
-out would give and the motor stands still. In a simulation it adds to the position error times the
-gain and is held between its queries; frictions, back-EMF and all that lies behind the load cell
-act at every step."""
+out would give and the motor stands still. Half of its windows depart from that motion, and what it
+adds stays. In a simulation this is held between its queries; gain, frictions, back-EMF and all that
+lies behind the load cell act at every step."""
 
 
 def run(reproduction: Reproduction) -> Outcome:
     """Train what is missing."""
     for unit in reproduction.units:
-        config = reproduction.settings.training()
+        config = reproduction.settings.training(purpose="simulation")
         reproduction.tell(f"  {unit.name}: {config.name} on what physics leaves")
         model = train_hybrid(
             unit.dataset,

@@ -40,7 +40,7 @@ def learned_from(
     """
     folder = reproduction.folder("networks", f"{unit.name}_{name}")
     known = Part(name=unit.name, folder=unit.folder, known=part)
-    config = reproduction.settings.training()
+    config = reproduction.settings.training(purpose="simulation")
     reproduction.tell(f"  {unit.name}, {name}: physics, network, both")
     settings = reproduction.settings
     physical = refit(

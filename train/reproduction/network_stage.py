@@ -12,12 +12,16 @@ from train.reproduction.reproduction import Reproduction
 
 
 def run(reproduction: Reproduction) -> Outcome:
-    """Train what is missing: every kind on the first bench, one kind on the others."""
+    """Train what is missing: every kind on the first bench, one kind on the others.
+
+    The first kind is trained twice, along measured motion and for the loop of a simulation.
+    """
     errors: dict[str, float] = {}
+    settings = reproduction.settings
+    in_loop = settings.training(purpose="simulation")
     for place, unit in enumerate(reproduction.units):
-        kinds = reproduction.settings.kinds[: None if place == 0 else 1]
-        for kind in kinds:
-            config = reproduction.settings.training(kind)
+        kinds = settings.kinds[: None if place == 0 else 1]
+        for config in (*map(settings.training, kinds), in_loop):
             reproduction.tell(f"  {unit.name}: {config.name}")
             exported = train_to_file(
                 unit.dataset, config, reproduction.folder("networks", unit.name),
@@ -26,8 +30,7 @@ def run(reproduction: Reproduction) -> Outcome:
             assert exported is not None
             if exported.card.held_out is not None:
                 errors[f"{unit.name} {config.name}"] = exported.card.held_out.force_rmse
-        first = reproduction.settings.training().name
-        path = reproduction.folder("networks", unit.name) / f"{first}.pt"
+        path = reproduction.folder("networks", unit.name) / f"{in_loop.name}.pt"
         write_model(reproduction.model_file(unit, "network"), learned_model(path))
     return Outcome(numbers={"test_force_rmse_n": errors})
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from tendon_newton.errors import InvalidParameter, unknown_name
-from train.actuator.training_config import Kind, TrainingConfig
+from train.actuator.training_config import Kind, Purpose, TrainingConfig
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,10 +57,11 @@ class ReproductionSettings:
             if not getattr(self, name) >= 2.0:
                 raise InvalidParameter(f"{name} must be 2 s or more; it is {getattr(self, name)}")
 
-    def training(self, kind: Kind | None = None) -> TrainingConfig:
+    def training(self, kind: Kind | None = None, purpose: Purpose = "prediction") -> TrainingConfig:
         """Return how a force network is trained."""
         return TrainingConfig(
             network=kind or self.kinds[0],
+            purpose=purpose,
             seed=self.seed,
             epochs=self.epochs,
             windows_per_epoch=self.windows_per_epoch,

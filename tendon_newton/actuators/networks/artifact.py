@@ -23,7 +23,7 @@ from torch import Tensor, nn
 
 from tendon_newton.errors import InvalidNetworkFile, InvalidOutput, UntrustedNetworkFile
 from tendon_newton.force_network_card import INPUTS, ForceNetworkCard
-from tendon_newton.trust import VARIABLE, content_hash, trust_content, trusted_hashes
+from tendon_newton.trust import VARIABLE, content_hash, is_trusted, trust_content
 
 CARD_NAME = "card.json"
 CARD_SIZE_LIMIT = 1 << 20
@@ -108,7 +108,7 @@ def load_network(path: Path, *, trust: bool = False, device: str = "cpu") -> Net
     digest = content_hash(content)
     if trust:
         trust_content(content, path.name)
-    elif digest not in trusted_hashes():
+    elif not is_trusted(digest):
         raise UntrustedNetworkFile(
             f"{path}: a network file is a program, and this one (SHA-256 {digest}) is not trusted; "
             f"if you know where it comes from, add --trust or set {VARIABLE} to its hash"

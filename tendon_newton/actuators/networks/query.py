@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -15,6 +16,7 @@ from tendon_newton.actuators.networks.torchscript import (
 )
 from tendon_newton.actuators.networks.twin_query import twin_or_module
 from tendon_newton.errors import InvalidModelFile, unknown_name
+from tendon_newton.force_network_card import HoldLaw
 from tendon_newton.model_file import Model
 
 NetworkForm = Literal["torchscript", "twin"]
@@ -60,5 +62,18 @@ def query_of(file: NetworkFile, form: str, device: Any) -> ForceQuery:
     card = file.card
     kind = StreamingQuery if card.streaming else TorchScriptQuery
     if form == "twin" and not card.streaming:
-        return twin_or_module(file, device)
-    return kind(file.module, window=card.window, rate=card.rate, limit=card.force_limit)
+        query = twin_or_module(file, device)
+        query.hold = card.hold
+        return query
+    return kind(
+        file.module, window=card.window, rate=card.rate, limit=card.force_limit, hold=card.hold
+    )
+
+
+def with_hold(model: Model, hold: HoldLaw) -> Model:
+    """Return a model that says how its network's force answers to the shaft.
+
+    What the model file says itself stays.
+    """
+    law = {"hold_stiffness": hold.stiffness, "hold_damping": hold.damping}
+    return replace(model, actuator=replace(model.actuator, values={**law, **model.actuator.values}))

@@ -8,6 +8,12 @@ import torch
 import warp as wp
 
 from tendon_newton.actuators.networks.history import History
+from tendon_newton.force_network_card import PLAIN_HOLD, HoldLaw
+
+
+def single_precision() -> Any:
+    """Return a context in which CUDA's recurrent layers are exact to float32, not to 11 bits."""
+    return torch.backends.cudnn.flags(enabled=True, allow_tf32=False)
 
 
 class ForceQuery(Protocol):
@@ -17,6 +23,8 @@ class ForceQuery(Protocol):
     """Samples H that it looks back."""
     rate: float
     """Samples per second [Hz], and queries per second."""
+    hold: HoldLaw
+    """How its force answers to the shaft between two queries."""
 
     is_warp_only: bool
     """Whether a query is Warp's launches alone, which a graph on a CPU may record."""
@@ -40,20 +48,30 @@ class TorchScriptQuery:
         window: Samples H in a window.
         rate: Samples per second [Hz].
         limit: The most that the servo gives [N].
+        hold: How its force answers to the shaft between two queries.
     """
 
     is_warp_only = False
 
-    def __init__(self, module: Any, *, window: int, rate: float, limit: float) -> None:
+    def __init__(
+        self,
+        module: Any,
+        *,
+        window: int,
+        rate: float,
+        limit: float,
+        hold: HoldLaw = PLAIN_HOLD,
+    ) -> None:
         self.module = module
         self.window = window
         self.rate = rate
+        self.hold = hold
         self._limit = limit
         self._run = module.last_query if hasattr(module, "last_query") else module
 
     def __call__(self, history: History, force: wp.array) -> None:
         """Write the forces [N] of all servos, shape (N,)."""
-        with torch.no_grad():
+        with torch.no_grad(), single_precision():
             said = self._run(wp.to_torch(history.order())).reshape(-1)
             wp.to_torch(force).copy_(said.clamp(max=self._limit))
 
@@ -71,21 +89,31 @@ class StreamingQuery:
         window: Samples of the past that a fresh state is made from.
         rate: Samples per second [Hz].
         limit: The most that the servo gives [N].
+        hold: How its force answers to the shaft between two queries.
     """
 
     is_warp_only = False
 
-    def __init__(self, module: Any, *, window: int, rate: float, limit: float) -> None:
+    def __init__(
+        self,
+        module: Any,
+        *,
+        window: int,
+        rate: float,
+        limit: float,
+        hold: HoldLaw = PLAIN_HOLD,
+    ) -> None:
         self.module = module
         self.window = window
         self.rate = rate
+        self.hold = hold
         self._limit = limit
         self._state: torch.Tensor | None = None
         self._fresh: torch.Tensor | None = None
 
     def __call__(self, history: History, force: wp.array) -> None:
         """Write the forces [N] of all servos, shape (N,)."""
-        with torch.no_grad():
+        with torch.no_grad(), single_precision():
             windows = wp.to_torch(history.order())
             if self._state is None or len(self._state) != history.count:
                 self._state = self.module.initial_state(history.count)

@@ -12,6 +12,7 @@ from tendon_newton.force_network_card import (
     INPUTS,
     ForceNetworkCard,
     HeldOut,
+    HoldLaw,
     Training,
     TrainingRecording,
 )
@@ -37,6 +38,7 @@ def card_of(kind: str = "mlp", **changes: Any) -> ForceNetworkCard:
             git_commit=None,
             version="0.1.0",
         ),
+        "hold": HoldLaw(stiffness=6.0, damping=10.0),
         "held_out": HeldOut(force_rmse=0.4, noise_floor=0.05, rows=800, recordings=("b.csv",)),
     }
     return ForceNetworkCard(**values | changes)

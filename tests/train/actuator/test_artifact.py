@@ -11,8 +11,9 @@ from torch import Tensor, nn
 from tendon_newton.actuators.networks.artifact import load_network, read_card
 from tendon_newton.actuators.networks.onnx_file import write_onnx
 from tendon_newton.errors import InvalidNetworkFile, UntrustedNetworkFile
-from tendon_newton.force_network_card import ForceNetworkCard
-from tendon_newton.trust import trust_file, trusted_hashes
+from tendon_newton.force_network_card import PLAIN_HOLD, ForceNetworkCard
+from tendon_newton.mechanisms.asset_library import asset_folder
+from tendon_newton.trust import PACKAGED, trust_file, trusted_hashes
 from tests.train.actuator.network_files import card_of, with_card, write_file, write_foreign
 from train.actuator.network_sets import build_network
 
@@ -107,6 +108,41 @@ def test_a_changed_file_is_no_longer_trusted(tmp_path: Path) -> None:
         load_network(path)
 
 
+def test_a_network_of_the_program_runs_at_once_and_another_in_its_place_does_not(
+    tmp_path: Path, own_trust: Path
+) -> None:
+    """What is shipped is known by its hash, wherever it lies; its name makes nothing trusted."""
+    folder = asset_folder() / "networks"
+    assert sorted(PACKAGED) == sorted(path.name for path in folder.glob("*.pt"))
+    for name in PACKAGED:
+        file = load_network(folder / name)
+        assert file.card.purpose == "simulation"
+        assert file.card.hold.damping > 0.0
+        assert file.card.held_out is not None
+        changed = tmp_path / name
+        changed.write_bytes((folder / name).read_bytes())
+        with_card(changed, file.card.to_json().replace('"seed": 0', '"seed": 1'))
+        with pytest.raises(UntrustedNetworkFile):
+            load_network(changed)
+    assert not trust_file().exists()
+
+
+@pytest.mark.parametrize("name", PACKAGED)
+def test_the_onnx_file_of_a_network_of_the_program_is_the_same_network(name: str) -> None:
+    """The same card, and the same tensions to rounding."""
+    import onnxruntime
+
+    path = asset_folder() / "networks" / name
+    file = load_network(path)
+    session = onnxruntime.InferenceSession(path.with_suffix(".onnx"))
+    text = session.get_modelmeta().custom_metadata_map["card"]
+    card = ForceNetworkCard.from_json(text)
+    assert (card.hold, card.training) == (file.card.hold, file.card.training)
+    windows = torch.rand(9, card.window, 3)
+    (tension,) = session.run(None, {"window": windows.numpy()})
+    np.testing.assert_allclose(tension, file.module(windows).numpy(force=True), atol=1e-4)
+
+
 def test_a_file_cut_short_is_named(tmp_path: Path) -> None:
     """Wherever it ends too early, the message says that it is damaged, and nothing runs."""
     path = write_file(tmp_path / "network.pt", "rnn")
@@ -167,6 +203,9 @@ def test_a_foreign_file_is_refused(
         ("rate_hz", 0.0, "rate_hz must be"),
         ("rate_hz", "fast", "wrong type"),
         ("force_limit_n", -1.0, "force_limit_n must be"),
+        ("purpose", "fun", "purpose must be one of prediction, simulation; it is 'fun'"),
+        ("hold", {"damping_n_s_per_rad": -1.0}, "damping of hold must be 0 to 1000; it is -1.0"),
+        ("hold", [], "wrong type"),
         ("bounds", {}, "bounds must hold theta_d"),
         ("bounds", {"theta_d": [1.0, None]}, "wrong type"),
         ("training", None, "wrong type"),
@@ -181,6 +220,14 @@ def test_a_card_that_cannot_be_kept_is_refused(
     with_card(path, json.dumps(json.loads(card_of().to_json()) | {key: value}))
     with pytest.raises(InvalidNetworkFile, match=said):
         load_network(path, trust=True)
+
+
+def test_a_card_without_a_hold_is_the_papers(tmp_path: Path) -> None:
+    """Networks of before: made for prediction, and held as they are between two queries."""
+    table = json.loads(card_of().to_json())
+    del table["hold"], table["purpose"]
+    card = read_card(with_card(write_file(tmp_path / "network.pt"), json.dumps(table)))
+    assert (card.hold, card.purpose) == (PLAIN_HOLD, "prediction")
 
 
 def test_a_missing_key_is_named(tmp_path: Path) -> None:
