@@ -286,7 +286,7 @@ def draw(result: dict[str, Any]) -> None:
     mpl.use("Agg")
     from matplotlib import pyplot as plt
 
-    figure, axes = plt.subplots(1, 3, figsize=(12, 4), sharey=True, layout="constrained")
+    figure, axes = plt.subplots(1, 3, figsize=(12, 4.5), sharey=True, layout="constrained")
     for axis, part in zip(axes, ("mechanics", "network", "loop"), strict=True):
         rows = result.get(part, {}).get("rows", [])
         for engine in dict.fromkeys(row["engine"] for row in rows):
@@ -295,7 +295,9 @@ def draw(result: dict[str, Any]) -> None:
         axis.set(title=part, xlabel="worlds")
         axis.grid(alpha=0.3)
         if rows:
-            axis.legend(fontsize=8)
+            axis.legend(fontsize=8, loc="upper left")
+    low, high = axes[0].get_ylim()
+    axes[0].set_ylim(low, 20.0 * high)  # room for the legends
     axes[0].set_ylabel(f"one control step of {1e3 * CONTROL_STEP:.0f} ms [ms]")
     figure.savefig(FIGURE, dpi=120)
 
