@@ -11,7 +11,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from tendon_newton.actuators.networks import twin_kernels, twin_layer_kernels
-from tendon_newton.actuators.networks.twin_cuda import has_cuda_kernel, transformer_on_cuda
+from tendon_newton.actuators.networks.twin_cuda import Shape, has_cuda_kernel, transformer_on_cuda
 from tendon_newton.actuators.networks.twin_layers import TwinLayers, twin_layers
 from tendon_newton.actuators.networks.twin_weights import (
     TwinWeights,
@@ -65,10 +65,6 @@ def twin_program(module: Any) -> TwinProgram:
         kernel=partial(connected, layer_shape_of(layers)),
         lanes=(FEW_LANES, MANY_LANES),
     )
-
-
-Shape = tuple[int, int, int, int, bool, tuple[tuple[str, int], ...]]
-"""Window, width, heads, units of the feed-forward layer, causality, places of the blocks."""
 
 
 def shape_of(weights: TwinWeights) -> Shape:
