@@ -11,7 +11,7 @@ from tests.train.policy.small import environment, short_training
 from train.policy.curve import CurvePoint, Progress
 from train.policy.process import Process
 from train.policy.training import Trained, train_policy
-from train.policy.training_config import PolicyTrainingConfig, to_rsl_rl
+from train.policy.training_config import PolicyTrainingConfig, exploration_at, to_rsl_rl
 
 
 def train(config: PolicyTrainingConfig, out: Path) -> Trained:
@@ -39,6 +39,17 @@ def test_the_given_deviation_gets_no_gradient_and_stays(tmp_path: Path) -> None:
     learned = [name for name in start if "mlp" in name]
     assert len(learned) == 16
     assert not any(torch.equal(start[name], end[name]) for name in learned)
+
+
+def test_exploration_falls_from_checkpoint_to_checkpoint(tmp_path: Path) -> None:
+    """As the number of iterations done says, so that a training that goes on explores alike."""
+    config = short_training(exploration=0.5, exploration_end=0.1, checkpoint_every=1)
+    assert exploration_at(config, 0) == pytest.approx(0.5)
+    assert exploration_at(config, config.iterations) == pytest.approx(0.1)
+    actor = train(config, tmp_path).runner.alg.get_policy()
+    (deviation,) = (p for n, p in actor.named_parameters() if "std" in n)
+    last = exploration_at(config, config.iterations - 1)
+    assert float(deviation.detach()) == pytest.approx(last)
 
 
 def test_actor_and_critic_have_the_layers_of_the_paper(tmp_path: Path) -> None:

@@ -95,3 +95,12 @@ def test_what_cannot_be_trained_is_one_line(
     assert train(tmp_path, *words) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert said in line
+
+
+def test_a_model_without_a_network_needs_no_trust(tmp_path: Path) -> None:
+    """To say it anyway does no harm."""
+    values = {"gain": 4.0, "spool_radius": 0.0125}
+    path = tmp_path / "model.toml"
+    write_model(path, Model(actuator=NamedValues(name="ideal", values=values)))
+    words = ["--force", str(path), "--trust", "--iterations", "1"]
+    assert train(tmp_path / "policy", *words) == 0
