@@ -38,14 +38,12 @@ class ForceQuery(Protocol):
         ...
 
 
-class TorchScriptQuery:
-    """Runs a module on the windows of all servos at once, on their device.
-
-    A Transformer is run in its form `last_query`, which gives the same force for less work.
+class ModuleQuery:
+    """What all queries of a module know.
 
     Args:
-        module: Maps windows (N, H, 3), oldest sample first, to forces [N], (N,) or (N, 1).
-        window: Samples H in a window.
+        module: The network.
+        window: Samples H of the past that it looks back.
         rate: Samples per second [Hz].
         limit: The most that the servo gives [N].
         hold: How its force answers to the shaft between two queries.
@@ -67,6 +65,20 @@ class TorchScriptQuery:
         self.rate = rate
         self.hold = hold
         self._limit = limit
+
+
+class TorchScriptQuery(ModuleQuery):
+    """Runs a module on the windows of all servos at once, on their device.
+
+    A Transformer is run in its form `last_query`, which gives the same force for less work.
+
+    Args:
+        module: Maps windows (N, H, 3), oldest sample first, to forces [N], (N,) or (N, 1).
+        **options: As for `ModuleQuery`.
+    """
+
+    def __init__(self, module: Any, **options: Any) -> None:
+        super().__init__(module, **options)
         self._run = module.last_query if hasattr(module, "last_query") else module
 
     def __call__(self, history: History, force: wp.array) -> None:
@@ -79,35 +91,18 @@ class TorchScriptQuery:
         """Drop nothing: all that a window says is in the history."""
 
 
-class StreamingQuery:
+class StreamingQuery(ModuleQuery):
     """Runs a recurrent module one sample at a time, its state kept from query to query.
 
     A servo that begins anew gets the state after a whole window of its first sample.
 
     Args:
         module: Has `initial_state`, `step` and `reset_state`; see `NetworkFile`.
-        window: Samples of the past that a fresh state is made from.
-        rate: Samples per second [Hz].
-        limit: The most that the servo gives [N].
-        hold: How its force answers to the shaft between two queries.
+        **options: As for `ModuleQuery`; a fresh state is made from the samples of `window`.
     """
 
-    is_warp_only = False
-
-    def __init__(
-        self,
-        module: Any,
-        *,
-        window: int,
-        rate: float,
-        limit: float,
-        hold: HoldLaw = PLAIN_HOLD,
-    ) -> None:
-        self.module = module
-        self.window = window
-        self.rate = rate
-        self.hold = hold
-        self._limit = limit
+    def __init__(self, module: Any, **options: Any) -> None:
+        super().__init__(module, **options)
         self._state: torch.Tensor | None = None
         self._fresh: torch.Tensor | None = None
 
