@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
+from hardware.bench_address import BenchAddress, DriveAddress
 from hardware.clock import Clock, MonotonicClock
 from hardware.errors import InvalidCalibration
 from hardware.load_cells import LOAD_CELLS
@@ -17,22 +18,15 @@ from hardware.load_cells.calibration import LoadCellCalibration
 from hardware.load_cells.calibration_file import load_calibration
 from hardware.load_cells.hx711_serial import Hx711Serial
 from hardware.servos import SERVOS
-from hardware.servos.bus import PortHandler
 from hardware.servos.dynamixel_servo import DynamixelServo
+from hardware.servos.servo_port import PortHandler, ServoPort
 from hardware.session_log import TimeBase
 from hardware.virtual_bench import Faults, LockstepBench, VirtualPorts
 from hardware.virtual_bench.control_table import SERVO_MODELS
 from hardware.virtual_bench.plant import PlantState
-from hardware.virtual_bench.process import WORD, parse_wear, parse_word
-from hardware.virtual_calibration import calibrated_twin
-from tendon_newton.errors import InvalidParameter, unknown_name
-
-FILTERS = {
-    80: "HX711 at 80 SPS: a step has settled after 4 conversions, 50 ms",
-    20: "HX711 at 80 SPS, 50 ms to settle, then the mean of 4 readings",
-    10: "HX711 at 10 SPS: a step has settled after 4 conversions, 400 ms",
-}
-"""What is known to happen to a reading before it comes, by its rate [Hz]."""
+from hardware.virtual_bench.unit import servo_count
+from hardware.virtual_calibration import calibrated_twins
+from tendon_newton.errors import InvalidParameter
 
 RETRIES = 2
 """How often an instruction is sent again: three attempts of 4 ms are one tick at 80 Hz."""
@@ -66,71 +60,13 @@ class VirtualControls(Protocol):
         ...
 
 
-@dataclass(frozen=True, kw_only=True)
-class BenchAddress:
-    """Where a bench is."""
+@dataclass(kw_only=True)
+class Drive:
+    """One servo of a bench, and what measures the tension that it makes."""
 
-    bench: str
-    """Name under ``assets/``."""
-    port: str
-    """Serial port of the servo, or ``virtual[:BENCH[:SEED[:WEAR]]]``."""
-    load_cell_port: str | None = None
-    """Serial port of the load cell; a virtual bench brings its own."""
-    load_cell: str = "hx711_serial"
-    """Kind of the load cell."""
-    calibration: Path | None = None
-    """File that turns counts into newtons."""
-    servo: str = "xc330_t288_t"
-    """Kind of the servo."""
-    identifier: int = 1
-    """Its ID on the bus."""
-    baud: int = 1_000_000
-    """Rate of the bus [1/s]."""
-    retries: int | None = None
-    """How often an instruction to the servo is sent again; 2 in real use, which is one tick."""
-    load_cell_rate: int = 20
-    """Readings per second of a virtual load cell [Hz]: 80, 20 or 10; a real one has its own."""
-    lockstep: bool = False
-    """Whether a virtual bench runs as fast as it can instead of in real time."""
-
-    def __post_init__(self) -> None:
-        """Refuse kinds that stand in no table, and a hurry that no real bench has."""
-        if self.retries is not None and not 0 <= self.retries <= 100:
-            raise InvalidParameter(f"retries must be 0 to 100; they are {self.retries}")
-        if self.servo not in SERVOS:
-            raise unknown_name("servo", self.servo, SERVOS)
-        if self.load_cell not in LOAD_CELLS:
-            raise unknown_name("load cell", self.load_cell, LOAD_CELLS)
-        if self.lockstep and not self.virtual:
-            raise InvalidParameter(
-                f"only a virtual bench can be faster than real time; --port is {self.port!r}"
-            )
-        if self.virtual and self.load_cell_rate not in FILTERS:
-            raise InvalidParameter(
-                f"a virtual load cell gives {', '.join(map(str, FILTERS))} readings per second; "
-                f"{self.load_cell_rate} were asked for"
-            )
-        named = self.port.split(":")[1:2]
-        if self.virtual and named not in ([], [""], [self.bench]):
-            raise InvalidParameter(
-                f"--port {self.port} names another bench than {self.bench!r}, which is recorded"
-            )
-
-    @property
-    def virtual(self) -> bool:
-        """The bench is not there."""
-        return self.port.split(":")[0] == WORD
-
-    @property
-    def unit(self) -> int:
-        """Which unit a virtual bench is."""
-        words = self.port.split(":")
-        return parse_word(":".join([WORD, self.bench, *words[2:]]))[1]
-
-    @property
-    def wear(self) -> str:
-        """What use has done to a virtual bench."""
-        return parse_wear(self.port)
+    servo: DynamixelServo
+    load_cell: LoadCell | None
+    calibration: LoadCellCalibration | None
 
 
 @dataclass(kw_only=True)
@@ -143,10 +79,18 @@ class Bench:
     calibration: LoadCellCalibration | None
     """Turns counts into newtons; without one only raw counts are kept."""
     clock: Clock
+    further: tuple[Drive, ...] = ()
+    """Further servos on the same bus."""
     controls: VirtualControls | None = None
     """Of a virtual bench."""
     lockstep: bool = False
     """Whether time passes only while the bench is waited for."""
+
+    @property
+    def drives(self) -> tuple[Drive, ...]:
+        """All servos, the first among them, in the order of the asset's tendons."""
+        first = Drive(servo=self.servo, load_cell=self.load_cell, calibration=self.calibration)
+        return (first, *self.further)
 
     def time_base(self) -> TimeBase:
         """Return stamps for a log: of the calendar, or a simulated clock's own."""
@@ -172,55 +116,86 @@ def open_bench(address: BenchAddress, tell: Callable[[str], None]) -> Iterator[B
     """
     with ExitStack() as stack:
         bench = virtual_bench(address, stack) if address.virtual else real_bench(address)
-        bench.servo.open()
-        stack.callback(close, bench, tell)
-        if bench.load_cell is not None:
-            bench.load_cell.open()
+        for place, drive in enumerate(bench.drives):
+            drive.servo.open()
+            if place == 0:
+                stack.callback(close, bench, tell)
+        for drive in bench.drives:
+            if drive.load_cell is not None:
+                drive.load_cell.open()
         yield bench
 
 
 def close(bench: Bench, tell: Callable[[str], None]) -> None:
-    """Switch the motor off and close the ports."""
-    if bench.load_cell is not None:
-        bench.load_cell.close()
-    if not bench.servo.close():
+    """Switch the motors off and close the ports."""
+    for drive in bench.drives:
+        if drive.load_cell is not None:
+            drive.load_cell.close()
+    silent = [drive.servo for drive in bench.drives if not drive.servo.switched_off()]
+    bench.servo.close()
+    if silent:
         tell("The servo has not answered that its motor is off: SWITCH ITS SUPPLY OFF.")
 
 
 def real_bench(address: BenchAddress) -> Bench:
     """Put together what is plugged in."""
     clock = MonotonicClock()
-    cell = None
-    if address.load_cell_port is not None:
-        cell = LOAD_CELLS[address.load_cell](address.load_cell_port)
-    elif address.calibration is not None:
+    cells = [real_cell(drive, address.load_cell) for drive in address.drives]
+    found = [each.calibration and load_calibration(each.calibration) for each in address.drives]
+    return bench_of(address, address.port, clock, cells, found)
+
+
+def real_cell(drive: DriveAddress, kind: str) -> LoadCell | None:
+    """Return the load cell in a tendon, if there is one."""
+    if drive.load_cell_port is not None:
+        return LOAD_CELLS[kind](drive.load_cell_port)
+    if drive.calibration is not None:
         raise InvalidCalibration(
-            f"{address.calibration}: a calibration needs a load cell; no port of one is given"
+            f"{drive.calibration}: a calibration needs a load cell; no port of one is given"
         )
+    return None
+
+
+def bench_of(
+    address: BenchAddress, port: str | PortHandler, clock: Clock,
+    cells: Sequence[LoadCell | None], calibrations: Sequence[LoadCellCalibration | None],
+) -> Bench:  # fmt: skip
+    """Put servos, load cells and calibrations together, tendon by tendon."""
+    first, *others = (
+        Drive(servo=servo, load_cell=cell, calibration=calibration)
+        for servo, cell, calibration in zip(
+            servos_at(address, port, clock), cells, calibrations, strict=True
+        )
+    )
     return Bench(
         address=address,
-        servo=servo_at(address, address.port, clock),
-        load_cell=cell,
-        calibration=address.calibration and load_calibration(address.calibration),
+        servo=first.servo,
+        load_cell=first.load_cell,
+        calibration=first.calibration,
         clock=clock,
+        further=tuple(others),
     )
 
 
 def virtual_bench(address: BenchAddress, stack: ExitStack) -> Bench:
     """Put together a bench that is not there; its process ends with the stack."""
     rate = address.load_cell_rate
-    calibration = (
-        calibrated_twin(address.bench, address.unit, rate)
-        if address.calibration is None
-        else load_calibration(address.calibration)
-    )
+    places = virtual_places(address)
+    calibrations = [each.calibration and load_calibration(each.calibration)
+                    for each in address.drives]  # fmt: skip
+    if None in calibrations:
+        own = calibrated_twins(address.bench, address.unit, rate)
+        calibrations = [
+            own[place] if found is None else found
+            for place, found in zip(places, calibrations, strict=True)
+        ]
     if address.lockstep:
         model = SERVO_MODELS[address.servo]
         twin = LockstepBench(
             address.bench, address.unit, load_cell_rate=rate, model=model, wear=address.wear
         )
-        clock, controls = twin.clock, twin
-        port, cell_port = twin.servo_port(), twin.load_cell_stream()
+        clock, controls, port = twin.clock, twin, twin.servo_port()
+        cell_ports = [twin.load_cell_stream(place) for place in places]
     else:
         controls = stack.enter_context(
             VirtualPorts(
@@ -231,28 +206,40 @@ def virtual_bench(address: BenchAddress, stack: ExitStack) -> Bench:
                 wear=address.wear,
             )
         )
-        clock, port, cell_port = MonotonicClock(), controls.servo_port, controls.load_cell_port
-    return Bench(
-        address=address,
-        servo=servo_at(address, port, clock),
-        load_cell=Hx711Serial(cell_port, clock=clock),
-        calibration=calibration,
-        clock=clock,
-        controls=controls,
-        lockstep=address.lockstep,
-    )
+        clock, port = MonotonicClock(), controls.servo_port
+        cell_ports = [controls.load_cell_ports[place] for place in places]
+    cells = [Hx711Serial(cell_port, clock=clock) for cell_port in cell_ports]
+    bench = bench_of(address, port, clock, cells, calibrations)
+    bench.controls, bench.lockstep = controls, address.lockstep
+    return bench
 
 
-def servo_at(address: BenchAddress, port: str | PortHandler, clock: Clock) -> DynamixelServo:
-    """Return the driver of the bench's servo."""
+def virtual_places(address: BenchAddress) -> list[int]:
+    """Return the places of an address's servos on a virtual bench, whose IDs count from 1."""
+    count = servo_count(address.bench)
+    for drive in address.drives:
+        if not 1 <= drive.identifier <= count:
+            raise InvalidParameter(
+                f"the servos of the virtual bench {address.bench!r} have the IDs 1 to {count}; "
+                f"{drive.identifier} was asked for"
+            )
+    return [drive.identifier - 1 for drive in address.drives]
+
+
+def servos_at(address: BenchAddress, port: str | PortHandler, clock: Clock) -> list[DynamixelServo]:
+    """Return the drivers of the bench's servos, which share its port."""
     retries = address.retries
     if retries is None:
         retries = PATIENCE if address.virtual and not address.lockstep else RETRIES
-    return DynamixelServo(
-        SERVOS[address.servo],
-        port,
-        identifier=address.identifier,
-        baud=address.baud,
-        clock=clock,
-        retries=retries,
-    )
+    shared = ServoPort(port, baud=address.baud)
+    return [
+        DynamixelServo(
+            SERVOS[address.servo],
+            shared,
+            identifier=drive.identifier,
+            baud=address.baud,
+            clock=clock,
+            retries=retries,
+        )
+        for drive in address.drives
+    ]

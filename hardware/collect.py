@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from hardware.bench import FILTERS, Bench
+from hardware.bench import Bench
+from hardware.bench_address import FILTERS
 from hardware.collect_settings import CollectSettings
 from hardware.errors import HardwareFault, LogNotWritten, SafetyStop
 from hardware.excitation_plan import PlannedRun

@@ -9,7 +9,8 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from hardware.bench import Bench, BenchAddress, open_bench
+from hardware.bench import Bench, open_bench
+from hardware.bench_address import BenchAddress
 from hardware.collect import RunOutcome, record_run
 from hardware.collect_settings import CollectSettings
 from hardware.errors import ServoAlert

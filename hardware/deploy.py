@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from hardware.bench import FILTERS, Bench
+from hardware.bench import Bench
+from hardware.bench_address import FILTERS
 from hardware.collect import MODES, closed
-from hardware.deploy_log import STEP_FIELDS, DeployLog
+from hardware.deploy_log import DeployLog, step_fields
 from hardware.deploy_loop import DeployLoop
 from hardware.deploy_operator import AbsentableOperator
 from hardware.deploy_settings import DeploySettings
@@ -22,7 +24,7 @@ from hardware.pilot import Pilot
 from hardware.policy_runner import Policy
 from hardware.safety import Trip
 from hardware.servos.base import ServoSettings
-from hardware.session import Session
+from hardware.session import Session, flattened
 from hardware.session_log import open_log
 from hardware.stop_request import StopRequest
 from tendon_newton.errors import TendonNewtonError
@@ -67,12 +69,19 @@ class Deployment:
     estimate: ForceEstimate | None = None
     """Gives the tension where no load cell does."""
 
+    @property
+    def estimates(self) -> tuple[ForceEstimate, ...]:
+        """One for each servo, where there is one."""
+        further = len(self.bench.further)
+        first = self.estimate
+        return () if first is None else (first, *(first.anew() for _ in range(further)))
+
 
 def deploy(
     deployment: Deployment, path: Path | None, keyboard: Keyboard, operator: Operator,
     stop: StopRequest,
 ) -> DeployOutcome:  # fmt: skip
-    """Let a pilot drive; the motor is off before and after it, whatever happens.
+    """Let a pilot drive; the motors are off before and after it, whatever happens.
 
     Args:
         deployment: Who drives what.
@@ -85,27 +94,32 @@ def deploy(
         TendonNewtonError: It could not begin.
     """
     bench, settings = deployment.bench, deployment.settings
-    read_back = bench.servo.configure(
-        MODES[settings.mode],  # pyright: ignore[reportArgumentType]
-        watchdog_s=settings.watchdog,
-        position_range=settings.loop.position_range,
-        duty_limit=settings.duty_limit if settings.mode == "position" else 1.0,
-    )
+    read_back = [
+        drive.servo.configure(
+            MODES[settings.mode],  # pyright: ignore[reportArgumentType]
+            watchdog_s=settings.watchdog,
+            position_range=own.position_range,
+            duty_limit=settings.duty_limit if settings.mode == "position" else 1.0,
+        )
+        for drive, own in zip(bench.drives, settings.loops, strict=True)
+    ]
     loop = DeployLoop(
         bench, deployment.pilot, settings, deployment.goals, keyboard,
-        AbsentableOperator(operator), stop, deployment.estimate,
+        AbsentableOperator(operator), stop, deployment.estimates,
     )  # fmt: skip
     session = session_of(deployment, read_back)
     log = None
     if path is not None:
         log = open_log(
-            path, session, bench.time_base(), background=not bench.lockstep, endless=True
-        )
+            path, session, bench.time_base(), background=not bench.lockstep, endless=True,
+            tendons=len(bench.drives),
+        )  # fmt: skip
     fault: TendonNewtonError | None = None
     stop.patient = True
     try:
         if not settings.dry:
-            bench.servo.enable_torque()
+            for drive in bench.drives:
+                drive.servo.enable_torque()
         loop.run(None if log is None else DeployLog(log))
     except TendonNewtonError as error:
         fault = error
@@ -130,7 +144,7 @@ def deploy(
     )
 
 
-def session_of(deployment: Deployment, read_back: ServoSettings) -> dict[str, str]:
+def session_of(deployment: Deployment, read_back: Sequence[ServoSettings]) -> dict[str, str]:
     """Return what decides a deployment, as a metadata record holds it."""
     bench, settings, policy = deployment.bench, deployment.settings, deployment.policy
     address = bench.address
@@ -148,7 +162,7 @@ def session_of(deployment: Deployment, read_back: ServoSettings) -> dict[str, st
         rate=settings.rate,
         command_rate=settings.policy_rate,
         host_loop=asdict(settings.loop) if settings.mode == "pwm" else None,
-        servo=read_back,
+        servo=read_back[0],
         calibration=bench.calibration.identifier if bench.calibration else None,
         load_cell=bench.load_cell.name if bench.load_cell else None,
         load_cell_rate=float(address.load_cell_rate) if address.virtual else None,
@@ -156,8 +170,15 @@ def session_of(deployment: Deployment, read_back: ServoSettings) -> dict[str, st
         simulated=address.virtual,
         notes=settings.notes,
     ).text()
-    session |= {"deploy.dry": str(settings.dry), "policy.step_fields": ", ".join(STEP_FIELDS)}
+    names = step_fields(len(bench.drives))
+    session |= {"deploy.dry": str(settings.dry), "policy.step_fields": ", ".join(names)}
     session["deploy.limits"] = json.dumps(asdict(settings.limits))
+    for place, (drive, found) in enumerate(zip(bench.further, read_back[1:], strict=True), start=1):
+        session |= flattened({f"servo_{place}": found})
+        if settings.mode == "pwm":
+            session |= flattened({f"host_loop_{place}": settings.loops[place]})
+        calibration = drive.calibration
+        session[f"calibration_{place}"] = "" if calibration is None else calibration.identifier
     if policy is not None:
         session |= {
             "policy.file": policy.path.name,
@@ -177,10 +198,13 @@ def ending(loop: DeployLoop, fault: TendonNewtonError | None) -> dict[str, str]:
         "pacing": loop.ticker.report().text,
         "safety.trips": json.dumps(loop.guard.trips),
     }
-    facts |= {f"counters.servo.{k}": str(v) for k, v in asdict(loop.servo.counters).items()}
-    if loop.bench.load_cell is not None:
-        counters = asdict(loop.bench.load_cell.counters)
-        facts |= {f"counters.load_cell.{k}": str(v) for k, v in counters.items()}
+    for place, drive in enumerate(loop.bench.drives):
+        mark = f"_{place}" if place else ""
+        counted = asdict(drive.servo.counters)
+        facts |= {f"counters.servo{mark}.{k}": str(v) for k, v in counted.items()}
+        if drive.load_cell is not None:
+            counted = asdict(drive.load_cell.counters)
+            facts |= {f"counters.load_cell{mark}.{k}": str(v) for k, v in counted.items()}
     return facts
 
 

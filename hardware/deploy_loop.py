@@ -8,6 +8,7 @@ skipped and counted.
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 
 from hardware.bench import Bench
 from hardware.deploy_log import DeployLog
@@ -29,7 +30,9 @@ from hardware.operator import Operator
 from hardware.pacing import Ticker
 from hardware.pilot import Pilot, PilotStep
 from hardware.run_loop import FLUSH_PERIOD
-from hardware.safety import SafetyGuard, Trip
+from hardware.safety import Trip
+from hardware.safety_guards import SafetyGuards
+from hardware.servos.base import ServoState
 from hardware.stop_request import StopRequest
 from hardware.tip_watch import TipWatch
 
@@ -49,33 +52,35 @@ UNWIND_SLOWEST = 0.3
 
 
 class DeployLoop:
-    """Lets a pilot drive the servo as long as the rules allow.
+    """Lets a pilot drive the servos as long as the rules allow.
 
     Args:
-        bench: An open bench whose servo is configured, and on unless the run is dry.
+        bench: An open bench whose servos are configured, and on unless the run is dry.
         pilot: Who decides.
         settings: Rates, mode and limits.
         goals: Where the goal comes from.
         keyboard: The operator's keys.
         operator: Who is told and shown.
         stop: Who may end the run by a signal.
-        estimate: Gives the tension where no load cell does.
+        estimates: Give the tension of each servo where no load cell does; may be none.
     """
 
     def __init__(
         self, bench: Bench, pilot: Pilot, settings: DeploySettings, goals: Goals,
         keyboard: Keyboard, operator: Operator, stop: StopRequest,
-        estimate: ForceEstimate | None = None,
+        estimates: Sequence[ForceEstimate] = (),
     ) -> None:  # fmt: skip
         self.bench = bench
-        self.servo = bench.servo
+        self.servos = tuple(drive.servo for drive in bench.drives)
         self.clock = bench.clock
         self.pilot = pilot
         self.settings = settings
         self.goals = goals
         self.operator = operator
-        self.estimate = estimate
-        self.guard = SafetyGuard(settings.limits)
+        self.estimates = estimates
+        self.guard = SafetyGuards(
+            settings.servo_limits, [f"servo {servo.identifier}" for servo in self.servos]
+        )
         self.ticker = Ticker(self.clock, settings.rate)
         self.senses = DeploySenses(bench, settings, goals, keyboard, operator, stop, self.ticker)
         self.tip = TipWatch(bench)
@@ -89,12 +94,13 @@ class DeployLoop:
         """What ended the run; nothing if it had its full length."""
         self._over = False
         self._log: DeployLog | None = None
-        self._goal = self._command = self._jump = self._policy_time = 0.0
-        self._output: float | None = None
+        self._goal = self._policy_time = 0.0
+        self._command = self._jump = (0.0,) * len(self.servos)
+        self._output: tuple[float | None, ...] = (None,) * len(self.servos)
         self._sent = -1
-        self._unwinding: tuple[float, float] | None = None
+        self._unwinding: tuple[float, list[float]] | None = None
         self._next_show = 0.0
-        self._told: dict[str, float] = {}
+        self._told: dict[tuple[str, int], float] = {}
 
     @property
     def complete(self) -> bool:
@@ -107,7 +113,7 @@ class DeployLoop:
         duration, senses = self.settings.duration, self.senses
         count = None if duration is None else round(duration * self.settings.rate)
         self.ticker.restart()
-        senses.heard = self.ticker.start
+        senses.hear(self.ticker.start)
         while not self._over:
             tick = self.ticker.wait()
             begin = self.clock.now()
@@ -124,8 +130,8 @@ class DeployLoop:
         senses = self.senses
         senses.take(tick, self._log)
         due = tick // self.settings.divider != self._sent
-        step = self._decide() if due and senses.state is not None else None
-        trips = self.guard.judge(senses.glance(self._output, self._jump))
+        step = self._decide(states) if due and (states := senses.states) else None
+        trips = self.guard.judge(senses.glances(self._output, self._jump))
         self._act(step, due=due, begun=bool(trips))
         if due:
             self._sent = tick // self.settings.divider
@@ -133,24 +139,27 @@ class DeployLoop:
             self._announce(trip)
         self.tip.take(None if self._log is None else self._log.session_log)
 
-    def _decide(self) -> PilotStep:
+    def _decide(self, states: Sequence[ServoState]) -> PilotStep:
         """Let the pilot look and decide; what it wants holds until the next step."""
-        state = self.senses.state
-        assert state is not None
         begin = self.clock.now()
-        step = self.pilot.step(state, self.goals.value(begin - self.ticker.start))
-        before = self._before(step)
-        if self.estimate is not None:
-            self.senses.estimated = self.estimate(before, state.position, state.velocity)
+        step = self.pilot.step(states, self.goals.value(begin - self.ticker.start))
+        befores = self._before(step)
+        for servo, estimate, before, state in zip(
+            self.senses.servos, self.estimates, befores, states, strict=False
+        ):
+            servo.estimated = estimate(before, state.position, state.velocity)
         self._goal, self._output = step.sample[-1], step.output
-        self._jump = (step.command - before) * self.settings.policy_rate
+        self._jump = tuple(
+            (command - before) * self.settings.policy_rate
+            for command, before in zip(step.command, befores, strict=True)
+        )
         self._policy_time = self.clock.now() - begin
         self.steps += 1
         return step
 
-    def _before(self, step: PilotStep) -> float:
-        """Return the last command [rad]; before there is one, where the spool stands."""
-        return step.sample[0] if self.first_command is None else self._command
+    def _before(self, step: PilotStep) -> tuple[float, ...]:
+        """Return the last commands [rad]; before there are any, where the spools stand."""
+        return step.sample[: len(self.servos)] if self.first_command is None else self._command
 
     def _act(self, step: PilotStep | None, *, due: bool, begun: bool) -> None:
         """Do what the guard's mode asks for."""
@@ -166,53 +175,87 @@ class DeployLoop:
             if self._log is not None:
                 self._log.step(self.clock.now(), step, self._command, held=held)
 
-    def _within(self, step: PilotStep) -> float:
-        """Return a step's command within the range and no further from the last than allowed."""
-        before = self._before(step)
+    def _within(self, step: PilotStep) -> tuple[float, ...]:
+        """Return a step's commands within the ranges and no further from the last than allowed."""
         reach = self.settings.limits.command_rate / self.settings.policy_rate
-        low, high = self.settings.loop.position_range
-        return min(max(min(max(step.command, before - reach), before + reach), low), high)
+        within = []
+        for command, before, loop in zip(
+            step.command, self._before(step), self.settings.loops, strict=True
+        ):
+            low, high = loop.position_range
+            within.append(min(max(min(max(command, before - reach), before + reach), low), high))
+        return tuple(within)
 
-    def _send(self, command: float, duty: float | None = None) -> None:
-        """Give a command [rad], or in its place a duty [1], unless the run is dry."""
-        instant, state = self.clock.now(), self.senses.state
-        self._command = command
+    def _send(
+        self, commands: Sequence[float], duties: Sequence[float | None] | None = None
+    ) -> None:
+        """Give each servo a command [rad], or in its place a duty [1], unless the run is dry."""
+        instant = self.clock.now()
+        self._command = tuple(commands)
         if self.first_command is None:
             self.first_command = instant
-        if self.settings.dry or state is None:
+        if self.settings.dry or self.senses.states is None:
             return
-        log = self._log.session_log if self._log is not None else None
+        wanted = duties or (None,) * len(self.servos)
+        sent = [
+            self._send_one(place, command, duty, instant)
+            for place, (command, duty) in enumerate(zip(commands, wanted, strict=True))
+        ]
+        if self._log is not None and all(sent):
+            self._log.session_log.command(instant, *commands)
+
+    def _send_one(self, place: int, command: float, duty: float | None, instant: float) -> bool:
+        """Give one servo its command or duty; return whether it has taken it."""
+        servo, senses = self.servos[place], self.senses.servos[place]
         try:
             if self.settings.mode == "pwm":
-                wanted = self.settings.loop.duty(command, state.position) if duty is None else duty
-                sent = self.servo.command_duty(wanted)
-                if log is not None:
-                    log.duty(instant, sent)
+                if duty is None:
+                    assert senses.state is not None
+                    duty = self.settings.loops[place].duty(command, senses.state.position)
+                duty = servo.command_duty(duty)
+                if self._log is not None:
+                    self._log.session_log.duty(instant, duty, place)
             else:
-                self.servo.command_position(command)
+                servo.command_position(command)
         except (ServoSilent, PortLost):
-            return  # its silence is a rule's business
+            return False  # its silence is a rule's business
         except (WatchdogTripped, ServoRefused) as error:
-            self.senses.stopped = str(error)
-            return
-        if log is not None:
-            log.command(instant, command)
+            senses.stopped = str(error)
+            return False
+        return True
 
     def _unwind(self) -> None:
-        """Let the tendon out slowly; at home, or where that does not work, the run is over."""
-        loop, state, now = self.settings.loop, self.senses.state, self.clock.now()
-        home = loop.position_range[0]
-        position = home if state is None else state.position
+        """Let the tendons out slowly; at home, or where that does not work, the run is over."""
+        loops, now = self.settings.loops, self.clock.now()
+        homes = [loop.position_range[0] for loop in loops]
+        positions = [
+            home if servo.state is None else servo.state.position
+            for servo, home in zip(self.senses.servos, homes, strict=True)
+        ]
         if self._unwinding is None:
-            self._unwinding = (now, position)
-        begin, start = self._unwinding
-        patience = 1.0 + max(start - home, 0.0) / UNWIND_SLOWEST
-        if position <= home + UNWIND_MARGIN or now - begin > patience or not self.settings.unwind:
+            self._unwinding = (now, positions)
+        begin, starts = self._unwinding
+        ways = [max(start - home, 0.0) for start, home in zip(starts, homes, strict=True)]
+        left = [p > home + UNWIND_MARGIN for p, home in zip(positions, homes, strict=True)]
+        patience = 1.0 + max(ways) / UNWIND_SLOWEST
+        if not any(left) or now - begin > patience or not self.settings.unwind:
             self._end()
         elif self.settings.mode == "pwm":
-            self._send(position + (UNWIND_DUTY - loop.offset) / loop.gain, UNWIND_DUTY)
+            duties = [UNWIND_DUTY if out else 0.0 for out in left]
+            self._send(
+                [
+                    position + (duty - loop.offset) / loop.gain
+                    for position, duty, loop in zip(positions, duties, loops, strict=True)
+                ],
+                duties,
+            )
         else:
-            self._send(max(start - UNWIND_SPEED * (now - begin), home))
+            self._send(
+                [
+                    max(start - UNWIND_SPEED * (now - begin), home)
+                    for start, home in zip(starts, homes, strict=True)
+                ]
+            )
 
     def _end(self) -> None:
         """Switch off for good."""
@@ -220,13 +263,14 @@ class DeployLoop:
         self.switch_off()
 
     def switch_off(self) -> None:
-        """Switch the motor off, as far as it can be reached; more than once does no harm."""
-        if not self.servo.torque_enabled:
-            return
-        try:
-            self.servo.disable_torque()
-        except HardwareFault as error:
-            self.operator.tell(f"THE MOTOR MAY STILL RUN, SWITCH ITS SUPPLY OFF: {error}")
+        """Switch the motors off, as far as they can be reached; more than once does no harm."""
+        for servo in self.servos:
+            if not servo.torque_enabled:
+                continue
+            try:
+                servo.disable_torque()
+            except HardwareFault as error:
+                self.operator.tell(f"THE MOTOR MAY STILL RUN, SWITCH ITS SUPPLY OFF: {error}")
 
     def _announce(self, trip: Trip) -> None:
         """Note, log and tell that a rule came into effect, after it was acted upon."""
@@ -235,8 +279,9 @@ class DeployLoop:
         ends = trip.action in ("unwind", "off") and trip.reason != COMPLETE
         if ends and self.ending is None:
             self.ending = trip
-        if now >= self._told.get(trip.rule.name, -1.0):
-            self._told[trip.rule.name] = now + TELL_PERIOD
+        known = (trip.rule.name, trip.servo)
+        if now >= self._told.get(known, -1.0):
+            self._told[known] = now + TELL_PERIOD
             self.operator.tell(f"{trip.action.upper()}: {trip.reason}")
         if self._log is not None:
             self._log.trip(trip)
@@ -255,21 +300,23 @@ class DeployLoop:
         if now < self._next_show:
             return
         self._next_show = now + SHOW_PERIOD
-        senses, elapsed = self.senses, now - self.ticker.start
+        servos, elapsed = self.senses.servos, now - self.ticker.start
+        warmth = [servo.health.temperature for servo in servos if servo.health is not None]
+        forces = [servo.force for servo in servos if servo.force is not None]
         self.operator.show(
             DeployProgress(
                 name="deploy",
                 elapsed=elapsed,
                 duration=self.settings.duration or 0.0,
-                rate=senses.rows / max(elapsed, 1.0 / self.settings.rate),
-                missed=senses.missed,
-                force=senses.force,
-                temperature=None if senses.health is None else senses.health.temperature,
+                rate=self.senses.rows / max(elapsed, 1.0 / self.settings.rate),
+                missed=self.senses.missed,
+                force=max(forces, default=None),
+                temperature=max(warmth, default=None),
                 mode=self.guard.mode,
                 goal=self._goal,
-                position=0.0 if senses.state is None else senses.state.position,
+                position=tuple(0.0 if s.state is None else s.state.position for s in servos),
                 command=self._command,
-                estimated=senses.forces.force is None,
+                estimated=any(servo.forces.force is None for servo in servos),
                 late=self.ticker.percentile(0.99),
                 skipped=self.ticker.overruns,
             )

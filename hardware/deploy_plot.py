@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.deploy_log import STEP_FIELDS, STEP_TOPIC, TIMING_FIELDS, TIMING_TOPIC
+from hardware.deploy_log import STEP_TOPIC, TIMING_FIELDS, TIMING_TOPIC, servo_count_of
 from tendon_newton.policy_observation import goal_angle
 from tendon_newton.recording_formats.mcap_file import McapReading, read_mcap
 from tendon_newton.recording_formats.topic_mapping import STATE_TOPIC
@@ -50,18 +50,22 @@ def panels_of(path: Path) -> tuple[Panel, ...]:
     if log.tip is not None:
         tip = np.degrees(goal_angle(log.tip[:, 0], log.tip[:, 1]))
         goals.append(Line(name="tip", time=log.time, values=tip))
-    spool = [Line(name="measured", time=log.time, values=log.motor_position[:, 0])]
-    if log.command is not None:
-        spool.insert(0, Line(name="command", time=log.time, values=log.command[:, 0]))
+    servos = log.motor_position.shape[1]
+    panels = [Panel(title="goal angle [deg]", lines=tuple(goals))]
+    for d in range(servos):
+        of = f" of servo {d}" if servos > 1 else ""
+        spool = [Line(name="measured", time=log.time, values=log.motor_position[:, d])]
+        if log.command is not None:
+            spool.insert(0, Line(name="command", time=log.time, values=log.command[:, d]))
+        panels.append(Panel(title=f"spool angle{of} [rad]", lines=tuple(spool)))
     force = []
     if log.force is not None:
-        force.append(Line(name="load cell", time=log.time, values=log.force[:, 0]))
-    panels = (
-        Panel(title="goal angle [deg]", lines=tuple(goals)),
-        Panel(title="spool angle [rad]", lines=tuple(spool)),
-        Panel(title="tension [N]", lines=tuple(force)),
-        Panel(title="loop timing [ms]", lines=tuple(late)),
-    )
+        force = [
+            Line(name=f"load cell {d}" if servos > 1 else "load cell", time=log.time, values=column)
+            for d, column in enumerate(log.force.T)
+        ]
+    panels.append(Panel(title="tension [N]", lines=tuple(force)))
+    panels.append(Panel(title="loop timing [ms]", lines=tuple(late)))
     return tuple(panel for panel in panels if panel.lines)
 
 
@@ -75,8 +79,8 @@ def logged_lines(path: Path) -> tuple[list[Line], list[Line]]:
         for topic, stamp, message in McapReading(file, path.name).messages(wanted):
             first = stamp if first is None else first
             seconds = 1e-9 * (stamp - first)
-            if topic == STEP_TOPIC and len(message.data) == len(STEP_FIELDS):
-                goals.append((seconds, np.degrees(message.data[STEP_FIELDS.index("alpha")])))
+            if topic == STEP_TOPIC and (place := goal_place(len(message.data))) is not None:
+                goals.append((seconds, np.degrees(message.data[place])))
             elif topic == TIMING_TOPIC and len(message.data) == len(TIMING_FIELDS):
                 timing.append((seconds, 1e3 * message.data[1], 1e3 * message.data[2]))
     time, alpha = columns(goals, 2)
@@ -90,6 +94,12 @@ def logged_lines(path: Path) -> tuple[list[Line], list[Line]]:
         if timing
         else [],
     )
+
+
+def goal_place(width: int) -> int | None:
+    """Return where the goal stands among the numbers of a step; none if it is no step of ours."""
+    servos = servo_count_of(width)
+    return None if servos is None else 4 * servos
 
 
 def columns(rows: Sequence[tuple[float, ...]], width: int) -> Values:

@@ -10,16 +10,16 @@ from hardware.operator import Progress
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class DeployProgress(Progress):
-    """Goal, position, force, warmth and timing now."""
+    """Goal, positions, greatest force and warmth, and timing now."""
 
     mode: str
     """``run``, ``hold``, ``unwind`` or ``off``."""
     goal: float
     """Goal angle, or of a jog the spool's [rad]."""
-    position: float
-    """Spool angle [rad]."""
-    command: float
-    """Desired spool angle [rad]."""
+    position: tuple[float, ...]
+    """Spool angle of each servo [rad]."""
+    command: tuple[float, ...]
+    """Desired spool angles [rad]."""
     estimated: bool
     """Whether the force is a network's estimate."""
     late: float
@@ -29,13 +29,17 @@ class DeployProgress(Progress):
 
     @property
     def text(self) -> str:
-        """The figures as a line of 80 characters: what was skipped or missed is lost."""
+        """The figures as a line, of 80 characters for one servo; lost: skipped or missed."""
         force = "no force"
         if self.force is not None:
             force = f"{self.force:.1f} N{' est.' if self.estimated else ''}"
         warmth = "" if self.temperature is None else f"  {self.temperature:.0f} degC"
+        spools = ", ".join(
+            f"{position:.2f}->{command:.2f}"
+            for position, command in zip(self.position, self.command, strict=True)
+        )
         return (
             f"{self.mode} {self.elapsed:.0f} s  goal {degrees(self.goal):.0f} deg  spool "
-            f"{self.position:.2f}->{self.command:.2f} rad  {force}{warmth}  "
+            f"{spools} rad  {force}{warmth}  "
             f"late {1e3 * self.late:.1f} ms  {self.skipped + self.missed} lost"
         )

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from math import isfinite
 from pathlib import Path
 
-from hardware.deploy_log import read_steps
+from hardware.deploy_log import LoggedStep, read_steps
 from hardware.pilot import PolicyPilot
 from hardware.policy_runner import Policy
 from hardware.servos.base import ServoState
@@ -23,7 +23,7 @@ class ReplayReport:
     steps: int
     """Steps that were compared."""
     difference: float
-    """Greatest difference between two outputs [rad]."""
+    """Greatest difference between two outputs of a servo [rad]."""
     worst: float
     """When that was, since the first step [s]."""
     broken: int
@@ -53,17 +53,34 @@ def replay_log(policy: Policy, path: Path) -> ReplayReport:
     steps = broken = 0
     difference = worst = start = 0.0
     for logged in read_steps(path):
-        theta, theta_dot, *_, alpha = logged.sample
-        state = ServoState(time=logged.time, position=theta, velocity=theta_dot, current=0.0)
-        step = pilot.step(state, alpha)
+        step = pilot.step(states_of(logged, policy.card.servo_count), logged.sample[-1])
         start = logged.time if steps == 0 else start
         steps += 1
         broken += step.sample != logged.sample
-        if isfinite(step.output) or isfinite(logged.output):
-            apart = abs(step.output - logged.output)
-            if not apart <= difference:
-                difference, worst = apart, logged.time - start
+        for found, there in zip(step.output, logged.output, strict=True):
+            if isfinite(found) or isfinite(there):
+                apart = abs(found - there)
+                if not apart <= difference:
+                    difference, worst = apart, logged.time - start
         pilot.apply(None if logged.held else replace(step, action=logged.action))
     if not steps:
         raise InvalidRecording(f"{path}: a deployment's log has policy steps; this file has none")
     return ReplayReport(steps=steps, difference=difference, worst=worst, broken=broken)
+
+
+def states_of(logged: LoggedStep, servos: int) -> list[ServoState]:
+    """Return what the servos said before a logged step.
+
+    Raises:
+        InvalidRecording: The log has another number of servos.
+    """
+    if len(logged.command) != servos:
+        raise InvalidRecording(
+            f"a log of {servos} servos has {7 * servos + 2} numbers per policy step; this one is "
+            f"of {len(logged.command)}"
+        )
+    angles, speeds = logged.sample[:servos], logged.sample[servos : 2 * servos]
+    return [
+        ServoState(time=logged.time, position=angle, velocity=speed, current=0.0)
+        for angle, speed in zip(angles, speeds, strict=True)
+    ]

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
+from dataclasses import replace
 
 from hardware.bench import Bench
 from hardware.deploy_log import DeployLog
@@ -29,6 +31,79 @@ SKIP_WINDOW = 8
 """Ticks among which skipped ones are counted."""
 
 
+class ServoSenses:
+    """What is known of one servo and of the load cell in its tendon.
+
+    Args:
+        bench: An open bench.
+        operator: Who is told.
+        place: Which of the bench's servos.
+    """
+
+    def __init__(self, bench: Bench, operator: Operator, place: int) -> None:
+        self.servo = bench.drives[place].servo
+        self.clock = bench.clock
+        self.forces = ForceWatch(bench, None, operator, place)
+        self.state: ServoState | None = None
+        """Its last reading."""
+        self.health: ServoHealth | None = None
+        self.estimated: float | None = None
+        """Tension by a force network [N]."""
+        self.stopped: str | None = None
+        """Why it does not drive."""
+        self.heard = self.clock.now()
+        """When it last answered [s]."""
+        self._alerts = self.servo.counters.alerts
+
+    @property
+    def force(self) -> float | None:
+        """Tension, measured or else estimated [N]."""
+        return self.estimated if self.forces.force is None else self.forces.force
+
+    @property
+    def alerted(self) -> bool:
+        """Whether an answer since the last look told of an alert."""
+        return self.servo.counters.alerts > self._alerts
+
+    def read(self) -> ServoState | None:
+        """Read the servo, where it can be reached."""
+        try:
+            self.state = state = self.servo.read_state()
+        except (ServoSilent, PortLost, ServoRefused):
+            return None
+        self.heard = state.time
+        return state
+
+    def look(self) -> ServoHealth | None:
+        """Look at what changes slowly, and whether the motor still does what it is told."""
+        self._alerts = self.servo.counters.alerts
+        try:
+            self.health = health = self.servo.check()
+        except (ServoAlert, ServoReset, WatchdogTripped) as error:
+            self.stopped = str(error)
+            return None
+        except (ServoSilent, PortLost, ServoRefused):
+            return None
+        return health
+
+    def glance(self, common: Glance, output: float | None, jump: float) -> Glance:
+        """Add to what is known now all that belongs to this servo."""
+        state, health = self.state, self.health
+        return replace(
+            common,
+            position=None if state is None else state.position,
+            silence=max(common.now - self.heard, 0.0),
+            force=self.force,
+            blindness=self.forces.silence,
+            current=None if state is None else state.current,
+            voltage=None if health is None else health.voltage,
+            temperature=None if health is None else health.temperature,
+            stopped=self.stopped,
+            output=output,
+            jump=jump,
+        )
+
+
 class DeploySenses:
     """Asks everything that can be asked, once a tick, and never waits for an answer for long.
 
@@ -46,25 +121,16 @@ class DeploySenses:
         self, bench: Bench, settings: DeploySettings, goals: Goals, keyboard: Keyboard,
         operator: Operator, stop: StopRequest, ticker: Ticker,
     ) -> None:  # fmt: skip
-        self.bench = bench
-        self.servo = bench.servo
         self.clock = bench.clock
-        self.forces = ForceWatch(bench, None, operator)
-        self.state: ServoState | None = None
-        """The servo's last reading."""
-        self.health: ServoHealth | None = None
-        self.estimated: float | None = None
-        """Tension by a force network [N]."""
+        self.servos = tuple(
+            ServoSenses(bench, operator, place) for place in range(len(bench.drives))
+        )
         self.rows = self.missed = 0
-        """Readings of the servo, and ticks without one."""
+        """Readings of all servos, and ticks in which one was missed."""
         self.stop_reason: str | None = None
         """Why the run should end in an orderly way."""
-        self.stopped: str | None = None
-        """Why the servo does not drive."""
         self.failure: str | None = None
         """Why the log cannot be written."""
-        self.heard = self.clock.now()
-        """When the servo last answered [s]."""
         self._divider = settings.divider
         self._goals = goals
         self._keyboard = keyboard
@@ -72,75 +138,69 @@ class DeploySenses:
         self._stop = stop
         self._ticker = ticker
         self._kill: str | None = None
-        self._alerts = self.servo.counters.alerts
         self._ran: deque[int] = deque()
         self._next_log = 0.0
 
     @property
-    def force(self) -> float | None:
-        """Tension, measured or else estimated [N]."""
-        return self.estimated if self.forces.force is None else self.forces.force
+    def states(self) -> list[ServoState] | None:
+        """The last reading of each servo, once all have been read."""
+        states = [servo.state for servo in self.servos if servo.state is not None]
+        return states if len(states) == len(self.servos) else None
+
+    def hear(self, instant: float) -> None:
+        """Count every servo's silence from an instant [s]."""
+        for servo in self.servos:
+            servo.heard = instant
 
     def take(self, tick: int, log: DeployLog | None) -> None:
         """Ask everything; health comes half a policy step after the policy's own tick."""
         self._ran.append(tick)
         while self._ran[0] <= tick - SKIP_WINDOW:
             self._ran.popleft()
-        self.forces.take(log.session_log if log else None)
+        for servo in self.servos:
+            servo.forces.take(log.session_log if log else None)
         self._read(log)
-        alerted = self.servo.counters.alerts > self._alerts
-        if alerted or (tick + self._divider // 2) % self._divider == 0:
-            self._look(log)
+        due = (tick + self._divider // 2) % self._divider == 0
+        chosen = [servo for servo in self.servos if due or servo.alerted]
+        if chosen:
+            self._look(chosen, log)
         self._listen()
 
-    def glance(self, output: float | None, jump: float) -> Glance:
-        """Gather what is known now, with what the policy wants [rad] and how fast [rad/s]."""
-        state, health, now = self.state, self.health, self.clock.now()
-        return Glance(
-            now=now,
-            position=None if state is None else state.position,
-            silence=max(now - self.heard, 0.0),
-            force=self.force,
-            blindness=self.forces.silence,
-            current=None if state is None else state.current,
-            voltage=None if health is None else health.voltage,
-            temperature=None if health is None else health.temperature,
-            stopped=self.stopped,
+    def glances(self, outputs: Sequence[float | None], jumps: Sequence[float]) -> list[Glance]:
+        """Gather what is known of each servo, with what the policy wants [rad] and how fast."""
+        common = Glance(
+            now=self.clock.now(),
             skipped=min(self._ran[-1] + 1, SKIP_WINDOW) - len(self._ran),
-            output=output,
-            jump=jump,
             stop=self.stop_reason,
             kill=self._kill,
             failure=self.failure,
         )
+        return [
+            servo.glance(common, output, jump)
+            for servo, output, jump in zip(self.servos, outputs, jumps, strict=True)
+        ]
 
     def _read(self, log: DeployLog | None) -> None:
-        """Read the servo, where it can be reached."""
-        try:
-            self.state = state = self.servo.read_state()
-        except (ServoSilent, PortLost, ServoRefused):
+        """Read the servos, where they can be reached."""
+        states = [servo.read() for servo in self.servos]
+        whole = [state for state in states if state is not None]
+        if len(whole) < len(states):
             self.missed += 1
             return
-        self.heard = state.time
         self.rows += 1
         if log is not None:
-            log.session_log.state(state)
+            log.session_log.state(*whole)
 
-    def _look(self, log: DeployLog | None) -> None:
-        """Look at what changes slowly, and whether the motor still does what it is told."""
-        self._alerts = self.servo.counters.alerts
-        try:
-            self.health = health = self.servo.check()
-        except (ServoAlert, ServoReset, WatchdogTripped) as error:
-            self.stopped = str(error)
-            return
-        except (ServoSilent, PortLost, ServoRefused):
-            return
+    def _look(self, chosen: Sequence[ServoSenses], log: DeployLog | None) -> None:
+        """Look at what changes slowly; what was seen of all servos is logged now and then."""
+        looks = [(servo.look(), servo.servo.counters) for servo in chosen]
+        seen = [(health, counters) for health, counters in looks if health is not None]
         now = self.clock.now()
-        if log is not None and now >= self._next_log:
+        if log is not None and len(seen) == len(self.servos) and now >= self._next_log:
             self._next_log = now + LOOK_PERIOD
+            (health, counters), *further = seen
             log.session_log.health(
-                now, health, self.servo.counters,
+                now, health, counters, *further,
                 missed=self.missed, skipped=self._ticker.overruns,
             )  # fmt: skip
 

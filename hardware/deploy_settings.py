@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import isfinite
 from typing import Literal
 
-from hardware.bench import BenchAddress
+from hardware.bench_address import BenchAddress
 from hardware.errors import PolicyMismatch
 from hardware.safety_limits import DeployLimits
 from hardware.servos.host_position_loop import HostPositionLoop
+from hardware.virtual_bench.unit import servo_count
 from tendon_newton.errors import InvalidParameter
-from tendon_newton.policy_card import PolicyCard
+from tendon_newton.policy_card import FurtherServo, PolicyCard
 from tendon_newton.policy_observation import RATE, SERVO_RATE
 
 RADIUS_TOLERANCE = 1e-3
@@ -32,6 +33,8 @@ class DeploySettings:
     """Of the bench [m]."""
     loop: HostPositionLoop = field(default_factory=HostPositionLoop)
     """The position loop of mode ``pwm``, and the command range in either."""
+    further_ranges: tuple[tuple[float, float], ...] = ()
+    """Command ranges of further servos [rad]; all else is as of the first."""
     duty_limit: float = 0.65
     """Greatest duty of the servo's own loop in mode ``position`` [1]."""
     watchdog: float = 0.2
@@ -63,6 +66,23 @@ class DeploySettings:
             raise InvalidParameter(f"the duration must be above 0 s; it is {self.duration}")
 
     @property
+    def loops(self) -> tuple[HostPositionLoop, ...]:
+        """The position loop of each servo."""
+        further = (replace(self.loop, position_range=limits) for limits in self.further_ranges)
+        return (self.loop, *further)
+
+    @property
+    def servo_limits(self) -> tuple[DeployLimits, ...]:
+        """Limits of each servo: windows lie about the command ranges as the first one's does."""
+        low, high = self.limits.position
+        every = [self.limits]
+        for least, _ in self.further_ranges:
+            shift = least - self.loop.position_range[0]
+            window = replace(self.limits.bench, position=(low + shift, high + shift))
+            every.append(replace(self.limits, bench=window))
+        return tuple(every)
+
+    @property
     def divider(self) -> int:
         """Ticks per policy step."""
         return round(self.rate / self.policy_rate)
@@ -74,25 +94,44 @@ def refuse_mismatch(card: PolicyCard, settings: DeploySettings, address: BenchAd
     Raises:
         PolicyMismatch: Rates, servo, spool or limits differ; the message names both sides.
     """
-    low, high = settings.limits.position
-    least, greatest = card.command_range
-    radius = card.spool_radius
-    agreements = (
+    servos = servo_count(address.bench) if address.virtual else len(address.drives)
+    agreements = [
         ("rate_hz", card.rate == settings.policy_rate, f"{card.rate:g}",
          f"{settings.policy_rate:g}"),
         ("servo_rate_hz", card.servo_rate == settings.rate, f"{card.servo_rate:g}",
          f"{settings.rate:g}"),
-        ("servo", card.servo == address.servo, card.servo, address.servo),
-        ("spool_radius_m", abs(radius / settings.spool_radius - 1.0) <= RADIUS_TOLERANCE,
-         f"{radius:g}", f"{settings.spool_radius:g}"),
-        ("command_range_rad", low <= least and greatest <= high,
-         f"{least:.3f} to {greatest:.3f}", f"{low:.3f} to {high:.3f} at most"),
-        ("force_limit_n", card.force_limit <= settings.limits.force, f"{card.force_limit:g}",
-         f"{settings.limits.force:g} at most"),
-    )  # fmt: skip
+        ("servos", card.servo_count == servos, f"{card.servo_count}", f"{servos}"),
+    ]  # fmt: skip
+    for place, (servo, limits) in enumerate(
+        zip((card, *card.further_servos), settings.servo_limits, strict=False)
+    ):
+        of = f" of servo {place}" if place else ""
+        agreements += [
+            (f"{name}{of}", *rest)
+            for name, *rest in servo_agreements(servo, limits, settings, address)
+        ]
     for name, agrees, trained, here in agreements:
         if not agrees:
             raise PolicyMismatch(
                 f"a policy drives the bench that it was trained for; its card has {name} "
                 f"{trained}, this bench {here}"
             )
+
+
+def servo_agreements(
+    servo: PolicyCard | FurtherServo, limits: DeployLimits, settings: DeploySettings,
+    address: BenchAddress,
+) -> tuple[tuple[str, bool, str, str], ...]:  # fmt: skip
+    """Return what a card says of one servo: a name, whether the bench agrees, and both sides."""
+    low, high = limits.position
+    least, greatest = servo.command_range
+    radius = servo.spool_radius
+    return (
+        ("servo", servo.servo == address.servo, servo.servo, address.servo),
+        ("spool_radius_m", abs(radius / settings.spool_radius - 1.0) <= RADIUS_TOLERANCE,
+         f"{radius:g}", f"{settings.spool_radius:g}"),
+        ("command_range_rad", low <= least and greatest <= high,
+         f"{least:.3f} to {greatest:.3f}", f"{low:.3f} to {high:.3f} at most"),
+        ("force_limit_n", servo.force_limit <= limits.force, f"{servo.force_limit:g}",
+         f"{limits.force:g} at most"),
+    )  # fmt: skip

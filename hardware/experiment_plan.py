@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hardware.bench import BenchAddress
+from hardware.bench_address import BenchAddress
 from hardware.collect_plan import collect
 from hardware.collect_settings import CollectSettings
 from hardware.excitation_plan import PlannedRun

@@ -42,6 +42,10 @@ class ForceEstimate:
         tension = float(np.asarray(self._run(window)).reshape(-1)[0])
         return min(max(tension, 0.0), self.card.force_limit)
 
+    def anew(self) -> ForceEstimate:
+        """Return the same network with a history of its own, for another servo."""
+        return ForceEstimate(self.card, self._run)
+
 
 def load_estimate(path: Path, rate: float) -> ForceEstimate:
     """Read a force network's ONNX file for use at a rate [Hz].

@@ -21,11 +21,15 @@ class ForceWatch:
         bench: Load cell and its calibration.
         limits: What ends a run; without them whoever takes the readings looks after that.
         operator: Who is told.
+        place: In which of the bench's tendons the load cell is.
     """
 
-    def __init__(self, bench: Bench, limits: SafetyLimits | None, operator: Operator) -> None:
-        self.cell: LoadCell | None = bench.load_cell
-        self.calibration = bench.calibration
+    def __init__(
+        self, bench: Bench, limits: SafetyLimits | None, operator: Operator, place: int = 0
+    ) -> None:
+        drive = bench.drives[place]
+        self.cell: LoadCell | None = drive.load_cell
+        self.calibration = drive.calibration
         self.clock = bench.clock
         self.limits = limits
         self.operator = operator
@@ -40,6 +44,8 @@ class ForceWatch:
         self._latest = self.clock.now()
         self._count = 0
         self._silent = False
+        self._place = place
+        self._called = "The load cell" if place == 0 else f"Load cell {place}"
 
     @property
     def rate(self) -> float | None:
@@ -74,13 +80,13 @@ class ForceWatch:
         if self._first is None:
             self._first = (reading.host_time, reading.sequence)
         if log is not None:
-            log.raw_force(reading)
+            log.raw_force(reading, self._place)
             self.readings += 1
         if self.calibration is None or reading.saturated:
             return
         self.force = float(self.calibration.force(reading.counts))
         if log is not None:
-            log.force(instant, reading.host_time, self.force)
+            log.force(instant, reading.host_time, self.force, self._place)
         if self.limits is not None:
             self.limits.check_force(self.force)
 
@@ -88,10 +94,10 @@ class ForceWatch:
         if self._silent:
             self._silent = False
             self.silences.append((self._latest, arrival))
-            self.operator.tell(f"The load cell is back after {arrival - self._latest:.1f} s.")
+            self.operator.tell(f"{self._called} is back after {arrival - self._latest:.1f} s.")
             if log is not None:
                 log.event(
-                    arrival, "load_cell", "warn", "readings were missing",
+                    arrival, "load_cell", "warn", "readings were missing", place=self._place,
                     start=f"{self._latest - log.time_base.start:.3f}",
                     seconds=f"{arrival - self._latest:.3f}",
                 )  # fmt: skip
@@ -107,6 +113,6 @@ class ForceWatch:
             )
         if silence > SILENCE and not self._silent:
             self._silent = True
-            self.operator.tell("The load cell is silent; rows without force will be left out.")
+            self.operator.tell(f"{self._called} is silent; rows without force will be left out.")
             if log is not None:
-                log.event(now, "load_cell", "error", "silent")
+                log.event(now, "load_cell", "error", "silent", place=self._place)

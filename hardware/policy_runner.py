@@ -55,9 +55,9 @@ class Policy:
     run: Callable[[Observation], Any]
     """Gives the output of an observation of shape (1, N)."""
 
-    def __call__(self, observation: Observation) -> float:
-        """Return the action that a policy of one servo wants [rad], before any cut."""
-        return float(np.asarray(self.run(observation)).reshape(-1)[0])
+    def __call__(self, observation: Observation) -> tuple[float, ...]:
+        """Return the action that the policy wants of each servo [rad], before any cut."""
+        return tuple(float(value) for value in np.asarray(self.run(observation)).reshape(-1))
 
 
 def load_policy(path: Path, *, engine: Engine = "auto", trust: bool = False) -> Policy:

@@ -164,6 +164,8 @@ SAFETY_RULES: tuple[SafetyRule, ...] = (
     ),
 )  # fmt: skip
 """What is looked at, from hard to mild. The text in `docs/deployment.md` is made from it."""
+COMMON_RULES = ("kill", "operator", "log", "loop_overrun")
+"""Those that are about no servo: of several servos the first one's guard applies them."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -178,6 +180,8 @@ class Trip:
     instant: float
     """When it was acted upon [s]."""
     reason: str
+    servo: int = 0
+    """Place of the servo that it is about."""
 
 
 class SafetyGuard:

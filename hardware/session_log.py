@@ -67,48 +67,52 @@ class SessionLog:
     Args:
         sink: Where the messages go.
         time_base: How instants become stamps.
-        tendon: Name of the tendon.
+        tendons: Number of tendons, each with its servo.
     """
 
-    def __init__(self, sink: Sink, time_base: TimeBase, tendon: str = "tendon_0") -> None:
+    def __init__(self, sink: Sink, time_base: TimeBase, tendons: int = 1) -> None:
         self.sink = sink
         self.time_base = time_base
-        self.tendon = tendon
-        self._names = [tendon]
+        self._names = [f"tendon_{d}" for d in range(tendons)]
 
     @property
     def path(self) -> Path:
         """The file."""
         return self.sink.path
 
-    def command(self, instant: float, angle: float) -> None:
-        """Write a command [rad] that takes effect at an instant."""
+    def command(self, instant: float, *angles: float) -> None:
+        """Write the command [rad] of each servo that takes effect at an instant."""
         stamp = self.time_base.stamp(instant)
-        message = ros.joint_state(stamp, self._names, [angle])
+        message = ros.joint_state(stamp, self._names, angles)
         self.sink.write(COMMAND_TOPIC, ros.JOINT_STATE, stamp, message)
 
-    def duty(self, instant: float, duty: float) -> None:
-        """Write the duty [1] that a loop on the host sends."""
+    def duty(self, instant: float, duty: float, place: int = 0) -> None:
+        """Write the duty [1] that a loop on the host sends to a servo."""
         stamp = self.time_base.stamp(instant)
-        self.sink.write(DUTY_TOPIC, ros.NUMBER, stamp, {"data": duty})
+        self.sink.write(own_topic(DUTY_TOPIC, place), ros.NUMBER, stamp, {"data": duty})
 
-    def state(self, state: ServoState) -> None:
-        """Write a reading of the servo."""
-        stamp = self.time_base.stamp(state.time)
+    def state(self, *states: ServoState) -> None:
+        """Write a reading of each servo, dated by the middle of all."""
+        stamp = self.time_base.stamp(sum(state.time for state in states) / len(states))
         message = ros.joint_state(
-            stamp, self._names, [state.position], [state.velocity], [state.current]
+            stamp,
+            self._names,
+            [state.position for state in states],
+            [state.velocity for state in states],
+            [state.current for state in states],
         )
         self.sink.write(STATE_TOPIC, ros.JOINT_STATE, stamp, message)
 
-    def raw_force(self, reading: LoadCellReading) -> None:
-        """Write a reading of the load cell as it came; it can be calibrated anew."""
+    def raw_force(self, reading: LoadCellReading, place: int = 0) -> None:
+        """Write a reading of a load cell as it came; it can be calibrated anew."""
         stamp = self.time_base.stamp(reading.host_time)
         values = (reading.sequence, reading.device_time_us, reading.counts)
-        self.sink.write(RAW_FORCE_TOPIC, ros.INTEGERS, stamp, ros.integers(values))
+        topic = own_topic(RAW_FORCE_TOPIC, place)
+        self.sink.write(topic, ros.INTEGERS, stamp, ros.integers(values))
 
-    def force(self, instant: float, arrival: float, newtons: float) -> None:
-        """Write a tension [N], its instant and when it arrived."""
-        message = ros.wrench(self.time_base.stamp(instant), self.tendon, newtons)
+    def force(self, instant: float, arrival: float, newtons: float, place: int = 0) -> None:
+        """Write the tension [N] of a tendon, its instant and when it arrived."""
+        message = ros.wrench(self.time_base.stamp(instant), self._names[place], newtons)
         self.sink.write(FORCE_TOPIC, ros.WRENCH, self.time_base.stamp(arrival), message)
 
     def tip(self, instant: float, x: float, z: float) -> None:
@@ -118,7 +122,7 @@ class SessionLog:
 
     def health(
         self, instant: float, health: ServoHealth, counters: ServoCounters,
-        *, missed: int = 0, skipped: int = 0,
+        *further: tuple[ServoHealth, ServoCounters], missed: int = 0, skipped: int = 0,
     ) -> None:  # fmt: skip
         """Write voltage, temperature, alerts and what was missed so far.
 
@@ -126,27 +130,18 @@ class SessionLog:
             instant: When this was so [s].
             health: What the servo says of itself.
             counters: What went wrong on its bus.
+            further: The same of further servos.
             missed: Ticks whose reading never came.
             skipped: Ticks for which this computer was late.
         """
-        values = {
-            "voltage": health.voltage,
-            "temperature": health.temperature,
-            "hardware_error": health.hardware_error,
-            "torque_enabled": int(health.torque_enabled),
-            "watchdog_tripped": int(health.watchdog_tripped),
-            "missed": missed,
-            "retries": counters.retries,
-            "corrupted": counters.corrupted,
-            "skipped_ticks": skipped,
-        }
-        level = "error" if health.alerts else "ok"
-        words = ", ".join(health.alerts) or "no alert"
-        self._diagnose(instant, [ros.status("servo", level, words, self.tendon, values)])
+        entries = zip(self._names, ((health, counters), *further), strict=True)
+        self._diagnose(instant, [health_status(*each, missed, skipped) for each in entries])
 
-    def event(self, instant: float, source: str, level: str, text: str, **values: Any) -> None:
+    def event(
+        self, instant: float, source: str, level: str, text: str, *, place: int = 0, **values: Any
+    ) -> None:
         """Write that something happened: a gap begins or ends, a limit is passed, a hand comes."""
-        self._diagnose(instant, [ros.status(source, level, text, self.tendon, values)])
+        self._diagnose(instant, [ros.status(source, level, text, self._names[place], values)])
 
     def _diagnose(self, instant: float, statuses: Sequence[ros.Message]) -> None:
         stamp = self.time_base.stamp(instant)
@@ -161,9 +156,37 @@ class SessionLog:
         self.sink.close()
 
 
+def health_status(
+    tendon: str, entry: tuple[ServoHealth, ServoCounters], missed: int, skipped: int
+) -> ros.Message:
+    """Return what a servo says of itself as a status."""
+    health, counters = entry
+    values = {
+        "voltage": health.voltage,
+        "temperature": health.temperature,
+        "hardware_error": health.hardware_error,
+        "torque_enabled": int(health.torque_enabled),
+        "watchdog_tripped": int(health.watchdog_tripped),
+        "missed": missed,
+        "retries": counters.retries,
+        "corrupted": counters.corrupted,
+        "skipped_ticks": skipped,
+    }
+    level = "error" if health.alerts else "ok"
+    return ros.status("servo", level, ", ".join(health.alerts) or "no alert", tendon, values)
+
+
+def own_topic(topic: str, place: int) -> str:
+    """Return the topic of one tendon's messages that name none; the first one's is as it stands."""
+    if place == 0:
+        return topic
+    head, *rest = topic.removeprefix("/").split("/")
+    return "/".join(["", f"{head}_{place}", *rest])
+
+
 def open_log(
     path: Path, session: Mapping[str, str], time_base: TimeBase, *, background: bool,
-    endless: bool = False,
+    endless: bool = False, tendons: int = 1,
 ) -> SessionLog:  # fmt: skip
     """Open a log and write how the run is made.
 
@@ -173,6 +196,7 @@ def open_log(
         time_base: How instants become stamps.
         background: Whether a thread writes, as beside a real clock it must.
         endless: Whether the run may last for hours.
+        tendons: Number of tendons, each with its servo.
     """
     file = McapFile(path, {SESSION_RECORD: session}, endless=endless)
-    return SessionLog(BackgroundLog(file) if background else file, time_base)
+    return SessionLog(BackgroundLog(file) if background else file, time_base, tendons)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
@@ -24,7 +25,12 @@ Direction = Literal["up", "down"]
 
 
 def calibrated_twin(bench: str, unit: int, rate: int) -> LoadCellCalibration:
-    """Calibrate the load cell of a unit, on a twin of the bench that runs before it.
+    """Calibrate the load cell of a unit; of several, the first one."""
+    return calibrated_twins(bench, unit, rate)[0]
+
+
+def calibrated_twins(bench: str, unit: int, rate: int) -> tuple[LoadCellCalibration, ...]:
+    """Calibrate all load cells of a unit, on a twin of the bench that runs before it.
 
     Nothing is looked up: the scale comes from readings under masses, as on a real cell, and so has
     a real one's error.
@@ -35,31 +41,43 @@ def calibrated_twin(bench: str, unit: int, rate: int) -> LoadCellCalibration:
         rate: Readings per second [Hz].
     """
     twin = LockstepBench(bench, unit, load_cell_rate=rate)
-    cell = Hx711Serial(twin.load_cell_stream(), clock=twin.clock)
-    cell.open()
-    points = [hung(twin, cell, mass, "up") for mass in MASSES]
-    points += [hung(twin, cell, mass, "down") for mass in MASSES[-2::-1]]
-    return fit_calibration(
-        points, cell=f"virtual {bench} {unit}", gain=128, rate=float(rate), date=DATE
+    cells = [
+        Hx711Serial(twin.load_cell_stream(place), clock=twin.clock)
+        for place in range(len(twin.bench.servos))
+    ]
+    for cell in cells:
+        cell.open()
+    rows = [hung(twin, cells, mass, "up") for mass in MASSES]
+    rows += [hung(twin, cells, mass, "down") for mass in MASSES[-2::-1]]
+    names = [f"virtual {bench} {unit}{f' {place}' if place else ''}" for place in range(len(cells))]
+    return tuple(
+        fit_calibration(points, cell=name, gain=128, rate=float(rate), date=DATE)
+        for name, points in zip(names, zip(*rows, strict=True), strict=True)
     )
 
 
 def hung(
-    twin: LockstepBench, cell: Hx711Serial, mass: float, direction: Direction
-) -> CalibrationPoint:
-    """Hang a mass [kg], let it come to rest, and measure."""
+    twin: LockstepBench, cells: Sequence[Hx711Serial], mass: float, direction: Direction
+) -> list[CalibrationPoint]:
+    """Hang a mass [kg] on each cell, let it come to rest, and measure."""
     twin.hang_mass(mass)
     clock = twin.clock
     clock.sleep_until(clock.now() + REST)
-    cell.drain()
+    for cell in cells:
+        cell.drain()
     duration = MASS_TIME if mass else TARE_TIME
     clock.sleep_until(clock.now() + duration)
-    counts = np.array([reading.counts for reading in cell.drain()], dtype=np.float64)
-    return CalibrationPoint(
-        mass=mass,
-        direction=direction,
-        counts=float(counts.mean()),
-        sigma=float(counts.std()),
-        readings=counts.size,
-        duration=duration,
-    )
+    points = []
+    for cell in cells:
+        counts = np.array([reading.counts for reading in cell.drain()], dtype=np.float64)
+        points.append(
+            CalibrationPoint(
+                mass=mass,
+                direction=direction,
+                counts=float(counts.mean()),
+                sigma=float(counts.std()),
+                readings=counts.size,
+                duration=duration,
+            )
+        )
+    return points

@@ -13,6 +13,8 @@ from hardware.servos.bus import Bus
 
 RATES = (1_000_000, 57_600, 2_000_000, 3_000_000, 4_000_000, 115_200)
 """Rates at which servos are looked for, likeliest first [1/s]."""
+LAST_IDENTIFIER = 252
+"""Greatest ID that a servo can have; those above mean something else on the bus."""
 RETRIES = 20
 """More than a loop can afford: a bad bus is to be described, not given up on."""
 RESTART_PAUSE = 0.5
@@ -70,6 +72,40 @@ def set_baud(port: str, baud: int, clock: Clock, show: Callable[[str], None]) ->
         subject=f"servo {identifier}",
         verdict="good",
         found=f"set from {found[0]} to {baud} baud, and answers",
+    )
+
+
+def set_identifier(
+    port: str, identifier: int, clock: Clock, show: Callable[[str], None]
+) -> Observation:
+    """Set the ID of the only servo on a port, which it keeps: on one bus each has its own.
+
+    Raises:
+        ServoSilent: None answers, or more than one, or not by the new ID.
+    """
+    found = find_servos(port, clock, show)
+    if found is None or len(found[1]) != 1 or not 0 <= identifier <= LAST_IDENTIFIER:
+        raise ServoSilent(
+            f"{port}: one servo must answer to be given an ID of 0 to {LAST_IDENTIFIER}; asked for "
+            f"{identifier}, and {len(found[1]) if found else 0} answer"
+        )
+    rate, (before,) = found[0], found[1]
+    for each in (before, identifier):
+        bus = Bus(
+            port, identifier=each, baud=rate, clock=clock, counters=ServoCounters(), retries=RETRIES
+        )
+        bus.open()
+        try:
+            if each != identifier:
+                bus.write(r.TORQUE_ENABLE, 0)  # else the EEPROM is locked
+                bus.write_unanswered(r.IDENTIFIER, identifier)
+                clock.sleep_until(clock.now() + 0.1)
+            else:
+                bus.ping()
+        finally:
+            bus.close()
+    return Observation(
+        subject=f"servo {before}", verdict="good", found=f"has the ID {identifier}, and answers"
     )
 
 

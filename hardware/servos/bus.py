@@ -48,7 +48,8 @@ class Bus:
     needed, as long as an answer may be on its way.
 
     Args:
-        port: Path of a serial port, or a port handler of the SDK's kind, which is not locked.
+        port: Path of a serial port, or a port handler of the SDK's kind, which is not locked, or a
+            port that other servos share.
         identifier: ID of the servo.
         baud: Rate of the bus [1/s].
         clock: Clock that gives the instants.
@@ -57,13 +58,13 @@ class Bus:
     """
 
     def __init__(
-        self, port: str | PortHandler, *, identifier: int, baud: int, clock: Clock,
+        self, port: str | PortHandler | ServoPort, *, identifier: int, baud: int, clock: Clock,
         counters: ServoCounters, retries: int,
     ) -> None:  # fmt: skip
         self.identifier = identifier
         self.instant = 0.0
         """Middle of the last transaction that succeeded [s]."""
-        self._port = ServoPort(port, baud=baud)
+        self._port = port if isinstance(port, ServoPort) else ServoPort(port, baud=baud)
         self._clock = clock
         self._counters = counters
         self._retries = retries

@@ -28,7 +28,8 @@ from hardware.servos.base import (
     ServoSpec,
     ServoState,
 )
-from hardware.servos.bus import Bus, PortHandler
+from hardware.servos.bus import Bus
+from hardware.servos.servo_port import PortHandler, ServoPort
 from hardware.servos.setting_up import (
     alert_text,
     apply,
@@ -53,7 +54,8 @@ class DynamixelServo:
 
     Args:
         spec: Its data sheet.
-        port: Path of a serial port, or a port handler of the SDK's kind.
+        port: Path of a serial port, a port handler of the SDK's kind, or a port that several
+            servos share.
         identifier: ID on the bus.
         baud: Rate of the bus [1/s].
         clock: Clock that dates the states; the computer's monotonic one unless given.
@@ -61,11 +63,12 @@ class DynamixelServo:
     """
 
     def __init__(
-        self, spec: ServoSpec, port: str | PortHandler, *, identifier: int = 1,
+        self, spec: ServoSpec, port: str | PortHandler | ServoPort, *, identifier: int = 1,
         baud: int = 1_000_000, clock: Clock | None = None, retries: int = 2,
     ) -> None:  # fmt: skip
         self.spec = spec
-        self.port = port if isinstance(port, str) else None
+        name = port.path if isinstance(port, ServoPort) else port
+        self.port = name if isinstance(name, str) else None
         self.identifier = identifier
         self.baud = baud
         self.counters = ServoCounters()
@@ -107,12 +110,17 @@ class DynamixelServo:
             Whether the motor is known to be off. If not, the supply must be switched off.
         """
         try:
+            return self.switched_off()
+        finally:
+            self._bus.close()
+
+    def switched_off(self) -> bool:
+        """Switch the motor off, if it is not, and tell whether it is known to be off."""
+        try:
             if self._torque and self._bus.is_open:
                 self.disable_torque()
         except HardwareFault:
             return False
-        finally:
-            self._bus.close()
         return not self._torque
 
     def configure(

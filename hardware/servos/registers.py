@@ -32,6 +32,7 @@ class Register:
 # EEPROM: writable without torque only
 MODEL_NUMBER = Register(name="Model Number", address=0, size=2)
 FIRMWARE = Register(name="Firmware Version", address=6, size=1)
+IDENTIFIER = Register(name="ID", address=7, size=1)
 BAUD_RATE = Register(name="Baud Rate", address=8, size=1)
 RETURN_DELAY = Register(name="Return Delay Time", address=9, size=1)  # 2 us
 DRIVE_MODE = Register(name="Drive Mode", address=10, size=1)

@@ -51,7 +51,8 @@ class ServoPort:
     """
 
     def __init__(self, port: str | PortHandler, *, baud: int) -> None:
-        self.name = port if isinstance(port, str) else "the simulated bus"
+        self.path = port if isinstance(port, str) else None
+        self.name = self.path or "the simulated bus"
         self.baud = baud
         self.packets = sdk().PacketHandler(2.0)
         """Instructions of the SDK; each takes ``handler`` first."""
@@ -62,12 +63,14 @@ class ServoPort:
         self.is_open = False
 
     def open(self) -> None:
-        """Lock and open the port.
+        """Lock and open the port; once is enough where several servos share it.
 
         Raises:
             PortBusy: Another process holds it.
             PortUnavailable: It is not there, may not be opened, or has no such rate.
         """
+        if self.is_open:
+            return
         if self._lock is not None:
             if not os.path.exists(self.name):  # noqa: PTH110  # a path of a device
                 raise PortUnavailable(f"{self.name}: no such port")

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 from hardware.virtual_bench import addresses as at
 from hardware.virtual_bench.control_table import XC330_T288_T, ServoModel
+from hardware.virtual_bench.drive_line import DriveLine
 from hardware.virtual_bench.faults import ALERT_BITS, FaultEvent, Faults
 from hardware.virtual_bench.firmware import TICK
 from hardware.virtual_bench.load_cell import BANNER
@@ -40,10 +41,10 @@ class Reply:
 
 
 class VirtualBench:
-    """Servo, load cell and plant on one clock that starts at zero.
+    """Servos, load cells and plant on one clock that starts at zero.
 
     Args:
-        bench: ``spring_weak``, ``spring_strong`` or ``finger``.
+        bench: ``spring_weak``, ``spring_strong``, ``finger`` or ``finger_antagonist``.
         seed: Which unit, and which noise.
         faults: What goes wrong.
         obstacle: What blocks the mechanism: ``free``, ``tape_roll``, ``hand`` or
@@ -66,22 +67,19 @@ class VirtualBench:
     ) -> None:
         self.unit = worn(draw_unit(bench, seed, model.name), wear)
         self.plant = Plant(self.unit, seed=seed, model=model, load_cell_rate=load_cell_rate)
-        plant = self.plant
-        plant.registers.store(at.BAUD_RATE, BUS_BAUD)
-        self.servo = ServoEmulator(
-            plant.registers,
-            plant.firmware,
-            plant.motor,
-            self.unit.servo,
-            random.Random(f"servo sensors {seed}"),
+        self.servos = tuple(
+            emulator_of(line, seed, place) for place, line in enumerate(self.plant.lines)
         )
+        """All servos on the bus; their IDs count from 1."""
+        self.servo = self.servos[0]
         self._seed = seed
         self._random = random.Random(f"bench {seed}")
         self._parser = FrameParser()
-        self._cell: deque[Reply] = deque([Reply(due=0.0, data=BANNER)])
+        self._cells = tuple(deque([Reply(due=0.0, data=BANNER)]) for _ in self.servos)
         self._faults = Faults()
         self._events: list[FaultEvent] = []
-        self._unplugged_until = self._silent_until = self._dip_until = 0.0
+        self._unplugged_until = self._dip_until = 0.0
+        self._silent_until = [0.0 for _ in self.servos]
         self.set_faults(faults or Faults())
         self.set_obstacle(obstacle)
 
@@ -127,8 +125,9 @@ class VirtualBench:
         self.plant.obstacle = Obstacle(later)
 
     def hang_mass(self, mass: float | None) -> None:
-        """Hang a mass [kg] on the load cell; ``None`` hooks the tendon in again."""
-        self.plant.load_cell.mass = mass
+        """Hang a mass [kg] on each load cell; ``None`` hooks the tendons in again."""
+        for line in self.plant.lines:
+            line.load_cell.mass = mass
 
     def state(self) -> PlantState:
         """Return what is true now."""
@@ -136,28 +135,29 @@ class VirtualBench:
 
     def advance(self, time: float) -> None:
         """Let everything happen up to an instant [s]."""
-        plant, cell = self.plant, self._cell
+        plant = self.plant
         while (plant.ticks + 1) * TICK <= time + 1e-9:  # rounding of the instant
-            line = plant.tick()
+            lines = plant.tick()
             if self._events or self._dip_until:
                 self._happen(plant.time)
-            if line:
-                cell.extend(self._sent(line, plant.time))
+            for place, line in enumerate(lines):
+                if line:
+                    self._cells[place].extend(self._sent(place, line, plant.time))
 
-    def _sent(self, line: bytes, time: float) -> Iterable[Reply]:
-        """Return a line on its way to the host, unless it is lost."""
-        faults, rng = self._faults, self._random
-        if time < self._silent_until or rng.random() < faults.lost_lines:
+    def _sent(self, place: int, line: bytes, time: float) -> Iterable[Reply]:
+        """Return a load cell's line on its way to the host, unless it is lost."""
+        faults, rng, cell = self._faults, self._random, self._cells[place]
+        if time < self._silent_until[place] or rng.random() < faults.lost_lines:
             return ()
         if rng.random() < faults.garbled_lines:
             line = changed(line, rng)
         due = time + CELL_LATENCY + rng.expovariate(1.0 / CELL_JITTER)
-        if self._cell:  # one wire: lines never overtake each other
-            due = max(due, self._cell[-1].due)
+        if cell:  # one wire: lines never overtake each other
+            due = max(due, cell[-1].due)
         return (Reply(due=due, data=line),)
 
     def receive(self, data: bytes, time: float, baud: int | None = None) -> list[Reply]:
-        """Take bytes from the host and return the servo's answers.
+        """Take bytes from the host and return the servos' answers.
 
         Args:
             data: Bytes that the host has sent.
@@ -165,20 +165,25 @@ class VirtualBench:
             baud: Speed at which they were sent; at another than the servo's own they are noise.
         """
         self.advance(time)
-        if not self.plugged or (baud is not None and baud != self.servo.baud):
+        listening = [
+            (servo, line)
+            for servo, line in zip(self.servos, self.plant.lines, strict=True)
+            if baud is None or baud == servo.baud
+        ]
+        if not self.plugged or not listening:
             return []
         replies: list[Reply] = []
         due = time
         for instruction in self._parser.feed(data):
-            bits = 10.0 / self.servo.baud
-            answer = self.servo.answer(instruction, self.time, self.plant.encoder.count)
-            if not answer:
-                continue
-            answer = self._on_the_line(answer)
-            due += self.servo.return_delay + bits * len(answer)
-            if answer:
-                late = USB_LATENCY + self._faults.extra_latency
-                replies.append(Reply(due=due + late, data=answer))
+            for servo, line in listening:  # of one instruction for all, one after the other
+                answer = servo.answer(instruction, self.time, line.encoder.count)
+                if not answer:
+                    continue
+                answer = self._on_the_line(answer)
+                due += servo.return_delay + 10.0 / servo.baud * len(answer)
+                if answer:
+                    late = USB_LATENCY + self._faults.extra_latency
+                    replies.append(Reply(due=due + late, data=answer))
         return replies
 
     def _on_the_line(self, answer: bytes) -> bytes:
@@ -192,38 +197,57 @@ class VirtualBench:
             answer = rng.randbytes(rng.randint(1, 6)) + answer
         return answer
 
-    def cell_lines(self, time: float) -> list[Reply]:
-        """Return what the load cell's board has sent up to an instant [s], line by line."""
+    def cell_lines(self, time: float, place: int = 0) -> list[Reply]:
+        """Return what a load cell's board has sent up to an instant [s], line by line."""
         self.advance(time)
         lines: list[Reply] = []
-        while self._cell and self._cell[0].due <= time:
-            lines.append(self._cell.popleft())
+        cell = self._cells[place]
+        while cell and cell[0].due <= time:
+            lines.append(cell.popleft())
         return lines
 
     def _happen(self, time: float) -> None:
         """Let the events that are due happen."""
         if self._dip_until and time >= self._dip_until:
             self._dip_until = 0.0
-            if self.plant.motor.supply < BROWNOUT:
-                self.servo.restart(time, self.plant.encoder.count)
-            self.plant.motor.supply = self.unit.servo.supply_voltage
+            for servo, line in zip(self.servos, self.plant.lines, strict=True):
+                if line.motor.supply < BROWNOUT:
+                    servo.restart(time, line.encoder.count)
+                line.motor.supply = line.constants.servo.supply_voltage
         while self._events and self._events[0].start <= time:
             event = self._events.pop(0)
             end = time + event.duration
+            place = min(event.servo, len(self.servos) - 1)
+            servo, line = self.servos[place], self.plant.lines[place]
             if event.name == "unplug":
                 self._unplugged_until = end
                 self._parser.reset()
             elif event.name == "cell_silence":
-                self._silent_until = end
+                self._silent_until[place] = end
             elif event.name == "alert":
-                self.plant.registers.raise_error(ALERT_BITS[event.alert])
+                line.registers.raise_error(ALERT_BITS[event.alert])
             elif event.name == "reboot":
-                self.servo.restart(time, self.plant.encoder.count)
+                servo.restart(time, line.encoder.count)
             else:
-                self._dip_until = end
-                self.plant.motor.supply = event.voltage
-                if event.voltage < BROWNOUT:
-                    self.servo.restart(end, self.plant.encoder.count)
+                self._sag(event.voltage, end)
+
+    def _sag(self, voltage: float, end: float) -> None:
+        """Let the supply of all servos sag to a voltage [V] until an instant [s]."""
+        self._dip_until = end
+        for servo, line in zip(self.servos, self.plant.lines, strict=True):
+            line.motor.supply = voltage
+            if voltage < BROWNOUT:
+                servo.restart(end, line.encoder.count)
+
+
+def emulator_of(line: DriveLine, seed: int, place: int) -> ServoEmulator:
+    """Return a servo on the bus; its noise is its own."""
+    line.registers.store(at.BAUD_RATE, BUS_BAUD)
+    line.registers.store(at.IDENTIFIER, place + 1)
+    words = f"servo sensors {seed} {place}" if place else f"servo sensors {seed}"
+    return ServoEmulator(
+        line.registers, line.firmware, line.motor, line.constants.servo, random.Random(words)
+    )
 
 
 def changed(data: bytes, rng: random.Random) -> bytes:

@@ -125,6 +125,38 @@ class FingerConstants:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
+class AntagonistConstants:
+    """Two phalanges between a flexor and an extensor; [MCP, PIP] where there are two numbers.
+
+    At each joint a string runs from a guide before the axis to one behind it: their distances from
+    the axis, and the angle between them seen from it while the finger is straight.
+    """
+
+    lengths: tuple[float, float] = drawn_pair((0.034, 0.026), 0.01, "m", "nominal bench")
+    masses: tuple[float, float] = drawn_pair((0.015, 0.009), 0.05, "kg", "nominal bench")
+    flexor_before: tuple[float, float] = drawn_pair(
+        (0.014705, 0.012207), 0.02, "m", "nominal bench; 0.3 mm of print and line"
+    )
+    flexor_behind: tuple[float, float] = drawn_pair((0.014422, 0.010929), 0.02, "m", "as before")
+    flexor_angle: tuple[float, float] = drawn_pair((1.93729, 1.92764), 0.01, "rad", "as before")
+    extensor_before: tuple[float, float] = drawn_pair((0.017889, 0.020742), 0.02, "m", "as before")
+    extensor_behind: tuple[float, float] = drawn_pair((0.015042, 0.010770), 0.02, "m", "as before")
+    extensor_angle: tuple[float, float] = drawn_pair((2.30361, 2.49272), 0.01, "rad", "as before")
+    knuckles: tuple[float, float] = drawn_pair((0.006, 0.0045), 0.02, "m", "as before")
+    stiffness: tuple[float, float] = drawn_pair((0.030, 0.020), 0.08, "N m/rad", "nominal bench")
+    damping: tuple[float, float] = drawn_pair((6e-4, 3e-4), 0.2, "N m s/rad", "nominal bench")
+    limits: tuple[float, float] = drawn_pair((1.5, 1.5), 0.02, "rad", "nominal bench")
+    stop_stiffness: float = drawn(30.0, 0.0, "N m/rad", "nominal bench")
+    stop_damping: tuple[float, float] = drawn_pair((0.02, 0.005), 0.0, "N m s/rad", "nominal bench")
+    maxwell_ratio: float = drawn(0.22, 0.3, "1", "assumed: TPU 95A relaxes by 15 to 30 %")
+    maxwell_time: float = drawn(1.4, 0.4, "s", "assumed: TPU 95A within seconds")
+    pad_stiffness: float = drawn(0.35, 0.3, "N m/rad", "assumed: TPU pads that meet at closure")
+    pad_reach: float = drawn(0.20, 0.2, "rad", "assumed: pads meet this far before the stop")
+    gravity: float = drawn(9.81, 0.0, "m/s^2", "nominal bench")
+    tilt: float = drawn(0.0, 0.0, "rad", "assumed: the bench stands level", half_width=0.02)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
 class SliderConstants:
     """A carriage on a horizontal rail, pulled against a coil spring."""
 

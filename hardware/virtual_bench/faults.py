@@ -31,12 +31,16 @@ class FaultEvent:
     """To what the supply falls [V]; below 4.5 V the servo restarts."""
     alert: str = "overload"
     """Which hardware error an alert latches."""
+    servo: int = 0
+    """Place of the servo whose alert, restart or silent cell it is; the rest strikes all."""
 
     def __post_init__(self) -> None:
         if self.name not in EVENTS:
             raise unknown_name("fault event", self.name, EVENTS)
         if self.alert not in ALERT_BITS:
             raise unknown_name("hardware error", self.alert, ALERT_BITS)
+        if self.servo < 0:
+            raise InvalidParameter(f"A fault's servo is counted from 0; it is {self.servo}")
         if self.duration < 0.0 or self.start < 0.0 or self.voltage < 0.0:
             raise InvalidParameter(
                 f"A fault's start, duration and voltage must not be negative; {self.name} has "

@@ -157,30 +157,32 @@ class LockstepServoPort:
 
 
 class LockstepCellStream:
-    """The load cell's bytes with the instants at which they arrived."""
+    """A load cell's bytes with the instants at which they arrived."""
 
-    def __init__(self, bench: VirtualBench, clock: LockstepClock) -> None:
+    def __init__(self, bench: VirtualBench, clock: LockstepClock, place: int = 0) -> None:
         self._bench = bench
         self._clock = clock
+        self._place = place
         self.name = "lockstep load cell"
 
     def open(self) -> None:
         """Begin to receive: what came before is gone."""
-        self._bench.cell_lines(self._clock.now())
+        self._bench.cell_lines(self._clock.now(), self._place)
 
     def close(self) -> None:
         """Stop to receive."""
 
     def receive(self) -> list[tuple[float, bytes]]:
         """Return arrival [s] and bytes of each line since the last call."""
-        return [(line.due, line.data) for line in self._bench.cell_lines(self._clock.now())]
+        lines = self._bench.cell_lines(self._clock.now(), self._place)
+        return [(line.due, line.data) for line in lines]
 
 
 class LockstepBench:
     """A virtual bench for a program that runs as fast as it can.
 
     Args:
-        bench: ``spring_weak``, ``spring_strong`` or ``finger``.
+        bench: ``spring_weak``, ``spring_strong``, ``finger`` or ``finger_antagonist``.
         seed: Which unit, and which noise.
         faults: What goes wrong.
         obstacle: What blocks the mechanism.
@@ -215,9 +217,9 @@ class LockstepBench:
         """Return a port handler for dynamixel_sdk."""
         return LockstepServoPort(self.bench, self.clock)
 
-    def load_cell_stream(self) -> LockstepCellStream:
-        """Return the load cell's stream of dated bytes."""
-        return LockstepCellStream(self.bench, self.clock)
+    def load_cell_stream(self, place: int = 0) -> LockstepCellStream:
+        """Return the stream of dated bytes of the load cell in one of the tendons."""
+        return LockstepCellStream(self.bench, self.clock, place)
 
     def state(self) -> PlantState:
         """Return what is true now."""

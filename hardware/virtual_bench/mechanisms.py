@@ -5,7 +5,11 @@ from __future__ import annotations
 from math import cos, sin
 from typing import Protocol
 
-from hardware.virtual_bench.constants import FingerConstants, SliderConstants
+from hardware.virtual_bench.constants import (
+    AntagonistConstants,
+    FingerConstants,
+    SliderConstants,
+)
 
 
 class Mechanism(Protocol):
@@ -61,44 +65,43 @@ class Slider:
         return None
 
 
-class Finger:
-    r"""Two phalanges in a vertical plane on joints of TPU, closed by one tendon.
+class Phalanges:
+    r"""Two phalanges in a vertical plane on joints of TPU, under the torques of tendons.
 
     .. math::
-        M(q) \dot v + c(q, v) = j T - K q - \chi - D v + g(q) + \tau_{pad} + \tau_{stop}, \qquad
+        M(q) \dot v + c(q, v) = \tau - K q - \chi - D v + g(q) + \tau_{pad} + \tau_{stop}, \qquad
         \dot\chi = \gamma K v - \chi / t_\gamma
 
-    ``j`` are the moment arms, ``chi`` the Maxwell branch beside each spring. Pads meet shortly
-    before the stops, so closure is soft at first. Springs, damping, stops and the line's stiffness
+    ``tau`` is what tendons give, ``chi`` the Maxwell branch beside each spring. Pads meet shortly
+    before the stops, so closure is soft at first. Springs, damping, stops and the lines' stiffness
     are implicit.
     """
 
-    __slots__ = (
-        "_constants",
-        "_gravity",
-        "angles",
-        "branches",
-        "excursion",
-        "excursion_rate",
-        "rates",
-    )
+    __slots__ = ("_gravity", "_links", "angles", "branches", "rates")
 
-    def __init__(self, constants: FingerConstants) -> None:
-        self._constants = constants
+    def __init__(self, constants: FingerConstants | AntagonistConstants) -> None:
+        self._links = constants
         g = constants.gravity
         self._gravity = (g * cos(constants.tilt), g * sin(constants.tilt))
         self.angles = (0.0, 0.0)
         self.rates = (0.0, 0.0)
         self.branches = (0.0, 0.0)
-        self.excursion = 0.0
-        self.excursion_rate = 0.0
 
-    def advance(self, pull: float, stiffness: float, time_step: float) -> None:
-        """Advance by one substep."""
-        c, h = self._constants, time_step
+    def move(
+        self, torque: tuple[float, float], line: tuple[float, float, float], time_step: float
+    ) -> None:
+        """Advance by one substep [s].
+
+        Args:
+            torque: Of the tendons on both joints [N m].
+            line: What stretches against it within the substep, h^2 k j_i j_k for 11, 12, 22
+                [kg m^2].
+            time_step: The substep [s].
+        """
+        c, h = self._links, time_step
         q1, q2 = self.angles
         v1, v2 = self.rates
-        (l1, l2), (m1, m2), (j1, j2) = c.lengths, c.masses, c.moment_arms
+        (l1, l2), (m1, m2) = c.lengths, c.masses
         bend = cos(q2)
         cross = 0.5 * m2 * l1 * l2
         a22 = m2 * l2 * l2 / 3.0
@@ -118,13 +121,12 @@ class Finger:
         fade = 1.0 / (1.0 + h / c.maxwell_time)
         s1 = c.maxwell_ratio * c.stiffness[0] * fade
         s2 = c.maxwell_ratio * c.stiffness[1] * fade
-        t1 += j1 * pull + weight1 - x1 * fade + spin * (2.0 * v1 + v2) * v2
-        t2 += j2 * pull + weight2 - x2 * fade - spin * v1 * v1
+        t1 += torque[0] + weight1 - x1 * fade + spin * (2.0 * v1 + v2) * v2
+        t2 += torque[1] + weight2 - x2 * fade - spin * v1 * v1
 
-        line = h * h * stiffness
-        b11 = a11 + h * (d1 + h * k1 + s1 * h) + line * j1 * j1
-        b12 = a12 + line * j1 * j2
-        b22 = a22 + h * (d2 + h * k2 + s2 * h) + line * j2 * j2
+        b11 = a11 + h * (d1 + h * k1 + s1 * h) + line[0]
+        b12 = a12 + line[1]
+        b22 = a22 + h * (d2 + h * k2 + s2 * h) + line[2]
         p1 = a11 * v1 + a12 * v2 + h * t1
         p2 = a12 * v1 + a22 * v2 + h * t2
         scale = 1.0 / (b11 * b22 - b12 * b12)
@@ -135,12 +137,10 @@ class Finger:
         q1 += h * v1
         q2 += h * v2
         self.angles = (q1, q2)
-        self.excursion = j1 * q1 + j2 * q2
-        self.excursion_rate = j1 * v1 + j2 * v2
 
     def _joint(self, k: int, q: float, v: float) -> tuple[float, float, float]:
         """Return a joint's passive torque without damping [N m], its stiffness and damping."""
-        c = self._constants
+        c = self._links
         stiffness, damping = c.stiffness[k], c.damping[k]
         torque = -stiffness * q
         limit = c.limits[k]
@@ -157,8 +157,30 @@ class Finger:
 
     def tip(self) -> tuple[float, float]:
         """Return the tip's x and z [m] from the PIP axis."""
-        (l1, l2), (q1, q2) = self._constants.lengths, self.angles
+        (l1, l2), (q1, q2) = self._links.lengths, self.angles
         return (
             l1 * cos(q1) + l2 * cos(q1 + q2),
             -l1 * sin(q1) - l2 * sin(q1 + q2),
         )
+
+
+class Finger(Phalanges):
+    """Two phalanges that one tendon closes, over pulleys at the joints."""
+
+    __slots__ = ("_arms", "excursion", "excursion_rate")
+
+    def __init__(self, constants: FingerConstants) -> None:
+        super().__init__(constants)
+        self._arms = constants.moment_arms
+        self.excursion = 0.0
+        self.excursion_rate = 0.0
+
+    def advance(self, pull: float, stiffness: float, time_step: float) -> None:
+        """Advance by one substep."""
+        j1, j2 = self._arms
+        line = time_step * time_step * stiffness
+        lines = (line * j1 * j1, line * j1 * j2, line * j2 * j2)
+        self.move((j1 * pull, j2 * pull), lines, time_step)
+        (q1, q2), (v1, v2) = self.angles, self.rates
+        self.excursion = j1 * q1 + j2 * q2
+        self.excursion_rate = j1 * v1 + j2 * v2

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import random
 from dataclasses import dataclass
 
-from hardware.virtual_bench.constants import TIME_STEP, SliderConstants
+from hardware.virtual_bench.antagonist import AntagonistFinger
+from hardware.virtual_bench.constants import TIME_STEP, AntagonistConstants, SliderConstants
 from hardware.virtual_bench.control_table import XC330_T288_T, ServoModel
-from hardware.virtual_bench.encoder import Encoder
-from hardware.virtual_bench.firmware import TICK, Firmware
-from hardware.virtual_bench.load_cell import LoadCellBoard
+from hardware.virtual_bench.drive_line import DriveLine
+from hardware.virtual_bench.firmware import TICK
 from hardware.virtual_bench.mechanisms import Finger, Mechanism, Slider
-from hardware.virtual_bench.motor import Motor
 from hardware.virtual_bench.obstacle import Obstacle
-from hardware.virtual_bench.registers import Registers
-from hardware.virtual_bench.tendon import Tendon
 from hardware.virtual_bench.unit import Unit
 
 PROTECTION_TICKS = 10
@@ -25,7 +21,7 @@ REST_TICKS = 1500
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PlantState:
-    """What is true at an instant; no sensor says it so well."""
+    """What is true at an instant; no sensor says it so well. Of several servos, the first."""
 
     time: float
     """[s] since the plant started."""
@@ -72,45 +68,79 @@ class Plant:
         self.unit = unit
         self._substeps = round(TICK / time_step)
         self._time_step = time_step
-        self.motor = Motor(unit.servo)
-        self.tendon = Tendon(unit.tendon)
-        constants = unit.mechanism
-        self.mechanism: Mechanism = (
-            Slider(constants) if isinstance(constants, SliderConstants) else Finger(constants)
-        )
+        self.lines = tuple(
+            DriveLine(
+                constants, f"{seed} {place}" if place else f"{seed}",
+                model=model, load_cell_rate=load_cell_rate,
+            )
+            for place, constants in enumerate(unit.lines)
+        )  # fmt: skip
+        """Servos with their tendons, in the order of the asset's."""
+        first = self.lines[0]
+        self.motor, self.tendon, self.encoder = first.motor, first.tendon, first.encoder
+        self.registers, self.firmware = first.registers, first.firmware
+        self.load_cell = first.load_cell
+        self.mechanism = mechanism_of(unit)
         self.obstacle = Obstacle()
-        self.encoder = Encoder(unit.servo, random.Random(f"encoder {seed}"), TICK)
-        self.registers = Registers(model)
-        self.registers.power_up(self.encoder.count)
-        self.firmware = Firmware(self.registers, self.motor, self.encoder)
-        self.load_cell = LoadCellBoard(
-            unit.load_cell, random.Random(f"load cell {seed}"), load_cell_rate
-        )
         self.ticks = 0
         for _ in range(REST_TICKS):
             self._move(0.0)
-        self.motor.angle = self.motor.rate = 0.0
+        for line in self.lines:
+            line.motor.angle = line.motor.rate = 0.0
 
     @property
     def time(self) -> float:
         """Time since the plant started [s]."""
         return self.ticks * TICK
 
-    def tick(self) -> bytes:
-        """Advance by a millisecond; return what the load cell's board sent."""
-        self.firmware.tick()
+    def tick(self) -> tuple[bytes, ...]:
+        """Advance by a millisecond; return what each load cell's board sent."""
+        for line in self.lines:
+            line.firmware.tick()
         self.ticks += 1
         time = self.ticks * TICK
         self.obstacle.advance(time)
-        tension = self._move(time)
+        tensions = self._move(time)
         if self.ticks % PROTECTION_TICKS == 0:
-            self.motor.warm(PROTECTION_TICKS * TICK)
-            self.firmware.protect(PROTECTION_TICKS * TICK)
-        return self.load_cell.take(tension, time)
+            for line in self.lines:
+                line.motor.warm(PROTECTION_TICKS * TICK)
+                line.firmware.protect(PROTECTION_TICKS * TICK)
+        return tuple(
+            line.load_cell.take(tension, time)
+            for line, tension in zip(self.lines, tensions, strict=True)
+        )
 
-    def _move(self, time: float) -> float:
-        """Advance the mechanics by a millisecond; return the mean tension at the load cell [N]."""
-        motor, tendon, mechanism, obstacle = self.motor, self.tendon, self.mechanism, self.obstacle
+    def _move(self, time: float) -> tuple[float, ...]:
+        """Advance the mechanics by a millisecond; return the mean tensions at the cells [N]."""
+        if isinstance(self.mechanism, AntagonistFinger):
+            return self._move_between(self.mechanism, time)
+        return (self._move_alone(self.mechanism, time),)
+
+    def _move_between(self, mechanism: AntagonistFinger, time: float) -> tuple[float, ...]:
+        """Advance what several servos pull; an obstacle meets the first one's string."""
+        lines, obstacle, step = self.lines, self.obstacle, self._time_step
+        totals = [0.0] * len(lines)
+        for _ in range(self._substeps):
+            pulls, stiffnesses = [], []
+            for line, excursion in zip(lines, mechanism.excursions, strict=True):
+                tendon = line.tendon
+                tendon.settle(line.constants.servo.spool_radius * line.motor.angle, excursion)
+                pulls.append(tendon.mechanism_side)
+                taut = tendon.mechanism_side > 0.0
+                stiffnesses.append(tendon.mechanism_side_stiffness if taut else 0.0)
+            if obstacle.now is not None:
+                pulls[0] -= obstacle.push(
+                    mechanism.excursions[0], mechanism.excursion_rates[0], time
+                )
+            for place, line in enumerate(lines):
+                totals[place] += line.tendon.spool_side
+                line.motor.advance(line.tendon.spool_side, step)
+            mechanism.advance(pulls, stiffnesses, step)
+        return tuple(total / self._substeps for total in totals)
+
+    def _move_alone(self, mechanism: Mechanism, time: float) -> float:
+        """Advance what one servo pulls."""
+        motor, tendon, obstacle = self.motor, self.tendon, self.obstacle
         step, radius = self._time_step, self.unit.servo.spool_radius
         line = tendon.mechanism_side_stiffness
         total = 0.0
@@ -127,16 +157,27 @@ class Plant:
 
     def state(self) -> PlantState:
         """Return what is true now."""
-        motor = self.motor
+        motor, mechanism = self.motor, self.mechanism
+        several = isinstance(mechanism, AntagonistFinger)
         return PlantState(
             time=self.time,
             angle=motor.angle,
             rate=motor.rate,
             tension=self.tendon.spool_side,
-            excursion=self.mechanism.excursion,
+            excursion=mechanism.excursions[0] if several else mechanism.excursion,
             current=motor.input_current,
             voltage=motor.voltage,
             temperature=motor.temperature,
             duty=motor.duty,
-            tip=self.mechanism.tip(),
+            tip=mechanism.tip(),
         )
+
+
+def mechanism_of(unit: Unit) -> Mechanism | AntagonistFinger:
+    """Return what a unit's tendons pull."""
+    constants = unit.mechanism
+    if isinstance(constants, SliderConstants):
+        return Slider(constants)
+    if isinstance(constants, AntagonistConstants):
+        return AntagonistFinger(constants)
+    return Finger(constants)

@@ -16,7 +16,7 @@ from typing import Any
 from hardware.virtual_bench.control_table import XC330_T288_T
 from hardware.virtual_bench.faults import FaultEvent, Faults
 from hardware.virtual_bench.plant import PlantState
-from hardware.virtual_bench.server import CONTROL, LOAD_CELL, SERVO
+from hardware.virtual_bench.server import CONTROL, SERVO, load_cell_name
 from hardware.virtual_bench.truth import write_plant_file
 from hardware.virtual_bench.unit import BENCHES, draw_unit
 from hardware.virtual_bench.wear import NEW, WEARS, worn
@@ -74,7 +74,7 @@ class VirtualPorts:
     """A running virtual bench: use it as a context manager, or close it.
 
     Args:
-        bench: ``spring_weak``, ``spring_strong`` or ``finger``.
+        bench: ``spring_weak``, ``spring_strong``, ``finger`` or ``finger_antagonist``.
         seed: Which unit, and which noise.
         obstacle: What blocks the mechanism.
         load_cell_rate: Lines per second: 80, 20 or 10 [Hz].
@@ -126,8 +126,14 @@ class VirtualPorts:
 
     @property
     def load_cell_port(self) -> str:
-        """Path of the load cell's serial port."""
-        return str(self.folder / LOAD_CELL)
+        """Path of the load cell's serial port; of several, the first one's."""
+        return self.load_cell_ports[0]
+
+    @property
+    def load_cell_ports(self) -> tuple[str, ...]:
+        """Paths of all load cells' serial ports, in the order of the tendons."""
+        count = len(self._unit.lines)
+        return tuple(str(self.folder / load_cell_name(place)) for place in range(count))
 
     @property
     def process_id(self) -> int:

@@ -28,7 +28,7 @@ from hardware.virtual_bench.wear import NEW
 from tendon_newton.errors import TendonNewtonError
 
 SERVO, LOAD_CELL, CONTROL = "servo", "load_cell", "control"
-"""Names of the three files in the process's folder."""
+"""Names of the files in the process's folder; further load cells are numbered."""
 KEEP_UP = 4e-3
 """Longest time that the plant falls behind the clock [s]."""
 PRIORITY = 1
@@ -37,8 +37,13 @@ LONGEST_LAG = 1.0
 """Behind by more, the process was suspended: the bench's clock stops for as long [s]."""
 
 
+def load_cell_name(place: int) -> str:
+    """Return the name of the port of the load cell in one of the tendons."""
+    return LOAD_CELL if place == 0 else f"{LOAD_CELL}_{place}"
+
+
 class BenchServer:
-    """Serves one bench on two pseudo-terminals and a control socket.
+    """Serves one bench on its pseudo-terminals and a control socket.
 
     Args:
         bench: The bench.
@@ -49,7 +54,9 @@ class BenchServer:
         self._bench = bench
         self._folder = folder
         self._servo = PtyPort(folder / SERVO)
-        self._cell = PtyPort(folder / LOAD_CELL)
+        self._cells = [
+            PtyPort(folder / load_cell_name(place)) for place in range(len(bench.servos))
+        ]
         self._control = socket.socket(socket.AF_UNIX)
         self._control.bind(str(folder / CONTROL))
         self._control.listen()
@@ -89,7 +96,8 @@ class BenchServer:
     def close(self) -> None:
         """Take ports and socket away."""
         self._servo.unplug()
-        self._cell.unplug()
+        for cell in self._cells:
+            cell.unplug()
         self._control.close()
         (self._folder / CONTROL).unlink(missing_ok=True)
         with suppress(OSError):  # it was ours alone, unless somebody put a file there
@@ -125,8 +133,9 @@ class BenchServer:
             _, _, baud, data = heapq.heappop(self._replies)
             if baud == self._servo.baud:
                 self._servo.write(data)
-        for line in self._bench.cell_lines(now):
-            self._cell.write(line.data)
+        for place, cell in enumerate(self._cells):
+            for line in self._bench.cell_lines(now, place):
+                cell.write(line.data)
 
     def _obey(self, client: socket.socket) -> None:
         """Carry out one line from a client of the control socket and answer it."""

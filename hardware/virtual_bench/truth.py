@@ -2,7 +2,7 @@
 
 The names and parameters of the effects are those by which a diagnosis reports, so that its answer
 for a recording of this unit can be scored. An effect without parameters is there, but has none
-that could be compared one to one.
+that could be compared one to one. With several servos the effects are those of the first.
 """
 
 from __future__ import annotations
@@ -11,7 +11,11 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from hardware.virtual_bench.constants import FingerConstants, SliderConstants
+from hardware.virtual_bench.constants import (
+    AntagonistConstants,
+    FingerConstants,
+    SliderConstants,
+)
 from hardware.virtual_bench.load_cell import FILTER
 from hardware.virtual_bench.obstacle import NOMINAL_SPOOL
 from hardware.virtual_bench.unit import BENCHES, Unit
@@ -24,11 +28,18 @@ def write_plant_file(path: Path, unit: Unit) -> None:
     """Write every constant of a unit and the effects that they amount to."""
     table: dict[str, Any] = {"bench": unit.bench, "seed": unit.seed}
     for part in ("servo", "tendon", "mechanism", "load_cell"):
-        values = asdict(getattr(unit, part))
-        table[part] = {k: list(v) if isinstance(v, tuple) else v for k, v in values.items()}
+        table[part] = listed_values(getattr(unit, part))
+    for place, line in enumerate(unit.further, start=1):
+        for part in ("servo", "tendon", "load_cell"):
+            table[f"{part}_{place}"] = listed_values(getattr(line, part))
     effects = actuator_effects(unit) + transmission_effects(unit)
     effects += mechanism_effects(unit) + sensor_effects(unit)
     write_toml(path, table, effects=[{"name": name, **values} for name, values in effects])
+
+
+def listed_values(constants: Any) -> dict[str, Any]:
+    """Return constants as a file of text holds them."""
+    return {k: list(v) if isinstance(v, tuple) else v for k, v in asdict(constants).items()}
 
 
 Effect = tuple[str, dict[str, Any]]
@@ -87,8 +98,8 @@ def mechanism_effects(unit: Unit) -> list[Effect]:
             ("inertia_error", {"parameters": {"scale": c.mass / nominal.mass}}),
             ("joint_dry_friction", {"parameters": {"fraction": dry}}),
         ]
-    assert isinstance(c, FingerConstants)
-    assert isinstance(nominal, FingerConstants)
+    assert isinstance(c, FingerConstants | AntagonistConstants)
+    assert isinstance(nominal, FingerConstants | AntagonistConstants)
     return [
         ("joint_stiffness_error", {"parameters": {"scale": ratio(c.stiffness, nominal.stiffness)}}),
         ("joint_damping_error", {"parameters": {"scale": ratio(c.damping, nominal.damping)}}),

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import random
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, TypeVar
 
 from hardware.virtual_bench.constants import (
+    AntagonistConstants,
     FingerConstants,
     LoadCellConstants,
     ServoConstants,
@@ -18,13 +19,20 @@ from tendon_newton.errors import unknown_name
 
 Constants = TypeVar(
     "Constants",
-    bound=ServoConstants | TendonConstants | FingerConstants | SliderConstants | LoadCellConstants,
+    bound=ServoConstants
+    | TendonConstants
+    | FingerConstants
+    | AntagonistConstants
+    | SliderConstants
+    | LoadCellConstants,
 )
+MechanismConstants = FingerConstants | AntagonistConstants | SliderConstants
 
-BENCHES: dict[str, FingerConstants | SliderConstants] = {
+BENCHES: dict[str, MechanismConstants] = {
     "spring_weak": SliderConstants(stiffness=200.0),
     "spring_strong": SliderConstants(stiffness=800.0),
     "finger": FingerConstants(),
+    "finger_antagonist": AntagonistConstants(),
 }
 """Bench names and the middle of each mechanism's draw."""
 SERVOS: dict[str, ServoConstants] = {
@@ -45,6 +53,15 @@ SERVOS: dict[str, ServoConstants] = {
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
+class LineConstants:
+    """Every constant of one servo, its tendon and its load cell."""
+
+    servo: ServoConstants
+    tendon: TendonConstants
+    load_cell: LoadCellConstants
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
 class Unit:
     """Every constant of one servo, tendon, mechanism and load cell."""
 
@@ -52,8 +69,16 @@ class Unit:
     seed: int
     servo: ServoConstants
     tendon: TendonConstants
-    mechanism: FingerConstants | SliderConstants
+    mechanism: MechanismConstants
     load_cell: LoadCellConstants
+    further: tuple[LineConstants, ...] = field(default=(), repr=False)
+    """Further servos on the bus. Not in the text by which units of one servo are compared."""
+
+    @property
+    def lines(self) -> tuple[LineConstants, ...]:
+        """Constants of all servos, in the order of the asset's tendons."""
+        first = LineConstants(servo=self.servo, tendon=self.tendon, load_cell=self.load_cell)
+        return (first, *self.further)
 
 
 def draw_unit(bench: str, seed: int, servo: str = XC330_T288_T.name) -> Unit:
@@ -79,6 +104,30 @@ def draw_unit(bench: str, seed: int, servo: str = XC330_T288_T.name) -> Unit:
         tendon=tendon,
         mechanism=drawn_about(middle, own),
         load_cell=drawn_about(LoadCellConstants(), shared),
+        further=tuple(
+            drawn_line(servo, random.Random(f"servo {seed} {place}"))
+            for place in range(1, servo_count(bench))
+        ),
+    )
+
+
+def servo_count(bench: str) -> int:
+    """Return how many servos a virtual bench has on its bus.
+
+    Raises:
+        UnknownName: No such bench; the message lists the known ones.
+    """
+    if bench not in BENCHES:
+        raise unknown_name("virtual bench", bench, BENCHES)
+    return 2 if isinstance(BENCHES[bench], AntagonistConstants) else 1
+
+
+def drawn_line(servo: str, rng: random.Random) -> LineConstants:
+    """Draw a further servo with its tendon and load cell."""
+    return LineConstants(
+        servo=drawn_about(SERVOS[servo], rng),
+        tendon=drawn_about(TendonConstants(), rng),
+        load_cell=drawn_about(LoadCellConstants(), rng),
     )
 
 
@@ -100,6 +149,12 @@ def nominal_unit(bench: str) -> Unit:
         tendon=tendon,
         mechanism=middle,
         load_cell=LoadCellConstants(),
+        further=tuple(
+            LineConstants(
+                servo=ServoConstants(), tendon=TendonConstants(), load_cell=LoadCellConstants()
+            )
+            for _ in range(1, servo_count(bench))
+        ),
     )
 
 

@@ -24,7 +24,7 @@ SLIP = (0.2, 0.6)
 
 
 def wear_friction(unit: Unit, rng: random.Random) -> Unit:
-    """Let the gear run dry."""
+    """Let the gear run dry; of several servos, the first one's."""
     servo = unit.servo
     return replace(
         unit,

@@ -87,7 +87,7 @@ class CollectConfig:
 
 def main(config: CollectConfig) -> None:
     """Record, and say what came of it."""
-    from hardware.bench import BenchAddress
+    from hardware.bench_address import BenchAddress
     from hardware.collect_plan import SINGLE_RUNS, collect
     from hardware.collect_settings import CollectSettings
     from hardware.limits import SafetyLimits

@@ -9,6 +9,10 @@ On a bench that is plugged in; first by hand, then with the motor off, then for 
   tendon-newton deploy --policy policy.onnx --port /dev/ttyUSB0 --load-cell-port /dev/ttyACM0
   --calibration cell.toml --goals stairs
 
+A policy of several servos, all on one bus, with the IDs 1, 2, ...; and one of them by hand:
+  tendon-newton deploy --policy policy.onnx --port virtual:finger_antagonist
+  tendon-newton deploy --jog --port /dev/ttyUSB0 --servo-id 2
+
 Does this policy still do what it did in that log?
   tendon-newton deploy --policy policy.onnx --replay deployments/policy_0.mcap
 
@@ -27,7 +31,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
-    from hardware.bench import Bench, BenchAddress
+    from hardware.bench import Bench
+    from hardware.bench_address import BenchAddress, DriveAddress
     from hardware.deploy import DeployOutcome
     from hardware.deploy_settings import DeploySettings
     from hardware.force_estimate import ForceEstimate
@@ -53,7 +58,7 @@ class DeployConfig:
     policy: Path | None = None
     """ONNX file of the policy with its card inside, or TorchScript where torch is installed."""
     port: str | None = None
-    """Serial port of the servo, or virtual, or virtual:finger:3 for unit 3, or
+    """Serial port of the servos, or virtual, or virtual:finger:3 for unit 3, or
     virtual:finger:3:friction (or :spool) for that unit worn."""
     goals: str = "keyboard"
     """Where goals come from: keyboard, stdin, udp:5005, udp:ADDRESS:PORT, stairs, a file of times
@@ -76,8 +81,8 @@ class DeployConfig:
     """Trust this TorchScript policy from now on; it is a program."""
     force_network: Path | None = None
     """ONNX file of a force network that estimates the tension where no load cell is."""
-    bench: str = "finger"
-    """Bench under assets."""
+    bench: str | None = None
+    """Bench under assets; unless given the virtual one that the port names, or finger."""
     load_cell_port: str | None = None
     """Serial port of the load cell; a virtual bench brings its own."""
     load_cell: str = "hx711_serial"
@@ -90,6 +95,12 @@ class DeployConfig:
     """Kind of the servo; the policy's card must name the same."""
     servo_id: int = 1
     """ID of the servo on its bus."""
+    further_servo_ids: tuple[int, ...] = ()
+    """IDs of further servos, in the order of the asset's tendons; unless given the next ones."""
+    further_load_cell_ports: tuple[str, ...] = ()
+    """Serial ports of the load cells in their tendons."""
+    further_calibrations: tuple[Path, ...] = ()
+    """Calibrations of those load cells."""
     baud: int = 1_000_000
     """Rate of the bus [1/s]."""
     retries: int | None = None
@@ -127,7 +138,7 @@ def main(config: DeployConfig) -> None:
     if config.replay is not None:
         compare(policy, config.replay)
         return
-    address = address_of(config)
+    address = address_of(config, 1 if policy is None else policy.card.servo_count)
     settings = settings_of(config, policy)
     if policy is not None:
         from hardware.deploy_settings import refuse_mismatch
@@ -162,6 +173,8 @@ def read_policy(config: DeployConfig) -> Policy | None:
 
     if config.jog and (config.policy is not None or config.replay is not None):
         raise InvalidParameter("--jog moves the spool by hand; it takes neither policy nor replay")
+    if config.jog and config.further_servo_ids:
+        raise InvalidParameter("--jog moves one servo by hand; name it with --servo-id alone")
     if not config.jog and config.policy is None:
         raise InvalidParameter("a deployment needs --policy FILE, or --jog to move by hand")
     if config.port is None and config.replay is None:
@@ -171,12 +184,21 @@ def read_policy(config: DeployConfig) -> Policy | None:
     return load_policy(config.policy, engine=config.engine, trust=config.trust)
 
 
-def address_of(config: DeployConfig) -> BenchAddress:
-    """Return where the bench is."""
-    from hardware.bench import BenchAddress
+def bench_of(config: DeployConfig) -> str:
+    """Return the bench's name under assets."""
+    from hardware.virtual_bench.process import DEFAULT_BENCH, WORD
+
+    kind, *named = (config.port or "").split(":")
+    return config.bench or (named[0] if kind == WORD and named else "") or DEFAULT_BENCH
+
+
+def address_of(config: DeployConfig, servos: int) -> BenchAddress:
+    """Return where the bench is, with as many servos as the policy drives."""
+    from hardware.bench_address import BenchAddress
 
     return BenchAddress(
-        bench=config.bench,
+        bench=bench_of(config),
+        further=further_drives(config, servos),
         port=config.port or "",
         load_cell_port=config.load_cell_port,
         load_cell=config.load_cell,
@@ -187,6 +209,30 @@ def address_of(config: DeployConfig) -> BenchAddress:
         retries=config.retries,
         load_cell_rate=config.load_cell_rate,
         lockstep=config.faster_than_real_time,
+    )
+
+
+def further_drives(config: DeployConfig, servos: int) -> tuple[DriveAddress, ...]:
+    """Return where the servos behind the first are, with their load cells."""
+    from hardware.bench_address import DriveAddress
+    from tendon_newton.errors import InvalidParameter
+
+    own = range(config.servo_id + 1, config.servo_id + servos)
+    identifiers = config.further_servo_ids or tuple(own)
+    ports, calibrations = config.further_load_cell_ports, config.further_calibrations
+    for words, given in (("load-cell-ports", ports), ("calibrations", calibrations)):
+        if len(given) not in (0, len(identifiers)):
+            raise InvalidParameter(
+                f"--further-{words} has one for each of {len(identifiers)} further servos; "
+                f"{len(given)} are given"
+            )
+    return tuple(
+        DriveAddress(
+            identifier=identifier,
+            load_cell_port=ports[place] if ports else None,
+            calibration=calibrations[place] if calibrations else None,
+        )
+        for place, identifier in enumerate(identifiers)
     )
 
 
@@ -213,6 +259,7 @@ def settings_of(config: DeployConfig, policy: Policy | None) -> DeploySettings:
         policy_rate=config.policy_rate,
         spool_radius=config.spool_radius,
         loop=HostPositionLoop(position_range=command_range),
+        further_ranges=() if policy is None else policy.card.command_ranges[1:],
         duty_limit=JOG_DUTY if policy is None else config.duty_limit,
         limits=limits,
         duration=config.duration,
@@ -260,8 +307,10 @@ def get_ready(bench: Bench, operator: Operator) -> None:
         mount(bench, operator)
     elif not bench.address.virtual:
         operator.tell("Home is where the spool stands now: the tendon must be just taut.")
-    if bench.load_cell is None or bench.calibration is None:
-        operator.tell("No calibrated load cell: the tension is not measured.")
+    for drive in bench.drives:
+        if drive.load_cell is None or drive.calibration is None:
+            of = f" of servo {drive.servo.identifier}" if bench.further else ""
+            operator.tell(f"No calibrated load cell: the tension{of} is not measured.")
 
 
 def free_log(config: DeployConfig) -> Path:
@@ -301,7 +350,7 @@ def conclude(config: DeployConfig, outcome: DeployOutcome) -> None:
     if outcome.path is not None and outcome.rows >= ROWS_MIN and not config.dry_run:
         slow = config.calibration is not None or (config.port or "").startswith("virtual")
         list_recording(
-            config.out, outcome.path.name, bench=config.bench, split=config.split,
+            config.out, outcome.path.name, bench=bench_of(config), split=config.split,
             start="first_row",
             load_cell_rate=float(config.load_cell_rate)
             if slow and config.load_cell_rate < 0.9 * config.rate

@@ -7,6 +7,7 @@ something must be mended before data is worth taking.
     tendon-newton doctor --port /dev/ttyUSB0 --load-cell-port /dev/ttyACM0
     tendon-newton doctor --port virtual
     tendon-newton doctor --port /dev/ttyUSB0 --set-baud 1000000
+    tendon-newton doctor --port /dev/ttyUSB0 --set-id 2
 """
 
 from __future__ import annotations
@@ -35,6 +36,8 @@ class Doctor:
     """Serial port of the load cell; a virtual bench brings its own."""
     set_baud: int | None = None
     """Set the rate of the only servo on the port, which comes with 57600 from the factory."""
+    set_id: int | None = None
+    """Set the ID of the only servo on the port: 1 from the factory, and its own on a shared bus."""
     reboot: bool = False
     """Restart the servos on the port first, which clears their alerts."""
 
@@ -43,7 +46,7 @@ def main(config: Doctor) -> None:
     """Examine, print, and leave with code 1 where something must be mended."""
     from hardware.clock import MonotonicClock
     from hardware.doctor import examine
-    from hardware.doctor.servo_search import reboot_servos, set_baud
+    from hardware.doctor.servo_search import reboot_servos, set_baud, set_identifier
 
     clock = MonotonicClock()
     port, cell_port, ours = config.port, config.load_cell_port, frozenset[int]()
@@ -54,12 +57,15 @@ def main(config: Doctor) -> None:
             ports = stack.enter_context(open_virtual(port))
             port, cell_port = ports.servo_port, ports.load_cell_port
             ours = frozenset({ports.process_id})
-        if port is None and (config.set_baud is not None or config.reboot):
+        changes = config.reboot or config.set_baud is not None or config.set_id is not None
+        if port is None and changes:
             raise InvalidParameter("--port must name the servo's port to change it; it does not")
         if port is not None and config.reboot:
             show_observation(reboot_servos(port, clock, show))
         if port is not None and config.set_baud is not None:
             show_observation(set_baud(port, config.set_baud, clock, show))
+        if port is not None and config.set_id is not None:
+            show_observation(set_identifier(port, config.set_id, clock, show))
         count = 0
         for observation in examine(port, cell_port, clock=clock, ours=ours, show=show):
             show_observation(observation)

@@ -60,6 +60,10 @@ class EvaluatePolicyConfig:
     """Serial port of the load cell of that bench."""
     calibration: Path | None = None
     """Calibration of that load cell."""
+    further_load_cell_ports: tuple[str, ...] = ()
+    """Serial ports of the load cells of further servos on that bench."""
+    further_calibrations: tuple[Path, ...] = ()
+    """Calibrations of those load cells."""
     mode: Literal["pwm", "position"] = "pwm"
     """Where the position loop of that bench runs: pwm, here; position, in the servo."""
     faster_than_real_time: bool = False
@@ -157,9 +161,7 @@ def climbs_on_bench(
     config: EvaluatePolicyConfig, policies: list[RunnablePolicy], out: Path
 ) -> list[Climb]:
     """Let the policies climb on a bench, where there is one, and read the logs that are given."""
-    import numpy as np
-
-    from hardware.deploy_log import read_steps
+    from hardware.deploy_log import step_table
     from tendon_newton.mechanisms.mechanism import load_mechanism
     from train.policy.bench_climb import climb_on_bench
 
@@ -169,13 +171,7 @@ def climbs_on_bench(
             logs.append((policy.name, deployed(config, path, out / "deployments"), policy))
     mechanism = load_mechanism(config.finger)
     return [
-        climb_on_bench(
-            name,
-            log,
-            np.array([(s.time, s.sample[0], s.sample[4], s.command) for s in read_steps(log)]),
-            mechanism,
-            policy.card.spool_radius,
-        )
+        climb_on_bench(name, log, step_table(log), mechanism, policy.card.spool_radius)
         for name, log, policy in logs
     ]
 
@@ -189,6 +185,7 @@ def deployed(config: EvaluatePolicyConfig, policy: Path, folder: Path) -> Path:
         deploy.DeployConfig(
             policy=policy,
             port=config.port,
+            bench=Path(config.finger).stem,
             goals="stairs",
             duration=BENCH_DURATION,
             out=folder,
@@ -196,6 +193,8 @@ def deployed(config: EvaluatePolicyConfig, policy: Path, folder: Path) -> Path:
             trust=config.trust,
             load_cell_port=config.load_cell_port,
             calibration=config.calibration,
+            further_load_cell_ports=config.further_load_cell_ports,
+            further_calibrations=config.further_calibrations,
             mode=config.mode,
             faster_than_real_time=config.faster_than_real_time,
         )

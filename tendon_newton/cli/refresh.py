@@ -116,6 +116,7 @@ def open_ledger(config: RefreshConfig, out: Path) -> Ledger:
 
 def find(config: RefreshConfig, ledger: Ledger) -> Drift:
     """Hold the logs against the model."""
+    from hardware.deploy_log import policy_span
     from tendon_newton.cli.output import make_folder
     from tendon_newton.diagnosis.report import Origin, write_report
     from tendon_newton.diagnosis.result import write_diagnosis
@@ -126,10 +127,11 @@ def find(config: RefreshConfig, ledger: Ledger) -> Drift:
 
     if (done := ledger.done("drift")) is not None:
         return read_drift(done)
-    model, logs = load_model(config.model), read_logs(config.logs)
+    model, logs = load_model(config.model), read_logs(config.logs, policy_span)
     earlier = None
     if config.reference:
-        earlier = model_error(logs_as_dataset(config.out, read_logs(config.reference)).test, model)
+        reference = read_logs(config.reference, policy_span)
+        earlier = model_error(logs_as_dataset(config.out, reference).test, model)
     folder = make_folder(config.out / "diagnosis")
     dataset = logs_as_dataset(config.logs[0], logs)
     print("reading benches and compiling kernels ...", flush=True)
@@ -149,14 +151,16 @@ def find(config: RefreshConfig, ledger: Ledger) -> Drift:
 
 def correct(config: RefreshConfig, ledger: Ledger) -> None:
     """Fit all numbers of the model to the logs."""
+    from hardware.deploy_log import policy_span
     from tendon_newton.model_file import load_model, write_model
-    from train.refresh.logs import read_logs
+    from train.refresh.logs import read_logs, without_beginning
     from train.refresh.tuning import tune
 
     if ledger.done("model") is not None:
         return
     print("fitting the model to the logs ...", flush=True)
-    tuned = tune(read_logs(config.logs), load_model(config.out / "diagnosis" / "model.toml"))
+    logs = [without_beginning(log) for log in read_logs(config.logs, policy_span)]
+    tuned = tune(logs, load_model(config.out / "diagnosis" / "model.toml"))
     write_model(config.out / "model.toml", tuned.model)
     ledger.finish("model", {"loss": [tuned.before, tuned.after]})
 
@@ -275,18 +279,15 @@ def climb_of(config: RefreshConfig, policy: str, log: Path, when: str) -> Climb:
     """Read a climb from a log."""
     from dataclasses import replace
 
-    import numpy as np
-
-    from hardware.deploy_log import read_steps
+    from hardware.deploy_log import step_table
     from hardware.policy_runner import load_policy
     from tendon_newton.mechanisms.mechanism import load_mechanism
     from train.policy.bench_climb import climb_on_bench
     from train.refresh.retraining import find_training
 
-    rows = np.array([(s.time, s.sample[0], s.sample[4], s.command) for s in read_steps(log)])
     mechanism = load_mechanism(find_training(config.policy).config.environment.finger)
     radius = load_policy(config.policy).card.spool_radius
-    climb = climb_on_bench(policy, log, rows, mechanism, radius)
+    climb = climb_on_bench(policy, log, step_table(log), mechanism, radius)
     return replace(climb, place=f"{climb.place}, {when}: {log.name}")
 
 

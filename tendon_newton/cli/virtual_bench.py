@@ -16,8 +16,8 @@ from typing import Literal
 class VirtualBenchConfig:
     """Run a virtual bench until Ctrl-C."""
 
-    bench: Literal["finger", "spring_weak", "spring_strong"] = "finger"
-    """What the tendon pulls."""
+    bench: Literal["finger", "spring_weak", "spring_strong", "finger_antagonist"] = "finger"
+    """What the tendon pulls; the antagonistic finger has two, with a servo each."""
     seed: int = 0
     """Which unit: servos, tendons and fingers differ from one to the next."""
     obstacle: Literal["free", "tape_roll", "hand", "hand_perturbation"] = "free"
@@ -55,8 +55,9 @@ def main(config: VirtualBenchConfig) -> None:
         if config.plant_file is not None:
             ports.plant_file(config.plant_file)
         print(f"virtual bench {config.bench}, unit {config.seed}, {config.servo}")
-        print(f"  servo      {ports.servo_port}   ID 1, 1000000 baud")
-        print(f"  load cell  {ports.load_cell_port}   115200 baud")
+        for place, cell in enumerate(ports.load_cell_ports, start=1):
+            print(f"  servo      {ports.servo_port}   ID {place}, 1000000 baud")
+            print(f"  load cell  {cell}   115200 baud")
         print("\ntry, in another terminal:")
         words = f"--port {ports.servo_port} --load-cell-port {ports.load_cell_port}"
         print(f"  tendon-newton doctor {words}")

@@ -20,9 +20,11 @@ if TYPE_CHECKING:
         def __setitem__(self, index: Any, value: Item) -> None: ...
 
     DeviceGrid = DeviceArray
+    DeviceBlock = DeviceArray
 else:
     DeviceArray = wp.array
     DeviceGrid = wp.array2d
+    DeviceBlock = wp.array3d
 
 
 class Placeholder(Any):

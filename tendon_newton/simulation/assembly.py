@@ -21,6 +21,7 @@ from tendon_newton.simulation import (
     planar_chain,
     position_kernels,
     rollout_kernels,
+    routes,
     settling,
     spatial_chain,
     stages,
@@ -44,6 +45,11 @@ STAGE_TEMPLATES = {
     Stage.DAMPING: stages.joint_stage,
 }
 """Templates of the stages that are not a signal along a tendon."""
+ROUTE_PARTS = (
+    routes.sign_of, routes.turn_sign, routes.end_moves, routes.end_turning, routes.span_bend,
+    routes.span_route,
+)  # fmt: skip
+"""Parts of a string's path that fold to little where it is known which joints move them."""
 UNROLLED_JOINTS = 6
 """More joints than this [1] are eliminated in loops; six take a compiler a quarter of a minute."""
 WARP_UNROLL = 16
@@ -113,13 +119,16 @@ def kernel_set(structure: Structure) -> KernelSet:
     )
 
 
-def assemble(structure: Structure, types: dict[str, Any], *, inline: bool = False) -> Assembly:
+def assemble(
+    structure: Structure, types: dict[str, Any], *, inline: bool = False, taped: bool = False
+) -> Assembly:
     """Bind the device code of a structure.
 
     Args:
         structure: What decides the code.
         types: Its `kernel_types`, and further placeholders of the kernels to be made.
         inline: Whether its functions are inlined; see `Specialiser`.
+        taped: Whether a tape walks its kernels back.
     """
     specialiser = Specialiser(types, inline=inline)
     if structure.joint_count > UNROLLED_JOINTS:
@@ -134,6 +143,8 @@ def assemble(structure: Structure, types: dict[str, Any], *, inline: bool = Fals
         specialiser.bind("clock_effects", specialiser.function(measured_force.reading_instant))
     chain = planar_chain if structure.planar else spatial_chain
     specialiser.bind("chain_terms", specialiser.function(chain.chain_terms))
+    if structure.routes.spans:
+        bind_routes(specialiser, taped=taped)
     if structure.touch.contacts:
         for part in (contact_distances.overlap_at, contacts.grip_of, contacts.grip_terms):
             specialiser.function(part, inline=False)
@@ -142,6 +153,16 @@ def assemble(structure: Structure, types: dict[str, Any], *, inline: bool = Fals
         specialiser.bind("contact_terms", specialiser.function(contacts.contact_terms))
         specialiser.bind("contact_memory", specialiser.function(contacts.contact_memory))
     return Assembly(structure=structure, types=types, specialiser=specialiser)
+
+
+def bind_routes(specialiser: Specialiser, *, taped: bool) -> None:
+    """Bind the paths of routed tendons: quick to run, or where a tape walks back to compile."""
+    if taped:
+        specialiser.bind("all_routes", specialiser.function(routes.looped_routes))
+        return
+    for part in ROUTE_PARTS:
+        specialiser.function(part, inline=True)
+    specialiser.bind("all_routes", specialiser.function(routes.unrolled_routes))
 
 
 def bind_stages(specialiser: Specialiser, structure: Structure) -> None:

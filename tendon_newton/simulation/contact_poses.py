@@ -10,14 +10,14 @@ from tendon_newton.device_code.placeholders import (
     Placeholder,
     PlaneMatrix,
     SpaceMatrix,
-    TurnMatrix,
     Vec2,
     Vec3,
     real,
 )
 from tendon_newton.device_code.templates import device_template
+from tendon_newton.simulation.joint_poses import joint_pose
 from tendon_newton.simulation.planar_chain import turn
-from tendon_newton.simulation.spatial_chain import rotation_about, row, turn_of
+from tendon_newton.simulation.spatial_chain import row, turn_of
 
 CapsuleMatrix = Placeholder
 ContactPose = Placeholder
@@ -84,48 +84,20 @@ def planar_pose(mechanism: Mechanism, world: int, q: JointVector) -> ContactPose
 @device_template
 def spatial_pose(mechanism: Mechanism, world: int, q: JointVector) -> ContactPose:
     """Place joints and capsules of any tree."""
-    origin = SpaceMatrix()
-    axis = SpaceMatrix()
-    rotations = TurnMatrix()
+    joints = joint_pose(mechanism, world, q)
     start = CapsuleMatrix()
     end = CapsuleMatrix()
-    for j in range(JOINTS):
-        rotation = wp.identity(n=3, dtype=real)
-        o = Vec3()
-        if wp.static(PARENT[j] >= 0):
-            rotation = turn_of(rotations, wp.static(PARENT[j]))
-            o = row(origin, wp.static(PARENT[j]))
-        o = o + rotation * mechanism.offset[world, j]
-        z = rotation * mechanism.axis[world, j]
-        if wp.static(REVOLUTE[j]):
-            rotation = rotation * rotation_about(mechanism.axis[world, j], q[j])
-        else:
-            o = o + z * q[j]
-        for i in range(3):
-            for k in range(3):
-                rotations[3 * j + i, k] = rotation[i, k]
-            origin[j, i] = o[i]
-            axis[j, i] = z[i]
     for c in range(wp.static(CAPSULES)):
-        carrier = turn_of(rotations, wp.static(CAPSULE_LINK[c]))
-        o = row(origin, wp.static(CAPSULE_LINK[c]))
+        carrier = turn_of(joints.rotation, wp.static(CAPSULE_LINK[c]))
+        o = row(joints.origin, wp.static(CAPSULE_LINK[c]))
         head = o + carrier * mechanism.capsule_start[world, c]
         tail = o + carrier * mechanism.capsule_end[world, c]
         for i in range(3):
             start[c, i] = head[i]
             end[c, i] = tail[i]
     pose = ContactPose()
-    pose.origin = origin
-    pose.axis = axis
+    pose.origin = joints.origin
+    pose.axis = joints.axis
     pose.start = start
     pose.end = end
     return pose
-
-
-@device_template
-def moved_by(pose: ContactPose, j: int, turns: bool, point: Vec3) -> Vec3:
-    """Return how a joint moves a point of a link that it carries [m/rad]."""
-    out = row(pose.axis, j)
-    if turns:
-        out = wp.cross(out, point - row(pose.origin, j))
-    return out

@@ -38,7 +38,7 @@ from tendon_newton.device_code.placeholders import (
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.contact_distances import overlap_at
 from tendon_newton.simulation.contact_plan import STRETCH
-from tendon_newton.simulation.contact_poses import moved_by
+from tendon_newton.simulation.joint_poses import moved_by
 from tendon_newton.simulation.spatial_chain import row
 
 ContactPose = Placeholder
@@ -176,7 +176,9 @@ def contact_columns(pose: ContactPose, link: int, point: Vec3) -> SpaceMatrix:
     """Return how the joints move a point of a link [m/rad], shape (J, 3)."""
     columns = SpaceMatrix()
     for j in range(JOINTS):
-        move = CARRIES[j, link] * moved_by(pose, j, wp.static(REVOLUTE[j]), point)
+        move = CARRIES[j, link] * moved_by(
+            row(pose.origin, j), row(pose.axis, j), wp.static(REVOLUTE[j]), point
+        )
         for i in range(3):
             columns[j, i] = move[i]
     return columns

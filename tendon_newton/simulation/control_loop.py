@@ -63,7 +63,7 @@ class ControlLoop:
 
     Numbers of the model and the bench may differ by world and change between any two steps:
     `numbers` gives those of actuator and effects, `bench_numbers` those of the mechanism, as
-    tensors to write to. `held.scale` multiplies the forces of a network.
+    tensors to write to. `held.scale` multiplies what a servo with a network gives.
 
     Args:
         mechanism: The bench.

@@ -1,4 +1,4 @@
-"""Gradients of a rollout: every reading by every number that went in, by a Warp tape in float64."""
+"""Gradients of a rollout: every reading by every number that went in, in float64."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ from tendon_newton.simulation.kernel_types import kernel_types
 from tendon_newton.simulation.parameter_table import ParameterTable, spool_radius_of
 from tendon_newton.simulation.rollout import TIME_STEP, Rollout
 from tendon_newton.simulation.structure import Structure
+from tendon_newton.simulation.substep_chain import SubstepChain, launch
 from tendon_newton.simulation.supported_effects import refuse_stages
 from tendon_newton.simulation.timeline import Timeline
 
@@ -69,6 +70,9 @@ class Readings:
     """Tension at the load cell [N], shape (S, D)."""
 
 
+READINGS = tuple(field.name for field in fields(Readings))
+
+
 class DifferentiableRollout:
     """One world per recording, simulated as by `Rollout`, with gradients.
 
@@ -85,6 +89,7 @@ class DifferentiableRollout:
         time_step: Longest step [s].
         inline: Whether the substep is compiled as one piece: half a minute longer, and then a
             third faster backwards.
+        at_once: Whether `backward` takes many substeps at once; by default on a GPU with room.
         device: Warp device.
     """
 
@@ -97,6 +102,7 @@ class DifferentiableRollout:
         effects: Sequence[str] = (),
         time_step: float = TIME_STEP,
         inline: bool = False,
+        at_once: bool | None = None,
         device: Any = None,
     ) -> None:
         every = (*effects, *(e.name for e in model.effects if e.name not in effects))
@@ -137,7 +143,15 @@ class DifferentiableRollout:
             motor_velocity=self._zeros(rows, "TendonVector"),
             force=self._zeros(rows, "TendonVector"),
         )
-        self._tape: wp.Tape | None = None
+        self.substeps = SubstepChain(
+            rollout.kernels.structure,
+            self._kernel_of,
+            self._types,
+            [*self._common(), self._schedule],
+            self._states,
+            at_once=at_once,
+        )
+        """The way from the first state to the last, and back."""
         self.graphs: dict[str, Any] = {}
         """Captured runs by name, from the second `forward` and `backward` on."""
         self.run_count = 0
@@ -176,14 +190,10 @@ class DifferentiableRollout:
         Args:
             **seeds: Derivatives of a loss by the readings of the given names, in their shapes.
         """
-        if self._tape is None:
-            self._tape = wp.Tape()
-            with self._tape:
-                self._simulate()
-        self._tape.zero()
+        self._zero_gradients()
         for name, seed in seeds.items():
             getattr(self.readings, name).grad.assign(seed)
-        self._run("backward", self._tape.backward)
+        self._run("backward", self._walk_back)
         return self.inputs
 
     def gradient(self, owner: str, parameter: str) -> Array:
@@ -208,23 +218,46 @@ class DifferentiableRollout:
 
     def _simulate(self) -> None:
         """Launch the start, all substeps, and the readings of all rows."""
-        inputs, kernels = self.inputs, self._kernel_of
-        common = [inputs.mechanism, inputs.parameters, self._rollout.commands]
-        self._launch(
-            kernels["start"], self._worlds, [*common, self._settled, self._memory, *self._states]
-        )
-        for substep in range(self._schedule.duration.shape[0]):
-            arguments = [substep, *common, self._schedule, *self._states]
-            self._launch(kernels["substep"], self._worlds, arguments)
-        outputs = [getattr(self.readings, field.name) for field in fields(Readings)]
-        self._launch(
-            kernels["reading"],
-            len(self._row_world),
-            [*common, *self._rows, *self._states, *outputs],
-        )
+        self._launch_start()
+        self.substeps.forward(0, self._schedule.duration.shape[0])
+        self._launch_reading()
 
-    def _launch(self, kernel: wp.Kernel, count: int, arguments: list[Any]) -> None:
-        wp.launch(kernel, count, inputs=arguments, device=self._device)
+    def _walk_back(self) -> None:
+        """Launch the adjoints of the same, the last first."""
+        self._launch_reading(back=True)
+        self.substeps.backward(0, self._schedule.duration.shape[0])
+        self._launch_start(back=True)
+
+    def _zero_gradients(self) -> None:
+        """Forget what earlier walks left."""
+        for array in self._gradient_owners():
+            array.grad.zero_()
+
+    def _gradient_owners(self) -> Iterator[Any]:
+        """Yield all arrays that have a gradient."""
+        yield from (self.inputs.parameters, self.inputs.command)
+        yield from (getattr(self.inputs.mechanism, name) for name in self.bench_names)
+        yield from self._states
+        yield from (getattr(self.readings, name) for name in READINGS)
+
+    def _common(self) -> list[Any]:
+        """Return what every kernel reads first."""
+        return [self.inputs.mechanism, self.inputs.parameters, self._rollout.commands]
+
+    def _launch_start(self, *, back: bool = False) -> None:
+        arguments = [*self._common(), self._settled, self._memory, *self._states]
+        self._launch(self._kernel_of["start"], self._worlds, arguments, back=back)
+
+    def _launch_reading(self, *, back: bool = False) -> None:
+        outputs = [getattr(self.readings, name) for name in READINGS]
+        arguments = [*self._common(), *self._rows, *self._states, *outputs]
+        self._launch(self._kernel_of["reading"], len(self._row_world), arguments, back=back)
+
+    def _launch(
+        self, kernel: wp.Kernel, count: int, arguments: list[Any], *, back: bool = False
+    ) -> None:
+        adjoints = [None] * len(arguments) if back else None
+        launch(kernel, count, arguments, self._device, adjoints)
 
     def _settle(self) -> Any:
         """Find where each recording starts; the start kernel adds the derivative."""
@@ -240,7 +273,7 @@ class DifferentiableRollout:
         rollout = self._rollout
         arguments = [0, self.inputs.mechanism, worlds, worlds, self.inputs.parameters,
                      rollout.commands, self._settled, self._speed, self._memory]  # fmt: skip
-        self._launch(rollout.kernels.settle, self._worlds, arguments)
+        wp.launch(rollout.kernels.settle, self._worlds, inputs=arguments, device=self._device)
         return self._settled
 
     def _make_schedule(self, time_step: float) -> tuple[Any, Array]:
@@ -326,12 +359,17 @@ def gradient_kernel_set(
     types = kernel_types(structure)
     grid = wp.array(dtype=types["real"], ndim=2)
     schedule = {"time": grid, "duration": grid, "row": wp.array(dtype=wp.int32, ndim=2)}
-    types = {**types, "Schedule": struct_type("Schedule", schedule)}
+    types = {
+        **types,
+        "Schedule": struct_type("Schedule", schedule),
+        "REMEMBERED": structure.memory_count,
+    }
     plain = assemble_with_rules(structure, types, inline=False)
     substep = assemble_with_rules(structure, types, inline=True) if inline else plain
     kernels = {
         "start": plain.kernel(gradient_kernels.start_kernel, enable_backward=True),
         "substep": substep.kernel(gradient_kernels.substep_kernel, enable_backward=True),
+        "sweep": plain.kernel(gradient_kernels.sweep_kernel),
         "reading": plain.kernel(gradient_kernels.reading_kernel, enable_backward=True),
     }
     return kernels, types
@@ -339,7 +377,7 @@ def gradient_kernel_set(
 
 def assemble_with_rules(structure: Structure, types: dict[str, Any], *, inline: bool) -> Assembly:
     """Bind the device code of a structure with the derivatives that are written by hand."""
-    assembly = assemble(structure, types, inline=inline)
+    assembly = assemble(structure, types, inline=inline, taped=True)
     gradient_rules.add_gradient_rules(assembly.specialiser)
     assembly.specialiser.gradient(gradient_kernels.gravity_slope, gradient_kernels.constant_slope)
     if structure.routes.spans:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import fields
+from collections.abc import Iterator, Sequence
 from functools import cache
 from typing import Any
 
@@ -75,7 +74,6 @@ class DifferentiableLearnedRollout(DifferentiableRollout):
         self._taped_kernel_of = learned_gradient_kernel_set(structure)
         self._memory.requires_grad = True
         self._make_queries()
-        self._tapes: dict[Any, wp.Tape] = {}
 
     def _make_rollout(
         self, mechanism: Mechanism, recordings: Sequence[Recording], **options: Any
@@ -162,20 +160,18 @@ class DifferentiableLearnedRollout(DifferentiableRollout):
         Args:
             **seeds: Derivatives of a loss by the readings of the given names, in their shapes.
         """
-        if not self._tapes:
-            self._record()
         slopes = self._balance_slopes()
         self._zero_gradients()
         weights = [torch.zeros_like(weight) for weight in self.weights]
         for name, seed in seeds.items():
             getattr(self.readings, name).grad.assign(seed)
-        self._walk_back("reading")
+        self._run("back from reading", lambda: self._launch_reading(back=True))
         seen, told = plain_tensor(self._samples.grad), plain_tensor(self._force.grad)
         for query in reversed(range(len(self._places))):
-            self._walk_back(f"part {query}")
+            self._run(f"back from part {query}", lambda query=query: self._walk_part_back(query))
             self._pull_back(query, self._window_of(query), told[query], seen, weights)
-            self._walk_back(f"sense {query}")
-        self._walk_back("start")
+            self._walk_sense_back(query)
+        self._walk_start_back()
         self._pull_back_balance(slopes, seen, weights)
         self.weight_gradients = tuple(weights)
         return self.inputs
@@ -237,8 +233,8 @@ class DifferentiableLearnedRollout(DifferentiableRollout):
             seed = torch.zeros_like(self._told[0])
             seed[:, tendon] = 1.0
             self._pull_back(0, self._window_of(0), seed, seen, unused)
-            self._walk_back("sense 0")
-            self._walk_back("start")
+            self._walk_sense_back(0)
+            self._walk_start_back()
             rows.append(self._held(self._memory.grad).clone())
         return torch.stack(rows, dim=1)
 
@@ -252,54 +248,37 @@ class DifferentiableLearnedRollout(DifferentiableRollout):
         for array in arrays:
             array.grad.zero_()
         self._pull_back(0, self._window_of(0), torch.where(inside, seed, 0.0), seen, weights)
-        self._walk_back("sense 0")
-        self._walk_back("start")
+        self._walk_sense_back(0)
+        self._walk_start_back()
 
-    def _walk_back(self, name: str) -> None:
-        self._run(f"back from {name}", self._tapes[name].backward)
+    def _walk_start_back(self) -> None:
+        self._run("back from start", lambda: self._launch_start(back=True))
 
-    def _record(self) -> None:
-        """Tape every chain of launches once."""
-        chains: dict[str, Any] = {"start": self._launch_start}
-        for query in range(len(self._places)):
-            chains[f"sense {query}"] = lambda query=query: self._launch_sense(query)
-            chains[f"part {query}"] = lambda query=query: self._launch_part(query)
-        chains["reading"] = self._launch_reading
-        for name, work in chains.items():
-            self._tapes[name] = wp.Tape()
-            with self._tapes[name]:
-                work()
+    def _walk_sense_back(self, query: int) -> None:
+        self._run(f"back from sense {query}", lambda: self._launch_sense(query, back=True))
 
-    def _zero_gradients(self) -> None:
-        for tape in self._tapes.values():
-            tape.zero()
+    def _walk_part_back(self, query: int) -> None:
+        self.substeps.backward(int(self._slots[query]) + 1, int(self._slots[query + 1]))
+        self._launch_hold(query, back=True)
 
-    def _common(self) -> list[Any]:
-        inputs = self.inputs
-        return [inputs.mechanism, inputs.parameters, self._rollout.commands]
+    def _gradient_owners(self) -> Iterator[Any]:
+        yield from super()._gradient_owners()
+        yield from (self._memory, self._samples, self._force)
 
-    def _launch_start(self) -> None:
-        arguments = [*self._common(), self._settled, self._memory, *self._states]
-        self._launch(self._kernel_of["start"], self._worlds, arguments)
-
-    def _launch_sense(self, query: int) -> None:
+    def _launch_sense(self, query: int, *, back: bool = False) -> None:
         slot = int(self._slots[query])
         arguments = [slot, query, *self._common(), self._query_row, *self._states, self._samples]
-        self._launch(self._taped_kernel_of["sense"], self._worlds, arguments)
+        self._launch(self._taped_kernel_of["sense"], self._worlds, arguments, back=back)
+
+    def _launch_hold(self, query: int, *, back: bool = False) -> None:
+        slot = int(self._slots[query])
+        arguments = [slot, query, *self._common(), self._query_row, self._force, *self._states]
+        self._launch(self._taped_kernel_of["hold"], self._worlds, arguments, back=back)
 
     def _launch_part(self, query: int) -> None:
         """Hold the forces of a query and go on to the next."""
-        slot = int(self._slots[query])
-        arguments = [slot, query, *self._common(), self._query_row, self._force, *self._states]
-        self._launch(self._taped_kernel_of["hold"], self._worlds, arguments)
-        for substep in range(slot + 1, int(self._slots[query + 1])):
-            arguments = [substep, *self._common(), self._schedule, *self._states]
-            self._launch(self._kernel_of["substep"], self._worlds, arguments)
-
-    def _launch_reading(self) -> None:
-        outputs = [getattr(self.readings, field.name) for field in fields(Readings)]
-        arguments = [*self._common(), *self._rows, *self._states, *outputs]
-        self._launch(self._kernel_of["reading"], len(self._row_world), arguments)
+        self._launch_hold(query)
+        self.substeps.forward(int(self._slots[query]) + 1, int(self._slots[query + 1]))
 
 
 def query_parts(row: Array, queries: Indices) -> list[Indices]:

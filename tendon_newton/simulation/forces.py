@@ -25,8 +25,7 @@ from tendon_newton.simulation.pipeline import (
     spring_torque,
 )
 from tendon_newton.simulation.routes import (
-    along_routes,
-    route_pose,
+    located,
     route_stiffness,
     tendon_arms,
     tendon_bow,
@@ -36,7 +35,6 @@ Drive = Placeholder
 Forces = Placeholder
 Mechanism = Placeholder
 Modes = Placeholder
-Pose = Placeholder
 armature: Any = None
 chain_terms: Any = None
 contact_terms: Any = None
@@ -68,11 +66,7 @@ def smooth_forces(
         torque = torque + touch.torque
         stiffness = stiffness + touch.stiffness
         damping = damping + touch.damping
-    here = drive
-    pose = Pose()
-    if wp.static(ROUTED):
-        pose = route_pose(mechanism, world, q)
-        here = along_routes(mechanism, world, pose, drive, q, v)
+    here = located(mechanism, world, drive, q, v)
     arms = tendon_arms(mechanism, world, here)
     bow = tendon_bow(here)
     tension = TendonVector()
@@ -96,7 +90,7 @@ def smooth_forces(
                 damping[i, j] = damping[i, j] + product * pull[2]
     out = Forces()
     if wp.static(ROUTED):
-        stiffness = stiffness + route_stiffness(mechanism, world, pose, tension)
+        stiffness = stiffness + route_stiffness(here, tension)
         out.arms = arms
         out.bow = bow
     out.mass_matrix = mass_matrix

@@ -11,6 +11,7 @@ from tendon_newton.device_code.placeholders import (
     JOINTS,
     TENDONS,
     DeviceArray,
+    DeviceBlock,
     DeviceGrid,
     JointMatrix,
     JointVector,
@@ -29,7 +30,6 @@ from tendon_newton.simulation.pipeline import excursion, flow_at
 from tendon_newton.simulation.rollout_kernels import find_row
 from tendon_newton.simulation.routes import (
     located,
-    route_pose,
     route_stiffness,
     tendon_arms,
     tendon_bow,
@@ -55,6 +55,10 @@ clock_effects: Any = None
 period_effects: Any = None
 radius_effects: Any = None
 HAS_MEMORY = False
+MAY_HOLD = False
+"""Whether anything can make a tendon stick."""
+REMEMBERED = 0
+"""Numbers of the memory S."""
 ROUTED = False
 """Whether any tendon's moment arms follow from its path."""
 TOUCHES = False
@@ -63,7 +67,7 @@ TOUCHES = False
 NUDGE = 1.0e-6
 """Half step of a central difference [rad, m]: float64 leaves ten digits."""
 START_SWEEPS = 4
-"""Newton steps at the start; one is exact without memory, more gain a digit each with it."""
+"""Newton steps at the start where effects remember; each gains a digit. Else one is exact."""
 INSTANT = 1.0e-9
 """Two instants closer than this [s] are one."""
 
@@ -135,7 +139,7 @@ def guide_turning(
         flow = flow_at(mechanism, world, p, here, d, q, still, real(0.0))
         stiffness = real(GUIDE_STIFFNESS) * mechanism.spool_radius[world][d]
         pull[d] = stiffness * (target[d] - flow.angle[0])
-    return route_stiffness(mechanism, world, route_pose(mechanism, world, q), pull)
+    return route_stiffness(here, pull)
 
 
 @device_template
@@ -209,7 +213,7 @@ def start_kernel(
     kept = settled_memory[i]
     still = JointVector()
     # Memory and posture depend on each other; each sweep passes the derivative on.
-    for _sweep in range(START_SWEEPS):
+    for _sweep in range(wp.static(START_SWEEPS if HAS_MEMORY else 1)):
         held = with_memory(drive, kept)
         forces = frictionless_forces(mechanism, i, p, held, guided, commands.start_angle[i], x)
         stiffness = forces.stiffness + gravity_slope(mechanism, i, held, x)
@@ -238,6 +242,8 @@ def start_kernel(
 @device_template
 def substep_kernel(
     substep: int,
+    before: int,
+    after: int,
     mechanism: Mechanism,
     parameters: DeviceArray[ParameterVector],
     commands: Commands,
@@ -245,30 +251,88 @@ def substep_kernel(
     q: DeviceGrid[JointVector],
     v: DeviceGrid[JointVector],
     memory: DeviceGrid[MemoryVector],
+    next_q: DeviceGrid[JointVector],
+    next_v: DeviceGrid[JointVector],
+    next_memory: DeviceGrid[MemoryVector],
 ) -> None:
-    """Take each world through one substep of its own; one that has arrived waits."""
-    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
-    if schedule.duration[substep, i] > real(0.0):
+    """Take each world through substeps of its own; where it has arrived it waits.
+
+    The first substep goes from row `before` of the states to row `after` of the next ones; so do
+    the K of a launch of (K, W) threads, each from where its predecessor has led *earlier*.
+    """
+    k, i = wp.tid()  # pyright: ignore[reportGeneralTypeIssues, reportAssignmentType]
+    at = before + k
+    out = after + k
+    x = q[at, i]
+    xd = v[at, i]
+    kept = memory[at, i]
+    duration = schedule.duration[substep + k, i]
+    if duration > real(0.0):
         p = parameters[i]
         scale = period_effects(real(1.0), p)
-        h = schedule.duration[substep, i] * scale
-        now = schedule.time[substep, i] * scale
+        h = duration * scale
+        now = schedule.time[substep + k, i] * scale
         first = commands.first[i]
-        row = schedule.row[substep, i]
+        row = schedule.row[substep + k, i]
         mean = command_between(
             commands, first, commands.count[i], row,
             clock_effects(now, p) / scale, clock_effects(now + h, p) / scale,
         )  # fmt: skip
-        drive = row_drive(mechanism, i, p, commands, first + row, now, memory[substep, i])
-        driven = with_command(drive, mean, real(0.0))
-        motion = step(mechanism, i, p, driven, q[substep, i], v[substep, i], h)
-        q[substep + 1, i] = motion.q
-        v[substep + 1, i] = motion.v
-        memory[substep + 1, i] = motion.memory
+        drive = row_drive(mechanism, i, p, commands, first + row, now, kept)
+        motion = step(mechanism, i, p, with_command(drive, mean, real(0.0)), x, xd, h)
+        next_q[out, i] = motion.q
+        next_v[out, i] = motion.v
+        next_memory[out, i] = motion.memory
     else:
-        q[substep + 1, i] = q[substep, i]
-        v[substep + 1, i] = v[substep, i]
-        memory[substep + 1, i] = memory[substep, i]
+        next_q[out, i] = x
+        next_v[out, i] = xd
+        next_memory[out, i] = kept
+
+
+@device_template
+def sweep_kernel(
+    substep: int,
+    count: int,
+    slope_q: DeviceBlock[JointVector],
+    slope_v: DeviceBlock[JointVector],
+    slope_memory: DeviceBlock[MemoryVector],
+    adjoint_q: DeviceGrid[JointVector],
+    adjoint_v: DeviceGrid[JointVector],
+    adjoint_memory: DeviceGrid[MemoryVector],
+) -> None:
+    """Take the adjoint of each world's state back over substeps whose slopes are known.
+
+    Slopes hold, per component of the state after a substep, its derivatives by the state before:
+    shape (2 J + S, K, W). Each adjoint adds to what the readings left in its row.
+    """
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    last = substep + count
+    by_q = adjoint_q[last, i]
+    by_v = adjoint_v[last, i]
+    by_memory = adjoint_memory[last, i]
+    for back in range(count):
+        k = count - 1 - back
+        q = adjoint_q[substep + k, i]
+        v = adjoint_v[substep + k, i]
+        memory = adjoint_memory[substep + k, i]
+        for j in range(JOINTS):
+            q = q + by_q[j] * slope_q[j, k, i]
+            v = v + by_q[j] * slope_v[j, k, i]
+            memory = memory + by_q[j] * slope_memory[j, k, i]
+        for j in range(JOINTS):
+            q = q + by_v[j] * slope_q[JOINTS + j, k, i]
+            v = v + by_v[j] * slope_v[JOINTS + j, k, i]
+            memory = memory + by_v[j] * slope_memory[JOINTS + j, k, i]
+        for s in range(wp.static(REMEMBERED)):
+            q = q + by_memory[s] * slope_q[2 * JOINTS + s, k, i]
+            v = v + by_memory[s] * slope_v[2 * JOINTS + s, k, i]
+            memory = memory + by_memory[s] * slope_memory[2 * JOINTS + s, k, i]
+        adjoint_q[substep + k, i] = q
+        adjoint_v[substep + k, i] = v
+        adjoint_memory[substep + k, i] = memory
+        by_q = q
+        by_v = v
+        by_memory = memory
 
 
 @device_template
@@ -355,8 +419,9 @@ def reading_kernel(
     driven = with_command(row, commands.angle[first + acting], real(0.0))
     drive = located(mechanism, i, driven, x, xd)
     arms = tendon_arms(mechanism, i, drive)
-    chosen = choose_modes(mechanism, i, p, drive, x, xd)
-    modes = with_hold(chosen, holding_forces(mechanism, i, p, drive, chosen, x, xd))
+    modes = choose_modes(mechanism, i, p, drive, x, xd)
+    if wp.static(MAY_HOLD):
+        modes = with_hold(modes, holding_forces(mechanism, i, p, drive, modes, x, xd))
     fresh = drive
     if wp.static(HAS_MEMORY):  # noqa: SIM102 - decided when the kernel is made
         if drive.remembers > real(0.0):

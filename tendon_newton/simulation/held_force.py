@@ -12,7 +12,6 @@ from tendon_newton.actuators.networks.history import History
 from tendon_newton.actuators.networks.torchscript import ForceQuery
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.simulation.balance import find_root
-from tendon_newton.simulation.reading_kernels import scale_kernel
 from tendon_newton.simulation.tendon_solver import TendonSolver
 
 RATE_SLACK = 1.0e-6
@@ -35,10 +34,11 @@ class HeldForce:
         self.history = History(shape[0] * shape[1], query.window, device)
         self._held = wp.zeros(shape, dtype=wp.float32, device=device)
         self.force: Tensor = wp.to_torch(self._held)
-        """What the network gave last [N], before the servo's limit, shape (W, D)."""
-        self._scale = wp.ones(shape, dtype=wp.float32, device=device)
-        self.scale: Tensor = wp.to_torch(self._scale)
-        """Multiplies the network's forces [1], shape (W, D); to write to."""
+        """What the network gave last [N], before its scale and the servo's limit, shape (W, D)."""
+        numbers = wp.to_torch(solver.parameters)[:, solver.table.column("learned", "force_scale")]
+        self.scale: Tensor = numbers.unflatten(0, (solver.world_count, solver.chain_count))
+        """Multiplies the servo's forces [1], those between two queries too, for each of K chains,
+        shape (W, K); to write to."""
 
     @property
     def is_warp_only(self) -> bool:
@@ -105,5 +105,3 @@ class HeldForce:
     def _ask(self) -> None:
         """Let the network say what all servos give."""
         self._query(self.history, self._held.flatten())
-        shape = self._held.shape
-        wp.launch(scale_kernel, shape, inputs=[self._scale, self._held], device=self._held.device)

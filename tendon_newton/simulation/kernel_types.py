@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import chain
 from typing import Any
 
@@ -27,7 +28,7 @@ def kernel_types(structure: Structure) -> dict[str, Any]:
         structure.memory_count,
         getattr(wp, structure.precision),
     )
-    t |= structure.routes.bindings(structure.parents, structure.revolute)
+    t |= structure.routes.bindings(structure.parents, structure.tendon_count)
     t |= structure.touch.bindings()
     t |= argument_structs(t, structure.planar)
     t |= inner_structs(t, structure.planar)
@@ -52,9 +53,7 @@ def kernel_types(structure: Structure) -> dict[str, Any]:
     t["HELD_MEMORY"] = structure.held_memory
     if t["TOUCHES"]:
         t["CONTACT_MEMORY"] = structure.contact_memory
-        shape = (t["CONTACTS"], len(structure.touch.contacts[0]))
-        table = wp.types.matrix(shape=shape, dtype=wp.int32)
-        t["CONTACT_TABLE"] = table(*chain.from_iterable(structure.touch.contacts))
+        t["CONTACT_TABLE"] = whole_table(structure.touch.contacts)
         t["CARRIES"] = t["JointMatrix"](*map(float, chain.from_iterable(structure.moves())))
         t["STRIDE"] = TOUCHING_STRIDE
     return t
@@ -149,6 +148,9 @@ def inner_structs(t: dict[str, Any], planar: bool) -> dict[str, Any]:
         },
         "Flow": {"angle": jet, "motor_force": jet, "tension": jet, "pull": jet},
     }  # fmt: skip
+    fields["JointPose"] = {
+        "origin": t["SpaceMatrix"], "axis": t["SpaceMatrix"], "rotation": t["TurnMatrix"],
+    }  # fmt: skip
     for name, members in route_fields(t).items():
         # The device functions of routes need their own types even where no kernel calls them.
         if t["ROUTED"] or name not in fields:
@@ -162,22 +164,32 @@ def route_fields(t: dict[str, Any]) -> dict[str, dict[str, Any]]:
     """Return what structs have more where tendons are routed; see `routes`."""
     real, vector, square = t["real"], t["Vec3"], t["Mat33"]
     tendons, arms = t["TendonVector"], t["ArmMatrix"]
-    points = max(t["POINTS"], 1)
-    t["PathMatrix"] = wp.types.matrix(shape=(points, 3), dtype=real)
-    t["FrameMatrix"] = wp.types.matrix(shape=(3 * points, 3), dtype=real)
+    joints = t["JOINTS"]
+    t["BendMatrix"] = wp.types.matrix(shape=(t["TENDONS"] * joints, joints), dtype=real)
+    t["WayVector"] = wp.types.vector(length=joints, dtype=wp.int32)
+    if t["ROUTED"]:
+        for name in ("SPAN_TABLE", "START_WAY", "END_WAY"):
+            t[name] = whole_table(t[name])
+        t["POINT_BODY"] = wp.types.vector(length=len(t["POINT_BODY"]), dtype=wp.int32)(
+            *t["POINT_BODY"]
+        )
     return {
-        "Pose": {
-            "origin": t["SpaceMatrix"], "axis": t["SpaceMatrix"],
-            "place": t["PathMatrix"], "frame": t["FrameMatrix"],
-        },
         "SpanTerms": {
             "length": real, "start": vector, "end": vector,
             "start_start": square, "start_end": square, "end_end": square,
         },
-        "Drive": {"length": tendons, "arms": arms, "bow": tendons},
+        "Routes": {"length": tendons, "slope": arms, "bend": t["BendMatrix"]},
+        "RouteTerms": {"length": real, "slope": t["JointVector"], "bend": t["JointMatrix"]},
+        "Drive": {"length": tendons, "arms": arms, "bow": tendons, "bend": t["BendMatrix"]},
         "Forces": {"arms": arms, "bow": tendons},
         "Motion": {"arms": arms},
     }  # fmt: skip
+
+
+def whole_table(rows: Sequence[Sequence[int]]) -> Any:
+    """Return whole numbers as a matrix that device code indexes."""
+    table = wp.types.matrix(shape=(len(rows), len(rows[0])), dtype=wp.int32)
+    return table(*chain.from_iterable(rows))
 
 
 def contact_fields(t: dict[str, Any]) -> dict[str, dict[str, Any]]:

@@ -163,10 +163,11 @@ class MujocoRollout:
         if self._holds_force:
             table = self._rollout.table
             radius = self._model.tendon.spool_radius.numpy()
-            damping = np.repeat(
-                vectors[:, table.column(table.actuator, "hold_damping")],
-                len(radius) // self._worlds,
+            damping, scale = (
+                vectors[:, table.column(table.actuator, name)]
+                for name in ("hold_damping", "force_scale")
             )
+            damping = np.repeat(scale * damping, len(radius) // self._worlds)
             self._model.mujoco.tendon_damping.assign((damping / radius).astype(np.float32))
 
     def _start(self, state: Any, track: Any) -> None:

@@ -57,10 +57,3 @@ def tip_kernel(
     """Move each world's tip [m] from its link's frame to the base."""
     i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
     tip[i] = wp.transform_point(body_q[tip_body[i]], tip_point[i])  # pyright: ignore
-
-
-@wp.kernel(enable_backward=False)
-def scale_kernel(scale: DeviceGrid[wp.float32], force: DeviceGrid[wp.float32]) -> None:
-    """Multiply forces [N] by numbers of their own."""
-    i, d = wp.tid()  # pyright: ignore - two dimensions: two numbers
-    force[i, d] = scale[i, d] * force[i, d]

@@ -13,6 +13,7 @@ from tendon_newton.mechanisms.mechanism import Mechanism, load_mechanism
 from tendon_newton.model_file import Model
 from tendon_newton.recording import Recording
 from tendon_newton.simulation.bench_numbers import BenchNumber, without_estimates
+from tendon_newton.simulation.chain_rollout import ChainRollout
 from tendon_newton.simulation.parameter_table import spool_radius_of, stiffness_of
 from tendon_newton.simulation.rollout import TIME_STEP, Rollout, Trajectory, rollout_groups
 
@@ -61,7 +62,7 @@ def rollout_of(
             effects=effects, spool_radius=radius, unknown=unknown, time_step=time_step,
             device=device,
         )  # fmt: skip
-    return Rollout(
+    return ChainRollout(
         mechanism, recordings, actuator=model.actuator.name, effects=effects,
         spool_radius=radius, stiffness=stiffness_of(model), unknown=unknown, time_step=time_step,
         device=device,

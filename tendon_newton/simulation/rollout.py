@@ -28,6 +28,7 @@ from tendon_newton.simulation.bench_numbers import WRITTEN, BenchNumber, write_n
 from tendon_newton.simulation.measured_force import acts, has_spring
 from tendon_newton.simulation.mechanism_arrays import (
     PUSH_FORCE,
+    Topology,
     fill_mechanism,
     plane_of,
     read_topology,
@@ -123,7 +124,8 @@ class Rollout:
             set_spool_radius(model, spool_radius)
         if self.driven_by == "force":
             release_limits(model)
-        topology = read_topology(model)
+        whole = read_topology(model)
+        topology = self._divided(model, whole)
         self.kernels: KernelSet = kernel_set(
             Structure(
                 parents=topology.parents,
@@ -133,7 +135,7 @@ class Rollout:
                 touch=topology.touch,
                 actuator=actuator,
                 effects=self.table.effects,
-                planar=plane_of(model, topology) is not None,
+                planar=plane_of(model, whole) is not None,
                 precision=precision,
                 driven_by=self.driven_by,
             )
@@ -150,7 +152,18 @@ class Rollout:
         """The recordings' inputs, one after the other."""
         counts = [len(timeline.time) for timeline in self.timelines]
         self._first = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.int32)
-        self._row_count = int(sum(counts))
+
+    def _divided(self, model: Any, topology: Topology) -> Topology:
+        """Return the topology that the kernels are made for: that of the whole mechanism."""
+        return topology
+
+    def _by_world(self, values: Any) -> Any:
+        """Return numbers of recordings, shape (R, ...), as those of the kernels' worlds."""
+        return values
+
+    def _by_row(self, values: Any) -> Any:
+        """Return numbers of all rows, shape (S, ...), as those of the kernels' rows."""
+        return values
 
     def timeline_of(self, recording: Recording) -> Timeline:
         """Return the rows that the simulation of a recording visits."""
@@ -188,7 +201,7 @@ class Rollout:
         """Add noise of a size [rad, N] to the inputs as recorded; zero takes it away again."""
         inputs = np.concatenate([timeline.command for timeline in self.timelines])
         noisy = inputs + size * rng.standard_normal(inputs.shape)
-        self.commands.angle = self.array(noisy, self.kernels.types["TendonVector"])
+        self.commands.angle = self.array(self._by_row(noisy), self.kernels.types["TendonVector"])
 
     def run(self, parameters: Array) -> list[list[Trajectory]]:
         """Simulate every recording with every candidate.
@@ -223,9 +236,10 @@ class Rollout:
         types = self.kernels.types
         candidates, recordings = parameters.shape[:2]
         worlds = candidates * recordings
-        rows = candidates * self._row_count
+        row_count = len(self.commands.time)
+        rows = candidates * row_count
         world_recording = np.tile(np.arange(recordings, dtype=np.int32), candidates)
-        first = self._first[world_recording] + self._row_count * np.repeat(
+        first = self.commands.first.numpy()[world_recording] + row_count * np.repeat(
             np.arange(candidates, dtype=np.int32), recordings
         )
         recording = self.array(world_recording, wp.int32)
@@ -243,7 +257,7 @@ class Rollout:
         outputs = [self.array(first, wp.int32), joints, angle, rate, force]
         step = types["real"](self._longest_step(time_step or self.time_step))
         self._simulate(worlds, common, [q, v, memory], outputs, step)
-        shape = (candidates, self._row_count, -1)
+        shape = (candidates, row_count, -1)
         signals: dict[str, Any] = {"angle": angle, "rate": rate, "force": force, "joints": joints}
         return {name: signal.numpy().reshape(shape) for name, signal in signals.items()}
 
@@ -282,7 +296,7 @@ class Rollout:
         self, worlds: int, common: list[Any], state: list[Any], outputs: list[Any], step: Any
     ) -> None:
         """Take all worlds from their start through all rows."""
-        every = [np.full(len(self.recordings), row, dtype=np.int32) for row in (0, 1 << 30)]
+        every = [np.full(len(self.commands.first), row, dtype=np.int32) for row in (0, 1 << 30)]
         rows = [self.array(values, wp.int32) for values in every]
         self.start(worlds, common, state)
         self._launch(self.kernels.rollout, worlds, [*common, *rows, step, *state, *outputs])
@@ -331,30 +345,32 @@ class Rollout:
         """Lay the recordings' inputs out for the kernels, one after the other."""
         types = self.kernels.types
         commands = types["Commands"]()
-        counts = np.array([len(t.time) for t in self.timelines], dtype=np.int32)
+        counts = self._by_world(np.array([len(t.time) for t in self.timelines], dtype=np.int32))
         first = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.int32)
         inputs = [row_inputs(r, t) for r, t in zip(self.recordings, self.timelines, strict=True)]
         commands.first = self.array(first, wp.int32)
         commands.count = self.array(counts, wp.int32)
         # Time counts from the recording's first row: float32 would lose microseconds after minutes.
         times = np.concatenate([t.time - t.time[0] for t in self.timelines])
-        commands.time = self.array(times, types["real"])
-        commands.angle = self.array(
-            np.concatenate([t.command for t in self.timelines]), types["TendonVector"]
+        commands.time = self.array(self._by_row(times), types["real"])
+        angles = np.concatenate([t.command for t in self.timelines])
+        commands.angle = self.array(self._by_row(angles), types["TendonVector"])
+        voltage, enabled = (
+            self._by_row(np.concatenate(each)) for each in zip(*inputs, strict=True)
         )
-        commands.voltage = self.array(np.concatenate([i[0] for i in inputs]), types["real"])
-        commands.enabled = self.array(np.concatenate([i[1] for i in inputs]), types["real"])
+        commands.voltage = self.array(voltage, types["real"])
+        commands.enabled = self.array(enabled, types["real"])
         # without a command there is no equilibrium that it asks for
         measured = np.array(
             [r.start == "first_row" or r.command is None for r in self.recordings], dtype=np.int32
         )
-        commands.starts_measured = self.array(measured, wp.int32)
-        commands.start_angle = self.array(
-            np.stack([r.motor_position[0] for r in self.recordings]), types["TendonVector"]
+        commands.starts_measured = self.array(self._by_world(measured), wp.int32)
+        angles, rates = (
+            np.stack([getattr(r, name)[0] for r in self.recordings])
+            for name in ("motor_position", "motor_velocity")
         )
-        commands.start_rate = self.array(
-            np.stack([r.motor_velocity[0] for r in self.recordings]), types["TendonVector"]
-        )
+        commands.start_angle = self.array(self._by_world(angles), types["TendonVector"])
+        commands.start_rate = self.array(self._by_world(rates), types["TendonVector"])
         return commands
 
 

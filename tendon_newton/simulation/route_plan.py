@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -31,21 +32,16 @@ class RoutePlan:
     """Link of each path point, -1 for the base, shape (N,)."""
     spans: tuple[SpanPlan, ...]
 
-    def bindings(self, parents: tuple[int, ...], revolute: tuple[bool, ...]) -> dict[str, Any]:
-        """Return the constants of `routes`, from the joints' parents and kinds."""
+    def bindings(self, parents: tuple[int, ...], tendon_count: int) -> dict[str, Any]:
+        """Return the constants of `routes`, from the joints' parents and the number of tendons."""
+        tendons = [span.tendon for span in self.spans]
         return {
             "ROUTED": bool(self.spans),
-            "POINTS": len(self.bodies),
-            "SPANS": len(self.spans),
             "POINT_BODY": self.bodies,
-            "SPAN_TENDON": tuple(span.tendon for span in self.spans),
-            "SPAN_START": tuple(span.start for span in self.spans),
-            "SPAN_END": tuple(span.end for span in self.spans),
-            "SPAN_PULLEY": tuple(span.pulley for span in self.spans),
-            "START_SIGN": self._signs(parents, "start"),
-            "START_PAIR": self._pairs(parents, revolute, "start"),
-            "END_SIGN": self._signs(parents, "end"),
-            "END_PAIR": self._pairs(parents, revolute, "end"),
+            "FIRST_SPAN": tuple(bisect_left(tendons, d) for d in range(tendon_count + 1)),
+            "SPAN_TABLE": tuple((span.start, span.end, span.pulley) for span in self.spans),
+            "START_WAY": self.ways(parents, "start"),
+            "END_WAY": self.ways(parents, "end"),
         }
 
     @cached_property
@@ -56,36 +52,20 @@ class RoutePlan:
             for span in self.spans
         )
 
-    def _ways(self, parents: tuple[int, ...], name: str) -> list[dict[int, tuple[int, int]]]:
-        """Return per span how each joint moves one of its ends: place on the way, and sign."""
-        ways = []
-        for span, reference in zip(self.spans, self.references, strict=True):
-            way = way_between(parents, reference, self.bodies[getattr(span, name)])
-            ways.append({joint: (place, sign) for place, (joint, sign) in enumerate(way)})
-        return ways
+    def ways(self, parents: tuple[int, ...], name: str) -> tuple[tuple[int, ...], ...]:
+        """Return per span and joint where the joint stands on the way to one of the span's ends.
 
-    def _signs(self, parents: tuple[int, ...], name: str) -> tuple[tuple[int, ...], ...]:
-        """Return +1, -1 or 0 per span and joint, as the joint carries the end, or who looks."""
-        ways = self._ways(parents, name)
-        return tuple(tuple(way.get(j, (0, 0))[1] for j in range(len(parents))) for way in ways)
-
-    def _pairs(
-        self, parents: tuple[int, ...], revolute: tuple[bool, ...], name: str
-    ) -> tuple[tuple[tuple[bool, ...], ...], ...]:
-        """Return per span whether joint j turns how joint k moves the end, shape (S, J, J).
-
-        It does where it turns and lies before k, or is k, on the way from who looks.
+        Places count from 1; they are negative where the joint carries who looks, and 0 where it
+        does not move the end. The ends are named ``start`` and ``end``.
         """
-        joints = range(len(parents))
-        return tuple(
-            tuple(
-                tuple(
-                    revolute[j] and j in way and k in way and way[j][0] <= way[k][0] for k in joints
-                )
-                for j in joints
-            )
-            for way in self._ways(parents, name)
-        )
+        rows = []
+        for span, reference in zip(self.spans, self.references, strict=True):
+            row = [0] * len(parents)
+            way = way_between(parents, reference, self.bodies[getattr(span, name)])
+            for place, (joint, sign) in enumerate(way, start=1):
+                row[joint] = sign * place
+            rows.append(tuple(row))
+        return tuple(rows)
 
 
 NO_ROUTES = RoutePlan(bodies=(), spans=())

@@ -60,7 +60,7 @@ FOREIGN_WORLDS = 65536
 """Most worlds that Newton's solvers are measured with: building them takes minutes."""
 JOINT_FRICTION = 5.0e-3
 """Dry friction of each joint [N m], a tenth of what its spring holds at the end of its range."""
-GRADIENT_WORLDS = (64, 1024, 4096)
+GRADIENT_WORLDS = (1, 64, 1024, 4096, 16384)
 GRADIENT_STEP = 1.0e-3  # s
 SAMPLE_PRODUCTS = 3 * 16 + 3 * 48 + 4 * 30 * 8 + 16 * 16 + 2 * 16 * 64
 """Multiplications of a sample's way through the first layer: as a token; as query, key and value;
@@ -199,28 +199,33 @@ def gradient(worlds_asked: Sequence[int]) -> Iterator[Row]:
     mechanism = load_mechanism("finger")
     rng = np.random.default_rng(3)
     runs = [run_of(stairs(rng, 161, 1.0, 3.0, 20)) for _ in range(max(GRADIENT_WORLDS))]
+    ways = ((True, "many substeps at once"), (False, "one substep after the other"))
     for worlds in (w for w in GRADIENT_WORLDS if w <= max(worlds_asked)):
-        before = memory_in_use()
-        rollout = DifferentiableRollout(
-            mechanism, runs[:worlds], model, time_step=GRADIENT_STEP, inline=True
-        )
-        seed = np.ones((*rollout.forward().motor_position.shape, 1))
-        for _ in range(2):
-            rollout.forward()
-            rollout.backward(motor_position=seed)
-        seconds = {
-            name: best_time(lambda g=rollout.graphs[name]: wp.capture_launch(g), wp.get_device())
-            for name in ("forward", "backward")
-        }
-        row = {
-            "engine": "DifferentiableRollout",
-            "worlds": worlds,
-            **{f"{name}_milliseconds": 1.0e3 * value for name, value in seconds.items()},
-            "backward_over_forward": seconds["backward"] / seconds["forward"],
-            "bytes_per_world": (memory_in_use() - before) / worlds,
-        }
-        say(row)
-        yield row
+        for at_once, way in ways:
+            before = memory_in_use()
+            rollout = DifferentiableRollout(
+                mechanism, runs[:worlds], model, time_step=GRADIENT_STEP, at_once=at_once
+            )
+            seed = np.ones((*rollout.forward().motor_position.shape, 1))
+            for _ in range(2):
+                rollout.forward()
+                rollout.backward(motor_position=seed)
+            seconds = {
+                name: best_time(
+                    lambda graph=rollout.graphs[name]: wp.capture_launch(graph), wp.get_device()
+                )
+                for name in ("forward", "backward")
+            }
+            row = {
+                "engine": way,
+                "worlds": worlds,
+                **{f"{name}_milliseconds": 1.0e3 * value for name, value in seconds.items()},
+                "backward_over_forward": seconds["backward"] / seconds["forward"],
+                "bytes_per_world": (memory_in_use() - before) / worlds,
+            }
+            say(row)
+            yield row
+            del rollout
 
 
 def ppo(worlds_asked: Sequence[int]) -> Iterator[Row]:

@@ -4,7 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from hardware.bench import Bench, BenchAddress, open_bench
+from hardware.bench import Bench, open_bench
+from hardware.bench_address import BenchAddress
 from hardware.collect import RunOutcome, record_run
 from hardware.collect_settings import CollectSettings
 from hardware.excitation_plan import PlannedRun

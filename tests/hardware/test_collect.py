@@ -12,7 +12,7 @@ import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
-from hardware.bench import BenchAddress
+from hardware.bench_address import BenchAddress
 from hardware.collect_plan import collect
 from hardware.collect_settings import CollectSettings
 from hardware.errors import SafetyStop

@@ -18,7 +18,12 @@ from hardware.doctor import Observation, examine, port_checks
 from hardware.doctor.load_cell_checks import check_counts, check_load_cell, check_stream
 from hardware.doctor.port_checks import check_latency, check_port, check_search
 from hardware.doctor.servo_checks import check_health, check_rate, check_servo, check_speed
-from hardware.doctor.servo_search import find_servos, reboot_servos, set_baud
+from hardware.doctor.servo_search import (
+    find_servos,
+    reboot_servos,
+    set_baud,
+    set_identifier,
+)
 from hardware.errors import ServoSilent
 from hardware.load_cells.base import LoadCellReading
 from hardware.load_cells.hx711_serial import Hx711Serial
@@ -159,6 +164,21 @@ def test_a_servo_at_the_factorys_rate_is_found_and_set(ports: VirtualPorts) -> N
     assert "set from 57600 to 1000000 baud, and answers" in observation.found
     with pytest.raises(ServoSilent, match="asked for 12345"):
         set_baud(ports.servo_port, 12_345, clock, quiet)
+
+
+def test_a_servo_is_given_an_id_of_its_own(ports: VirtualPorts) -> None:
+    """It answers by the new one alone, and keeps it; where two answer neither is changed."""
+    clock = MonotonicClock()
+    assert "has the ID 7, and answers" in set_identifier(ports.servo_port, 7, clock, quiet).found
+    assert find_servos(ports.servo_port, clock, quiet) == (1_000_000, {7: 1220})
+    set_identifier(ports.servo_port, 1, clock, quiet)
+    with pytest.raises(ServoSilent, match="asked for 253"):
+        set_identifier(ports.servo_port, 253, clock, quiet)
+    with (
+        VirtualPorts("finger_antagonist") as two,
+        pytest.raises(ServoSilent, match="asked for 3, and 2 answer"),
+    ):
+        set_identifier(two.servo_port, 3, clock, quiet)
 
 
 def test_an_alert_is_named_and_a_restart_clears_it(ports: VirtualPorts) -> None:

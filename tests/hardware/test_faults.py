@@ -20,7 +20,8 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
 from hardware.background_log import BackgroundLog
-from hardware.bench import BenchAddress, open_bench
+from hardware.bench import open_bench
+from hardware.bench_address import BenchAddress
 from hardware.collect import record_run
 from hardware.collect_settings import CollectSettings
 from hardware.errors import LogNotWritten, SafetyStop, ServoAlert
@@ -244,7 +245,8 @@ CHILDREN = """
 import json, os, sys, time
 from pathlib import Path
 from hardware.background_log import BackgroundLog
-from hardware.bench import BenchAddress, open_bench
+from hardware.bench import open_bench
+from hardware.bench_address import BenchAddress
 from hardware.collect import record_run
 from hardware.collect_settings import CollectSettings
 from hardware.mcap_file import McapFile

@@ -141,14 +141,19 @@ def test_numbers_differ_by_world() -> None:
 
 
 def test_the_force_of_a_network_can_be_scaled_by_world() -> None:
-    """So that a policy meets servos of several strengths."""
+    """So that a policy meets servos of several strengths: a weaker one closes a finger less."""
     loop = learned_loop(2)
     assert loop.held is not None
     loop.held.scale[1] = 0.7
-    loop.reset(torch.full((2, 1), 2.0), joint_position=torch.zeros(2, 2))
-    loop.step(torch.full((2, 1), 2.0))
+    assert loop.numbers("learned", "force_scale").tolist() == pytest.approx([1.0, 0.7])
+    closed = kept(loop.reset(torch.full((2, 1), 2.0)))["joint_position"].sum(dim=1)
+    assert 0.0 < closed[1] < closed[0] - 0.01
+    begun = kept(loop.reset(torch.full((2, 1), 2.0), joint_position=torch.zeros(2, 2)))
+    stepped = kept(loop.step(torch.full((2, 1), 2.0)))
     first, second = loop.held.force.ravel().tolist()
-    assert second == pytest.approx(0.7 * first, rel=1e-6)  # both were shown the same
+    assert second == first  # both were shown the same
+    turned = stepped["motor_position"] - begun["motor_position"]
+    assert turned[1] != turned[0]
 
 
 def test_a_network_begins_in_its_own_equilibrium() -> None:

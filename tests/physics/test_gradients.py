@@ -1,4 +1,4 @@
-"""Gradients by tape against central differences: right to 1e-3, and not silently zero."""
+"""Gradients against central differences: right to 1e-3, and not silently zero."""
 
 from collections.abc import Callable
 
@@ -7,6 +7,7 @@ import pytest
 
 from tendon_newton.mechanisms.mechanism import load_mechanism
 from tendon_newton.recording import Array
+from tendon_newton.simulation import substep_chain
 from tendon_newton.simulation.differentiable import DifferentiableRollout
 from tests.conftest import SEED
 from tests.physics.runs import ROWS, ideal_model, run_of, stairs
@@ -38,6 +39,10 @@ MORE_EFFECTS = {
     "load_cell_gain": {"scale": 1.1},
     "load_cell_drift": {"rate": 0.05},
 }
+TIRING = {
+    "viscous_friction": {"coefficient": 0.3},
+    "torque_fade": {"fade": 0.01, "time_constant": 0.5},
+}
 FRICTION = (1.0e-3, 5.0e-4)  # N m, at the joints
 DURATION = 2.0  # s
 NUDGE = 1.0e-7
@@ -51,7 +56,9 @@ MECHANISM = {
 """Numbers of the bench and their size, in their units."""
 
 
-def make_rollout(effects: dict[str, dict[str, float]]) -> DifferentiableRollout:
+def make_rollout(
+    effects: dict[str, dict[str, float]], *, at_once: bool = False
+) -> DifferentiableRollout:
     """Return two runs of a finger with friction in the tendon and in its joints.
 
     One from rest and one in motion.
@@ -63,7 +70,7 @@ def make_rollout(effects: dict[str, dict[str, float]]) -> DifferentiableRollout:
         run_of(stairs(rng, rows, 1.0, 4.0, 33), start="first_row", angle=0.6, speed=0.5),
     ]
     rollout = DifferentiableRollout(
-        load_mechanism("finger"), runs, ideal_model(**effects), device="cpu"
+        load_mechanism("finger"), runs, ideal_model(**effects), at_once=at_once, device="cpu"
     )
     rollout.inputs.mechanism.friction.assign(np.tile(FRICTION, (2, 1)))
     return rollout
@@ -143,8 +150,7 @@ def test_gradients_by_every_other_effect(half: int) -> None:
 
 def test_gradients_by_a_motor_that_tires() -> None:
     """What load has built up is carried from step to step, and so is its derivative."""
-    tiring = {"torque_fade": {"fade": 0.01, "time_constant": 0.5}}
-    check_gradients(make_rollout({"viscous_friction": {"coefficient": 0.3}, **tiring}), ())
+    check_gradients(make_rollout(TIRING), ())
 
 
 def test_gradients_by_the_commands() -> None:
@@ -194,3 +200,22 @@ def test_repeated_gradients_are_the_same() -> None:
     found = [rollout.backward(**seeds).parameters.grad.numpy().copy() for _ in range(3)]
     assert np.array_equal(found[0], found[1])
     assert np.array_equal(found[0], found[2])
+
+
+def test_many_substeps_at_once_give_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a GPU does: slopes of many substeps, a sweep along them, what they add up to.
+
+    In three parts of the run, with effects that remember, to the rounding of another order.
+    """
+    monkeypatch.setattr(substep_chain, "TOGETHER", 2 * 700)
+    found = []
+    for at_once in (False, True):
+        rollout = make_rollout(TIRING, at_once=at_once)
+        seeds = random_seeds(rollout)
+        for _ in range(2):
+            inputs = rollout.backward(**seeds)
+        arrays = [inputs.parameters, inputs.command]
+        arrays += [getattr(inputs.mechanism, name) for name in rollout.bench_names]
+        found.append([array.grad.numpy().copy() for array in arrays])
+    for one_by_one, together in zip(*found, strict=True):
+        assert together == pytest.approx(one_by_one, rel=1e-9, abs=1e-9)

@@ -6,8 +6,9 @@ import torch
 
 from tendon_newton.mechanisms.mechanism import load_mechanism
 from tendon_newton.simulation.control_loop import ControlLoop
+from tendon_newton.simulation.replay import rollout_of
 from tests.conftest import SEED
-from tests.physics.runs import ideal_model
+from tests.physics.runs import ideal_model, run_of, stairs
 
 FINGERS, WORLDS = 4, 3
 
@@ -64,3 +65,49 @@ def test_a_hand_that_is_lost_or_begins_anew_leaves_the_others_alone() -> None:
     assert not hand.reading.diverged.any()
     assert torch.equal(hand.reading.joint_position, healthy.reading.joint_position)
     assert torch.equal(hand.reading.force, healthy.reading.force)
+
+
+def test_recordings_of_a_hand_are_replayed_finger_by_finger() -> None:
+    """Two recordings of different length, at once: each finger as it would be alone.
+
+    To the asset's float32, from rest and from a measured start, and with numbers of each recording.
+    """
+    rng = np.random.default_rng(SEED)
+    rows = (13, 17)
+    commands = [
+        np.stack([stairs(rng, count, 0.5, 3.0, 4) for _ in range(FINGERS)], axis=1)
+        for count in rows
+    ]
+    starts = ({}, {"start": "first_row", "angle": 0.6, "speed": 0.4})
+    gains = ({}, {"actuator_overrides": {"gain": 3.5}})
+    model = ideal_model()
+    hand = rollout_of(
+        load_mechanism("hand"),
+        [
+            run_of(command, bench="hand", **start, **gain)
+            for command, start, gain in zip(commands, starts, gains, strict=True)
+        ],
+        model, device="cpu",
+    )  # fmt: skip
+    assert hand.kernels.structure.joint_count == 3
+    whole = hand.run(hand.base_vectors(model)[None])[0]
+    finger = rollout_of(
+        load_mechanism("finger_routed"),
+        [
+            run_of(command[:, k], bench="finger_routed", **start, **gain)
+            for command, start, gain in zip(commands, starts, gains, strict=True)
+            for k in range(FINGERS)
+        ],
+        model, device="cpu",
+    )  # fmt: skip
+    alone = finger.run(finger.base_vectors(model)[None])[0]
+    for r, count in enumerate(rows):
+        assert whole[r].joint_position.shape == (count, 12)
+        own = alone[r * FINGERS : (r + 1) * FINGERS]
+        for name, tolerance in (
+            ("joint_position", 5e-5),
+            ("motor_position", 2e-4),
+            ("force", 1e-3),
+        ):
+            expected = np.concatenate([getattr(each, name) for each in own], axis=1)
+            assert getattr(whole[r], name) == pytest.approx(expected, abs=tolerance)

@@ -1,5 +1,6 @@
 """The learned actuator in the simulators: the force that its network gives, at the right rows."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -106,37 +107,42 @@ class Motor(torch.nn.Module):
         return HOLD.stiffness * (command - angle) - HOLD.damping * speed
 
 
-def motor_run(recording: Recording, hold: HoldLaw) -> Trajectory:
-    """Replay with a motor that is asked 20 times a second."""
+def motor_run(recording: Recording, hold: HoldLaw, strength: float) -> Trajectory:
+    """Replay with a motor that is asked 20 times a second, so many times as strong."""
+    model = learned_model()
+    values = {**model.actuator.values, "force_scale": strength}
+    model = replace(model, actuator=replace(model.actuator, values=values))
     query = TorchScriptQuery(Motor(), window=1, rate=RATE, limit=LIMIT, hold=hold)
     rollout = LearnedRollout(
         load_mechanism("finger"), [recording], query=query, spool_radius=RADIUS, time_step=5e-4,
         device="cpu",
     )  # fmt: skip
-    return rollout.run(rollout.base_vectors(learned_model())[None])[0][0]
+    return rollout.run(rollout.base_vectors(model)[None])[0][0]
 
 
+@pytest.mark.parametrize("strength", [1.0, 0.7])
 def test_a_motor_that_is_asked_now_and_then_moves_like_one_that_always_acts(
-    rng: np.random.Generator,
+    strength: float, rng: np.random.Generator
 ) -> None:
     """Where the law is the motor's own, queries change nothing, and no longer step does.
 
     To a fifteenth of an encoder's count. Held as it is, the same motor jerks a light finger about:
-    its back-EMF comes 50 ms late.
+    its back-EMF comes 50 ms late. A weaker motor, which is scaled, is weaker between queries too.
     """
     recording = run_of(stairs(rng, 161, 0.8, 2.0, 20))
-    resistance = 1.0 / (HOLD.damping * RADIUS)  # of a motor with a constant of 1 N m/A
+    damping = strength * HOLD.damping
+    resistance = 1.0 / (damping * RADIUS)  # of a motor with a constant of 1 N m/A
     values = {
-        "duty_per_rad": HOLD.stiffness * RADIUS * resistance / SUPPLY, "max_duty": 1.0,
+        "duty_per_rad": strength * HOLD.stiffness * RADIUS * resistance / SUPPLY, "max_duty": 1.0,
         "supply_voltage": SUPPLY, "torque_constant": 1.0, "resistance": resistance,
-        "armature": DAMPED_INERTIA * HOLD.damping, "spool_radius": RADIUS,
+        "armature": DAMPED_INERTIA * damping, "spool_radius": RADIUS,
     }  # fmt: skip
     motor = Model(actuator=NamedValues(name="pwm_servo", values=values))
     (expected,) = simulate([recording], motor, time_step=1.25e-4)
-    answering = motor_run(recording, HOLD)
+    answering = motor_run(recording, HOLD, strength)
     assert answering.motor_position == pytest.approx(expected.motor_position, abs=1e-4)
     assert answering.force == pytest.approx(expected.force, abs=1e-3)
-    held = motor_run(recording, PLAIN_HOLD)
+    held = motor_run(recording, PLAIN_HOLD, strength)
     assert np.abs(held.motor_position - expected.motor_position).max() > 0.5
 
 

@@ -145,6 +145,26 @@ def test_gradients_by_effects_bench_and_actions(
             assert float(taped[name][place]) == pytest.approx(expected, rel=1e-3), (name, place)
 
 
+def test_many_substeps_at_once_give_the_same(
+    rollout: DifferentiableLearnedRollout,
+    seeds: dict[str, Array],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """What a GPU does between two queries, against one substep after the other."""
+    found = []
+    for at_once in (False, True):
+        monkeypatch.setattr(rollout.substeps, "at_once", at_once)
+        rollout.graphs.clear()
+        rollout.forward()
+        inputs = rollout.backward(**seeds)
+        arrays = [array.grad.numpy().copy() for array in (inputs.parameters, inputs.command)]
+        found.append([*arrays, *(weight.numpy().copy() for weight in rollout.weight_gradients)])
+    rollout.graphs.clear()
+    for one_by_one, together in zip(*found, strict=True):
+        size = np.abs(one_by_one).max()
+        assert together == pytest.approx(one_by_one, rel=1e-9, abs=1e-9 * size)
+
+
 def test_a_taped_run_is_a_replay(rollout: DifferentiableLearnedRollout) -> None:
     """The differentiable loop is the simulator's own, up to the float32 of the other's network."""
     replay = LearnedRollout(

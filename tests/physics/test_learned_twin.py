@@ -1,12 +1,14 @@
 """The compiled twin of a force network against the network itself."""
 
+from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
 import torch
 
-from tendon_newton.actuators.networks.artifact import load_network
+from tendon_newton.actuators.networks.artifact import load_network, write_network
 from tendon_newton.actuators.networks.history import History
 from tendon_newton.actuators.networks.query import open_query, query_of
 from tendon_newton.actuators.networks.torchscript import StreamingQuery, TorchScriptQuery
@@ -129,6 +131,22 @@ def test_a_network_without_a_twin_runs_as_its_module(tmp_path: Path) -> None:
     assert isinstance(query, TorchScriptQuery)
     with pytest.raises(UnknownName, match="twin"):
         open_query(model, "twins", "cpu")
+
+
+@pytest.mark.parametrize("purpose", ["prediction", "simulation"])
+def test_a_network_that_was_not_made_for_simulations_is_named_once(
+    purpose: Literal["prediction", "simulation"], tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """With the cure, however often it is opened; one that was made for them raises no word."""
+    path = tmp_path / f"{purpose}.pt"
+    write_force_network(path, force_network())
+    file = load_network(path)
+    write_network(path, file.module, replace(file.card, purpose=purpose))
+    for _ in range(2):
+        open_query(learned_model(str(path)), "torchscript", "cpu")
+    warned = [r.getMessage() for r in caplog.records if r.levelname == "WARNING"]
+    assert len(warned) == (purpose == "prediction")
+    assert all("train-force --purpose simulation" in words for words in warned)
 
 
 def test_a_recurrent_network_goes_on_where_it_was(tmp_path: Path) -> None:

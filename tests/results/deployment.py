@@ -20,7 +20,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hardware.bench import BenchAddress, open_bench
+from hardware.bench import open_bench
+from hardware.bench_address import BenchAddress
 from hardware.deploy import Deployment, deploy
 from hardware.deploy_settings import DeploySettings
 from hardware.goals import FixedGoal
@@ -159,7 +160,7 @@ def cost(path: Path, count: int = 20_000) -> None:
         loaded = time.monotonic() - begin
         pilot = PolicyPilot(policy)
         actions = timed(lambda k, run=policy: run(observations[k % 100]), count)
-        steps = timed(lambda k, fly=pilot: fly.step(STATE, 0.5), count)
+        steps = timed(lambda k, fly=pilot: fly.step([STATE], 0.5), count)
         print(
             f"{engine}: action {actions}, step with history {steps}; loaded in "
             f"{1e3 * loaded:.0f} ms, {resident() - before:.0f} MB more"

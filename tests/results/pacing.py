@@ -14,7 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hardware.bench import BenchAddress, open_bench
+from hardware.bench import open_bench
+from hardware.bench_address import BenchAddress
 from hardware.clock import MonotonicClock
 from hardware.collect import record_run
 from hardware.collect_settings import CollectSettings

@@ -2,11 +2,12 @@
 
 Usage: ``.venv/bin/python -m tests.results.refresh POLICY --out FOLDER [notice] [restore]``.
 
-``POLICY`` is the ``policy.onnx`` of a training. ``notice``: on each unit of the virtual finger the
-policy follows goals at random, and stairs; the model's numbers are fitted to both logs. Then it
-follows other goals on the unit as it was, on one whose gear has run dry, and on one whose spool has
-slipped, and each log is held against the model. ``restore``: the whole verb. What is done is kept
-in FOLDER, and not done again.
+``POLICY`` is a policy file. ``notice``: on each unit of the virtual finger the policy follows goals
+at random, and stairs; the model's numbers are fitted to both logs. Then it follows other goals on
+the unit as it was, on one whose gear has run dry, and on one whose spool has slipped, and each log
+is held against the model. ``restore``: a policy is trained on that model and climbs on the unit as
+it was; the unit wears; `refresh` goes from the policy's logs to another that climbs there. What is
+done is kept in FOLDER, and not done again.
 """
 
 import argparse
@@ -20,12 +21,17 @@ from typing import Any
 
 import numpy as np
 
+from hardware.deploy_log import policy_span
 from hardware.virtual_bench.constants import BENCH_SEEDS
 from tendon_newton.cli import deploy, refresh
 from tendon_newton.cli.output import quiet_warp
 from tendon_newton.model_file import Model, NamedValues, load_model, write_model
+from train.policy.environment_config import EnvironmentConfig
+from train.policy.export import export_policy
+from train.policy.training import train_policy
+from train.policy.training_config import PolicyTrainingConfig
 from train.refresh.drift import find_drift, model_error
-from train.refresh.logs import logs_as_dataset, read_logs
+from train.refresh.logs import logs_as_dataset, read_logs, without_beginning
 from train.refresh.outcome import judge_drift
 from train.refresh.tuning import tune
 
@@ -42,6 +48,14 @@ DURATION = 30.0
 """Length of a log of random goals [s]."""
 STAIRS = 16.5
 """Length of the paper's stairs [s]."""
+GPU_SIZES = {
+    "worlds": 8192, "batch": 32768, "iterations": 100, "discount": 0.95, "trace": 0.95,
+}  # fmt: skip
+"""A training of half a minute on a GPU."""
+CPU_SIZES = {
+    "worlds": 256, "batch": 1024, "iterations": 350, "discount": 0.8, "trace": 0.9,
+}  # fmt: skip
+"""One of some minutes on a core."""
 
 
 def start_model() -> Model:
@@ -74,11 +88,12 @@ def main() -> None:
     parser.add_argument("policy", type=Path)
     parser.add_argument("parts", nargs="*", default=["notice"])
     parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--seeds", type=int, default=5)
-    parser.add_argument("--iterations", type=int, default=100)
+    parser.add_argument("--seeds", type=int, nargs="*", default=list(BENCH_SEEDS[:5]))
+    parser.add_argument("--iterations", type=int, default=100, help="of the new policy")
+    parser.add_argument("--device", choices=("cpu", "cuda"), default="cpu", help="of trainings")
     arguments = parser.parse_args()
     quiet_warp()
-    seeds = BENCH_SEEDS[: arguments.seeds]
+    seeds = arguments.seeds
     if "notice" in arguments.parts:
         rows = [
             notice(arguments.policy, arguments.out / f"unit_{seed}", seed, state)
@@ -128,7 +143,8 @@ def fitted_model(policy: Path, folder: Path, seed: int) -> Path:
             fly(policy, folder / "before", port, goals, DURATION),
             fly(policy, folder / "stairs_new", port, "stairs", STAIRS),
         ]
-        write_model(path, tune(read_logs(logs), start_model()).model)
+        recordings = [without_beginning(log) for log in read_logs(logs, policy_span)]
+        write_model(path, tune(recordings, start_model()).model)
     return path
 
 
@@ -141,9 +157,11 @@ def notice(policy: Path, folder: Path, seed: int, state: str) -> dict[str, Any]:
     goals = random_goals(folder / "goals_later.txt", 2 * seed + 1)
     log = fly(policy, folder / f"later_{state}", f"virtual:finger:{seed}:{state}", goals, DURATION)
     begin = time.monotonic()
-    diagnosis, _ = find_drift(logs_as_dataset(log.parent, read_logs([log])), model)
-    earlier = read_logs([next((folder / "before").glob("*.mcap"))])
-    drift = judge_drift(diagnosis, model_error(earlier, model))
+    diagnosis, _ = find_drift(logs_as_dataset(log.parent, read_logs([log], policy_span)), model)
+    before = next((folder / "before").glob("*.mcap"))
+    earlier = logs_as_dataset(before.parent, read_logs([before], policy_span)).test
+    reference = model_error(earlier, model)
+    drift = judge_drift(diagnosis, reference)
     row = {
         "seed": seed,
         "state": state,
@@ -153,7 +171,7 @@ def notice(policy: Path, folder: Path, seed: int, state: str) -> dict[str, Any]:
             (effect.name, *effect.indistinguishable_from) for effect in diagnosis.effects
         ],
         "theta_mrad": [
-            1e3 * drift.reference_theta_rmse,
+            1e3 * reference,
             1e3 * drift.theta_rmse,
             1e3 * drift.corrected_theta_rmse,
         ],
@@ -189,20 +207,62 @@ def summarise(rows: list[dict[str, Any]]) -> None:
 def restore(arguments: argparse.Namespace, folder: Path, seed: int, state: str) -> None:
     """Refresh a policy for a worn unit, from a log of stairs and one of random goals."""
     model = fitted_model(arguments.policy, folder, seed)
-    port = f"virtual:finger:{seed}"
-    before = fly(arguments.policy, folder / "stairs_new", port, "stairs", STAIRS)
-    port = f"{port}:{state}"
-    later = fly(arguments.policy, folder / f"stairs_{state}", port, "stairs", STAIRS)
+    policy = trained_policy(model, folder / "policy", arguments.device)
+    own = folder / "own"
+    before = fly(policy, own / "stairs_new", f"virtual:finger:{seed}", "stairs", STAIRS)
+    port = f"virtual:finger:{seed}:{state}"
+    later = fly(policy, own / f"stairs_{state}", port, "stairs", STAIRS)
     goals = random_goals(folder / "goals_later.txt", 2 * seed + 1)
-    longer = fly(arguments.policy, folder / f"later_{state}", port, goals, DURATION)
-    print(f"unit {seed} {state}")
+    longer = fly(policy, own / f"later_{state}", port, goals, DURATION)
+    begin = time.monotonic()
+    out = folder / f"refresh_{state}"
     refresh.main(
         refresh.RefreshConfig(
-            logs=(later, longer), reference=(before,), model=model, policy=arguments.policy,
-            out=folder / f"refresh_{state}", iterations=arguments.iterations, port=port,
+            logs=(later, longer), reference=(before,), model=model, policy=policy, out=out,
+            iterations=arguments.iterations, device=arguments.device, port=port,
             faster_than_real_time=True,
         )
     )  # fmt: skip
+    seconds = time.monotonic() - begin
+    row = {"seed": seed, "state": state, "seconds": seconds, "tip_mm": stairs_errors(out)}
+    (folder / f"restore_{state}.json").write_text(json.dumps(row, indent=1) + "\n")
+    tips = ", ".join(f"{name} {error:.1f} mm" for name, error in row["tip_mm"].items())
+    print(
+        f"unit {seed} {state:9s} tip on the stairs, RMS: {tips or 'wear not noticed'}; "
+        f"{seconds:.0f} s",
+        flush=True,
+    )
+
+
+def trained_policy(model: Path, out: Path, device: str) -> Path:
+    """Train a policy on a model, 26 M steps on a GPU or 3 M on a core, and return its file."""
+    path = out / "policy.onnx"
+    if not path.exists():
+        sizes = GPU_SIZES if device == "cuda" else CPU_SIZES
+        environment = EnvironmentConfig(
+            worlds=sizes["worlds"], force=str(model), max_step=2.0e-3, randomise=("none",),
+            goal_change=0.03,
+        )  # fmt: skip
+        config = PolicyTrainingConfig(
+            environment=environment, steps=32, batch=sizes["batch"], epochs=4, learning_rate=1.0e-3,
+            learning_rate_end=1.0e-4, exploration_end=0.2, iterations=sizes["iterations"],
+            device=device,
+            discount=sizes["discount"], trace=sizes["trace"],
+        )  # fmt: skip
+        trained = train_policy(config, out, report=lambda progress: None)
+        export_policy(out, trained, config)
+    return path
+
+
+def stairs_errors(out: Path) -> dict[str, float]:
+    """Return the tip's errors [mm] on the bench's stairs that a refresh compared, if it did."""
+    table = json.loads((out / "refresh.json").read_text(encoding="utf-8"))
+    figures = table["stages"].get("figures", [])
+    climbs = [f for f in figures if not f["where"].startswith("simulation")]
+    if not climbs:
+        return {}
+    chosen = {"new": climbs[0], "worn": climbs[1], "refreshed": climbs[-1]}
+    return {name: 1.0e3 * figure["rmse"] for name, figure in chosen.items()}
 
 
 if __name__ == "__main__":

@@ -21,13 +21,14 @@ def climb_on_bench(
     """Return what a deployment's log says of a climb.
 
     The tip is the one that the log holds. Without one it is where the finger of the asset would
-    have it with this much tendon wound in, which says nothing about a finger that is held.
+    have it with this much of the first tendon wound in, which says nothing about a finger that is
+    held. Of several servos the climb shows the first.
 
     Args:
         policy: Its name.
         log: The deployment's log.
-        steps: Stamp [s], motor angle [rad], goal [rad] and command [rad] of each step, shape
-            (T, 4).
+        steps: Stamp [s], motor angles [rad], goal [rad] and commands [rad] of each step, shape
+            (T, 2 D + 2).
         mechanism: The nominal finger.
         spool_radius: Of the bench [m].
 
@@ -36,12 +37,14 @@ def climb_on_bench(
     """
     if not len(steps):
         raise InvalidRecording(f"{log}: a deployment's log has policy steps; this file has none")
-    stamp, angle, goals, command = np.asarray(steps, dtype=np.float64).T
+    servos = steps.shape[1] // 2 - 1
+    stamp, goals = steps[:, 0], steps[:, servos + 1]
+    angles, commands = steps[:, 1 : servos + 1], steps[:, servos + 2 :]
     seen = seen_tip(log)
     if seen is None:
         path = closing_path(mechanism)
         assert path.tip is not None
-        at, known, place = angle * spool_radius, path.excursion, path.tip
+        at, known, place = angles[:, 0] * spool_radius, path.excursion, path.tip
     else:
         at, known, place = stamp, *seen
     tip = np.column_stack([np.interp(at, known, place[:, axis]) for axis in range(3)])
@@ -53,8 +56,8 @@ def climb_on_bench(
         tip=tip[:, None],
         tip_angle=angles_of(mechanism, tip[:, None]),
         goal_point=goal_points(mechanism, goals),
-        command=command[:, None],
-        motor_position=angle[:, None],
+        command=commands[:, :1],
+        motor_position=angles[:, :1],
     )
 
 

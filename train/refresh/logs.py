@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from tendon_newton.dataset import Dataset, load_dataset, read_entries, read_recording
+from tendon_newton.dataset import Dataset, read_entries, read_recording
 from tendon_newton.errors import InvalidDataset
 from tendon_newton.identification.cutting import hold_out, rows_of
 from tendon_newton.recording import Recording
@@ -18,22 +18,24 @@ BEGINNING = 2.0
 """Length of what is left out [s]."""
 
 
-def read_logs(paths: Sequence[Path]) -> tuple[Recording, ...]:
+def read_logs(
+    paths: Sequence[Path], policy_span: Callable[[Path], float | None] = lambda path: None
+) -> tuple[Recording, ...]:
     """Read logs: whole folders of deployments, or files that such a folder lists.
+
+    Args:
+        paths: Folders and files.
+        policy_span: Says how long the policy acted in a log [s], None where it is not known. What
+            follows is the way home, on which the servo turns the spool until the tendon hangs
+            loose; it is left out.
 
     Raises:
         InvalidDataset: There is none, or a folder does not list a file.
     """
-    recordings: list[Recording] = []
-    for path in paths:
-        if path.is_dir():
-            folder = load_dataset(path, require_train=False, require_test=False)
-            recordings += [*folder.train, *folder.test]
-        else:
-            recordings.append(read_log(path))
-    if not recordings:
+    files = log_files(paths)
+    if not files:
         raise InvalidDataset("a refresh needs the log of a deployment, or a folder of them")
-    return tuple(recordings)
+    return tuple(until(read_log(file), policy_span(file)) for file in files)
 
 
 def read_log(path: Path) -> Recording:
@@ -45,6 +47,14 @@ def read_log(path: Path) -> Recording:
         f"{path}: a log must be listed in {path.parent / 'dataset.toml'}, as `tendon-newton "
         "deploy` lists it; it is not"
     )
+
+
+def until(recording: Recording, span: float | None) -> Recording:
+    """Return the first part of a recording, of a length [s]; all of it where that is None."""
+    if span is None:
+        return recording
+    row = int(np.searchsorted(recording.time, recording.time[0] + span))
+    return rows_of(recording, slice(0, row), recording.name)
 
 
 def log_files(paths: Sequence[Path]) -> tuple[Path, ...]:

@@ -11,7 +11,14 @@ import onnx
 import torch
 from torch import nn
 
-from tendon_newton.policy_card import CARD_KEY, CARD_NAME, PolicyCard, PolicyTraining
+from tendon_newton.policy_card import (
+    CARD_KEY,
+    CARD_NAME,
+    FurtherServo,
+    PolicyCard,
+    PolicyTraining,
+)
+from tendon_newton.policy_observation import sample_of
 
 
 def card_of(**changes: Any) -> PolicyCard:
@@ -64,6 +71,29 @@ class Proportional(nn.Module):
         return latest @ weights + 0.3
 
 
+class TwoSided(nn.Module):
+    """A policy of two servos: one closes towards the goal, the other lets out ahead of it."""
+
+    def forward(self, values: torch.Tensor) -> torch.Tensor:
+        """Return the actions for the latest sample: thetas, speeds, actions, last ones, alpha."""
+        latest = values[:, -9:]
+        weights = torch.zeros(9, 2)
+        weights[0, 0] = weights[1, 1] = -1.0
+        weights[8, 0], weights[8, 1] = 1.6, -0.9
+        return latest @ weights + torch.tensor([[0.3, -0.2]])
+
+
+def card_of_two(**changes: Any) -> PolicyCard:
+    """Build the card of a policy for the virtual finger between two strings."""
+    further = FurtherServo(
+        command_range=(-1.8, 4.48), spool_radius=0.0125, servo="xc330_t288_t", force_limit=21.0
+    )
+    return card_of(
+        **{"observation": sample_of(2), "further_servos": (further,), "goal_range": (0.0, 1.88)}
+        | changes
+    )
+
+
 def write_onnx(path: Path, module: nn.Module, card: str | None, *, size: int = 150) -> Path:
     """Write a policy as one ONNX file."""
     with warnings.catch_warnings():
@@ -88,11 +118,15 @@ def write_torchscript(path: Path, module: nn.Module, card: str) -> Path:
     return path
 
 
-def policy_of(run: Callable[[np.ndarray], float], **changes: Any) -> Any:
+def policy_of(
+    run: Callable[[np.ndarray], Any], card: PolicyCard | None = None, **changes: Any
+) -> Any:
     """Make a policy of a function of the latest sample, without a file."""
     from hardware.policy_runner import Policy
 
+    card = card or card_of(**changes)
+    width = len(card.observation)
     return Policy(
-        path=Path("made_up.onnx"), sha256="0" * 64, card=card_of(**changes), engine="test",
-        run=lambda observation: np.array([[run(observation[0, -5:])]]),
+        path=Path("made_up.onnx"), sha256="0" * 64, card=card, engine="test",
+        run=lambda observation: np.array([np.atleast_1d(run(observation[0, -width:]))]),
     )  # fmt: skip

@@ -2,13 +2,14 @@
 
 import functools
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
-from hardware.bench import Bench, BenchAddress, open_bench
+from hardware.bench import Bench, open_bench
+from hardware.bench_address import BenchAddress, DriveAddress
 from hardware.deploy import Deployment, DeployOutcome, deploy
 from hardware.deploy_settings import DeploySettings
 from hardware.force_estimate import ForceEstimate
@@ -21,16 +22,19 @@ from hardware.policy_runner import Policy
 from hardware.safety import Trip
 from hardware.servos.base import ServoState
 from hardware.stop_request import StopRequest
-from hardware.virtual_calibration import calibrated_twin
+from hardware.virtual_calibration import calibrated_twins
 from tests.hardware.deploy.policies import policy_of
 
 
 @functools.cache
-def calibration_file(rate: int) -> Path:
-    """Return the calibration of the virtual finger's load cell, made once."""
-    path = Path(tempfile.mkdtemp()) / "cell.toml"
-    write_calibration(path, calibrated_twin("finger", 0, rate))
-    return path
+def calibration_files(bench: str, rate: int) -> tuple[Path, ...]:
+    """Return the calibrations of a virtual bench's load cells, made once."""
+    folder = Path(tempfile.mkdtemp())
+    paths = []
+    for place, calibration in enumerate(calibrated_twins(bench, 0, rate)):
+        paths.append(folder / f"cell_{place}.toml")
+        write_calibration(paths[-1], calibration)
+    return tuple(paths)
 
 
 def closing(sample: np.ndarray) -> float:
@@ -51,12 +55,12 @@ class Disturbed:
         self.inner, self.instant, self.act = inner, instant, act
         self.happened: float | None = None
 
-    def step(self, state: ServoState, goal: float) -> PilotStep:
+    def step(self, states: Sequence[ServoState], goal: float) -> PilotStep:
         """Let it happen when it is time, then decide."""
-        if self.happened is None and state.time >= self.instant:
-            self.happened = state.time
+        if self.happened is None and states[0].time >= self.instant:
+            self.happened = states[0].time
             self.act()
-        return self.inner.step(state, goal)
+        return self.inner.step(states, goal)
 
     def apply(self, step: PilotStep | None) -> None:
         """Hand it on."""
@@ -95,6 +99,7 @@ class Flight:
     """One deployment and what came of it."""
 
     path: Path | None = None
+    bench: str = "finger"
     policy: Policy = field(default_factory=lambda: policy_of(closing))
     pilot: Pilot | None = None
     """Flies in the policy's place."""
@@ -116,15 +121,19 @@ class Flight:
     begun: float | None = None
     """When the fault began [s]."""
     torque_after: bool | None = None
-    """Whether the servo drove its motor when the deployment had returned."""
+    """Whether any servo drove its motor when the deployment had returned."""
     angle_after: float = 0.0
     """True angle of the spool then [rad]."""
 
     def fly(self) -> DeployOutcome:
         """Deploy."""
+        first, *others = calibration_files(self.bench, self.load_cell_rate)
+        further = [
+            DriveAddress(identifier=2 + k, calibration=each) for k, each in enumerate(others)
+        ]
         address = BenchAddress(
-            bench="finger", port="virtual", load_cell_rate=self.load_cell_rate,
-            lockstep=self.lockstep, calibration=calibration_file(self.load_cell_rate),
+            bench=self.bench, port="virtual", load_cell_rate=self.load_cell_rate,
+            lockstep=self.lockstep, calibration=first, further=tuple(further),
         )  # fmt: skip
         with open_bench(address, self.operator.tell) as bench, StopRequest() as stop:
             if not self.load_cell:
@@ -146,7 +155,7 @@ class Flight:
                 self.begun = pilot.happened
             if self.lockstep:
                 plant = bench.controls.bench.plant  # pyright: ignore
-                self.torque_after = plant.registers.torque
+                self.torque_after = any(line.registers.torque for line in plant.lines)
                 self.angle_after = plant.motor.angle
         self.acted = list(outcome.acted)
         return outcome

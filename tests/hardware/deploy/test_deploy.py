@@ -76,8 +76,8 @@ def test_the_log_holds_what_the_policy_saw_bit_for_bit(tmp_path: Path) -> None:
         theta, theta_dot = states[instant]
         observation = history.observe([theta], [theta_dot], [step.sample[4]])
         assert tuple(observation[0, -5:].tolist()) == step.sample
-        assert step.output == closing(observation[0, -5:])
-        history.act([step.action])
+        assert step.output == (closing(observation[0, -5:]),)
+        history.act(step.action)
 
 
 def readings(path: Path) -> list[tuple[float, tuple[float, float]]]:
@@ -123,8 +123,8 @@ def test_a_policy_closes_the_finger_and_its_action_is_an_offset(tmp_path: Path) 
     Flight(path=path).fly()
     steps = list(read_steps(path))
     for step in steps:
-        wanted = np.clip(step.sample[0] + step.action, 0.0, 6.28)
-        assert step.command == pytest.approx(wanted, abs=1e-6)  # a sample is float32
+        wanted = np.clip(step.sample[0] + step.action[0], 0.0, 6.28)
+        assert step.command[0] == pytest.approx(wanted, abs=1e-6)  # a sample is float32
     log = read_mcap(path, bench="finger")
     assert log.force is not None
     assert log.motor_position.max() > 0.3
@@ -140,7 +140,7 @@ def test_a_dry_run_moves_nothing(tmp_path: Path) -> None:
     log = read_mcap(path, bench="finger")
     assert log.command is None
     assert np.ptp(log.motor_position) < 0.01
-    assert max(step.action for step in read_steps(path)) > 1.0
+    assert max(step.action for step in read_steps(path))[0] > 1.0
 
 
 def test_commands_stay_within_the_range_whatever_the_policy_wants(tmp_path: Path) -> None:
@@ -151,8 +151,8 @@ def test_commands_stay_within_the_range_whatever_the_policy_wants(tmp_path: Path
     )  # fmt: skip
     flight.fly()
     steps = list(read_steps(path))
-    assert {step.action for step in steps} == {2.0}
-    assert max(step.command for step in steps) == 1.0
+    assert {step.action for step in steps} == {(2.0,)}
+    assert max(step.command for step in steps) == (1.0,)
 
 
 def test_a_hand_can_move_the_spool(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -178,7 +178,7 @@ def test_a_key_moves_the_spool_slowly() -> None:
     )  # fmt: skip
     flight = Flight(pilot=JogPilot(20.0, (-3.0, 6.0)), goals=goal, settings=settings)
     flight.fly()
-    shown = [(p.elapsed, p.command, p.position) for p in flight.operator.shown]  # pyright: ignore
+    shown = [(p.elapsed, *p.command, *p.position) for p in flight.operator.shown]  # pyright: ignore
     commands = np.array([command for _, command, _ in shown])
     times = np.array([elapsed for elapsed, _, _ in shown])
     assert np.all(commands <= 0.5 * times + 0.05)  # a step is 0.025 rad

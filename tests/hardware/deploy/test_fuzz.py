@@ -45,7 +45,7 @@ def survives(path: Path, data: bytes, **words) -> bool:
     except TendonNewtonError:
         return False
     observation = np.zeros((1, policy.card.observation_size), dtype=np.float32)
-    assert np.isfinite(policy(observation))
+    assert np.isfinite(policy(observation)).all()
     return True
 
 
@@ -131,7 +131,7 @@ def test_broken_serial_streams_never_move_the_spool_out_of_its_limits() -> None:
             bench.controls.set_faults(worst)
 
         flight = Flight(settings=DeploySettings(duration=2.0), fault=spoil, after=0.3)
-        flight.operator.show = lambda progress, angles=angles: angles.append(progress.position)
+        flight.operator.show = lambda progress, angles=angles: angles.extend(progress.position)
         flight.fly()
         assert not flight.torque_after or any("SUPPLY OFF" in t for t in flight.operator.told)
         assert -0.1 < flight.angle_after < 1.5

@@ -12,7 +12,7 @@ import pytest
 import torch
 from torch import nn
 
-from hardware.bench import BenchAddress
+from hardware.bench_address import BenchAddress
 from hardware.deploy_settings import DeploySettings, refuse_mismatch
 from hardware.errors import PolicyMismatch
 from hardware.policy_runner import load_policy
@@ -44,7 +44,7 @@ def test_every_engine_gives_the_actions_of_torch(tmp_path: Path, activation: typ
     assert [policy.engine for policy in policies] == ["numpy", "onnxruntime", "torch"]
     for policy in policies:
         assert policy.card == card
-        actions = [policy(observation) for observation in observations]
+        actions = [policy(observation)[0] for observation in observations]
         np.testing.assert_allclose(actions, expected, atol=1e-5)
 
 

@@ -10,7 +10,7 @@ import pytest
 from hardware.deploy_settings import DeploySettings
 from hardware.virtual_bench import Faults, VirtualPorts
 from tests.hardware.deploy.policies import Proportional, card_of, write_onnx
-from tests.hardware.deploy.runs import Flight, calibration_file
+from tests.hardware.deploy.runs import Flight, calibration_files
 
 START = 60.0
 """Longest start of the program on a busy machine [s]."""
@@ -50,7 +50,7 @@ class Program:
         command = [
             *(sys.executable, "-m", "tendon_newton", "deploy", "--policy", str(policy)),
             *("--port", ports.servo_port, "--load-cell-port", ports.load_cell_port),
-            *("--calibration", str(calibration_file(80)), "--load-cell-rate", "80"),
+            *("--calibration", str(calibration_files("finger", 80)[0]), "--load-cell-rate", "80"),
             *("--goals", "1.0", "--out", str(out), "--retries", "8", *words),
         ]
         self.process = subprocess.Popen(

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from hardware.bench import BenchAddress
+from hardware.bench_address import BenchAddress
 from hardware.virtual_bench import LockstepBench
 from hardware.virtual_bench.process import InvalidVirtualBench, parse_wear, parse_word
 from hardware.virtual_bench.tendon import Tendon

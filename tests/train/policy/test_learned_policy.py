@@ -142,14 +142,13 @@ def test_training_and_deployment_see_the_same_in_one_recording(learned: Learned)
         theta, theta_dot = float(angle[k, 0]), float(speed[k, 0])
         goal = 0.3 * (k // 50)
         time = float(recording.time[k])
-        step = pilot.step(
-            ServoState(time=time, position=theta, velocity=theta_dot, current=0.0), goal
-        )
+        state = ServoState(time=time, position=theta, velocity=theta_dot, current=0.0)
+        step = pilot.step([state], goal)
         own = (torch.tensor([[value]], dtype=torch.float64) for value in (theta, theta_dot))
         tensors.observe(*own, torch.tensor([goal], dtype=torch.float64))
         assert np.array_equal(seen[-1], tensors.flat().numpy()), k
         pilot.apply(step)
-        tensors.act(torch.tensor([[step.action]]))
+        tensors.act(torch.tensor([step.action]))
     assert len(seen) == 200
 
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import torch
 
-from hardware.errors import PolicyMismatch
-from hardware.pilot import PolicyPilot
+from hardware.deploy_log import step_table
 from hardware.policy_runner import load_policy
+from tendon_newton.cli import main
 from tendon_newton.errors import InvalidParameter, InvalidPolicyFile
 from tendon_newton.mechanisms.mechanism import load_mechanism
 from tendon_newton.mechanisms.parts import excursion
@@ -143,10 +143,23 @@ def test_a_card_of_two_servos_says_what_each_may_do(
         climb_stairs([runnable], goals, EnvironmentConfig(worlds=1))
 
 
-def test_a_bench_refuses_a_policy_of_two_servos(exported: ExportedPolicy) -> None:
-    """One servo hangs at a port; the message says so, and no motor moves."""
-    with pytest.raises(PolicyMismatch, match="one servo at its port; this policy drives 2"):
-        PolicyPilot(load_policy(exported.onnx))
+def test_a_policy_of_two_servos_is_deployed_on_its_bench(
+    exported: ExportedPolicy, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A policy of seconds drives both servos of the virtual bench up its stairs.
+
+    Its log gives the same actions again.
+    """
+    words = ["--policy", str(exported.onnx), "--out", str(tmp_path)]
+    bench = ["--port", "virtual:finger_antagonist", "--faster-than-real-time"]
+    assert main(["deploy", *words, *bench, "--goals", "stairs", "--duration", "9"]) == 0
+    log = tmp_path / "policy_0.mcap"
+    table = step_table(log)
+    assert table.shape[1] == 6
+    assert np.ptp(table[:, 1]) > 0.5
+    assert np.ptp(table[:, 2]) > 0.2
+    assert main(["deploy", *words, "--replay", str(log)]) == 0
+    assert "0 steps with another history" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

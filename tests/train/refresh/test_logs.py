@@ -26,6 +26,15 @@ def test_the_end_of_every_log_is_held_out() -> None:
         assert held.force.tolist() == log.force[-len(held.force) :].tolist()  # type: ignore[index]
 
 
+def test_what_follows_the_policy_is_left_out() -> None:
+    """On the way home the servo turns the spool, and the finger no longer follows."""
+    path = EXAMPLE / "finger_sine_0.csv"
+    (whole,), (cut,) = read_logs([path]), read_logs([path], lambda log: 3.0)
+    rows = int(np.sum(whole.time - whole.time[0] < 3.0))
+    assert cut.time.tolist() == whole.time[:rows].tolist()
+    assert (cut.name, cut.start) == (whole.name, whole.start)
+
+
 def test_a_log_that_is_too_short_to_be_cut_is_refused() -> None:
     """Two seconds a part, at least."""
     (log,) = read_logs([EXAMPLE / "finger_sine_0.csv"])

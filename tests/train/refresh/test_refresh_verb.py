@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from hardware.deploy_log import policy_span
 from tendon_newton.cli import main
 from tendon_newton.cli.deploy import DeployConfig
 from tendon_newton.cli.deploy import main as deploy
@@ -14,6 +15,7 @@ from tests.physics.runs import ideal_model
 from tests.train.policy.small import short_training
 from tests.train.policy.test_training import train
 from train.policy.export import export_policy
+from train.refresh.logs import read_logs
 
 STAIRS = 16.5  # s
 
@@ -42,6 +44,16 @@ def words(bench: Path, *more: str) -> list[str]:
     paths = {"model": bench / "model.toml", "policy": bench / "learned" / "policy.onnx"}
     named = [word for key, path in paths.items() for word in (f"--{key}", str(path))]
     return ["refresh", str(bench / "deployments"), *named, "--out", str(bench / "out"), *more]
+
+
+def test_a_deployment_says_how_long_its_policy_acted(bench: Path) -> None:
+    """The log goes on after the last of the steps: the finger is opened."""
+    (log,) = (bench / "deployments").glob("*.mcap")
+    span = policy_span(log)
+    assert span == pytest.approx(STAIRS, abs=0.06)
+    (whole,), (cut,) = read_logs([log]), read_logs([log], policy_span)
+    assert cut.duration == pytest.approx(STAIRS, abs=0.06)
+    assert whole.duration > cut.duration + 0.1
 
 
 def test_the_verb_goes_from_a_log_to_a_new_policy(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from hardware.bench import BenchAddress
+from hardware.bench_address import BenchAddress
 from hardware.excitation_plan import BENCHES, Share, runs_of
 from hardware.experiment_plan import record_unit
 from hardware.operator import SilentOperator

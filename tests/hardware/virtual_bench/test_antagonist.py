@@ -1,0 +1,93 @@
+"""A finger between two strings: its geometry against the asset's, and two servos on one bus."""
+
+import numpy as np
+import pytest
+
+from hardware.virtual_bench import VirtualPorts
+from hardware.virtual_bench.antagonist import AntagonistFinger, Crossing
+from hardware.virtual_bench.constants import AntagonistConstants
+from hardware.virtual_bench.plant import Plant
+from hardware.virtual_bench.unit import nominal_unit
+from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.parts import excursion
+from tests.hardware.virtual_bench.link import PWM, PWM_GOAL, SUCCESS, TORQUE, Link
+
+
+def placed(q: tuple[float, float]) -> AntagonistFinger:
+    """Return the nominal finger at rest in a posture [rad], its strings measured anew."""
+    finger = AntagonistFinger(AntagonistConstants())
+    finger.angles = q
+    finger.advance((0.0, 0.0), (0.0, 0.0), 1e-12)
+    return finger
+
+
+def test_the_strings_of_the_nominal_bench_are_those_of_the_asset() -> None:
+    """Two derivations that share no code give the same lengths to 5 um in every posture.
+
+    The bench knows distances and angles seen from the axes, rounded to a micrometre.
+    """
+    mechanism = load_mechanism("finger_antagonist")
+    for q in np.random.default_rng(0).uniform(0.0, 1.5, (40, 2)):
+        own = placed((float(q[0]), float(q[1]))).excursions
+        there = [float(excursion(tendon, q)) for tendon in mechanism.tendons]
+        assert own == pytest.approx(there, abs=5e-6)
+
+
+@pytest.mark.parametrize("knuckle", [0.0, 0.006])
+def test_a_string_past_a_joint_has_the_slope_of_its_length(knuckle: float) -> None:
+    """Straight and on its knuckle, the slope is the length's central difference."""
+    string = Crossing(0.018, 0.015, 2.3, 1.0, knuckle)
+    for q in np.linspace(-0.9, 0.8, 30):
+        (low, _), (high, _) = string.at(q - 1e-6), string.at(q + 1e-6)
+        # 1e-7 m/rad: rounding of 1e-2 m over 2e-6 rad, and where the string meets its knuckle
+        assert string.at(q)[1] == pytest.approx((high - low) / 2e-6, abs=1e-7)
+
+
+def test_the_flexor_closes_and_the_extensor_opens() -> None:
+    """Each servo at a third of its duty, the other pays out: the tip goes down, then up."""
+    plant = Plant(nominal_unit("finger_antagonist"))
+    for line in plant.lines:
+        line.registers.write(11, bytes([16]), 0)
+        line.registers.write(64, bytes([1]), 0)
+
+    def drive(first: int, second: int) -> float:
+        for line, duty in zip(plant.lines, (first, second), strict=True):
+            line.registers.write(100, duty.to_bytes(2, "little", signed=True), 0)
+        for _ in range(3000):
+            plant.tick()
+        tip = plant.state().tip
+        assert tip is not None
+        return tip[1]
+
+    assert drive(300, -150) < -0.035  # m
+    assert drive(-150, 300) > -0.015
+
+
+def test_each_servo_answers_to_its_own_id() -> None:
+    """Both are found, and a goal for the second leaves the first alone."""
+    link = Link("finger_antagonist", 1)
+    found, result = link.sdk.broadcastPing(link.port)
+    assert (sorted(found or {}), result) == ([1, 2], SUCCESS)
+    link.enable(PWM)
+    data = list((200).to_bytes(2, "little"))
+    assert link.sdk.writeTxRx(link.port, 2, PWM_GOAL, 2, data) == (SUCCESS, 0)
+    assert link.read(PWM_GOAL, 2) == 0
+    first, second = link.bench.bench.plant.lines
+    assert (first.registers.torque, second.registers.torque) == (True, False)
+    assert link.write(TORQUE, 1, 0) == 0
+
+
+def test_a_bench_in_real_time_has_a_port_for_each_load_cell() -> None:
+    """Both ports send lines of the same kind, with counts of their own."""
+    import serial
+
+    texts = []
+    with VirtualPorts("finger_antagonist", 2) as ports:
+        assert len(ports.load_cell_ports) == 2
+        for path in ports.load_cell_ports:
+            with serial.Serial(path, 115_200, timeout=2.0) as port:
+                port.readline()
+                texts.append(port.readline())
+    assert all(text.startswith(b"L,") for text in texts)
+    counts = [int(text.split(b",")[3].split(b"*")[0]) for text in texts]
+    assert abs(counts[0] - counts[1]) > 1000  # the offsets of two cells
