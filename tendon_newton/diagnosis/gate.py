@@ -34,6 +34,9 @@ POSITION_SHARE = 0.01
 POSITION_T = 3.0
 """Paired gain over its standard error that rules out an effect's null where no force is compared,
 whatever its interval says."""
+STATED_T = 2.1
+"""The same once a model's unknown numbers are what it states: by chance it is passed in a share of
+`P_VALUE`, and no number that could be anything is left to widen it."""
 LEAST_FORCE = 0.01
 """Change of the force [N] that is worth a name; of the motor angle it is one count."""
 EQUAL_SHARE = 0.01
@@ -84,7 +87,11 @@ class Gate:
             and self.is_common(by_part, gain)
             and not at_bound(fit)
             and self.is_material(tried, fit)
-            and (self.excludes_null(fit) or self.is_decisive(gain, error))
+            and (
+                self.excludes_null(fit)
+                or self.is_decisive(gain, error)
+                or self.is_decisive_as_stated(tried, fit)
+            )
         )
 
     @property
@@ -130,6 +137,25 @@ class Gate:
         reaches beyond null although all other blocks are far worse off without the effect.
         """
         return not self.sees_force and gain > POSITION_T * error
+
+    def is_decisive_as_stated(self, tried: Round, fit: Fit) -> bool:
+        """Tell whether null is ruled out once a model's unknown numbers are what it states.
+
+        From positions alone such numbers stand for much that is missing: a resistance that is too
+        high for torque that fades, as far as the recordings reach. An interval then holds null
+        although what a data sheet says of them rules it out. Only this last question is put to the
+        stated numbers: all gains are those of fits in which they were free.
+        """
+        search = self.search.as_stated()
+        if self.sees_force or search.fit_columns == self.search.fit_columns:
+            return False
+        pair = [tried.current, fit]
+        held = [search.problem(f.effects, f.candidate)[0] for f in pair]
+        newest = [0, parameter_count(fit.effects[-1:])]
+        found, scales = search.descend(held, newest, tried.scales)
+        without, own = search.score([f.effects for f in pair], found, scales)
+        gain, error = paired(without.losses, own.losses)
+        return gain > STATED_T * error
 
     def is_exhausted(self, tried: Round, fit: Fit) -> bool:
         """Tell whether a fit leaves so little of the first gap that only what closes it counts."""

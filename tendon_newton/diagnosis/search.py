@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -118,6 +119,12 @@ class Search:
         self.where = layout(study)
         self.folds = make_folds(study, self.where)
         self.fit_columns = study.fit_columns(model)
+
+    def as_stated(self) -> Search:
+        """Return a search that leaves the model's unknown numbers as it states them."""
+        other = copy(self)
+        other.fit_columns = ()
+        return other
 
     def baseline(self) -> Candidate:
         """Fit the model's own unknown numbers and nothing else."""

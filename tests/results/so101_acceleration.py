@@ -2,7 +2,8 @@
 
 Prints how much of what the named causes leave of the sweep lies in its fast end, and what a limit
 of acceleration before lag and deadband makes of two things: the fast half of the sweep, and a jump
-of the command. The limit is no effect of the catalogue: the two do not ask for the same.
+of the command. The limit is no effect of the catalogue: the two do not ask for the same. The
+accelerations with which every joint starts into its jumps are printed as well.
 """
 
 import argparse
@@ -35,6 +36,10 @@ FAST_END = 111.0
 FAST_HALF = 60.0  # [s]
 JUMP = 72.196
 """When `static_holding` jumps furthest [s]."""
+LEAST_JUMP = 0.1
+"""Of a command, from row to row [rad]."""
+STARTING = 4
+"""Rows after a jump in which the shaft is looked for to start."""
 LIMITS = (30.0, 35.0, 40.0, 45.0, 50.0, 80.0, 1.0e6)
 """Accelerations [rad/s^2]; the last is none."""
 PARTS = 4
@@ -71,6 +76,26 @@ def main() -> None:
                 f"{limit:g}: {1.0e3 * least_error(recording, rows, limit):.1f}" for limit in LIMITS
             )
             print(f"  {what}, error [mrad] by limit [rad/s^2]: {errors}", flush=True)
+    for name, recording in logs.items():
+        if name.endswith("_static_holding.csv") and (found := starts(recording)):
+            words = ", ".join(f"{jump:+.2f}: {most:.0f}" for jump, most in found)
+            print(f"{name}: greatest acceleration [rad/s^2] by jump [rad]: {words}")
+
+
+def starts(recording: Recording) -> list[tuple[float, float]]:
+    """Return jumps of the command [rad], each with the shaft's greatest acceleration [rad/s^2].
+
+    The acceleration is the change of the rows' mean speed, in the direction of the jump.
+    """
+    assert recording.command is not None
+    step = float(np.median(np.diff(recording.time)))
+    jumps = np.diff(recording.command[:, 0])
+    speeds = np.diff(recording.motor_position[:, 0]) / step
+    return [
+        (float(jumps[k]),
+         float((np.sign(jumps[k]) * np.diff(speeds[k : k + STARTING + 1]) / step).max()))
+        for k in np.flatnonzero(np.abs(jumps) >= LEAST_JUMP)
+    ]  # fmt: skip
 
 
 def error_of(recording: Recording, effects: dict[str, dict[str, float]]) -> Array:

@@ -20,7 +20,7 @@ from tendon_newton.diagnosis.evaluation import evaluate_models
 from tendon_newton.diagnosis.search import Search
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.least_squares import choose_start
-from tendon_newton.identification.study import Study
+from tendon_newton.identification.study import Study, replacements
 from tendon_newton.importers.xl330 import read_xl330
 from tendon_newton.model_file import Model, load_model
 from tendon_newton.recording import Recording
@@ -29,12 +29,16 @@ from tests.results.named_causes import cause_lines
 COMPARED = (
     ("coulomb_friction", "viscous_friction"),
     ("load_dependent_friction", "viscous_friction"),
+    ("load_dependent_friction", "viscous_friction", "coulomb_friction"),
     ("holding_friction", "viscous_friction"),
     ("load_dependent_friction", "viscous_friction", "gain_error"),
     ("load_dependent_friction", "viscous_friction", "torque_fade"),
     ("load_dependent_friction", "viscous_friction", "coulomb_friction", "torque_fade"),
 )
-"""Models that are fitted besides the diagnosed one."""
+"""Models that are fitted besides the diagnosed one.
+
+The first and the third have the terms of Rhoban/bam's m1 and m3.
+"""
 SMOOTHING = 15
 """Rows over which ``--smooth`` takes the median of the supply's register: 80 ms."""
 
@@ -93,7 +97,17 @@ def errors(dataset: Dataset, model: Model, *, diagnosed: bool) -> dict[str, floa
         held, own = (1e3 * error.pooled().theta_mae for error in (of_test, of_train))
         numbers = numbers_of(train, values)
         print(f"  {name:70s} {held:6.1f} mrad, trained to {own:6.1f} {numbers}", flush=True)
+        print(f"    {', '.join(by_log(test, values))}", flush=True)
     return {name: 1e3 * error.pooled().theta_mae for name, error in zip(fitted, found, strict=True)}
+
+
+def by_log(study: Study, values: Mapping[int, float]) -> list[str]:
+    """Return each log's mean absolute error [mrad], in words."""
+    residuals = study.residuals(*replacements([values]))
+    return [
+        f"{recording.name.removesuffix('.csv')} {1e3 * float(np.mean(np.abs(residual.theta))):.1f}"
+        for recording, residual in zip(study.recordings, residuals, strict=True)
+    ]
 
 
 def fit(search: Search, effects: tuple[str, ...]) -> dict[int, float]:
