@@ -17,6 +17,7 @@ VERBS: dict[str, str] = {
     "asset": "tendon_newton.cli.asset",
     "train-force": "tendon_newton.cli.train_force",
     "evaluate-force": "tendon_newton.cli.evaluate_force",
+    "fit-tendon": "tendon_newton.cli.fit_tendon",
     "train-policy": "tendon_newton.cli.train_policy",
     "evaluate-policy": "tendon_newton.cli.evaluate_policy",
     "reproduce": "tendon_newton.cli.reproduce",

@@ -76,7 +76,7 @@ class FingerEnvironment(VecEnv):
         self.path = GoalPath(self.mechanism, self.device)
         self.path.require(config.goals)
         self.force = open_force_model(config.force, self.mechanism)
-        ranges = ranges_of(config)
+        ranges = ranges_of(config, self.force.model)
         self.loop = ControlLoop(
             self.mechanism, self.force.model, config.worlds, rate=config.rate,
             max_step=config.max_step, precision=config.precision,

@@ -25,8 +25,9 @@ class EnvironmentConfig:
     force: str = "ideal"
     """What the servo pulls with: ideal, a model file (.toml), or a force network (.pt)."""
     randomise: tuple[str, ...] = ("joint_friction", "link_mass", "spool_radius", "joint_spring")
-    """What differs between worlds and is drawn anew for each episode: the names of the default, and
-    diagnosis.json files, whose causes are drawn from their 95 % intervals; or none."""
+    """What differs between worlds and is drawn anew for each episode: the names of the default;
+    effects, whose numbers are drawn about the model's own (gain_error: the force times a factor
+    about 1); diagnosis.json files, whose causes are drawn from their 95 % intervals; or none."""
     spread: float = 0.3
     """Most that a randomised number differs from its nominal value, as a share of it."""
     joint_friction: float = 0.1

@@ -144,7 +144,7 @@ def make_worlds(
     """Return the worlds of an evaluation, on the CPU: the first nominal, the others drawn."""
     mechanism = load_mechanism(config.finger)
     force = open_force_model(config.force, mechanism)
-    ranges = ranges_of(config)
+    ranges = ranges_of(config, force.model)
     loop = ControlLoop(
         mechanism, force.model, config.worlds, rate=config.rate, max_step=config.max_step,
         precision="float64", effects=further_effects(ranges), network=force.form, device="cpu",

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import isfinite
 from pathlib import Path
 
 import torch
 from torch import Tensor
 
 from tendon_newton.diagnosis.diagnosis_file import read_diagnosis
-from tendon_newton.effects import find_effect
-from tendon_newton.errors import InvalidDiagnosis, unknown_name
+from tendon_newton.effects import EFFECTS, find_effect
+from tendon_newton.errors import InvalidDiagnosis, InvalidParameter, unknown_name
+from tendon_newton.model_file import Model
 from tendon_newton.simulation.control_loop import ControlLoop
 from train.policy.environment_config import EnvironmentConfig
 from train.policy.force_model import moves_finger
@@ -49,12 +51,17 @@ class NumberRange:
         return self.name if self.owner == BENCH else f"{self.owner}.{self.name}"
 
 
-def ranges_of(config: EnvironmentConfig) -> tuple[NumberRange, ...]:
+def ranges_of(config: EnvironmentConfig, model: Model) -> tuple[NumberRange, ...]:
     """Return what a config randomises.
 
+    Args:
+        config: What is asked for.
+        model: What pulls; effects are drawn about its own numbers.
+
     Raises:
-        UnknownName: A word that is no number and no file.
+        UnknownName: A word that is no number, no effect and no file.
         InvalidDiagnosis: A file is no diagnosis, or names nothing that moves a finger.
+        InvalidParameter: There is nothing that an effect could be drawn about.
     """
     ranges: list[NumberRange] = []
     for word in config.randomise:
@@ -63,11 +70,37 @@ def ranges_of(config: EnvironmentConfig) -> tuple[NumberRange, ...]:
             ranges.append(NumberRange(owner=BENCH, name=word, low=low, high=high))
         elif word.endswith(".json"):
             ranges += diagnosed_ranges(Path(word))
+        elif word in EFFECTS:
+            ranges += effect_ranges(word, model, config.spread)
         elif word != NONE:
             raise unknown_name(
-                "number to randomise", word, [*BENCH_NUMBERS, NONE, "a diagnosis.json file"]
-            )
+                "number to randomise", word,
+                [*BENCH_NUMBERS, NONE, *EFFECTS, "a diagnosis.json file"],
+            )  # fmt: skip
     return tuple(ranges)
+
+
+def effect_ranges(effect: str, model: Model, spread: float) -> list[NumberRange]:
+    """Return ranges about an effect's numbers in a model; a scale that it lacks is drawn about 1.
+
+    Args:
+        effect: Its name.
+        model: What pulls.
+        spread: Most that a number differs, as a share of it.
+    """
+    own = next((e.values for e in model.effects if e.name == effect), {})
+    ranges = []
+    for known in find_effect(effect).parameters:
+        middle = float(own.get(known.name, known.null))
+        if not isfinite(middle) or middle == 0.0:
+            raise InvalidParameter(
+                f"{effect} is drawn about the model's own {known.name}; the model has none: put it "
+                "into the model file, or name a diagnosis.json with its interval"
+            )
+        ends = (middle * (1.0 - spread), middle * (1.0 + spread))
+        low, high = (min(max(end, known.lower), known.upper) for end in sorted(ends))
+        ranges.append(NumberRange(owner=effect, name=known.name, low=low, high=high))
+    return ranges
 
 
 def diagnosed_ranges(path: Path) -> list[NumberRange]:

@@ -22,7 +22,12 @@ from train.policy.curve import CurveLogger, CurvePoint, Progress
 from train.policy.environment import FingerEnvironment
 from train.policy.force_model import hashes
 from train.policy.process import Process
-from train.policy.training_config import PolicyTrainingConfig, exploration_at, to_rsl_rl
+from train.policy.training_config import (
+    PolicyTrainingConfig,
+    exploration_at,
+    learning_rate_at,
+    to_rsl_rl,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,6 +85,8 @@ def train_policy(
             ahead = config.checkpoint_every - done % config.checkpoint_every
             runner.current_learning_iteration = done
             explore(runner, exploration_at(config, done))
+            if config.learning_rate_end is not None:
+                learn_at(runner, learning_rate_at(config, done))
             runner.learn(min(ahead, config.iterations - done))
             if first:
                 save_checkpoint(out / "checkpoints", settings, logger.points, runner.alg)
@@ -101,6 +108,13 @@ def make_runner(environment: FingerEnvironment, config: PolicyTrainingConfig, de
 def explore(runner: Any, deviation: float) -> None:
     """Set the standard deviation of the actions [rad]; no gradient reaches it."""
     runner.alg.actor.distribution.std_param.data.fill_(deviation)
+
+
+def learn_at(runner: Any, rate: float) -> None:
+    """Set the learning rate."""
+    runner.alg.learning_rate = rate
+    for group in runner.alg.optimizer.param_groups:
+        group["lr"] = rate
 
 
 def files_of(environment: FingerEnvironment, config: PolicyTrainingConfig) -> dict[str, str]:

@@ -37,6 +37,9 @@ class PolicyTrainingConfig:
     """Times that an iteration learns from each step."""
     learning_rate: float = 5.0e-4
     """Of Adam."""
+    learning_rate_end: float | None = None
+    """What it falls to, evenly from checkpoint to checkpoint; it stays by default. The less a
+    policy explores, the more a change of its weights does to the probability of an action."""
     schedule: Literal["fixed", "adaptive"] = "fixed"
     """Whether the learning rate stays, or follows how far an update moves the policy."""
     clip: float = 0.2
@@ -72,9 +75,13 @@ class PolicyTrainingConfig:
                 raise InvalidParameter(
                     f"{name} must be between 0 and 1; it is {getattr(self, name)}"
                 )
-        if self.exploration_end is not None and not 0.0 < self.exploration_end < 1.0e9:
+        for name in ("exploration_end", "learning_rate_end"):
+            end = getattr(self, name)
+            if end is not None and not 0.0 < end < 1.0e9:
+                raise InvalidParameter(f"{name} must be positive; it is {end}")
+        if self.schedule == "adaptive" and self.learning_rate_end is not None:
             raise InvalidParameter(
-                f"exploration_end must be positive; it is {self.exploration_end}"
+                "a learning rate that adapts by itself takes no learning_rate_end"
             )
         if self.seed < 0:
             raise InvalidParameter(f"seed must not be negative; it is {self.seed}")
@@ -90,8 +97,17 @@ class PolicyTrainingConfig:
 
 def exploration_at(config: PolicyTrainingConfig, done: int) -> float:
     """Return the standard deviation of the actions [rad] after so many iterations."""
-    end = config.exploration if config.exploration_end is None else config.exploration_end
-    return config.exploration + done / config.iterations * (end - config.exploration)
+    return on_the_way(config.exploration, config.exploration_end, done / config.iterations)
+
+
+def learning_rate_at(config: PolicyTrainingConfig, done: int) -> float:
+    """Return the learning rate after so many iterations."""
+    return on_the_way(config.learning_rate, config.learning_rate_end, done / config.iterations)
+
+
+def on_the_way(start: float, end: float | None, share: float) -> float:
+    """Return what has come of a number after a share of the training, if it moves at all."""
+    return start if end is None else start + share * (end - start)
 
 
 def to_rsl_rl(config: PolicyTrainingConfig) -> dict[str, Any]:

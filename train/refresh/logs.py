@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,9 @@ def read_logs(
 ) -> tuple[Recording, ...]:
     """Read logs: whole folders of deployments, or files that such a folder lists.
 
+    They hold what the servo says of itself. A load cell is left out: most robots have none, and
+    what its readings jump by while a policy acts no wear explains.
+
     Args:
         paths: Folders and files.
         policy_span: Says how long the policy acted in a log [s], None where it is not known. What
@@ -35,7 +39,7 @@ def read_logs(
     files = log_files(paths)
     if not files:
         raise InvalidDataset("a refresh needs the log of a deployment, or a folder of them")
-    return tuple(until(read_log(file), policy_span(file)) for file in files)
+    return tuple(until(replace(read_log(file), force=None), policy_span(file)) for file in files)
 
 
 def read_log(path: Path) -> Recording:

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 import torch
 
-from tendon_newton.errors import InvalidDiagnosis, UnknownName
+from tendon_newton.errors import InvalidDiagnosis, InvalidParameter, UnknownName
 from tendon_newton.model_file import Model, NamedValues, write_model
 from tests.train.policy.small import environment
 from train.policy.environment import FingerEnvironment
@@ -117,6 +117,24 @@ def test_worlds_differ_within_the_intervals_of_a_diagnosis(tmp_path: Path) -> No
     assert "load_cell_bias" not in finger.loop.solver.table.effects
     finger.step(torch.ones(200, 1))
     assert finger.divergence_count == 0
+
+
+def test_worlds_differ_about_the_numbers_of_the_model(tmp_path: Path) -> None:
+    """An effect's within the spread of its own, and a scale that the model lacks about 1."""
+    model = Model(
+        actuator=NamedValues(name="ideal", values={"gain": 4.2, "spool_radius": 0.0125}),
+        effects=(NamedValues(name="tendon_compliance", values={"stiffness": 8000.0}),),
+    )
+    write_model(tmp_path / "model.toml", model)
+    force, names = str(tmp_path / "model.toml"), ("tendon_compliance", "gain_error")
+    finger = environment(force=force, randomise=names, worlds=300, spread=0.2)
+    for owner, name, middle in (("tendon_compliance", "stiffness", 8000.0),
+                                ("gain_error", "scale", 1.0)):  # fmt: skip
+        share = finger.loop.numbers(owner, name) / middle
+        assert 0.8 - 1e-6 <= float(share.min()) < 0.82
+        assert 1.18 < float(share.max()) <= 1.2 + 1e-6
+    with pytest.raises(InvalidParameter, match="drawn about the model's own length"):
+        environment(force=force, randomise=("tendon_slack",))
 
 
 def test_what_cannot_be_randomised_is_refused(tmp_path: Path) -> None:

@@ -11,7 +11,12 @@ from tests.train.policy.small import environment, short_training
 from train.policy.curve import CurvePoint, Progress
 from train.policy.process import Process
 from train.policy.training import Trained, train_policy
-from train.policy.training_config import PolicyTrainingConfig, exploration_at, to_rsl_rl
+from train.policy.training_config import (
+    PolicyTrainingConfig,
+    exploration_at,
+    learning_rate_at,
+    to_rsl_rl,
+)
 
 
 def train(config: PolicyTrainingConfig, out: Path) -> Trained:
@@ -41,15 +46,20 @@ def test_the_given_deviation_gets_no_gradient_and_stays(tmp_path: Path) -> None:
     assert not any(torch.equal(start[name], end[name]) for name in learned)
 
 
-def test_exploration_falls_from_checkpoint_to_checkpoint(tmp_path: Path) -> None:
-    """As the number of iterations done says, so that a training that goes on explores alike."""
-    config = short_training(exploration=0.5, exploration_end=0.1, checkpoint_every=1)
+def test_exploration_and_learning_rate_fall_from_checkpoint_to_checkpoint(tmp_path: Path) -> None:
+    """As the number of iterations done says, so that a training that goes on learns alike."""
+    config = short_training(
+        exploration=0.5, exploration_end=0.1, learning_rate_end=1e-4, checkpoint_every=1
+    )
     assert exploration_at(config, 0) == pytest.approx(0.5)
     assert exploration_at(config, config.iterations) == pytest.approx(0.1)
-    actor = train(config, tmp_path).runner.alg.get_policy()
-    (deviation,) = (p for n, p in actor.named_parameters() if "std" in n)
-    last = exploration_at(config, config.iterations - 1)
-    assert float(deviation.detach()) == pytest.approx(last)
+    algorithm = train(config, tmp_path).runner.alg
+    (deviation,) = (p for n, p in algorithm.get_policy().named_parameters() if "std" in n)
+    last = config.iterations - 1
+    assert float(deviation.detach()) == pytest.approx(exploration_at(config, last))
+    rate = 5e-4 + 0.75 * (1e-4 - 5e-4)  # after three of four iterations
+    assert learning_rate_at(config, last) == pytest.approx(rate)
+    assert algorithm.optimizer.param_groups[0]["lr"] == pytest.approx(rate)
 
 
 def test_actor_and_critic_have_the_layers_of_the_paper(tmp_path: Path) -> None:

@@ -22,8 +22,7 @@ def test_the_end_of_every_log_is_held_out() -> None:
         assert held.duration == pytest.approx((log.duration - BEGINNING) / 3.0, abs=0.05)
         assert (fitted.start, held.start) == ("first_row", "first_row")
         assert held.name == f"{log.name} (end)"
-        assert held.force is not None
-        assert held.force.tolist() == log.force[-len(held.force) :].tolist()  # type: ignore[index]
+        assert held.force is None, "a load cell is left out"
 
 
 def test_what_follows_the_policy_is_left_out() -> None:
