@@ -31,15 +31,17 @@ def hold_answer(p: ParameterVector, angle: Jet, rate: Jet) -> Jet:
 class Learned(Actuator):
     r"""A network that has learned the force from what the servo was asked and what it did.
 
-    .. math:: F(t) = F_k - K\,(\theta(t) - \theta_k) - D\,(\dot\theta(t) - \dot\theta_k), \qquad
-        t_k \le t < t_{k+1}
+    .. math:: F(t) = s\,[F_k - K\,(\theta(t) - \theta_k) - D\,(\dot\theta(t) - \dot\theta_k)],
+        \qquad t_k \le t < t_{k+1}
 
     .. math:: F_k = f(o_{k-H+1}, \dots, o_k), \qquad o_k = (\theta_d, \theta, \dot\theta)(t_k)
 
     The network is asked at its own rate; in between, the force answers to the shaft as a motor
     does, and stays in [0, F_max]. With K = D = 0 it is held, as in the paper. K and D stand on the
     network's card; a model file may give others. They make no network better: a light mechanism
-    moves far within 50 ms, and a motor's back-EMF that acts so late is no brake but a push.
+    moves far within 50 ms, and a motor's back-EMF that acts so late is no brake but a push. s is 1,
+    and in a world with a stronger or weaker servo another number: all that a servo gives grows with
+    its motor's constant.
 
     The other stages stay where
     they are: what acts on the command (command_delay) or on the position error (gain_error,
@@ -62,20 +64,24 @@ class Learned(Actuator):
             name="hold_damping", unit="N s/rad", null=0.0, nominal=10.0, lower=0.0, upper=1000.0,
             source="the same fit; 10.6 N s/rad there, which is back-EMF",
         ),
+        Parameter(
+            name="force_scale", unit="1", null=1.0, nominal=1.0, lower=0.0, upper=10.0,
+            source="servos of one type differ by a tenth; none is ten times as strong",
+        ),
     )  # fmt: skip
     held = True
 
     @staticmethod
     @device_template
     def force(error: Jet, tendon: Any, p: ParameterVector) -> Jet:
-        """F = F_k - K (theta - theta_k) - D (theta_dot - theta_dot_k); where all rests, F = F_k."""
+        """F = s (F_k - K (theta - theta_k) - D (theta_dot - theta_dot_k)); at rest F = s F_k."""
         place = wp.static(HELD_MEMORY) + tendon.index
         held = Jet(tendon.memory[place], real(0.0), real(0.0))
         if tendon.elapsed < real(AT_REST):
             angle = Jet(tendon.command - tendon.error, tendon.inverse_radius, real(0.0))
             since = Jet(tendon.memory[place + TENDONS], real(0.0), real(0.0))
             held = held + since - hold_answer(p, angle, tendon.angle_rate)
-        return held
+        return held * p[2]
 
     @staticmethod
     @device_template
@@ -84,4 +90,4 @@ class Learned(Actuator):
 
         A twentieth of it stays beside damping, which else stops a light finger within 0.05 ms.
         """
-        return p[1] * real(DAMPED_INERTIA)
+        return p[1] * p[2] * real(DAMPED_INERTIA)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any, Literal
 
@@ -22,6 +24,8 @@ from tendon_newton.model_file import Model
 NetworkForm = Literal["torchscript", "twin"]
 FORMS: tuple[NetworkForm, ...] = ("torchscript", "twin")
 
+LOG = logging.getLogger(__name__)
+
 
 def network_file(model: Model) -> Path:
     """Return the file of a model's force network.
@@ -39,7 +43,7 @@ def network_file(model: Model) -> Path:
 
 
 def open_query(model: Model, form: str, device: Any, *, trust: bool = False) -> ForceQuery:
-    """Load a model's force network.
+    """Load a model's force network for a simulation, and warn of one that was not made for that.
 
     Args:
         model: A model whose actuator is `learned`.
@@ -54,7 +58,19 @@ def open_query(model: Model, form: str, device: Any, *, trust: bool = False) -> 
         raise unknown_name("form of a network", form, FORMS)
     where = str(wp.device_to_torch(wp.get_device(device)))
     file = load_network(network_file(model), trust=trust, device=where)
+    if file.card.purpose != "simulation":
+        warn_of_purpose(str(file.path))
     return query_of(file, form, device)
+
+
+@cache
+def warn_of_purpose(path: str) -> None:
+    """Say once of a file that its network only knows the force along recorded motion."""
+    LOG.warning(
+        "%s was trained for forces along recordings; for a closed loop train one with "
+        "'tendon-newton train-force --purpose simulation'",
+        path,
+    )
 
 
 def query_of(file: NetworkFile, form: str, device: Any) -> ForceQuery:
@@ -75,5 +91,5 @@ def with_hold(model: Model, hold: HoldLaw) -> Model:
 
     What the model file says itself stays.
     """
-    law = {"hold_stiffness": hold.stiffness, "hold_damping": hold.damping}
+    law = {"hold_stiffness": hold.stiffness, "hold_damping": hold.damping, "force_scale": 1.0}
     return replace(model, actuator=replace(model.actuator, values={**law, **model.actuator.values}))
