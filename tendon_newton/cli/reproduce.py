@@ -9,8 +9,10 @@ policies on stairs. OUT gets reproduction.md with the paper's value beside ours 
 reproduction.json with every number, seed, commit and hash, figures, and every model as a file for
 other verbs. What is finished is not done again; the same seed gives the same numbers.
 
-The stages, with --only: recordings, networks, diagnosis, hybrids, ramp, force, tip, curve, spring,
-contact, policies. Without --quick it takes hours: ten benches, longer trainings, own policies.
+The stages, with --only: recordings, diagnosis, networks, parts, hybrids, ramp, force, tip, curve,
+spring, contact, policies. Without --quick it takes hours: ten benches, longer trainings, policies
+of its own. With --jobs N, N processes do the pieces of all stages side by side, and with --device
+cuda the policies learn on GPUs.
 
 On real recordings, one folder for each bench, with the test recordings named as here:
   tendon-newton reproduce --recordings bench_a bench_b --out reproduction
@@ -21,7 +23,7 @@ from __future__ import annotations
 import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
     from train.reproduction.settings import ReproductionSettings
@@ -45,6 +47,10 @@ class ReproduceConfig:
     """Folders of real recordings, in place of the virtual benches."""
     causes: Path | None = None
     """Model file whose causes are fitted to every bench; a diagnosis finds them unless given."""
+    jobs: int = 1
+    """Processes side by side; the cores are shared among them."""
+    device: Literal["cpu", "cuda"] = "cpu"
+    """Where the policies of a full run learn: on a CPU with a ninth of a GPU's steps."""
     policy: tuple[Path, ...] = ()
     """Policies (ONNX) that climb the stairs, in place of ones that are trained here."""
 
@@ -55,20 +61,23 @@ def main(config: ReproduceConfig) -> None:
 
     quiet_warp()
 
+    from train.reproduction.pieces import Workers
     from train.reproduction.report import rows_table, write_report
     from train.reproduction.reproduction import Reproduction
     from train.reproduction.stages import run_stages
 
-    reproduction = Reproduction(
-        settings=settings_of(config),
-        out=make_folder(config.out),
-        bench=None if config.recordings else VirtualBenches(),
-        folders=config.recordings,
-        policies=config.policy,
-        causes=config.causes,
-        tell=lambda text: print(text, flush=True),
-    )
-    outcomes = run_stages(reproduction, config.only)
+    with Workers(config.jobs) as workers:
+        reproduction = Reproduction(
+            settings=settings_of(config),
+            out=make_folder(config.out),
+            bench=None if config.recordings else VirtualBenches(),
+            folders=config.recordings,
+            policies=config.policy,
+            causes=config.causes,
+            tell=say,
+            workers=workers if workers.count > 1 else None,
+        )
+        outcomes = run_stages(reproduction, config.only)
     table, page = write_report(reproduction, outcomes)
     print(rows_table([row for outcome in outcomes.values() for row in outcome.rows]))
     print(f"\nwrote {page} and {table.name}")
@@ -76,10 +85,20 @@ def main(config: ReproduceConfig) -> None:
 
 def settings_of(config: ReproduceConfig) -> ReproductionSettings:
     """Return the settings that the options name."""
-    from train.reproduction.settings import find_settings
+    from train.reproduction.settings import POLICIES, find_settings
 
     settings = find_settings("quick" if config.quick else "full")
-    return replace(settings, seed=config.seed, units=config.units or settings.units)
+    return replace(
+        settings,
+        seed=config.seed,
+        units=config.units or settings.units,
+        policies=None if settings.policies is None else POLICIES[config.device],
+    )
+
+
+def say(text: str) -> None:
+    """Print a line about what is being done."""
+    print(text, flush=True)
 
 
 class VirtualBenches:
@@ -87,7 +106,7 @@ class VirtualBenches:
 
     def record(self, unit: int, out: Path, *, seed: int, most: int | None) -> None:
         """Record the paper's plan and its further experiments on one unit."""
-        from hardware.bench import BenchAddress
+        from hardware.bench_address import BenchAddress
         from hardware.excitation_plan import find_plan
         from hardware.experiment_plan import record_unit, thinned
         from hardware.stop_request import StopRequest

@@ -27,7 +27,7 @@ from train.actuator.run import train_to_file
 from train.actuator.sensorless import IMPLIED_WORDS, imply_forces, write_lines
 from train.actuator.sensorless_line import Line, nominal_line
 from train.actuator.sensorless_motion import Motion, motions_of
-from train.actuator.training_config import Kind, TrainingConfig
+from train.actuator.training_config import TrainingConfig
 
 BENCHES = ("finger", "spring_strong", "spring_weak")
 Model = Callable[[Sequence[Recording]], list[Array]]
@@ -42,7 +42,8 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--network", default="transformer", choices=["mlp", "rnn", "transformer"])
     parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2])
-    parser.add_argument("--epochs", type=int, default=40)
+    parser.add_argument("--epochs", type=int, default=30)
+    parser.add_argument("--windows-per-epoch", type=int, default=32768)
     parser.add_argument("--tip-noise", type=float, default=0.0)
     chosen = parser.parse_args()
     chosen.out.mkdir(parents=True, exist_ok=True)
@@ -63,7 +64,17 @@ def main() -> None:
         ),
     }
     own = [
-        trained(implied.dataset, chosen.network, seed, chosen.epochs, chosen.out)
+        trained(
+            implied.dataset,
+            TrainingConfig(
+                network=chosen.network,
+                seed=seed,
+                epochs=chosen.epochs,
+                patience=chosen.epochs,
+                windows_per_epoch=chosen.windows_per_epoch,
+            ),
+            chosen.out,
+        )
         for seed in chosen.seeds
     ]
     table["without the load cell"] = mean_errors(own, dataset)
@@ -77,9 +88,8 @@ def main() -> None:
     (chosen.out / "sensorless.json").write_text(json.dumps(table, indent=1) + "\n")
 
 
-def trained(dataset: Dataset, kind: Kind, seed: int, epochs: int, out: Path) -> NetworkFile:
+def trained(dataset: Dataset, config: TrainingConfig, out: Path) -> NetworkFile:
     """Train a network on implied forces, unless it is there, and read its file."""
-    config = TrainingConfig(network=kind, seed=seed, epochs=epochs)
     exported = train_to_file(
         dataset, config, out, report=lambda progress: None, split=IMPLIED_WORDS
     )

@@ -14,9 +14,10 @@ import numpy as np
 from tendon_newton.errors import InvalidDataset
 from tendon_newton.identification.noise_floor import estimate_noise_floor
 from train.actuator.folds import usable
+from train.actuator.lag import Lag, lag
 from train.actuator.models import IDEAL, REFITTED, Compared, compare
 from train.actuator.protocol import Experiment, experiment_of
-from train.actuator.scores import Score, lag, score
+from train.actuator.scores import Score, score
 
 if TYPE_CHECKING:
     from tendon_newton.actuators.networks.artifact import NetworkFile
@@ -31,8 +32,10 @@ class Result:
     family: str
     experiment: Experiment
     score: Score
-    lag: float | None
-    """How much later the prediction is than the measurement [s], where forces move."""
+    force_lag: Lag | None
+    """How much later the predicted force is than the measured one, where forces move."""
+    change_lag: Lag | None
+    """How much later its changes are."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,8 +49,9 @@ class FamilyResult:
     """Standard deviation over the seeds [N]; zero for one."""
     error_spread: float
     """Standard deviation of the absolute error over rows, mean over the seeds [N]."""
-    lag: float | None
-    """Mean over the seeds [s]."""
+    force_lag: Lag | None
+    """Mean over the seeds; so is its standard error, for all see the same recordings."""
+    change_lag: Lag | None
     count: int
     """Seeds."""
 
@@ -90,13 +94,13 @@ class Evaluation:
         """Return how the networks of a family did on an experiment."""
         own = [r for r in self.results if r.family == family and r.experiment == experiment]
         rmse = np.array([r.score.rmse for r in own])
-        lags = [r.lag for r in own if r.lag is not None]
         return FamilyResult(
             family=family,
             rmse=float(rmse.mean()),
             rmse_spread=float(rmse.std(ddof=1)) if rmse.size > 1 else 0.0,
             error_spread=float(np.mean([r.score.error_spread for r in own])),
-            lag=float(np.mean(lags)) if lags else None,
+            force_lag=mean_lag([r.force_lag for r in own]),
+            change_lag=mean_lag([r.change_lag for r in own]),
             count=rmse.size,
         )
 
@@ -105,6 +109,12 @@ class Evaluation:
         steps = set(self.step_experiments)
         own = [r.score.rmse for r in self.results if r.model == model and r.experiment in steps]
         return float(np.mean(own)) if own else None
+
+    def step_lag(self, model: Compared, *, of_changes: bool) -> Lag | None:
+        """Return how late a model is on all step experiments together."""
+        steps = set(self.step_experiments)
+        own = [p for p in model.predictions if experiment_of(p.recording) in steps]
+        return lag(own, of_changes=of_changes)
 
     def middle_model(self, family: str) -> Compared:
         """Return the network of a family whose pooled error is the median one."""
@@ -141,14 +151,25 @@ def results_of(model: Compared) -> list[Result]:
     for prediction in model.predictions:
         by_experiment.setdefault(experiment_of(prediction.recording), []).append(prediction)
     for experiment, predictions in by_experiment.items():
-        lags = [found for p in predictions if (found := lag(p)) is not None]
         results.append(
             Result(
                 model=model.name,
                 family=model.family,
                 experiment=experiment,
                 score=score(predictions),
-                lag=float(np.mean(lags)) if lags else None,
+                force_lag=lag(predictions, of_changes=False),
+                change_lag=lag(predictions, of_changes=True),
             )
         )
     return results
+
+
+def mean_lag(lags: Sequence[Lag | None]) -> Lag | None:
+    """Return the mean of those lags that there are, and of their standard errors."""
+    known = [lag for lag in lags if lag is not None]
+    if not known:
+        return None
+    return Lag(
+        shift=float(np.mean([lag.shift for lag in known])),
+        error=float(np.mean([lag.error for lag in known])),
+    )

@@ -9,9 +9,10 @@ from train.actuator.ideal import SERVO_LIMIT
 
 if TYPE_CHECKING:
     from train.actuator.evaluation import Evaluation, FamilyResult
+    from train.actuator.lag import Lag
     from train.actuator.models import Compared
 
-SCHEMA = 1
+SCHEMA = 2
 
 
 def to_table(evaluation: Evaluation) -> dict[str, Any]:
@@ -26,7 +27,11 @@ def to_table(evaluation: Evaluation) -> dict[str, Any]:
             {
                 **asdict(experiment),
                 "models": {
-                    r.model: {**asdict(r.score), "lag_s": r.lag}
+                    r.model: {
+                        **asdict(r.score),
+                        "force_lag_s": lag_table(r.force_lag),
+                        "change_lag_s": lag_table(r.change_lag),
+                    }
                     for r in evaluation.results
                     if r.experiment == experiment
                 },
@@ -46,6 +51,8 @@ def model_table(evaluation: Evaluation, model: Compared) -> dict[str, Any]:
         "name": model.name,
         "family": model.family,
         "steps_rmse": evaluation.step_rmse(model.name),
+        "steps_force_lag_s": lag_table(evaluation.step_lag(model, of_changes=False)),
+        "steps_change_lag_s": lag_table(evaluation.step_lag(model, of_changes=True)),
         "pooled": asdict(evaluation.pooled[model.name]),
     }
     if model.network is not None:
@@ -73,8 +80,10 @@ def to_markdown(evaluation: Evaluation) -> str:
                 overview(evaluation),
                 "## Error by experiment: RMSE [N], ± standard deviation over seeds",
                 experiment_rows(evaluation, error_cell),
-                "## Lag behind the measured force [ms]; negative runs ahead",
-                experiment_rows(evaluation, lag_cell),
+                "## How late changes of the force are [ms], ± standard error; negative is early",
+                experiment_rows(evaluation, change_lag_cell),
+                "## How late the force itself is [ms], which a wrong size moves too",
+                experiment_rows(evaluation, force_lag_cell),
             ]
         )
         + "\n"
@@ -135,6 +144,21 @@ def error_cell(result: FamilyResult) -> str:
     return f"{result.rmse:.3f}{spread}"
 
 
-def lag_cell(result: FamilyResult) -> str:
-    """Write a lag."""
-    return "" if result.lag is None else f"{1.0e3 * result.lag:+.0f}"
+def change_lag_cell(result: FamilyResult) -> str:
+    """Write how much later changes are."""
+    return lag_words(result.change_lag)
+
+
+def force_lag_cell(result: FamilyResult) -> str:
+    """Write how much later forces are."""
+    return lag_words(result.force_lag)
+
+
+def lag_words(lag: Lag | None) -> str:
+    """Write a lag in milliseconds; nothing where there is none."""
+    return "" if lag is None else f"{1.0e3 * lag.shift:+.0f} ± {1.0e3 * lag.error:.0f}"
+
+
+def lag_table(lag: Lag | None) -> dict[str, float] | None:
+    """Return a lag as JSON has it [s]."""
+    return None if lag is None else asdict(lag)

@@ -83,7 +83,7 @@ def make_card(
             git_commit=git_commit(),
             version=__version__,
         ),
-        hold=fit_servo_law(data.fit),
+        hold=fit_servo_law(data.fit).hold,
         purpose=config.purpose,
     )
 

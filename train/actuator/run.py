@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import asdict
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +14,6 @@ import torch
 from train.actuator.export import Exported, export_network
 from train.actuator.folds import SPLIT_WORDS
 from train.actuator.force_data import prepare
-from train.actuator.servo_law import fit_servo_law
 from train.actuator.training import Progress, train_network
 
 if TYPE_CHECKING:
@@ -53,7 +53,6 @@ def train_to_file(
             data.fit,
             data.validation,
             out / f"{config.name}.checkpoint",
-            law=fit_servo_law(data.fit),
             report=lambda progress: (log.write(progress), report(progress))[1],
         )
     finally:
@@ -77,6 +76,8 @@ def write_history(path: Path, config: TrainingConfig, done: Checkpoint) -> None:
 class TrainingLog:
     """A TensorBoard log of a training, opened when there is something to write.
 
+    A machine that trains for another one may have no TensorBoard; it writes none.
+
     Args:
         folder: Where its files go.
     """
@@ -84,9 +85,12 @@ class TrainingLog:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self._writer = None
+        self._wanted = find_spec("tensorboard") is not None
 
     def write(self, progress: Progress) -> None:
         """Add an epoch."""
+        if not self._wanted:
+            return
         if self._writer is None:
             from torch.utils.tensorboard import SummaryWriter
 

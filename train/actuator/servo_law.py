@@ -6,11 +6,12 @@ servo's and what the mechanism's: on a spring both agree on every row. Rows of s
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tendon_newton.force_network_card import HOLD_LIMIT, PLAIN_HOLD, HoldLaw
+from tendon_newton.force_network_card import HOLD_LIMIT, HoldLaw
 
 if TYPE_CHECKING:
     from train.actuator.windows import Windows
@@ -23,22 +24,46 @@ FEWEST = 200
 """Fewer rows that slide say nothing."""
 
 
-def fit_servo_law(windows: Windows) -> HoldLaw:
-    r"""Return stiffness and damping of a servo with friction, by least squares over sliding rows.
+@dataclass(frozen=True, kw_only=True)
+class ServoLaw:
+    r"""A servo with friction in its gear.
 
     .. math:: F = P (\theta_d - \theta) - D \dot\theta - (c + \mu F) \operatorname{sign} \dot\theta
+    """
 
-    Of the four numbers friction's two are not kept: what they explain must not pass for damping.
-    Where rows are too few, or a number would push, nothing is known and the force is held.
+    stiffness: float = 0.0
+    """P [N/rad]"""
+    damping: float = 0.0
+    """D [N s/rad]"""
+    dry_friction: float = 0.0
+    """c [N]"""
+    load_friction: float = 0.0
+    """mu [1]"""
+
+    @property
+    def hold(self) -> HoldLaw:
+        """What of it a simulation uses between two queries: friction has no slope."""
+        return HoldLaw(stiffness=self.stiffness, damping=self.damping)
+
+
+NO_LAW = ServoLaw()
+"""Of a servo of which nothing is known."""
+
+
+def fit_servo_law(windows: Windows) -> ServoLaw:
+    """Return a servo's law, by least squares over the rows in which its gear slides.
+
+    Where rows are too few nothing is known, and of a number that would push, it is nothing.
     """
     rows = np.unique(windows.last)
     command, angle, speed = windows.inputs[rows].T
     force = windows.force[rows]
     chosen = (np.abs(speed) > SLIDING) & (force > TAUT)
     if np.count_nonzero(chosen) < FEWEST:
-        return PLAIN_HOLD
+        return NO_LAW
     side = np.sign(speed)
     terms = np.stack([command - angle, -speed, -side, -side * force], axis=1)[chosen]
     found, *_ = np.linalg.lstsq(terms, force[chosen])
     stiffness, damping = (float(np.clip(value, 0.0, HOLD_LIMIT)) for value in found[:2])
-    return HoldLaw(stiffness=stiffness, damping=damping)
+    dry, load = (max(0.0, float(value)) for value in found[2:])
+    return ServoLaw(stiffness=stiffness, damping=damping, dry_friction=dry, load_friction=load)

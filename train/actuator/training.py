@@ -7,6 +7,7 @@ still gets better everywhere else.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -17,7 +18,7 @@ import torch
 from torch import Tensor
 
 from tendon_newton.errors import InvalidParameter
-from tendon_newton.force_network_card import PLAIN_HOLD
+from train.actuator.changed_windows import changed_batch
 from train.actuator.checkpoint import (
     Checkpoint,
     TrainingState,
@@ -25,16 +26,14 @@ from train.actuator.checkpoint import (
     save_checkpoint,
     training_settings,
 )
-from train.actuator.departure import departed
-from train.actuator.disturbance import disturbed
 from train.actuator.network_sets import build_network
 from train.actuator.rnn import Rnn
+from train.actuator.servo_law import ServoLaw, fit_servo_law
 from train.actuator.training_config import TrainingConfig
 from train.actuator.transformer import Transformer
 from train.actuator.window_tensors import WindowTensors, to_device
 
 if TYPE_CHECKING:
-    from tendon_newton.force_network_card import HoldLaw
     from train.actuator.force_network import ForceNetwork
     from train.actuator.windows import Windows
 
@@ -70,7 +69,7 @@ def train_network(
     validation: Windows,
     checkpoint: Path,
     *,
-    law: HoldLaw = PLAIN_HOLD,
+    law: ServoLaw | None = None,
     report: Callable[[Progress], None] = lambda progress: None,
 ) -> tuple[ForceNetwork, Checkpoint]:
     """Train a network, or go on where a checkpoint stopped.
@@ -80,20 +79,21 @@ def train_network(
         fit: Windows that give gradients.
         validation: Windows of other recordings, that say when to stop.
         checkpoint: Written after every epoch.
-        law: How the servo answers to its shaft; a network for simulations learns it.
+        law: How the servo answers to its shaft; by default what the fitted windows say of it.
         report: Called after every epoch.
 
     Returns:
         The network with the weights that were kept, on the CPU, and the last checkpoint.
 
     Raises:
-        InvalidParameter: The device is not there.
+        InvalidParameter: The device is not there, or the network's numbers left all bounds.
         InvalidNetworkFile: The checkpoint is damaged or belongs to another training.
     """
     if config.device.startswith("cuda") and not torch.cuda.is_available():
         raise InvalidParameter("device is cuda, and torch finds no CUDA device here; use cpu")
     torch.manual_seed(config.seed)
     network = build_network(config.network, of_set=config.set, window=config.window)
+    law = law or fit_servo_law(fit)
     data = to_device(fit, config.device)
     network.to(config.device).normalise_as(data.inputs, data.force)
     state = TrainingState.start(network, config)
@@ -104,6 +104,11 @@ def train_network(
     while not done.finished(config):
         train_error = run_epoch(state, data, config, done.epoch, law)
         error = validation_error(network, held_out, streaming=config.streaming)
+        if not math.isfinite(error):
+            raise InvalidParameter(
+                f"epoch {done.epoch + 1}: the network's error must stay finite; it is {error}. A "
+                f"learning_rate below {config.learning_rate:g} may help"
+            )
         done = done.after_epoch(error, train_error, network)
         save_checkpoint(checkpoint, settings, state, done)
         pace = (time.monotonic() - begun) / (done.epoch - first)
@@ -122,7 +127,7 @@ def train_network(
 
 
 def run_epoch(
-    state: TrainingState, data: WindowTensors, config: TrainingConfig, done: int, law: HoldLaw
+    state: TrainingState, data: WindowTensors, config: TrainingConfig, done: int, law: ServoLaw
 ) -> float:
     """Take one step per batch of an epoch's windows; return the error [N] that they had.
 
@@ -137,17 +142,13 @@ def run_epoch(
     network.train()
     batches = list(epoch_batches(state.generator, data.rows.shape[0], config))
     for number, chosen in enumerate(batches):
-        chosen = chosen.to(data.rows.device)
-        windows = data.batch(chosen)
-        if config.disturb:
-            windows = disturbed(windows, state.generator)
-        targets = data.targets(chosen)
-        if config.purpose == "simulation":
-            windows, change = departed(windows, law, config.rate, state.generator)
-            targets = targets + change
+        share = (done + number / len(batches)) / config.epochs
+        windows, targets = changed_batch(
+            data, chosen.to(data.rows.device), config, share, law, state.generator
+        )
         errors = tension_errors(network, windows, targets, streaming=config.streaming)
         loss = torch.mean((errors / network.force_scale) ** 2)
-        state.descent.step(loss, (done + number / len(batches)) / config.epochs)
+        state.descent.step(loss, share)
         total = total + loss.detach() * chosen.numel()
         count += chosen.numel()
     return float(torch.sqrt(torch.as_tensor(total) / count) * network.force_scale)

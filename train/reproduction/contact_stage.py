@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from tendon_newton.recording import Recording
 from train.reproduction.closed_loop import OBSTACLES
-from train.reproduction.learned_from import force_errors, learned_from
 from train.reproduction.outcome import Outcome, row
+from train.reproduction.parts import FREE, force_errors, learned_from
 from train.reproduction.reproduction import BEST, IDEALS, MODELS, Reproduction
-from train.reproduction.unit import free_only
 
 TEXT = (
     "Every model is given the obstacle, with its place and its stiffness; the servo differs. "
@@ -16,13 +16,9 @@ TEXT = (
 
 def run(reproduction: Reproduction) -> Outcome:
     """Replay ramps onto obstacles with models that know contact, and that do not."""
-    unit = reproduction.units[0]
-    ramps = [unit.find("finger", f"contact_ramp_{name}") for name in OBSTACLES]
-    blind = learned_from(reproduction, unit, free_only(unit.dataset), "free")
-    without = {m: force_errors(reproduction, ramps, blind[m]) for m in BEST}
-    seen = {
-        m: force_errors(reproduction, ramps, reproduction.model(unit, m)) for m in (*IDEALS, *BEST)
-    }
+    (without,) = reproduction.each(free_errors, [FREE])
+    known = (*IDEALS, *BEST)
+    seen = dict(zip(known, reproduction.each(contact_errors, known), strict=True))
     where = "ramps onto tape roll and hand, closed loop"
     rows = [
         *(row(where, f"{MODELS[m]}, trained with contact: force RMSE", "N", seen[m],
@@ -32,3 +28,21 @@ def run(reproduction: Reproduction) -> Outcome:
           for m in BEST),
     ]  # fmt: skip
     return Outcome(rows=tuple(rows), numbers={"seen_n": seen, "unseen_n": without}, text=TEXT)
+
+
+def ramps(reproduction: Reproduction) -> list[Recording]:
+    """Return the first bench's ramps onto obstacles."""
+    return [reproduction.units[0].find("finger", f"contact_ramp_{name}") for name in OBSTACLES]
+
+
+def contact_errors(reproduction: Reproduction, model: str) -> list[float]:
+    """Return the errors of a model that has learned from all recordings [N]."""
+    own = reproduction.model(reproduction.units[0], model)
+    return force_errors(reproduction, ramps(reproduction), own)
+
+
+def free_errors(reproduction: Reproduction, part: str) -> dict[str, list[float]]:
+    """Return the errors [N] of models that have learned from free motion alone."""
+    recordings = ramps(reproduction)
+    models = learned_from(reproduction, part)
+    return {name: force_errors(reproduction, recordings, own) for name, own in models.items()}

@@ -9,11 +9,10 @@ import numpy as np
 
 from train.actuator.figures import new_figure, save, tidy
 from train.reproduction.closed_loop import Replayed
-from train.reproduction.learned_from import learned_from, replays
 from train.reproduction.outcome import Figure, Outcome, row
+from train.reproduction.parts import MINUTES, learned_from, part_names, replays
 from train.reproduction.reproduction import BEST, MODELS, Reproduction
 from train.reproduction.tip_stage import COLOURS, SINES
-from train.reproduction.unit import shortened
 
 Curve = dict[str, dict[str, list[float]]]
 """Measure -> model -> value at each number of minutes."""
@@ -22,22 +21,13 @@ TIP, STEPS = "tip_mm", "steps_n"
 
 def run(reproduction: Reproduction) -> Outcome:
     """Let every model learn from the first minutes of the first bench's recordings."""
-    unit = reproduction.units[0]
-    recordings = [unit.find("finger", next(iter(SINES))), *unit.steps()]
-    curve: Curve = {what: {model: [] for model in BEST} for what in (TIP, STEPS)}
-    minutes = reproduction.settings.curve_minutes
+    unit, minutes = reproduction.units[0], reproduction.settings.curve_minutes
     total = sum(r.duration for r in (*unit.dataset.train, *unit.dataset.test)) / 60.0
-    for point in minutes:
-        part = shortened(unit.dataset, point * train_share(reproduction))
-        models = (
-            {model: reproduction.model(unit, model) for model in BEST}
-            if part is unit.dataset
-            else learned_from(reproduction, unit, part, f"{point:g}_minutes")
-        )
-        for model in BEST:
-            found = replays(reproduction, recordings, models[model])
-            curve[TIP][model].append(1.0e3 * found[0].tip_error)
-            curve[STEPS][model].append(mean_force_error(found[1:]))
+    curve: Curve = {what: {model: [] for model in BEST} for what in (TIP, STEPS)}
+    for found in reproduction.each(errors_after, minutes):
+        for model, errors in found.items():
+            for what in curve:
+                curve[what][model].append(errors[what])
     draw(curve, reproduction, minutes)
     winners = [min(BEST, key=lambda m, k=k: curve[TIP][m][k]) for k in range(len(minutes))]
     return Outcome(
@@ -59,11 +49,19 @@ def run(reproduction: Reproduction) -> Outcome:
     )  # fmt: skip
 
 
-def train_share(reproduction: Reproduction) -> float:
-    """Return which share of the minutes of a bench's recordings is there to learn from [1]."""
-    dataset = reproduction.units[0].dataset
-    train, test = (sum(r.duration for r in part) for part in (dataset.train, dataset.test))
-    return train / (train + test)
+def errors_after(reproduction: Reproduction, point: float) -> dict[str, dict[str, float]]:
+    """Return the errors by model and measure after some minutes of recordings."""
+    unit, part = reproduction.units[0], f"{point:g}{MINUTES}"
+    if part in part_names(reproduction):
+        models = learned_from(reproduction, part)
+    else:
+        models = {name: reproduction.model(unit, name) for name in BEST}
+    recordings = [unit.find("finger", next(iter(SINES))), *unit.steps()]
+    found = {name: replays(reproduction, recordings, model) for name, model in models.items()}
+    return {
+        name: {TIP: 1.0e3 * tip.tip_error, STEPS: mean_force_error(steps)}
+        for name, (tip, *steps) in found.items()
+    }
 
 
 def mean_force_error(found: list[Replayed]) -> float:

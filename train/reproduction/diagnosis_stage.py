@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from tendon_newton.diagnosis.result import Diagnosis, write_diagnosis
 from tendon_newton.effects import find_effect
@@ -15,59 +16,81 @@ from train.reproduction.physical import (
     true_effects,
 )
 from train.reproduction.reproduction import Reproduction
-from train.reproduction.unit import RECORDINGS, Unit, representative
+from train.reproduction.unit import RECORDINGS, representative
 
 Truth = Mapping[str, Mapping[str, Mapping[str, float]]]
 IN_STARTING_MODEL = ("viscous_friction", "gain_error", "voltage_sag")
 """Effects of the plant that the model of the servo holds already: back-EMF, its constants, and the
 voltage, which is logged."""
+GIVEN = "The causes were given, and not looked for."
 
 
 def run(reproduction: Reproduction) -> Outcome:
     """Diagnose the first bench, and the others or their numbers."""
-    first = reproduction.units[0]
-    passes = () if reproduction.causes is not None else diagnosed(reproduction, first)
-    found = {unit.name: physical_model(reproduction, unit) for unit in reproduction.units}
-    truth = true_effects(first.folder / RECORDINGS)
+    settings, units = reproduction.settings, reproduction.units
+    looked_at = range(len(units)) if settings.diagnoses_each_unit else range(1)
+    if reproduction.causes is not None:
+        looked_at = range(0)
+    found = reproduction.each(diagnosed, looked_at)
+    models = reproduction.each(fitted, range(len(units)))
+    truth = true_effects(units[0].folder / RECORDINGS)
+    passes = found[0] if found else {"json": [], "text": GIVEN, "rivals": {}}
     return Outcome(
         numbers={
-            "passes": [diagnosis.to_json() for diagnosis in passes],
-            "models": {name: numbers_of(model) for name, model in found.items()},
+            "passes": passes["json"],
+            "models": {unit.name: own for unit, own in zip(units, models, strict=True)},
             "truth": {bench: {e: dict(p) for e, p in own.items()} for bench, own in truth.items()},
         },
         text="\n\n".join(
-            [passes_text(passes), truth_text(found[first.name], truth, rivals_of(passes))]
+            [
+                passes["text"],
+                truth_text(reproduction.model(units[0], "physical"), truth, passes["rivals"]),
+                *([] if len(found) < 2 else [causes_text(reproduction, found)]),
+            ]
         ),
     )
 
 
-def physical_model(reproduction: Reproduction, unit: Unit) -> Model:
-    """Return the physical model of a bench, and write it."""
-    settings, first = reproduction.settings, reproduction.units[0]
-    if reproduction.causes is None and unit is not first and settings.diagnoses_each_unit:
-        diagnosed(reproduction, unit)
-    named_on = unit if settings.diagnoses_each_unit else first
-    source = reproduction.causes or reproduction.model_file(named_on, "diagnosed")
-    reproduction.tell(f"  {unit.name}: fitting the numbers of what {source} names")
-    part = representative(unit, settings.refit_seconds, settings.diagnosis_kinds)
-    model = refit(part, load_model(source))
-    write_model(reproduction.model_file(unit, "physical"), model)
-    return model
-
-
-def diagnosed(reproduction: Reproduction, unit: Unit) -> tuple[Diagnosis, ...]:
-    """Diagnose one bench, write what was found, and return it."""
-    settings = reproduction.settings
+def diagnosed(reproduction: Reproduction, place: int) -> dict[str, Any]:
+    """Diagnose one bench, write what was found, and return it as JSON and in words."""
+    settings, unit = reproduction.settings, reproduction.units[place]
     model, passes = diagnose_in_passes(
         representative(unit, settings.diagnosis_seconds, settings.diagnosis_kinds),
         settings.diagnosis_passes,
         lambda text: reproduction.tell(f"  {unit.name}: {text}"),
     )
-    for place, diagnosis in enumerate(passes, start=1):
+    for number, diagnosis in enumerate(passes, start=1):
         folder = reproduction.folder("models", unit.name)
-        write_diagnosis(folder / f"diagnosis_{place}.json", diagnosis)
+        write_diagnosis(folder / f"diagnosis_{number}.json", diagnosis)
     write_model(reproduction.model_file(unit, "diagnosed"), model)
-    return passes
+    return {
+        "json": [diagnosis.to_json() for diagnosis in passes],
+        "text": passes_text(passes),
+        "rivals": rivals_of(passes),
+    }
+
+
+def fitted(reproduction: Reproduction, place: int) -> dict[str, dict[str, float | str]]:
+    """Fit the numbers of the causes to a bench, write its physical model, and return them."""
+    settings, unit = reproduction.settings, reproduction.units[place]
+    named_on = unit if settings.diagnoses_each_unit else reproduction.units[0]
+    source = reproduction.causes or reproduction.model_file(named_on, "diagnosed")
+    reproduction.tell(f"  {unit.name}: fitting the numbers of what {source} names")
+    part = representative(unit, settings.refit_seconds, settings.diagnosis_kinds)
+    model = refit(part, load_model(source))
+    write_model(reproduction.model_file(unit, "physical"), model)
+    return numbers_of(model)
+
+
+def causes_text(reproduction: Reproduction, found: Sequence[Mapping[str, Any]]) -> str:
+    """Say on how many benches each cause was named, where each bench was diagnosed."""
+    named = [
+        {effect["name"] for own in each["json"] for effect in own["effects"]} for each in found
+    ]
+    counts = {name: sum(name in own for own in named) for name in sorted(set().union(*named))}
+    lines = [f"| named | on benches, of {len(reproduction.units)} |", "|---|---|"]
+    lines += [f"| {name} | {count} |" for name, count in counts.items()]
+    return "\n".join(lines)
 
 
 def numbers_of(model: Model) -> dict[str, dict[str, float | str]]:
@@ -78,8 +101,6 @@ def numbers_of(model: Model) -> dict[str, dict[str, float | str]]:
 
 def passes_text(passes: Sequence[Diagnosis]) -> str:
     """Say what each diagnosis named, and what it was worth."""
-    if not passes:
-        return "The causes were given, and not looked for."
     lines = [
         "| pass | verdict | named | angle before, after [mrad] | force before, after [N] |",
         "|---|---|---|---|---|",

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from tendon_newton.actuators.networks.artifact import NetworkFile, load_network
-from tendon_newton.dataset import Dataset
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from tendon_newton.actuators.networks.artifact import load_network
 from train.actuator.evaluation import Evaluation, evaluate
 from train.actuator.evaluation_file import error_cell, experiment_rows, to_table
 from train.actuator.figures import draw
 from train.actuator.ideal import SERVO_LIMIT
 from train.actuator.protocol import Experiment
-from train.actuator.training_config import Kind
 from train.reproduction.outcome import Figure, Outcome, Row, row
 from train.reproduction.reproduction import Reproduction
-from train.reproduction.unit import Unit
 
 PAPER_STEPS = 0.61
 """The paper's Transformer on the steps, mean of three setups [N]."""
@@ -33,63 +33,59 @@ WORDS = {
 
 def run(reproduction: Reproduction) -> Outcome:
     """Predict the test recordings of every bench; the first one with every kind."""
-    kinds = reproduction.settings.kinds
-    evaluations = [
-        evaluated(reproduction, unit, kinds[: None if place == 0 else 1])
-        for place, unit in enumerate(reproduction.units)
-    ]
-    first = evaluations[0]
-    files = draw(first, reproduction.folder("figures"))
+    kinds, units = reproduction.settings.kinds, reproduction.units
+    found = reproduction.each(evaluated, range(len(units)))
+    first = found[0]
     better = "the mean over three setups and holds of 1, 2 and 3 s"
+    steps = [own["steps"][kinds[0]] for own in found]
     rows = [
-        row("steps", f"{kinds[0]}, RMSE", "N", steps_of(evaluations, f"{kinds[0]} (paper)"),
-            paper=PAPER_STEPS, differs=better),
-        row("steps", "the same as a share of 21 N", "%",
-            [100.0 * e / SERVO_LIMIT for e in steps_of(evaluations, f"{kinds[0]} (paper)")],
+        row("steps", f"{kinds[0]}, RMSE", "N", steps, paper=PAPER_STEPS, differs=better),
+        row("steps", "the same as a share of 21 N", "%", [100.0 * e / SERVO_LIMIT for e in steps],
             paper=2.9),
-        row("steps", "better ideal source, RMSE", "N",
-            [better_ideal(evaluation) for evaluation in evaluations]),
-        *(row("steps", f"{kind}, RMSE", "N", steps_of([first], f"{kind} (paper)"), over="bench")
+        row("steps", "better ideal source, RMSE", "N", [own["ideal"] for own in found]),
+        *(row("steps", f"{kind}, RMSE", "N", [first["steps"][kind]], over="bench")
           for kind in kinds[1:]),
-        *contact_rows(evaluations, f"{kinds[0]} (paper)"),
+        *contact_rows([own["contact"] for own in found]),
     ]  # fmt: skip
     return Outcome(
         rows=tuple(rows),
-        numbers={
-            unit.name: to_table(evaluation)
-            for unit, evaluation in zip(reproduction.units, evaluations, strict=True)
-        },
+        numbers={unit.name: own["table"] for unit, own in zip(units, found, strict=True)},
         figures=tuple(
-            Figure(
-                file=file.name,
-                caption=f"{WORDS[file.name]}, {reproduction.units[0].name}. {reproduction.caption}",
-            )
-            for file in files
+            Figure(file=file, caption=f"{WORDS[file]}, {units[0].name}. {reproduction.caption}")
+            for file in first["figures"]
         ),
-        text=f"RMSE [N] on {reproduction.units[0].name}, along the measured motion:\n\n"
-        + experiment_rows(first, error_cell),
+        text=f"RMSE [N] on {units[0].name}, along the measured motion:\n\n{first['text']}",
     )
 
 
-def evaluated(reproduction: Reproduction, unit: Unit, kinds: tuple[Kind, ...]) -> Evaluation:
-    """Compare networks of a bench with each other and with the ideal source."""
+def evaluated(reproduction: Reproduction, place: int) -> dict[str, Any]:
+    """Compare networks of a bench with each other and with the ideal source.
+
+    Returns:
+        Errors [N], the evaluation as JSON and, of the first bench, its figures and its table.
+    """
+    unit = reproduction.units[place]
+    kinds = reproduction.settings.kinds[: None if place == 0 else 1]
     folder = reproduction.folder("networks", unit.name)
-    networks: list[NetworkFile] = [
-        load_network(folder / f"{reproduction.settings.training(kind).name}.pt") for kind in kinds
-    ]
-    dataset: Dataset = unit.dataset
-    return evaluate(networks, dataset)
+    names = [reproduction.settings.training(kind).name for kind in kinds]
+    evaluation = evaluate([load_network(folder / f"{name}.pt") for name in names], unit.dataset)
+    figures = draw(evaluation, reproduction.folder("figures")) if place == 0 else []
+    return {
+        "table": to_table(evaluation),
+        "steps": {kind: steps_of(evaluation, f"{kind} (paper)") for kind in kinds},
+        "ideal": better_ideal(evaluation),
+        "contact": contact_errors(evaluation, f"{kinds[0]} (paper)"),
+        "figures": [file.name for file in figures],
+        "text": experiment_rows(evaluation, error_cell),
+    }
 
 
-def steps_of(evaluations: list[Evaluation], family: str) -> list[float]:
-    """Return a family's mean error over the step experiments of each bench [N]."""
-    out = []
-    for evaluation in evaluations:
-        (model,) = [m for m in evaluation.models if m.family == family]
-        error = evaluation.step_rmse(model.name)
-        assert error is not None
-        out.append(error)
-    return out
+def steps_of(evaluation: Evaluation, family: str) -> float:
+    """Return a family's mean error over the step experiments [N]."""
+    (model,) = [m for m in evaluation.models if m.family == family]
+    error = evaluation.step_rmse(model.name)
+    assert error is not None
+    return error
 
 
 def better_ideal(evaluation: Evaluation) -> float:
@@ -98,16 +94,21 @@ def better_ideal(evaluation: Evaluation) -> float:
     return min(error for error in errors if error is not None)
 
 
-def contact_rows(evaluations: list[Evaluation], family: str) -> list[Row]:
+def contact_errors(evaluation: Evaluation, family: str) -> dict[str, float]:
+    """Return a family's error [N] in each of the paper's contact experiments that was recorded."""
+    experiments = {kind: Experiment(bench="finger", kind=kind) for kind in PAPER_CONTACT}
+    return {
+        kind: evaluation.family_result(family, experiment).rmse
+        for kind, experiment in experiments.items()
+        if experiment in evaluation.experiments
+    }
+
+
+def contact_rows(found: Sequence[Mapping[str, float]]) -> list[Row]:
     """Return a row for each of the paper's contact experiments that was recorded."""
     rows = []
     for kind, paper in PAPER_CONTACT.items():
-        experiment = Experiment(bench="finger", kind=kind)
-        errors = [
-            evaluation.family_result(family, experiment).rmse
-            for evaluation in evaluations
-            if experiment in evaluation.experiments
-        ]
+        errors = [own[kind] for own in found if kind in own]
         if errors:
             words = kind.replace("_", " ")
             rows.append(row(words, "transformer, RMSE", "N", errors, paper=paper))

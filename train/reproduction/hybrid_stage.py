@@ -2,29 +2,26 @@
 
 from __future__ import annotations
 
-from tendon_newton.model_file import write_model
-from train.reproduction.hybrid import train_hybrid
+from dataclasses import replace
+
+from tendon_newton.model_file import load_model, write_model
+from train.reproduction.diagnosis_stage import numbers_of
+from train.reproduction.hybrid import hybrid_of
 from train.reproduction.outcome import Outcome
 from train.reproduction.reproduction import Reproduction
 
 TEXT = """\
-The Transformer learns what the frictions and the gain of the diagnosed servo leave of the measured
-force, along the measured motion: nothing where the force lies between what sliding in and sliding
-out would give and the motor stands still. Half of its windows depart from that motion, and what it
-adds stays. In a simulation this is held between its queries; gain, frictions, back-EMF and all that
-lies behind the load cell act at every step."""
+The servo with friction and the network on what it lacks; all that the diagnosis names behind the
+load cell; and give and slack of the tendon, read off the recordings that show tip and force."""
 
 
 def run(reproduction: Reproduction) -> Outcome:
-    """Train what is missing."""
+    """Put all of it together."""
+    numbers = {}
     for unit in reproduction.units:
-        config = reproduction.settings.training(purpose="simulation")
-        reproduction.tell(f"  {unit.name}: {config.name} on what physics leaves")
-        model = train_hybrid(
-            unit.dataset,
-            reproduction.model(unit, "physical"),
-            config,
-            reproduction.folder("networks", unit.name),
-        )
+        servo = load_model(reproduction.model_file(unit, "servo"))
+        model = hybrid_of(servo, reproduction.model(unit, "physical"), unit.dataset)
         write_model(reproduction.model_file(unit, "hybrid"), model)
-    return Outcome(text=TEXT)
+        behind = numbers_of(replace(model, effects=model.effects[len(servo.effects) :]))
+        numbers[unit.name] = {k: v for k, v in behind.items() if k != model.actuator.name}
+    return Outcome(numbers=numbers, text=TEXT)

@@ -9,13 +9,8 @@ from train.reproduction.unit import Unit
 
 def run(reproduction: Reproduction) -> Outcome:
     """Record what is missing and say what is there."""
-    settings = reproduction.settings
     if reproduction.bench is not None and reproduction.is_virtual:
-        for place, (number, unit) in enumerate(
-            zip(settings.units, reproduction.units, strict=True)
-        ):
-            most = None if place == 0 else settings.runs_of_kind
-            reproduction.bench.record(number, unit.folder, seed=settings.seed, most=most)
+        reproduction.each(record, range(len(reproduction.settings.units)))
     units = reproduction.units
     lines = ["| bench | train [min] | test [min] |", "|---|---|---|"]
     lines += [f"| {u.name} | {train_minutes(u):.1f} | {test_minutes(u):.1f} |" for u in units]
@@ -28,6 +23,18 @@ def run(reproduction: Reproduction) -> Outcome:
         },
         text="\n".join(lines),
     )  # fmt: skip
+
+
+def record(reproduction: Reproduction, place: int) -> None:
+    """Record what is missing of one bench; the first one has the whole plan."""
+    assert reproduction.bench is not None
+    settings = reproduction.settings
+    reproduction.bench.record(
+        settings.units[place],
+        reproduction.units[place].folder,
+        seed=settings.seed,
+        most=None if place == 0 else settings.runs_of_kind,
+    )
 
 
 def train_minutes(unit: Unit) -> float:

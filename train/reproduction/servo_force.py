@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,7 @@ from tendon_newton.device_code.placeholders import (
     real,
 )
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects import Stage, find_effect
+from tendon_newton.force_network_card import HoldLaw
 from tendon_newton.mechanisms.mechanism import load_mechanism
 from tendon_newton.model_file import Model, NamedValues
 from tendon_newton.recording import Array, Recording
@@ -26,12 +26,15 @@ from tendon_newton.simulation.kernel_types import kernel_types
 from tendon_newton.simulation.pipeline import flow_at
 from tendon_newton.simulation.rollout import Rollout
 from tendon_newton.simulation.world_drive import world_drive
+from train.actuator.servo_law import ServoLaw
+from train.reproduction.physical import SPOOL_RADIUS
 
 Mechanism = Placeholder
 
 RAIL = "spring_weak"
 """A bench whose excursion is its only coordinate, so that any measured motion can be put on it."""
-VISCOUS = "viscous_friction"
+MOST_LOAD_FRICTION = 0.8
+"""Of a servo's law [1]: a gear that loses more would not be driven backwards."""
 SEARCHED = 42.0
 """Greatest force that may be missing [N]: twice what the servo gives."""
 HALVINGS = 14
@@ -42,33 +45,49 @@ SLIDING = 0.1
 """Speed from which a shaft counts as turning [rad/s]: half a step of its register."""
 
 
-def servo_of(model: Model) -> Model:
-    """Return the servo of a model as an ideal source with frictions behind it.
+@dataclass(frozen=True, kw_only=True)
+class Servo:
+    r"""A servo by what it gives while it winds in, and by what its gear holds beyond that.
 
-    A gain error becomes part of the gain, and back-EMF is viscous friction. What else acts on the
-    command, on the position error or on the motor's force is left out, and so is all that comes
-    after the load cell.
+    .. math:: F = P (\theta_d - \theta) - D \dot\theta - c \text{ while winding in}, \qquad
+        F = \frac{P (\theta_d - \theta) - D \dot\theta + c}{1 - \eta} \text{ while yielding}
+
+    and at rest anything between. The servo's limit counts where it winds in: that is the most that
+    a load cell sees, while friction in proportion to the load would take its part of the limit.
     """
-    numbers = {k: float(v) for k, v in model.actuator.values.items() if k != "file"}
-    named = {effect.name: effect.values for effect in model.effects}
-    gain, damping = numbers.get("gain", 0.0), 0.0
-    if model.actuator.name == "pwm_servo":
-        pull = numbers["torque_constant"] / (numbers["resistance"] * numbers["spool_radius"])
-        gain = numbers["duty_per_rad"] * numbers["supply_voltage"] * pull
-        damping = numbers["torque_constant"] * pull
-    gain *= float(named.get("gain_error", {}).get("scale", 1.0))
-    damping += float(named.get(VISCOUS, {}).get("coefficient", 0.0))
-    (declared,) = find_effect(VISCOUS).parameters
-    frictions = [NamedValues(name=VISCOUS, values={"coefficient": min(damping, declared.upper)})]
-    frictions += [e for e in model.effects if e.name != VISCOUS and is_friction(e.name)]
-    values = {"gain": gain, "spool_radius": numbers["spool_radius"]}
-    return Model(actuator=NamedValues(name="ideal", values=values), effects=tuple(frictions))
 
+    stiffness: float
+    """P [N/rad]"""
+    damping: float
+    """D [N s/rad]"""
+    dry_friction: float
+    """c [N]"""
+    held_share: float
+    """eta [1]"""
 
-def is_friction(effect: str) -> bool:
-    """Tell whether an effect takes from the motor's force before the load cell."""
-    declared = find_effect(effect)
-    return declared.side == "actuator" and declared.hook(Stage.TENSION) is not None
+    @staticmethod
+    def of(law: ServoLaw) -> Servo:
+        """Return the same servo as a law with friction both ways, in proportion to the load."""
+        load = min(law.load_friction, MOST_LOAD_FRICTION)
+        return Servo(
+            stiffness=law.stiffness / (1.0 + load),
+            damping=law.damping / (1.0 + load),
+            dry_friction=law.dry_friction / (1.0 + load),
+            held_share=2.0 * load / (1.0 + load),
+        )
+
+    @property
+    def frictions(self) -> tuple[NamedValues, ...]:
+        """Its frictions as effects."""
+        return (
+            NamedValues(name="coulomb_friction", values={"force": self.dry_friction}),
+            NamedValues(name="holding_friction", values={"share": self.held_share}),
+        )
+
+    @property
+    def hold(self) -> HoldLaw:
+        """How its force answers to the shaft between two queries of a network."""
+        return HoldLaw(stiffness=self.stiffness, damping=self.damping)
 
 
 @device_template
@@ -91,7 +110,7 @@ def tension_kernel(
     yielding[i] = outwards.tension
 
 
-def missing_force(recording: Recording, servo: Model) -> Array:
+def missing_force(recording: Recording, servo: Servo) -> Array:
     """Return what the motor's force lacks for the measured tension [N], shape (T,).
 
     While the motor turns, friction has one direction and one force is right. While it stands,
@@ -100,7 +119,7 @@ def missing_force(recording: Recording, servo: Model) -> Array:
 
     Args:
         recording: A recording with one tendon, its command and its tension.
-        servo: As `servo_of` makes it.
+        servo: What is known of the servo.
     """
     assert recording.command is not None
     assert recording.force is not None
@@ -129,24 +148,27 @@ class ServoForce:
 
     Args:
         recording: A recording with one tendon and a command.
-        servo: As `servo_of` makes it.
+        servo: What is known of the servo.
     """
 
-    def __init__(self, recording: Recording, servo: Model) -> None:
+    def __init__(self, recording: Recording, servo: Servo) -> None:
         assert recording.command is not None
-        radius, self._gain = (float(servo.actuator.values[k]) for k in ("spool_radius", "gain"))
+        values = {"gain": servo.stiffness, "spool_radius": SPOOL_RADIUS}
+        model = Model(actuator=NamedValues(name="ideal", values=values), effects=servo.frictions)
         on_rail = replace(recording, bench=RAIL, tip=None, extra={})
         rollout = Rollout(
-            load_mechanism(RAIL), [on_rail], actuator=servo.actuator.name,
-            effects=[effect.name for effect in servo.effects], spool_radius=radius,
+            load_mechanism(RAIL), [on_rail], actuator="ideal",
+            effects=[effect.name for effect in servo.frictions], spool_radius=SPOOL_RADIUS,
         )  # fmt: skip
         structure, types = rollout.kernels.structure, rollout.kernels.types
         self._kernel = assemble(structure, kernel_types(structure)).kernel(tension_kernel)
         self._rollout = rollout
-        self._command = recording.command[:, 0]
-        self._vectors = rollout.array(rollout.base_vectors(servo), types["ParameterVector"])
+        self._servo = servo
+        braked = servo.damping / servo.stiffness * recording.motor_velocity[:, 0]
+        self._command = recording.command[:, 0] - braked
+        self._vectors = rollout.array(rollout.base_vectors(model), types["ParameterVector"])
         self._motion = [
-            rollout.array(radius * signal, types["JointVector"])
+            rollout.array(SPOOL_RADIUS * signal, types["JointVector"])
             for signal in (recording.motor_position, recording.motor_velocity)
         ]
 
@@ -157,7 +179,7 @@ class ServoForce:
             added: Force [N] that comes to the motor's, shape (T,).
         """
         rollout, types = self._rollout, self._rollout.kernels.types
-        command = rollout.array(self._command + added / self._gain, types["real"])
+        command = rollout.array(self._command + added / self._servo.stiffness, types["real"])
         out: list[Any] = [
             wp.zeros(len(added), dtype=types["Jet"], device=rollout.device) for _ in range(2)
         ]

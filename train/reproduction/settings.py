@@ -3,9 +3,44 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 from tendon_newton.errors import InvalidParameter, unknown_name
 from train.actuator.training_config import Kind, Purpose, TrainingConfig
+
+
+@dataclass(frozen=True, kw_only=True)
+class PolicyEffort:
+    """How much goes into each policy, and where it is trained."""
+
+    worlds: int
+    """Fingers that learn side by side."""
+    iterations: int
+    """Rounds of PPO, 32 steps of every finger each."""
+    batch: int
+    """Steps that one update of the weights learns from."""
+    max_step: float
+    """Longest step of the simulation [s]."""
+    device: Literal["cpu", "cuda"]
+    """With several GPUs, each policy has the next one."""
+    seeds: tuple[int, ...] = (0,)
+    """Trainings against each model."""
+
+    @property
+    def samples(self) -> int:
+        """Steps of all fingers."""
+        return self.worlds * self.iterations * POLICY_STEPS
+
+
+POLICY_STEPS = 32
+"""Steps of every finger in a round."""
+POLICIES: dict[str, PolicyEffort] = {
+    "cuda": PolicyEffort(
+        worlds=8192, iterations=100, batch=32768, max_step=5.0e-4, device="cuda", seeds=(0, 1, 2)
+    ),
+    "cpu": PolicyEffort(worlds=256, iterations=350, batch=1024, max_step=2.0e-3, device="cpu"),
+}
+"""The recipe of docs/policies.md on a GPU, and the one that a CPU can afford."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,8 +55,8 @@ class ReproductionSettings:
     """Of what the recordings draw and of the networks' starting weights."""
     runs_of_kind: int | None = None
     """Train recordings of each kind on the benches after the first; all of the plan if none."""
-    epochs: int = 40
-    """Of each force network."""
+    epochs: int = 30
+    """Of each force network, as in docs/force_networks.md."""
     windows_per_epoch: int = 32768
     """Windows that an epoch draws."""
     kinds: tuple[Kind, ...] = ("transformer", "rnn", "mlp")
@@ -40,10 +75,8 @@ class ReproductionSettings:
     """Minutes of recordings at the points of the curve over data."""
     time_step: float = 2.5e-4
     """Longest step of the closed-loop simulations [s]."""
-    policy_iterations: int = 0
-    """Iterations of PPO of each policy that is trained here; none are trained if zero."""
-    policy_worlds: int = 256
-    """Fingers that each of them is trained on."""
+    policies: PolicyEffort | None = None
+    """How policies are trained here; none are if none."""
 
     def __post_init__(self) -> None:
         """Refuse what would leave nothing to compare."""
@@ -85,7 +118,7 @@ FULL = ReproductionSettings(
     name="full",
     units=(0, 1, 2, 3, 4, 5, 6, 7, 8, 9),
     diagnoses_each_unit=True,
-    policy_iterations=350,
+    policies=POLICIES["cpu"],
 )
 SETTINGS: dict[str, ReproductionSettings] = {"quick": QUICK, "full": FULL}
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from shutil import rmtree
 
 from tendon_newton.errors import unknown_name
 from train.reproduction import (
@@ -13,6 +15,7 @@ from train.reproduction import (
     force_stage,
     hybrid_stage,
     network_stage,
+    part_stage,
     policy_stage,
     ramp_stage,
     recording_stage,
@@ -34,25 +37,31 @@ class Stage:
     """Stages whose files it reads."""
 
 
+RECORDINGS = "recordings"
 MODELS = ("networks", "diagnosis", "hybrids")
+ON_PARTS = ("parts", *MODELS)
 STAGES: dict[str, Stage] = {
-    "recordings": Stage(title="Recordings", run=recording_stage.run),
-    "networks": Stage(title="Force networks", run=network_stage.run),
+    RECORDINGS: Stage(title="Recordings", run=recording_stage.run),
     "diagnosis": Stage(title="What the diagnosis finds", run=diagnosis_stage.run),
+    "networks": Stage(title="Force networks", run=network_stage.run),
+    "parts": Stage(title="Force networks on parts of the data", run=part_stage.run),
     "hybrids": Stage(title="Physics and network together", run=hybrid_stage.run,
-                     needs=("diagnosis",)),
+                     needs=("networks", "diagnosis")),
     "ramp": Stage(title="The gap on an open-loop ramp", run=ramp_stage.run),
     "force": Stage(title="Force along measured motion", run=force_stage.run, needs=("networks",)),
     "tip": Stage(title="The tip in closed loop", run=tip_stage.run, needs=MODELS),
-    "curve": Stage(title="How much data", run=curve_stage.run, needs=MODELS),
-    "spring": Stage(title="A spring that was never seen", run=spring_stage.run, needs=MODELS),
-    "contact": Stage(title="Contact that was never seen", run=contact_stage.run, needs=MODELS),
+    "curve": Stage(title="How much data", run=curve_stage.run, needs=ON_PARTS),
+    "spring": Stage(title="A spring that was never seen", run=spring_stage.run, needs=ON_PARTS),
+    "contact": Stage(title="Contact that was never seen", run=contact_stage.run, needs=ON_PARTS),
     "policies": Stage(title="Policies", run=policy_stage.run, needs=MODELS),
 }  # fmt: skip
 
 
 def run_stages(reproduction: Reproduction, only: Sequence[str] = ()) -> dict[str, Outcome]:
     """Run stages, and those that they need, or read what they found before.
+
+    With several processes, stages that do not need each other are under way at the same time; one
+    that fails takes along those that need it, and no others.
 
     Args:
         reproduction: What to run them on.
@@ -62,21 +71,57 @@ def run_stages(reproduction: Reproduction, only: Sequence[str] = ()) -> dict[str
         What is there of every stage, in the order of the table.
     """
     wanted = with_needs(only or tuple(STAGES))
-    out: dict[str, Outcome] = {}
-    for name, stage in STAGES.items():
-        path = reproduction.out / "stages" / f"{name}.json"
-        if name == "recordings":  # it says itself what is there already
-            write_outcome(path, out.setdefault(name, stage.run(reproduction)), "")
-            continue
-        key = reproduction.key(name)
-        found = read_outcome(path, key)
-        if found is None and name in wanted:
-            reproduction.tell(f"{name}: {stage.title}")
-            found = stage.run(reproduction)
-            write_outcome(path, found, key)
-        if found is not None:
-            out[name] = found
-    return out
+    found: dict[str, Outcome | None] = {}
+    workers = reproduction.workers
+    if workers is None:
+        for name in STAGES:
+            found[name] = settled(reproduction, name, name in wanted, found)
+    else:
+        under_way: dict[str, Future[None]] = {}
+
+        def settle(name: str) -> None:
+            """Settle a stage as soon as those that it needs are, when it is its turn."""
+            for need in (RECORDINGS, *STAGES[name].needs):
+                if need != name:
+                    under_way[need].result()
+            with workers.turn:
+                found[name] = settled(reproduction, name, name in wanted, found)
+
+        with ThreadPoolExecutor(len(STAGES)) as threads:
+            for name in STAGES:
+                under_way[name] = threads.submit(settle, name)
+        for future in under_way.values():
+            future.result()
+    return {name: outcome for name in STAGES if (outcome := found[name]) is not None}
+
+
+def settled(
+    reproduction: Reproduction, name: str, wanted: bool, found: Mapping[str, Outcome | None]
+) -> Outcome | None:
+    """Return what a stage found, now or before; None where there is nothing and none is wanted.
+
+    Args:
+        reproduction: What to run it on.
+        name: Of the stage.
+        wanted: Whether it is run if need be.
+        found: What the stages that it needs found.
+    """
+    stage, path = STAGES[name], reproduction.outcome_file(name)
+    if name == RECORDINGS:  # it says itself what is there already
+        outcome = stage.run(reproduction)
+        write_outcome(path, outcome, "")
+        return outcome
+    if any(found[need] is None for need in stage.needs):
+        return None
+    key = reproduction.key(name, stage.needs)
+    outcome = read_outcome(path, key)
+    if outcome is None and wanted:
+        reproduction.tell(f"{name}: {stage.title}")
+        pieces = path.with_name(f"{name}_{key[:16]}")
+        outcome = stage.run(replace(reproduction, pieces=pieces))
+        write_outcome(path, outcome, key)
+        rmtree(pieces, ignore_errors=True)
+    return outcome
 
 
 def with_needs(names: Sequence[str]) -> set[str]:

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
+from tendon_newton.recording import Recording
 from train.actuator.figures import GREY, INK, new_figure, save, tidy
-from train.reproduction.closed_loop import SETTLED, Replayed, replayed
+from train.reproduction.closed_loop import SETTLED, replayed
 from train.reproduction.outcome import Figure, Outcome, Row, mean_interval, row
 from train.reproduction.reproduction import BEST, IDEALS, MODELS, Reproduction
-from train.reproduction.unit import Unit
 
 SINES = {"open_sine": "about 0.2 rad", "closing_sine": "about pi/2"}
 """Kind of the recording and its centre in words; the first is the one that is compared."""
@@ -32,20 +32,22 @@ SHOWN = 8.0
 
 Errors = dict[str, dict[str, list[float]]]
 """Kind -> model -> tip error of each bench [mm]."""
+Signals = list[list[float]]
+"""Height of the tip [mm], angle [rad] and tension [N] at every row."""
 
 
 def run(reproduction: Reproduction) -> Outcome:
     """Replay both sinusoids with every model on every bench."""
-    errors: Errors = {kind: {model: [] for model in MODELS} for kind in SINES}
-    shown: dict[str, Replayed] = {}
-    for unit in reproduction.units:
-        reproduction.tell(f"  {unit.name}")
-        for model in MODELS:
-            for kind, found in zip(SINES, of_model(reproduction, unit, model), strict=True):
-                errors[kind][model].append(1.0e3 * found.tip_error)
-                if unit is reproduction.units[0] and kind == next(iter(SINES)):
-                    shown[model] = found
-    draw(shown, reproduction)
+    items = [(place, model) for place in range(len(reproduction.units)) for model in MODELS]
+    found = reproduction.each(tip_errors, items)
+    errors: Errors = {
+        kind: {
+            model: [own[kind] for (_, name), own in zip(items, found, strict=True) if name == model]
+            for model in MODELS
+        }
+        for kind in SINES
+    }
+    draw({model: own["shown"] for model, own in zip(MODELS, found, strict=False)}, reproduction)
     return Outcome(
         rows=tuple(r for kind in SINES for r in rows_of(kind, errors[kind])),
         numbers={"tip_error_mm": errors, "benches": [unit.name for unit in reproduction.units]},
@@ -60,13 +62,30 @@ def run(reproduction: Reproduction) -> Outcome:
     )
 
 
-def of_model(reproduction: Reproduction, unit: Unit, model: str) -> list[Replayed]:
-    """Replay the sinusoids of a bench with one of its models."""
-    return replayed(
+def tip_errors(reproduction: Reproduction, item: tuple[int, str]) -> dict[str, Any]:
+    """Replay the sinusoids of a bench with one of its models.
+
+    Returns:
+        Tip errors [mm] by kind of sinusoid and, of the first bench, what is drawn.
+    """
+    place, model = item
+    unit = reproduction.units[place]
+    reproduction.tell(f"  {unit.name}: {model}")
+    runs = replayed(
         [unit.find("finger", kind) for kind in SINES],
         reproduction.model(unit, model),
         time_step=reproduction.settings.time_step,
     )
+    errors = {kind: 1.0e3 * run.tip_error for kind, run in zip(SINES, runs, strict=True)}
+    return errors | ({"shown": signals(runs[0].simulated)} if place == 0 else {})
+
+
+def signals(recording: Recording) -> Signals:
+    """Return what is drawn of a recording: height of the tip [mm], angle [rad], tension [N]."""
+    assert recording.tip is not None
+    assert recording.force is not None
+    drawn = (1.0e3 * recording.tip[:, 1], recording.motor_position[:, 0], recording.force[:, 0])
+    return [values.tolist() for values in drawn]
 
 
 def rows_of(kind: str, errors: Mapping[str, list[float]]) -> list[Row]:
@@ -112,24 +131,24 @@ def reduction_text(errors: Errors) -> str:
     return "\n".join(lines)
 
 
-def draw(shown: Mapping[str, Replayed], reproduction: Reproduction) -> None:
+def draw(shown: Mapping[str, Signals], reproduction: Reproduction) -> None:
     """Draw height of the tip, motor angle and tension of every model and of the bench."""
     figure: Any = new_figure(9.0, 8.0)
-    tip, angle, force = figure.subplots(3, 1, sharex=True, height_ratios=[1.4, 1, 1])
-    bench = next(iter(shown.values())).recording
+    panels = figure.subplots(3, 1, sharex=True, height_ratios=[1.4, 1, 1])
+    tip, angle, force = panels
+    bench = reproduction.units[0].find("finger", next(iter(SINES)))
     time = bench.time - bench.time[0]
     part = (time >= SETTLED) & (time < SETTLED + SHOWN)
     assert bench.command is not None
     angle.step(time[part], bench.command[part, 0], where="post", color=GREY, label="commanded")
-    for name, recording, colour in (
-        ("bench", bench, INK), *((MODELS[m], s.simulated, COLOURS[m]) for m, s in shown.items()),
+    for name, drawn, colour in (
+        ("bench", signals(bench), INK), *((MODELS[m], s, COLOURS[m]) for m, s in shown.items()),
     ):  # fmt: skip
-        assert recording.tip is not None
-        assert recording.force is not None
-        style = {"color": colour, "linewidth": 2.4 if colour == INK else 1.1}
-        tip.plot(time[part], 1.0e3 * recording.tip[part, 1], label=name, **style)
-        angle.plot(time[part], recording.motor_position[part, 0], **style)
-        force.plot(time[part], recording.force[part, 0], **style)
+        width = 2.4 if colour == INK else 1.1
+        for axes, values in zip(panels, drawn, strict=True):
+            label = name if axes is tip else None
+            shown_part = np.array(values)[part]
+            axes.plot(time[part], shown_part, label=label, color=colour, linewidth=width)
     for axes, label in ((tip, "tip z [mm]"), (angle, "angle [rad]"), (force, "tension [N]")):
         axes.set_ylabel(label)
         tidy(axes)

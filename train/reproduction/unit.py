@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -40,7 +40,7 @@ class Unit:
     def dataset(self) -> Dataset:
         """The recordings that models learn from, and the test recordings of the same plan."""
         inner = self.folder / RECORDINGS
-        return load_dataset(inner if inner.is_dir() else self.folder)
+        return dataset_of(inner if inner.is_dir() else self.folder, self.sha256)
 
     @cached_property
     def experiments(self) -> tuple[Recording, ...]:
@@ -48,7 +48,7 @@ class Unit:
         extra = self.folder / EXPERIMENTS
         if not (extra / FILE_NAME).is_file():
             return self.dataset.test
-        return (*self.dataset.test, *load_dataset(extra, require_train=False).test)
+        return (*self.dataset.test, *dataset_of(extra, self.sha256, require_train=False).test)
 
     @cached_property
     def sha256(self) -> str:
@@ -80,6 +80,18 @@ class Unit:
         return tuple(
             r for r in self.experiments if step_hold(r) is not None and bench in (None, r.bench)
         )
+
+
+@lru_cache(maxsize=32)
+def dataset_of(folder: Path, sha256: str, *, require_train: bool = True) -> Dataset:
+    """Return a dataset as `load_dataset` does; it takes seconds, and every piece of a stage asks.
+
+    Args:
+        folder: Holds it.
+        sha256: Hash of the bench's files, so that others are read anew.
+        require_train: Whether it must have train recordings.
+    """
+    return load_dataset(folder, require_train=require_train)
 
 
 def kind_of(recording: Recording) -> str:

@@ -9,7 +9,7 @@ from tests.train.actuator.servo_logs import GAIN, servo_log
 from train.actuator.ideal import ideal_force, refitted_gain
 from train.actuator.prediction import Prediction
 from train.actuator.protocol import Experiment, experiment_of
-from train.actuator.scores import lag, score
+from train.actuator.scores import score
 
 
 def prediction_of(measured: np.ndarray, predicted: np.ndarray) -> Prediction:
@@ -19,24 +19,6 @@ def prediction_of(measured: np.ndarray, predicted: np.ndarray) -> Prediction:
     return Prediction(
         recording=recording, tendon=0, rows=rows, measured=measured, predicted=predicted
     )
-
-
-@pytest.mark.parametrize("late", [-0.1, 0.0, 0.03, 0.055, 0.2])
-def test_a_lag_is_found_to_a_tenth_of_a_row(late: float, rng: np.random.Generator) -> None:
-    """A smooth signal against itself, shifted by a known time: 1.25 ms is a tenth of a row."""
-    time = np.arange(1600) / 80.0
-    pace, phase = rng.uniform(1.0, 8.0, 12), rng.uniform(0.0, 6.0, 12)
-
-    def signal(at: np.ndarray) -> np.ndarray:
-        return 5.0 + np.sin(np.outer(at, pace) + phase).sum(axis=1)
-
-    found = lag(prediction_of(signal(time), signal(time - late)))
-    assert found == pytest.approx(late, abs=1.25e-3)
-
-
-def test_a_constant_has_no_lag() -> None:
-    """Where nothing moves, nothing can be late."""
-    assert lag(prediction_of(np.full(800, 3.0), np.full(800, 3.0))) is None
 
 
 def test_scores_pool_rows_and_not_recordings() -> None:

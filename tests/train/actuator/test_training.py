@@ -91,6 +91,13 @@ def test_an_interrupted_training_goes_on_as_if_it_had_not_been(tmp_path: Path, o
     assert same(whole, weights_of(config, parts))
 
 
+def test_a_training_that_diverges_is_named(tmp_path: Path) -> None:
+    """A learning rate at which numbers overflow leaves an error and no network."""
+    config = replace(FEW, learning_rate=1.0e5)
+    with pytest.raises(InvalidParameter, match="learning_rate below 100000 may help"):
+        weights_of(config, tmp_path / "c.checkpoint")
+
+
 def test_a_finished_training_is_not_done_again(tmp_path: Path) -> None:
     """The second call reports no epoch and returns the same weights."""
     first, epochs = weights_of(FEW, tmp_path / "a.checkpoint"), []

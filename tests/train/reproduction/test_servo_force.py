@@ -8,18 +8,14 @@ import numpy as np
 import pytest
 import torch
 
-from tendon_newton.model_file import Model, NamedValues
 from tendon_newton.recording import Array, Recording
 from tests.physics.networks import force_network
-from train.reproduction.hybrid import CorrectedSource, hybrid_model
-from train.reproduction.physical import DATA_SHEET, starting_model
-from train.reproduction.servo_force import ServoForce, missing_force, servo_of
+from train.actuator.servo_law import ServoLaw
+from train.reproduction.correction import CorrectedSource, lasting_force
+from train.reproduction.servo_force import Servo, ServoForce, missing_force
 
-LOAD = NamedValues(name="load_dependent_friction", values={"coefficient": 0.3})
-SERVO = Model(
-    actuator=NamedValues(name="ideal", values={"gain": 5.0, "spool_radius": 0.0125}),
-    effects=(NamedValues(name="viscous_friction", values={"coefficient": 2.0}), LOAD),
-)
+LAW = ServoLaw(stiffness=5.0, damping=2.0, dry_friction=0.0, load_friction=0.3)
+SERVO = Servo.of(LAW)
 
 
 @pytest.fixture
@@ -79,35 +75,53 @@ def test_a_slack_tendon_misses_nothing() -> None:
     assert np.abs(missing_force(still, SERVO)).max() < 6e-3
 
 
-def test_a_motor_is_an_ideal_source_with_viscous_friction() -> None:
-    """Gain and back-EMF follow from the data sheet; the friction stays within its range."""
-    model = replace(
-        starting_model(),
-        effects=(LOAD, NamedValues(name="tendon_compliance", values={"stiffness": 8e3})),
+def test_a_network_learns_what_is_missing_when_it_is_asked_again(motion: Recording) -> None:
+    """Of commands at 20 Hz in a log at 80 Hz, the fourth row tells; the late first ones do not."""
+    assert motion.command is not None
+    staircase = np.repeat(motion.command[::4], 4, axis=0)
+    recording = replace(motion, command=staircase, force=np.full((400, 1), 3.0))
+    missing = missing_force(recording, SERVO)
+    expected = missing[np.arange(400) // 4 * 4 + 3]
+    np.testing.assert_array_equal(lasting_force(recording, SERVO, 20.0)[::4], expected[::4])
+    every_row = replace(recording, command=motion.command + 1e-3 * np.arange(400)[:, None])
+    np.testing.assert_array_equal(
+        lasting_force(every_row, SERVO, 20.0), missing_force(every_row, SERVO)
     )
-    servo = servo_of(model)
-    pull = DATA_SHEET["torque_constant"] / (DATA_SHEET["resistance"] * 0.0125)
-    assert servo.actuator.values["gain"] == pytest.approx(0.1 * 9.0 * pull)
-    assert [e.name for e in servo.effects] == ["viscous_friction", "load_dependent_friction"]
-    assert servo.effects[0].values["coefficient"] == pytest.approx(min(1.43 * pull, 20.0))
 
 
-def test_a_hybrid_keeps_what_lies_behind_the_load_cell(tmp_path) -> None:
-    """The network takes the place of the servo's source; its frictions and the tendon stay."""
-    compliance = NamedValues(name="tendon_compliance", values={"stiffness": 8e3})
-    delay = NamedValues(name="command_delay", values={"delay": 0.02})
-    physical = replace(starting_model(), effects=(delay, LOAD, compliance))
-    model = hybrid_model(tmp_path / "net.pt", physical, servo_of(physical))
-    assert model.actuator.name == "learned"
-    assert [effect.name for effect in model.effects] == [
-        "viscous_friction", "load_dependent_friction", "tendon_compliance",
-    ]  # fmt: skip
+def test_friction_both_ways_is_friction_that_holds() -> None:
+    """F = P e - D v - (c + mu F) s solved for F, on either side."""
+    law = replace(LAW, dry_friction=1.2)
+    servo = Servo.of(law)
+    motor = 7.0
+    pulling = motor / 1.3 - servo.dry_friction
+    yielding = (motor / 1.3 + servo.dry_friction) / (1.0 - servo.held_share)
+    assert pulling == pytest.approx((motor - 1.2) / 1.3)
+    assert yielding == pytest.approx((motor + 1.2) / 0.7)
+
+
+def test_the_servos_limit_counts_where_it_winds_in(motion: Recording) -> None:
+    """A load cell sees 21 N at most while the shaft winds in, whatever the gear's friction."""
+    assert motion.command is not None
+    far = replace(motion, command=motion.command + 10.0)
+    pulling, _ = ServoForce(far, SERVO)(np.zeros(400))
+    np.testing.assert_allclose(pulling, 21.0, rtol=1e-6)
 
 
 def test_a_corrected_source_adds_its_share() -> None:
-    """P (theta_d - theta) of the last sample, and half of what the network says."""
+    """P (theta_d - theta) - D theta_dot of the last sample, and half of what the network says."""
     network = force_network()
     window = torch.rand(3, network.window, 3)
-    both = CorrectedSource(network, gain=4.0, share=0.5)(window)
-    alone = 4.0 * (window[:, -1, 0] - window[:, -1, 1]) + 0.5 * network(window)
-    torch.testing.assert_close(both, alone)
+    both = CorrectedSource(network, SERVO, share=0.5, bound=100.0)(window)
+    last = window[:, -1]
+    alone = SERVO.stiffness * (last[:, 0] - last[:, 1]) - SERVO.damping * last[:, 2]
+    torch.testing.assert_close(both, alone + 0.5 * network(window))
+
+
+def test_a_network_adds_no_more_than_was_missing_in_training() -> None:
+    """Far from all that was recorded the servo's own force decides, to within the bound."""
+    network = force_network()
+    window = 100.0 * torch.rand(64, network.window, 3)
+    source = CorrectedSource(network, SERVO, share=1.0, bound=0.01)
+    added = (source(window) - source.source(window)).detach().abs()
+    assert float(added.max()) <= 0.01 + 1e-4  # float32
