@@ -71,10 +71,12 @@ def summary(fit: TendonFit) -> str:
     """Return what was found in words."""
     k, s = fit.stiffness, fit.slack
     rows = "held-out rows" if fit.held_out else "the same rows, as none are held out"
+    verdict = "" if fit.helps else "\n  nothing is gained: the model stays as it was"
     return (
         f"{fit.bench}, {fit.rows:,} rows with a taut tendon:\n"
         f"  stiffness  {k.value:.0f} N/m [{k.low:.0f}, {k.high:.0f}]\n"
         f"  slack      {1e3 * s.value:.2f} mm [{1e3 * s.low:.2f}, {1e3 * s.high:.2f}]\n"
         f"  wound in beyond what the finger takes, RMS on {rows}: "
         f"{1e3 * fit.error_before:.2f} mm before, {1e3 * fit.error_after:.2f} mm after"
+        f"{verdict}"
     )

@@ -257,8 +257,9 @@ def substep_kernel(
 ) -> None:
     """Take each world through substeps of its own; where it has arrived it waits.
 
-    The first substep goes from row `before` of the states to row `after` of the next ones; so do
-    the K of a launch of (K, W) threads, each from where its predecessor has led *earlier*.
+    A launch of (1, W) threads simulates: from row `before` of the states to row `after` of the next
+    ones. One of (K, W) goes through K substeps at once, of states that a run has left; only its
+    adjoint means anything.
     """
     k, i = wp.tid()  # pyright: ignore[reportGeneralTypeIssues, reportAssignmentType]
     at = before + k

@@ -67,6 +67,11 @@ class TendonFit:
     error_after: float
     """What is left with the numbers found, RMS [m]."""
 
+    @property
+    def helps(self) -> bool:
+        """Whether a model with it is nearer to the recordings."""
+        return self.error_after < self.error_before
+
     def to_json(self) -> str:
         """Return the numbers by name; units as in the attributes."""
         return json.dumps({"schema": 1, **asdict(self)}, indent=1) + "\n"
@@ -80,7 +85,7 @@ def fit_tendon(dataset: Dataset, model: Model) -> tuple[TendonFit, Model]:
         model: What it is compared with, and completed by what is found.
 
     Returns:
-        What was found, and the model with it.
+        What was found, and the model with it; as it was, where the error does not fall.
 
     Raises:
         InvalidDataset: No recording shows a tip while a load cell pulls, or those of two fingers
@@ -100,7 +105,7 @@ def fit_tendon(dataset: Dataset, model: Model) -> tuple[TendonFit, Model]:
         bench=finger, stiffness=stiffness, slack=slack, rows=sum(p.force.size for p in train),
         held_out=bool(test), error_before=before, error_after=after,
     )  # fmt: skip
-    return fit, extended
+    return fit, extended if fit.helps else model
 
 
 def line_through(pieces: Sequence[TautRows]) -> tuple[Array, Array]:

@@ -130,3 +130,15 @@ def test_a_user_completes_a_force_network(
     np.testing.assert_allclose(
         0.0125 * angle, taken + slack + pull / stiffness, atol=2e-5
     )  # a thousandth of the motion: the finger still creeps
+
+
+def test_a_string_that_does_not_give_leaves_the_model_as_it_was(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The bundled example has a rigid string: what noise suggests must not enter a model."""
+    example = Path(__file__).parents[3] / "examples" / "hidden_friction"
+    assert main(["fit-tendon", str(example), "--out", str(tmp_path / "fitted")]) == 0
+    assert "nothing is gained: the model stays as it was" in capsys.readouterr().out
+    assert load_model(tmp_path / "fitted" / "model.toml").effects == ()
+    found = json.loads((tmp_path / "fitted" / "tendon.json").read_text())
+    assert found["error_after"] >= found["error_before"]
