@@ -23,8 +23,8 @@ from train.policy.export import export_policy
 from train.policy.training import train_policy
 from train.policy.training_config import PolicyTrainingConfig
 
-GREATEST = {"finger_routed": 1.88, "finger_antagonist": 1.88, "thumb": 1.7}
-"""Greatest goal of each asset [rad]; the thumb's path ends at 1.78."""
+GREATEST = {"finger_routed": 1.88, "finger_antagonist": 1.88, "thumb": 1.7, "hand": 1.88}
+"""Greatest goal of each asset [rad]; the thumb's path ends at 1.78. A hand's tip is its index."""
 LEVELS, DWELL = 6, 1.5  # stairs, s
 OTHERS = 15
 
