@@ -1,5 +1,6 @@
 """The guide to a finger of one's own, followed to the letter."""
 
+import json
 import os
 import re
 import shlex
@@ -53,7 +54,7 @@ def edit(path: Path, diff: str) -> None:
 def test_the_guide_works_to_the_letter(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """New, two numbers edited, checked, shown and simulated: every line runs, in a minute."""
+    """New, two numbers edited, checked, shown, simulated, a policy: every line, in a minute."""
     monkeypatch.chdir(tmp_path)
     seconds = 0.0
     for file, language, text in blocks():
@@ -72,6 +73,9 @@ def test_the_guide_works_to_the_letter(
     assert (tmp_path / "my_finger.png").read_bytes().startswith(b"\x89PNG")
     rows = np.genfromtxt(tmp_path / "simulated/step.csv", delimiter=",", names=True)
     assert 0.1 < rows["theta"][-1] < 1.5  # it closes, and the springs hold it short of the command
+    curve = json.loads((tmp_path / "policy/policy.json").read_text())["curve"]
+    tip_error = [row[curve["columns"].index("tip_error")] for row in curve["rows"]]
+    assert np.mean(tip_error[-5:]) < 0.5 * np.mean(tip_error[:5])
     joint: Joint = load_mechanism("my_finger").joints[0]
     assert joint.damping == pytest.approx(1e-3, rel=1e-6)
     assert joint.rest == pytest.approx(np.radians(-10.0), rel=1e-6)
