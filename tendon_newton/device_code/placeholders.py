@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     class DeviceArray(Generic[Item]):
         """An array argument of a kernel; Warp's own stub does not know what an index gives."""
 
+        shape: tuple[int, ...]
+
         def __getitem__(self, index: Any) -> Item: ...
         def __setitem__(self, index: Any, value: Item) -> None: ...
 

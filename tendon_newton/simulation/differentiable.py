@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
@@ -16,12 +17,14 @@ from tendon_newton.effects import Stage
 from tendon_newton.errors import SimulationDiverged
 from tendon_newton.mechanisms.mechanism import Mechanism
 from tendon_newton.model_file import Model
-from tendon_newton.recording import Array, Recording
-from tendon_newton.simulation import gradient_kernels, gradient_rules
+from tendon_newton.recording import Array, Indices, Recording
+from tendon_newton.simulation import gradient_kernels, gradient_rules, substep_kernels
 from tendon_newton.simulation.assembly import Assembly, assemble
+from tendon_newton.simulation.integrator import rosenbrock
 from tendon_newton.simulation.kernel_types import kernel_types
 from tendon_newton.simulation.parameter_table import ParameterTable, spool_radius_of
 from tendon_newton.simulation.rollout import TIME_STEP, Rollout
+from tendon_newton.simulation.settling import frictionless_forces
 from tendon_newton.simulation.structure import Structure
 from tendon_newton.simulation.substep_chain import SubstepChain, launch
 from tendon_newton.simulation.supported_effects import refuse_stages
@@ -87,6 +90,8 @@ class DifferentiableRollout:
         model: Actuator and effects with their numbers.
         effects: Further effects at null, whose gradients are wanted.
         time_step: Longest step [s].
+        segments: In how many parts the run is walked back. Only one part's states are kept at a
+            time, and all but the last are simulated again: a long run needs less memory.
         inline: Whether the substep is compiled as one piece: half a minute longer, and then a
             third faster backwards.
         at_once: Whether `backward` takes many substeps at once; by default on a GPU with room.
@@ -101,6 +106,7 @@ class DifferentiableRollout:
         *,
         effects: Sequence[str] = (),
         time_step: float = TIME_STEP,
+        segments: int = 1,
         inline: bool = False,
         at_once: bool | None = None,
         device: Any = None,
@@ -127,16 +133,19 @@ class DifferentiableRollout:
         self.inputs = make_inputs(rollout, vectors)
         self._settled = self._settle()
         self._schedule, self._row_substep = self._make_schedule(time_step)
-        self._row_world = np.repeat(np.arange(self._worlds), [len(t.time) for t in self.timelines])
-        self._rows = [
-            rollout.array(x.astype(np.int32), wp.int32)
-            for x in (self._row_world, self._row_substep)
-        ]
-        states = (self._schedule.duration.shape[0] + 1, self._worlds)
+        length = math.ceil(len(self._schedule.time) / segments)
+        self._segments = self._make_segments(length)
         self._states = [
-            self._zeros(states, name) for name in ("JointVector", "JointVector", "MemoryVector")
+            self._zeros((length + 1, self._worlds), name)
+            for name in ("JointVector", "JointVector", "MemoryVector")
         ]
-        rows = len(self._row_world)
+        for state in self._states:
+            state.retain_grad = True  # a walk reads the adjoints once more
+        self._starts = [
+            wp.zeros((len(self._segments), self._worlds), dtype=state.dtype, device=self._device)
+            for state in self._states
+        ]
+        rows = sum(len(timeline.time) for timeline in self.timelines)
         self.readings = Readings(
             joint_position=self._zeros(rows, "JointVector"),
             motor_position=self._zeros(rows, "TendonVector"),
@@ -149,9 +158,12 @@ class DifferentiableRollout:
             self._types,
             [*self._common(), self._schedule],
             self._states,
+            segments=len(self._segments),
             at_once=at_once,
         )
         """The way from the first state to the last, and back."""
+        self._at_end = False
+        """Whether the states are those of the last segment."""
         self.graphs: dict[str, Any] = {}
         """Captured runs by name, from the second `forward` and `backward` on."""
         self.run_count = 0
@@ -178,8 +190,10 @@ class DifferentiableRollout:
             SimulationDiverged: A state is not finite.
         """
         self.run_count += 1
+        self._at_end = True
         self._settle()
         self._run("forward", self._simulate)
+        self._make_room()
         if not np.isfinite(self.readings.joint_position.numpy()).all():
             raise SimulationDiverged("the simulation must stay finite; shorten its step")
         return self.readings
@@ -190,6 +204,9 @@ class DifferentiableRollout:
         Args:
             **seeds: Derivatives of a loss by the readings of the given names, in their shapes.
         """
+        if not self._at_end:
+            self._run("to the end", lambda: self._return_to(len(self._segments) - 1))
+        self._at_end = len(self._segments) == 1
         self._zero_gradients()
         for name, seed in seeds.items():
             getattr(self.readings, name).grad.assign(seed)
@@ -216,17 +233,49 @@ class DifferentiableRollout:
             self.graphs[name] = capture.graph
         wp.capture_launch(self.graphs[name])
 
+    def _make_room(self) -> None:
+        """Make room for what the last run has left; what was captured may have to be anew."""
+        if self.substeps.make_room():
+            for name in [name for name in self.graphs if name.startswith("back")]:
+                del self.graphs[name]
+
     def _simulate(self) -> None:
         """Launch the start, all substeps, and the readings of all rows."""
+        self.substeps.counts.zero_()
         self._launch_start()
-        self.substeps.forward(0, self._schedule.duration.shape[0])
-        self._launch_reading()
+        for index, segment in enumerate(self._segments):
+            if index > 0:
+                self._copy_row(self._states, -1, self._states, 0)
+            self._copy_row(self._states, 0, self._starts, index)
+            self.substeps.forward(0, segment.length, index)
+            self._launch_reading(segment)
 
     def _walk_back(self) -> None:
         """Launch the adjoints of the same, the last first."""
-        self._launch_reading(back=True)
-        self.substeps.backward(0, self._schedule.duration.shape[0])
+        last = len(self._segments) - 1
+        for index in range(last, -1, -1):
+            segment = self._segments[index]
+            if index < last:
+                self._return_to(index)
+            self._launch_reading(segment, back=True)
+            self.substeps.begin_backward(segment.length, index)
+            self.substeps.backward(0, segment.length, index)
+            self.substeps.end_backward(index)
         self._launch_start(back=True)
+
+    def _return_to(self, index: int) -> None:
+        """Simulate a segment again; the adjoint of its end is that of the next one's start."""
+        self._copy_row(self._starts, index, self._states, 0)
+        gradients = [state.grad for state in self._states]
+        self._copy_row(gradients, 0, gradients, -1)
+        for gradient in gradients:
+            gradient[:-1].zero_()
+        self.substeps.forward(0, self._segments[index].length, index)
+
+    def _copy_row(self, source: list[Any], of: int, target: list[Any], to: int) -> None:
+        """Copy a row of the states of all worlds; negative ones count from the end."""
+        arguments = [of % len(source[0]), to % len(target[0]), *source, *target]
+        self._launch(self._kernel_of["copy"], self._worlds, arguments)
 
     def _zero_gradients(self) -> None:
         """Forget what earlier walks left."""
@@ -248,10 +297,10 @@ class DifferentiableRollout:
         arguments = [*self._common(), self._settled, self._memory, *self._states]
         self._launch(self._kernel_of["start"], self._worlds, arguments, back=back)
 
-    def _launch_reading(self, *, back: bool = False) -> None:
+    def _launch_reading(self, segment: Segment, *, back: bool = False) -> None:
         outputs = [getattr(self.readings, name) for name in READINGS]
-        arguments = [*self._common(), *self._rows, *self._states, *outputs]
-        self._launch(self._kernel_of["reading"], len(self._row_world), arguments, back=back)
+        arguments = [*self._common(), *segment.rows, *self._states, *outputs]
+        self._launch(self._kernel_of["reading"], len(segment.rows[0]), arguments, back=back)
 
     def _launch(
         self, kernel: wp.Kernel, count: int, arguments: list[Any], *, back: bool = False
@@ -278,25 +327,58 @@ class DifferentiableRollout:
 
     def _make_schedule(self, time_step: float) -> tuple[Any, Array]:
         """Lay out every world's substeps, and find the substep at which each row begins."""
-        plans = [substep_plan(timeline, time_step) for timeline in self.timelines]
-        length = max(len(time) for time, _, _ in plans)
-        shape = (length, self._worlds)
+        plans, index = distinct_plans(self.timelines, time_step)
+        shape = (max(len(time) for time, _, _ in plans), len(plans))
         columns: dict[str, Any] = {"time": np.zeros(shape), "duration": np.zeros(shape)}
         columns["row"] = np.zeros(shape, dtype=np.int32)
-        for world, plan in enumerate(plans):
+        for column, plan in enumerate(plans):
             for name, values in zip(columns, plan, strict=True):
-                columns[name][: len(values), world] = values
-        schedule = self._types["Schedule"]()
-        for name, values in columns.items():
-            dtype = wp.int32 if name == "row" else self._types["real"]
-            setattr(schedule, name, self._rollout.array(values, dtype))
+                columns[name][: len(values), column] = values
         starts = [
             np.append(np.flatnonzero(np.diff(row, prepend=-1)), len(row)) for _, _, row in plans
         ]
-        return schedule, np.concatenate(starts)
+        return self._schedule_of(columns, index), np.concatenate([starts[k] for k in index])
+
+    def _schedule_of(self, columns: dict[str, Array], index: Indices) -> Any:
+        """Return the struct of a schedule: columns by name, and each world's column."""
+        schedule = self._types["Schedule"]()
+        for name, values in {**columns, "plan": index.astype(np.int32)}.items():
+            whole = np.issubdtype(values.dtype, np.integer)
+            dtype = wp.int32 if whole else self._types["real"]
+            setattr(schedule, name, self._rollout.array(values, dtype))
+        return schedule
+
+    def _make_segments(self, length: int) -> list[Segment]:
+        """Divide the run into parts of so many substeps, and give each its rows."""
+        substeps = len(self._schedule.time)
+        world = np.repeat(np.arange(self._worlds), [len(t.time) for t in self.timelines])
+        owner = np.minimum(self._row_substep, substeps - 1) // length
+        parts = []
+        for index, first in enumerate(range(0, substeps, length)):
+            rows = np.flatnonzero(owner == index)
+            # neighbouring threads are of different worlds, whose gradients do not collide
+            rows = rows[np.argsort(self._row_substep[rows], kind="stable")]
+            columns = (rows, world[rows], self._row_substep[rows] - first)
+            parts.append(
+                Segment(
+                    length=min(length, substeps - first),
+                    rows=[self._rollout.array(c.astype(np.int32), wp.int32) for c in columns],
+                )
+            )
+        return parts
 
     def _zeros(self, shape: Any, name: str) -> Any:
         return wp.zeros(shape, dtype=self._types[name], device=self._device, requires_grad=True)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Segment:
+    """A part of a run."""
+
+    length: int
+    """Number of substeps."""
+    rows: list[Any]
+    """The rows that are read in it, their worlds, and their states, shape (N,) each."""
 
 
 def bench_names(structure: Structure) -> tuple[str, ...]:
@@ -316,6 +398,22 @@ def make_inputs(rollout: Rollout, vectors: Any) -> Inputs:
             array.requires_grad = True
             setattr(struct, name, array)  # the struct holds the address of the gradient too
     return Inputs(parameters=vectors, command=rollout.commands.angle, mechanism=rollout.numbers)
+
+
+def distinct_plans(
+    timelines: Sequence[Timeline], time_step: float
+) -> tuple[list[tuple[Any, Any, Any]], Indices]:
+    """Return the `substep_plan` of each different timeline, and which one each world has."""
+    place: dict[bytes, int] = {}
+    plans = []
+    index = np.empty(len(timelines), dtype=int)
+    for world, timeline in enumerate(timelines):
+        key = timeline.time.tobytes()
+        if key not in place:
+            place[key] = len(plans)
+            plans.append(substep_plan(timeline, time_step))
+        index[world] = place[key]
+    return plans, index
 
 
 def substep_plan(timeline: Timeline, time_step: float) -> tuple[Any, Any, Any]:
@@ -358,7 +456,10 @@ def gradient_kernel_set(
     """
     types = kernel_types(structure)
     grid = wp.array(dtype=types["real"], ndim=2)
-    schedule = {"time": grid, "duration": grid, "row": wp.array(dtype=wp.int32, ndim=2)}
+    schedule = {
+        "time": grid, "duration": grid, "row": wp.array(dtype=wp.int32, ndim=2),
+        "plan": wp.array(dtype=wp.int32),
+    }  # fmt: skip
     types = {
         **types,
         "Schedule": struct_type("Schedule", schedule),
@@ -366,10 +467,19 @@ def gradient_kernel_set(
     }
     plain = assemble_with_rules(structure, types, inline=False)
     substep = assemble_with_rules(structure, types, inline=True) if inline else plain
+    rare = assemble_with_rules(structure, types, inline=False)
+    for part in (rosenbrock, frictionless_forces):
+        rare.specialiser.function(part, inline=False)
     kernels = {
-        "start": plain.kernel(gradient_kernels.start_kernel, enable_backward=True),
-        "substep": substep.kernel(gradient_kernels.substep_kernel, enable_backward=True),
-        "sweep": plain.kernel(gradient_kernels.sweep_kernel),
+        "start": rare.kernel(gradient_kernels.start_kernel, enable_backward=True),
+        "substep": substep.kernel(substep_kernels.substep_kernel),
+        "list": plain.kernel(substep_kernels.list_kernel),
+        "copy": plain.kernel(substep_kernels.copy_kernel),
+        "gather": plain.kernel(substep_kernels.gather_kernel),
+        "scatter": plain.kernel(substep_kernels.scatter_kernel),
+        "whole": substep.kernel(substep_kernels.whole_kernel, enable_backward=True),
+        "divided": rare.kernel(substep_kernels.divided_kernel, enable_backward=True),
+        "sweep": plain.kernel(substep_kernels.sweep_kernel),
         "reading": plain.kernel(gradient_kernels.reading_kernel, enable_backward=True),
     }
     return kernels, types

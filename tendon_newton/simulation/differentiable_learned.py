@@ -12,7 +12,7 @@ import warp as wp
 from torch import Tensor, nn
 
 from tendon_newton.actuators.networks.torchscript import TorchScriptQuery
-from tendon_newton.errors import SimulationDiverged
+from tendon_newton.errors import InvalidParameter, SimulationDiverged
 from tendon_newton.mechanisms.mechanism import Mechanism
 from tendon_newton.model_file import Model
 from tendon_newton.recording import Array, Indices, Recording
@@ -68,6 +68,8 @@ class DifferentiableLearnedRollout(DifferentiableRollout):
         """What the network has learned, in the order of `weight_gradients`."""
         self.weight_gradients: tuple[Tensor, ...] = ()
         self._window, self._rate = window, rate
+        if options.get("segments", 1) != 1:
+            raise InvalidParameter("a run with a network inside has one segment")
         super().__init__(mechanism, recordings, model, **options)
         structure = self._rollout.kernels.structure
         self._tendons = structure.tendon_count
@@ -129,11 +131,8 @@ class DifferentiableLearnedRollout(DifferentiableRollout):
                     ),
                 )
             )
-        schedule = self._types["Schedule"]()
-        for name, values in (("time", time), ("duration", duration)):
-            setattr(schedule, name, self._rollout.array(values, self._types["real"]))
-        schedule.row = self._rollout.array(row, wp.int32)
-        return schedule, np.concatenate(starts)
+        columns = {"time": time, "duration": duration, "row": row}
+        return self._schedule_of(columns, np.arange(self._worlds)), np.concatenate(starts)
 
     def forward(self) -> Readings:
         """Simulate.
@@ -143,13 +142,15 @@ class DifferentiableLearnedRollout(DifferentiableRollout):
         """
         self.run_count += 1
         self._balance()
+        self.substeps.counts.zero_()
         self._run("start", self._launch_start)
         for query in range(len(self._places)):
             self._run(f"sense {query}", lambda query=query: self._launch_sense(query))
             with torch.no_grad():
                 self._told[query] = self._answer(self._window_of(query)).view_as(self._told[query])
             self._run(f"part {query}", lambda query=query: self._launch_part(query))
-        self._run("reading", self._launch_reading)
+        self._run("reading", lambda: self._launch_reading(*self._segments))
+        self._make_room()
         if not np.isfinite(self.readings.joint_position.numpy()).all():
             raise SimulationDiverged("the simulation must stay finite; shorten its step")
         return self.readings
@@ -165,12 +166,14 @@ class DifferentiableLearnedRollout(DifferentiableRollout):
         weights = [torch.zeros_like(weight) for weight in self.weights]
         for name, seed in seeds.items():
             getattr(self.readings, name).grad.assign(seed)
-        self._run("back from reading", lambda: self._launch_reading(back=True))
+        self._run("back from reading", lambda: self._launch_reading(*self._segments, back=True))
+        self._run("back begins", lambda: self.substeps.begin_backward(self._segments[0].length))
         seen, told = plain_tensor(self._samples.grad), plain_tensor(self._force.grad)
         for query in reversed(range(len(self._places))):
             self._run(f"back from part {query}", lambda query=query: self._walk_part_back(query))
             self._pull_back(query, self._window_of(query), told[query], seen, weights)
             self._walk_sense_back(query)
+        self._run("back ends", self.substeps.end_backward)
         self._walk_start_back()
         self._pull_back_balance(slopes, seen, weights)
         self.weight_gradients = tuple(weights)

@@ -221,7 +221,7 @@ def holding_joint(modes: Modes, j: int) -> Modes:
 
 @device_template
 def bring_back(mechanism: Mechanism, world: int, drive: Drive, modes: Modes, end: Motion) -> Motion:
-    """Return the end of a step with those rows brought back that left their mode's range.
+    """Return the end of a divided step with those rows brought back that left their mode's range.
 
     They are second events inside one step. A joint that has run through an end stop is put at its
     edge: the way beyond, which nothing resisted, would come back as energy.
@@ -241,6 +241,7 @@ def bring_back(mechanism: Mechanism, world: int, drive: Drive, modes: Modes, end
                 v = bring_row(end.mass_matrix, arms[d], v, speed, modes, arms)
     # A new struct: an adjoint reads a call's arguments again, so they must not change after it.
     out = end
+    out.divided = real(1.0)
     out.v = v
     out.q = within_stops(mechanism, world, modes, end.q)
     return out

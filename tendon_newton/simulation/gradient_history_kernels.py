@@ -19,12 +19,12 @@ from tendon_newton.device_code.placeholders import (
     real,
 )
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.simulation.gradient_kernels import row_drive, with_command
 from tendon_newton.simulation.history_kernels import all_present, servo_sample, with_held
 from tendon_newton.simulation.modes import choose_modes
 from tendon_newton.simulation.pipeline import excursion, flow_at
 from tendon_newton.simulation.rollout_kernels import find_row
 from tendon_newton.simulation.routes import located, tendon_arms
+from tendon_newton.simulation.substep_kernels import row_drive, with_command
 
 Commands = Placeholder
 Drive = Placeholder

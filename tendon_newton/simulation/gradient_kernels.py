@@ -1,4 +1,4 @@
-"""Kernels of a rollout that a tape can walk back: one launch per substep, every state kept."""
+"""Kernels at both ends of a rollout that can be walked back: its start and its readings."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from tendon_newton.device_code.placeholders import (
     JOINTS,
     TENDONS,
     DeviceArray,
-    DeviceBlock,
     DeviceGrid,
     JointMatrix,
     JointVector,
@@ -23,7 +22,6 @@ from tendon_newton.device_code.placeholders import (
 )
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.forces import smooth_forces
-from tendon_newton.simulation.integrator import step
 from tendon_newton.simulation.memory import remembered
 from tendon_newton.simulation.modes import SWEEPS, choose_modes
 from tendon_newton.simulation.pipeline import excursion, flow_at
@@ -41,13 +39,12 @@ from tendon_newton.simulation.settling import (
     frictionless_forces,
     resting_modes,
 )
-from tendon_newton.simulation.world_drive import world_drive
+from tendon_newton.simulation.substep_kernels import row_drive, with_command
 
 Commands = Placeholder
 Drive = Placeholder
 Mechanism = Placeholder
 Modes = Placeholder
-Schedule = Placeholder
 cell_effects: Any = None
 chain_terms: Any = None
 contact_terms: Any = None
@@ -57,8 +54,6 @@ radius_effects: Any = None
 HAS_MEMORY = False
 MAY_HOLD = False
 """Whether anything can make a tendon stick."""
-REMEMBERED = 0
-"""Numbers of the memory S."""
 ROUTED = False
 """Whether any tendon's moment arms follow from its path."""
 TOUCHES = False
@@ -68,26 +63,6 @@ NUDGE = 1.0e-6
 """Half step of a central difference [rad, m]: float64 leaves ten digits."""
 START_SWEEPS = 4
 """Newton steps at the start where effects remember; each gains a digit. Else one is exact."""
-INSTANT = 1.0e-9
-"""Two instants closer than this [s] are one."""
-
-
-@device_template
-def command_between(
-    commands: Commands, first: int, count: int, row: int, start: real, end: real
-) -> TendonVector:
-    """Return `command_mean`.
-
-    With the derivative for later edges where an edge and the substep's start are one instant.
-    """
-    before = find_row(commands, first, count, start - real(INSTANT), row)
-    after = find_row(commands, first, count, end, before)
-    command = commands.angle[first + after]
-    if after > before:
-        edge = commands.time[first + after]
-        share = (edge - start) / (end - start)
-        command = command + share * (commands.angle[first + before] - command)
-    return command
 
 
 @device_template
@@ -158,29 +133,6 @@ def constant_slope(
 
 
 @device_template
-def row_drive(
-    mechanism: Mechanism, world: int, p: ParameterVector, commands: Commands, at: int,
-    time: real, memory: MemoryVector,
-) -> Drive:  # fmt: skip
-    """Return what acts on a world in a row, but for the command."""
-    drive = world_drive(mechanism, world, p)
-    drive.voltage = commands.voltage[at]
-    drive.enabled = commands.enabled[at]
-    drive.time = time
-    drive.memory = memory
-    return drive
-
-
-@device_template
-def with_command(drive: Drive, command: TendonVector, elapsed: real) -> Drive:
-    """Return a drive with its command [rad] and the time [s] since its memory was current."""
-    out = drive
-    out.command = command
-    out.elapsed = elapsed
-    return out
-
-
-@device_template
 def with_memory(drive: Drive, memory: MemoryVector) -> Drive:
     """Return a drive with what the effects remember."""
     out = drive
@@ -237,103 +189,6 @@ def start_kernel(
     q[0, i] = x
     v[0, i] = speed
     memory[0, i] = kept
-
-
-@device_template
-def substep_kernel(
-    substep: int,
-    before: int,
-    after: int,
-    mechanism: Mechanism,
-    parameters: DeviceArray[ParameterVector],
-    commands: Commands,
-    schedule: Schedule,
-    q: DeviceGrid[JointVector],
-    v: DeviceGrid[JointVector],
-    memory: DeviceGrid[MemoryVector],
-    next_q: DeviceGrid[JointVector],
-    next_v: DeviceGrid[JointVector],
-    next_memory: DeviceGrid[MemoryVector],
-) -> None:
-    """Take each world through substeps of its own; where it has arrived it waits.
-
-    A launch of (1, W) threads simulates: from row `before` of the states to row `after` of the next
-    ones. One of (K, W) goes through K substeps at once, of states that a run has left; only its
-    adjoint means anything.
-    """
-    k, i = wp.tid()  # pyright: ignore[reportGeneralTypeIssues, reportAssignmentType]
-    at = before + k
-    out = after + k
-    x = q[at, i]
-    xd = v[at, i]
-    kept = memory[at, i]
-    duration = schedule.duration[substep + k, i]
-    if duration > real(0.0):
-        p = parameters[i]
-        scale = period_effects(real(1.0), p)
-        h = duration * scale
-        now = schedule.time[substep + k, i] * scale
-        first = commands.first[i]
-        row = schedule.row[substep + k, i]
-        mean = command_between(
-            commands, first, commands.count[i], row,
-            clock_effects(now, p) / scale, clock_effects(now + h, p) / scale,
-        )  # fmt: skip
-        drive = row_drive(mechanism, i, p, commands, first + row, now, kept)
-        motion = step(mechanism, i, p, with_command(drive, mean, real(0.0)), x, xd, h)
-        next_q[out, i] = motion.q
-        next_v[out, i] = motion.v
-        next_memory[out, i] = motion.memory
-    else:
-        next_q[out, i] = x
-        next_v[out, i] = xd
-        next_memory[out, i] = kept
-
-
-@device_template
-def sweep_kernel(
-    substep: int,
-    count: int,
-    slope_q: DeviceBlock[JointVector],
-    slope_v: DeviceBlock[JointVector],
-    slope_memory: DeviceBlock[MemoryVector],
-    adjoint_q: DeviceGrid[JointVector],
-    adjoint_v: DeviceGrid[JointVector],
-    adjoint_memory: DeviceGrid[MemoryVector],
-) -> None:
-    """Take the adjoint of each world's state back over substeps whose slopes are known.
-
-    Slopes hold, per component of the state after a substep, its derivatives by the state before:
-    shape (2 J + S, K, W). Each adjoint adds to what the readings left in its row.
-    """
-    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
-    last = substep + count
-    by_q = adjoint_q[last, i]
-    by_v = adjoint_v[last, i]
-    by_memory = adjoint_memory[last, i]
-    for back in range(count):
-        k = count - 1 - back
-        q = adjoint_q[substep + k, i]
-        v = adjoint_v[substep + k, i]
-        memory = adjoint_memory[substep + k, i]
-        for j in range(JOINTS):
-            q = q + by_q[j] * slope_q[j, k, i]
-            v = v + by_q[j] * slope_v[j, k, i]
-            memory = memory + by_q[j] * slope_memory[j, k, i]
-        for j in range(JOINTS):
-            q = q + by_v[j] * slope_q[JOINTS + j, k, i]
-            v = v + by_v[j] * slope_v[JOINTS + j, k, i]
-            memory = memory + by_v[j] * slope_memory[JOINTS + j, k, i]
-        for s in range(wp.static(REMEMBERED)):
-            q = q + by_memory[s] * slope_q[2 * JOINTS + s, k, i]
-            v = v + by_memory[s] * slope_v[2 * JOINTS + s, k, i]
-            memory = memory + by_memory[s] * slope_memory[2 * JOINTS + s, k, i]
-        adjoint_q[substep + k, i] = q
-        adjoint_v[substep + k, i] = v
-        adjoint_memory[substep + k, i] = memory
-        by_q = q
-        by_v = v
-        by_memory = memory
 
 
 @device_template
@@ -394,8 +249,9 @@ def reading_kernel(
     mechanism: Mechanism,
     parameters: DeviceArray[ParameterVector],
     commands: Commands,
+    rows: DeviceArray[int],
     row_world: DeviceArray[int],
-    row_substep: DeviceArray[int],
+    row_state: DeviceArray[int],
     q: DeviceGrid[JointVector],
     v: DeviceGrid[JointVector],
     memory: DeviceGrid[MemoryVector],
@@ -405,9 +261,10 @@ def reading_kernel(
     force: DeviceArray[TendonVector],
 ) -> None:
     """Read encoder and load cell in every row, just after its command took effect."""
-    out = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
-    i = row_world[out]
-    at = row_substep[out]
+    k = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    out = rows[k]
+    i = row_world[k]
+    at = row_state[k]
     first = commands.first[i]
     p = parameters[i]
     scale = period_effects(real(1.0), p)

@@ -96,6 +96,7 @@ def step(
     """Advance positions, velocities and memory (`drive.memory`) by h [s]; divide at an event."""
     start = located(mechanism, world, at_start(drive, drive.time, drive.memory), q, v)
     modes = choose_modes(mechanism, world, p, start, q, v)
+    begun = modes
     end = rosenbrock(mechanism, world, p, start, modes, q, v, h)
     event = first_event(mechanism, world, start, modes, q, v, end)
     if event.fraction < real(1.0):
@@ -110,5 +111,18 @@ def step(
         h = h - part
         end = rosenbrock(mechanism, world, p, start, modes, middle.q, v, h)
         end = bring_back(mechanism, world, start, modes, end)
+    end.memory = renewed(mechanism, world, p, start, modes, v, end, h)
+    end.modes = begun
+    return end
+
+
+@device_template
+def whole_step(
+    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, modes: Modes,
+    q: JointVector, v: JointVector, h: real,
+) -> Motion:  # fmt: skip
+    """Do what `step` does where no event divides it, in the modes that it has chosen."""
+    start = located(mechanism, world, at_start(drive, drive.time, drive.memory), q, v)
+    end = rosenbrock(mechanism, world, p, start, modes, q, v, h)
     end.memory = renewed(mechanism, world, p, start, modes, v, end, h)
     return end

@@ -118,7 +118,9 @@ def inner_structs(t: dict[str, Any], planar: bool) -> dict[str, Any]:
         "Forces": {
             "mass_matrix": square, "torque": joints, "stiffness": square, "damping": square,
         },
-        "Motion": {"q": joints, "v": joints, "mass_matrix": square, "memory": memory},
+        "Motion": {
+            "q": joints, "v": joints, "mass_matrix": square, "memory": memory, "divided": real,
+        },
         "Modes": {
             "joint": joints, "joint_sticks": joints, "touch": joints, "tendon": tendons,
             "tendon_sticks": tendons, "least_side": tendons, "most_side": tendons, "hold": tendons,
@@ -157,7 +159,9 @@ def inner_structs(t: dict[str, Any], planar: bool) -> dict[str, Any]:
             fields[name] = {**fields.get(name, {}), **members}
     if t["TOUCHES"]:
         fields |= contact_fields(t)
-    return {name: struct_type(name, members) for name, members in fields.items()}
+    types = {name: struct_type(name, members) for name, members in fields.items()}
+    types["Motion"] = struct_type("Motion", {**fields["Motion"], "modes": types["Modes"]})
+    return types
 
 
 def route_fields(t: dict[str, Any]) -> dict[str, dict[str, Any]]:

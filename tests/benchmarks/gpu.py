@@ -11,7 +11,7 @@ the former one, and ``docs/images/cost_by_worlds.png``. A control step is 50 ms 
 engine does it in one CUDA graph; times are the best of seven spans by the clock, everything warm.
 
 Parts: ``mechanics`` alone; the ``network`` alone (the authors' Transformer, 6,801 numbers); both in
-a ``loop``; ``gradient`` of 2 s, in steps of 1 ms; and ``ppo``: samples per second, acting and
+a ``loop``; ``gradient`` of 2 s and 10 s, in steps of 1 ms; ``ppo``: samples per second, acting and
 learning.
 """
 
@@ -31,6 +31,7 @@ import torch
 import warp as wp
 
 from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.recording import Recording
 from tendon_newton.simulation.control_loop import ControlLoop
 from tendon_newton.simulation.differentiable import DifferentiableRollout
 from tendon_newton.simulation.torch_bridge import torch_stream
@@ -46,7 +47,7 @@ from tests.benchmarks.engines import (
 from tests.benchmarks.network import best_time, queries, random_windows
 from tests.benchmarks.speed import commit
 from tests.physics.networks import force_network, learned_model, write_force_network
-from tests.physics.runs import ideal_model, run_of, stairs
+from tests.physics.runs import ROWS, ideal_model, run_of, stairs
 from train.policy.environment import FingerEnvironment
 from train.policy.environment_config import EnvironmentConfig
 from train.policy.training import train_policy
@@ -60,8 +61,12 @@ FOREIGN_WORLDS = 65536
 """Most worlds that Newton's solvers are measured with: building them takes minutes."""
 JOINT_FRICTION = 5.0e-3
 """Dry friction of each joint [N m], a tenth of what its spring holds at the end of its range."""
-GRADIENT_WORLDS = (1, 64, 1024, 4096, 16384)
+GRADIENT_WORLDS = (1, 64, 1024, 4096, 8192, 16384)
 GRADIENT_STEP = 1.0e-3  # s
+LONG_WORLDS = 4096
+"""Worlds of the run of 10 s."""
+SEGMENTS = (1, 10, 100)
+"""Into how many parts it is divided."""
 SAMPLE_PRODUCTS = 3 * 16 + 3 * 48 + 4 * 30 * 8 + 16 * 16 + 2 * 16 * 64
 """Multiplications of a sample's way through the first layer: as a token; as query, key and value;
 four heads that look at 30 samples; their mixture; the layers of 64."""
@@ -194,38 +199,51 @@ def loop(worlds_asked: Sequence[int]) -> Iterator[Row]:
 
 
 def gradient(worlds_asked: Sequence[int]) -> Iterator[Row]:
-    """Time 2 s forwards, and backwards by all numbers and commands."""
-    model = ideal_model(coulomb_friction={"force": 0.5}, viscous_friction={"coefficient": 0.3})
-    mechanism = load_mechanism("finger")
+    """Time 2 s forwards and backwards by all numbers and commands; 10 s in one piece and more."""
+    most = max(worlds_asked)
+    runs = swinging_runs(max(GRADIENT_WORLDS), 2.0)
+    ways = {"many substeps at once": True, "one substep after the other": False}
+    for worlds in (w for w in GRADIENT_WORLDS if w <= most):
+        for way, at_once in ways.items():
+            yield gradient_row(way, runs[:worlds], at_once=at_once)
+    if most >= LONG_WORLDS:
+        runs = swinging_runs(LONG_WORLDS, 10.0)
+        for segments in SEGMENTS:
+            yield gradient_row(f"10 s in {segments} segments", runs, segments=segments)
+
+
+def swinging_runs(count: int, duration: float) -> list[Recording]:
+    """Return recordings of so many seconds, each with other commands."""
     rng = np.random.default_rng(3)
-    runs = [run_of(stairs(rng, 161, 1.0, 3.0, 20)) for _ in range(max(GRADIENT_WORLDS))]
-    ways = ((True, "many substeps at once"), (False, "one substep after the other"))
-    for worlds in (w for w in GRADIENT_WORLDS if w <= max(worlds_asked)):
-        for at_once, way in ways:
-            before = memory_in_use()
-            rollout = DifferentiableRollout(
-                mechanism, runs[:worlds], model, time_step=GRADIENT_STEP, at_once=at_once
-            )
-            seed = np.ones((*rollout.forward().motor_position.shape, 1))
-            for _ in range(2):
-                rollout.forward()
-                rollout.backward(motor_position=seed)
-            seconds = {
-                name: best_time(
-                    lambda graph=rollout.graphs[name]: wp.capture_launch(graph), wp.get_device()
-                )
-                for name in ("forward", "backward")
-            }
-            row = {
-                "engine": way,
-                "worlds": worlds,
-                **{f"{name}_milliseconds": 1.0e3 * value for name, value in seconds.items()},
-                "backward_over_forward": seconds["backward"] / seconds["forward"],
-                "bytes_per_world": (memory_in_use() - before) / worlds,
-            }
-            say(row)
-            yield row
-            del rollout
+    rows = int(ROWS * duration) + 1
+    return [run_of(stairs(rng, rows, 1.0, 3.0, int(10 * duration))) for _ in range(count)]
+
+
+def gradient_row(name: str, runs: Sequence[Recording], **options: Any) -> Row:
+    """Time a differentiable rollout of a finger whose tendon rubs."""
+    model = ideal_model(coulomb_friction={"force": 0.5}, viscous_friction={"coefficient": 0.3})
+    before = memory_in_use()
+    mechanism = load_mechanism("finger")
+    rollout = DifferentiableRollout(mechanism, runs, model, time_step=GRADIENT_STEP, **options)
+    seed = np.ones((*rollout.forward().motor_position.shape, 1))
+    for _ in range(2):
+        rollout.forward()
+        rollout.backward(motor_position=seed)
+    seconds = {
+        name: best_time(
+            lambda graph=rollout.graphs[name]: wp.capture_launch(graph), wp.get_device()
+        )
+        for name in ("forward", "backward")
+    }
+    row = {
+        "engine": name,
+        "worlds": len(runs),
+        **{f"{name}_milliseconds": 1.0e3 * value for name, value in seconds.items()},
+        "backward_over_forward": seconds["backward"] / seconds["forward"],
+        "bytes_per_world": (memory_in_use() - before) / len(runs),
+    }
+    say(row)
+    return row
 
 
 def ppo(worlds_asked: Sequence[int]) -> Iterator[Row]:

@@ -57,7 +57,7 @@ MECHANISM = {
 
 
 def make_rollout(
-    effects: dict[str, dict[str, float]], *, at_once: bool = False
+    effects: dict[str, dict[str, float]], *, at_once: bool = False, segments: int = 1
 ) -> DifferentiableRollout:
     """Return two runs of a finger with friction in the tendon and in its joints.
 
@@ -70,8 +70,9 @@ def make_rollout(
         run_of(stairs(rng, rows, 1.0, 4.0, 33), start="first_row", angle=0.6, speed=0.5),
     ]
     rollout = DifferentiableRollout(
-        load_mechanism("finger"), runs, ideal_model(**effects), at_once=at_once, device="cpu"
-    )
+        load_mechanism("finger"), runs, ideal_model(**effects), at_once=at_once,
+        segments=segments, device="cpu",
+    )  # fmt: skip
     rollout.inputs.mechanism.friction.assign(np.tile(FRICTION, (2, 1)))
     return rollout
 
@@ -202,20 +203,47 @@ def test_repeated_gradients_are_the_same() -> None:
     assert np.array_equal(found[0], found[2])
 
 
+def all_gradients(rollout: DifferentiableRollout) -> list[Array]:
+    """Return the second gradients, from a captured run, by all that went in."""
+    seeds = random_seeds(rollout)
+    for _ in range(2):
+        inputs = rollout.backward(**seeds)
+    arrays = [inputs.parameters, inputs.command]
+    arrays += [getattr(inputs.mechanism, name) for name in rollout.bench_names]
+    return [array.grad.numpy().copy() for array in arrays]
+
+
 def test_many_substeps_at_once_give_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     """What a GPU does: slopes of many substeps, a sweep along them, what they add up to.
 
     In three parts of the run, with effects that remember, to the rounding of another order.
     """
     monkeypatch.setattr(substep_chain, "TOGETHER", 2 * 700)
-    found = []
-    for at_once in (False, True):
-        rollout = make_rollout(TIRING, at_once=at_once)
-        seeds = random_seeds(rollout)
-        for _ in range(2):
-            inputs = rollout.backward(**seeds)
-        arrays = [inputs.parameters, inputs.command]
-        arrays += [getattr(inputs.mechanism, name) for name in rollout.bench_names]
-        found.append([array.grad.numpy().copy() for array in arrays])
+    found = [all_gradients(make_rollout(TIRING, at_once=at_once)) for at_once in (False, True)]
     for one_by_one, together in zip(*found, strict=True):
         assert together == pytest.approx(one_by_one, rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.parametrize("at_once", [False, True])
+def test_a_run_in_segments_gives_the_same(at_once: bool) -> None:
+    """Only a seventh of the states is kept; the others are simulated again, to the same bits."""
+    whole = make_rollout(TIRING, at_once=at_once)
+    parts = make_rollout(TIRING, at_once=at_once, segments=7)
+    for kept, repeated in zip(all_gradients(whole), all_gradients(parts), strict=True):
+        assert repeated == pytest.approx(kept, rel=1e-9, abs=1e-9)
+    for name in ("joint_position", "motor_position", "force"):
+        readings = [getattr(rollout.readings, name).numpy() for rollout in (whole, parts)]
+        assert np.array_equal(*readings)
+
+
+def test_more_divided_substeps_than_there_was_room_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The list of substeps that events divide grows with them, also after a run was captured."""
+    plenty = all_gradients(make_rollout(EFFECTS))
+    monkeypatch.setattr(substep_chain, "LEAST_ROOM", 1)
+    rollout = make_rollout(EFFECTS)
+    friction = rollout.inputs.mechanism.friction
+    friction.zero_()
+    all_gradients(rollout)
+    friction.assign(np.tile(FRICTION, (2, 1)))
+    for roomy, grown in zip(plenty, all_gradients(rollout), strict=True):
+        assert grown == pytest.approx(roomy, rel=1e-9, abs=1e-9)
