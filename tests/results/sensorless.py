@@ -3,8 +3,10 @@
 ``python -m tests.results.sensorless DATASET --networks SUPERVISED --out DIR`` finds the lines of
 the benches, trains networks on the force that they imply, and prints their error on the test steps
 beside that of networks which had the load cell, of the ideal source, of the implied forces
-themselves, and of what the nominal springs and weights imply. What is finished is not done again;
-``--tip-noise 3e-4`` blurs the tip of the train recordings [m].
+themselves, and of what the nominal springs and weights imply: by bench, by what the servo does, and
+how much of it is one and the same on all of a bench's steps. What is finished is not done again.
+``--seeds`` without a number trains none; ``--tip-noise 3e-4`` blurs the tip of the train recordings
+[m], and ``--tip-offset 5e-4 0`` has the camera see x and z of every tip off their place [m].
 """
 
 import argparse
@@ -27,11 +29,13 @@ from train.actuator.run import train_to_file
 from train.actuator.sensorless import IMPLIED_WORDS, imply_forces, write_lines
 from train.actuator.sensorless_line import Line, nominal_line
 from train.actuator.sensorless_motion import Motion, motions_of
+from train.actuator.servo_law import SLIDING
 from train.actuator.training_config import TrainingConfig
 
 BENCHES = ("finger", "spring_strong", "spring_weak")
+PHASES = ("winds in", "driven back", "rests")
 Model = Callable[[Sequence[Recording]], list[Array]]
-"""Recordings -> predicted less measured force [N] of each."""
+"""Recordings -> predicted less measured force [N] at the rows of each; nan where none is said."""
 
 
 def main() -> None:
@@ -41,13 +45,15 @@ def main() -> None:
     parser.add_argument("--networks", type=Path, help="networks that had the load cell")
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--network", default="transformer", choices=["mlp", "rnn", "transformer"])
-    parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2])
+    parser.add_argument("--seeds", type=int, nargs="*", default=[0, 1, 2])
     parser.add_argument("--epochs", type=int, default=30)
     parser.add_argument("--windows-per-epoch", type=int, default=32768)
     parser.add_argument("--tip-noise", type=float, default=0.0)
+    parser.add_argument("--tip-offset", type=float, nargs=2, default=[0.0, 0.0])
     chosen = parser.parse_args()
     chosen.out.mkdir(parents=True, exist_ok=True)
-    dataset = with_tip_noise(load_dataset(chosen.dataset), chosen.tip_noise)
+    dataset = with_tip_offset(load_dataset(chosen.dataset), chosen.tip_offset)
+    dataset = with_tip_noise(dataset, chosen.tip_noise)
     implied = imply_forces(dataset)
     write_lines(chosen.out / "benches.json", implied.lines)
     print_lines(implied.lines)
@@ -77,13 +83,19 @@ def main() -> None:
         )
         for seed in chosen.seeds
     ]
-    table["without the load cell"] = mean_errors(own, dataset)
-    if chosen.networks is not None:
+    if own:
+        table["without the load cell"] = mean_errors(own, dataset)
+        table["the mean of these forces"] = errors(ensemble(own), dataset)
+    if own and chosen.networks is not None:
         paths = sorted(chosen.networks.glob(f"{chosen.network}-paper-[0-9]*.pt"))
         with_cell = [load_network(path, trust=True) for path in paths]
         table["with the load cell"] = mean_errors(with_cell, dataset)
-        ratio = table["without the load cell"]["steps"] / table["with the load cell"]["steps"]
-        table["without over with [1]"] = {"steps": ratio}
+        table["the mean of those forces"] = errors(ensemble(with_cell), dataset)
+        ratios = {
+            key: table["without the load cell"][key] / table["with the load cell"][key]
+            for key in ("steps", *BENCHES, "all rows", *PHASES)
+        }
+        table["without over with [1]"] = ratios
     print_table(table)
     (chosen.out / "sensorless.json").write_text(json.dumps(table, indent=1) + "\n")
 
@@ -99,15 +111,31 @@ def trained(dataset: Dataset, config: TrainingConfig, out: Path) -> NetworkFile:
 
 
 def errors(model: Model, dataset: Dataset) -> dict[str, float]:
-    """Return the mean RMS error over the step trajectories, in all and by bench, and pooled [N]."""
+    """Return RMS errors [N].
+
+    Mean over the step trajectories, in all and by bench; pooled over all test rows, and over the
+    steps' rows by what the servo does; ``offset``, that of the mean errors on each bench's steps.
+    """
     steps = [r for r in usable(dataset.test) if step_hold(r) is not None]
-    by_recording = [float(np.sqrt(np.mean(e**2))) for e in model(steps)]
-    found = {"steps": float(np.mean(by_recording))}
+    missed = model(steps)
+    by_recording = [rms(e) for e in missed]
+    found, offsets = {"steps": float(np.mean(by_recording))}, []
     for bench in BENCHES:
-        own = [e for r, e in zip(steps, by_recording, strict=True) if r.bench == bench]
-        found[bench] = float(np.mean(own)) if own else float("nan")
-    pooled = np.concatenate(model(usable(dataset.test)))
-    return found | {"all rows": float(np.sqrt(np.mean(pooled**2)))}
+        own = [k for k, r in enumerate(steps) if r.bench == bench]
+        found[bench] = float(np.mean([by_recording[k] for k in own])) if own else float("nan")
+        if own:
+            offsets.append(np.nanmean(np.concatenate([missed[k] for k in own])))
+    found["all rows"] = rms(np.concatenate(model(usable(dataset.test))))
+    found["offset"] = rms(np.array(offsets))
+    pooled = np.concatenate(missed)
+    speed = np.concatenate([r.motor_velocity[:, 0] for r in steps])
+    rows = (speed > SLIDING, speed < -SLIDING, np.abs(speed) <= SLIDING)
+    return found | {name: rms(pooled[own]) for name, own in zip(PHASES, rows, strict=True)}
+
+
+def rms(values: Array) -> float:
+    """Return the root mean square of those that are not nan."""
+    return float(np.sqrt(np.nanmean(values**2)))
 
 
 def mean_errors(networks: Sequence[NetworkFile], dataset: Dataset) -> dict[str, float]:
@@ -120,7 +148,22 @@ def mean_errors(networks: Sequence[NetworkFile], dataset: Dataset) -> dict[str, 
 
 def network_model(network: NetworkFile) -> Model:
     """Return a network's errors as a function of recordings."""
-    return lambda recordings: [-p.error for p in predict(network.module, network.card, recordings)]
+
+    def model(recordings: Sequence[Recording]) -> list[Array]:
+        missed = {r.name: np.full(r.sample_count, np.nan) for r in recordings}
+        for prediction in predict(network.module, network.card, recordings):
+            missed[prediction.recording.name][prediction.rows] = -prediction.error
+        return list(missed.values())
+
+    return model
+
+
+def ensemble(networks: Sequence[NetworkFile]) -> Model:
+    """Return the errors of the mean of several networks' forces."""
+    models = [network_model(network) for network in networks]
+    return lambda recordings: [
+        np.mean(each, axis=0) for each in zip(*(model(recordings) for model in models), strict=True)
+    ]
 
 
 def ideal(gain: float) -> Model:
@@ -165,6 +208,15 @@ def with_tip_noise(dataset: Dataset, noise: float) -> Dataset:
     return replace(dataset, train=blurred)
 
 
+def with_tip_offset(dataset: Dataset, offset: Sequence[float]) -> Dataset:
+    """Move the tip of all recordings by x and z [m]."""
+    train, test = (
+        tuple(r if r.tip is None else replace(r, tip=r.tip + np.asarray(offset)) for r in split)
+        for split in (dataset.train, dataset.test)
+    )
+    return replace(dataset, train=train, test=test)
+
+
 def measured(recording: Recording) -> Array:
     """Return what the load cell read [N]."""
     assert recording.force is not None
@@ -190,10 +242,13 @@ def print_lines(lines: Sequence[Line]) -> None:
 
 def print_table(table: dict[str, dict[str, float]]) -> None:
     """Print the errors [N]."""
-    columns = ("steps", *BENCHES, "all rows", "spread of steps")
-    print(f"{'RMSE [N]':36s}" + "".join(f"{name:>16s}" for name in columns))
+    columns = ("steps", *BENCHES, "all rows", *PHASES, "offset", "spread of steps")
+    print(f"{'RMSE [N]':36s}" + "".join(f"{name:>{len(name) + 2}s}" for name in columns))
     for name, found in table.items():
-        cells = (f"{found[key]:16.3f}" if key in found else " " * 16 for key in columns)
+        cells = (
+            f"{found[key]:{len(key) + 2}.3f}" if key in found else " " * (len(key) + 2)
+            for key in columns
+        )
         print(f"{name:36s}" + "".join(cells))
 
 

@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from train.actuator.training_config import TrainingConfig
     from train.actuator.windows import Windows
 
+RECIPE = 1
+"""Number of the recipe: how windows are changed, errors weighed and weights moved, which no config
+says. Whoever changes that raises it; a test knows the numbers that belong to this one."""
 FREE_KEYS = ("device", "threads", "patience", "force_limit")
 """What may change when a training goes on."""
 TOLERANCE = 1.15
@@ -137,19 +140,25 @@ def load_checkpoint(path: Path, settings: Mapping[str, Any], state: TrainingStat
 
 
 def training_settings(config: TrainingConfig, *data: Windows) -> dict[str, Any]:
-    """Return all that decides a training: its config and a hash of its data."""
+    """Return all that decides a training: its recipe, its config and a hash of its data."""
     digest = hashlib.sha256()
     for windows in data:
         for values in (windows.inputs, windows.force, windows.rows):
             digest.update(np.ascontiguousarray(values).tobytes())
     kept = {key: value for key, value in asdict(config).items() if key not in FREE_KEYS}
-    return kept | {"data": digest.hexdigest()}
+    return {"recipe": RECIPE} | kept | {"data": digest.hexdigest()}
 
 
 def refuse_other_settings(
     path: Path, saved: Mapping[str, Any], settings: Mapping[str, Any]
 ) -> None:
     """Refuse to go on with other settings than the training began with."""
+    if saved.get("recipe") != settings.get("recipe"):
+        raise InvalidNetworkFile(
+            f"{path}: this training began by recipe {saved.get('recipe', 'without a number')}, and "
+            f"this version trains by recipe {settings.get('recipe')}; delete it to start again, or "
+            "use another folder"
+        )
     for key, value in settings.items():
         if saved.get(key) != value:
             raise InvalidNetworkFile(

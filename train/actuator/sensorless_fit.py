@@ -10,23 +10,28 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
 import torch
 from torch import Tensor, nn
 
 from tendon_newton.errors import InvalidDataset
-from train.actuator.sensorless_line import Line, LinePrior, line_from, line_prior
+from train.actuator.sensorless_line import Line, LinePrior, line_prior
 from train.actuator.sensorless_motion import Motion
-from train.actuator.windows import WindowShape, window_rows
+from train.actuator.sensorless_numbers import LineNumbers
+from train.actuator.sensorless_rows import SlidingRows, sliding_rows
 
-SHAPE = WindowShape()
-WIDTHS = (96, 32)
-ERROR = 0.5
-"""Error of the witness [N] beyond whose triple it counts no longer squared: what the past does not
-tell, such as where a motor stuck long ago, must not move a bench's numbers."""
+WIDTHS = (24, 12)
+EVIDENCE = 3.0
+"""Independent pieces of evidence in a recording [1]: what the witness misses is nearly the same all
+along it. Three and six find lines that are as good."""
+SURE = 0.6
+"""Error in standard deviations beyond which a row's weight falls [1], so that what a line or servo
+does now and then does not move a bench's numbers."""
+ERRORS = (0.3, 0.6)
+"""Standard deviations of the witness [N] to start with, winding in and driven back. They are found
+too: a gear that is driven back holds anything within friction's band."""
 TENSION = (7.0, 5.0)
 """Offset and scale of what the witness gives [N], so that it starts in the middle of 0 to 21 N."""
-LEARNING_RATES = (3.0e-3, 2.0e-2)
+LEARNING_RATES = (1.0e-2, 2.0e-2)
 """Of the witness, and of the numbers in their standard deviations."""
 
 
@@ -34,26 +39,26 @@ LEARNING_RATES = (3.0e-3, 2.0e-2)
 class LineFit:
     """How long lines are fitted."""
 
-    steps: int = 1920
-    batch: int = 512
-    """Windows per step."""
+    steps: int = 800
     seed: int = 0
     threads: int = 1
     """Threads of torch: the same number gives the same lines."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class FittedRows:
-    """All rows that the fit sees."""
+class Witness(nn.Module):
+    """Says the tension from what is seen of the servo; a line and what bends it."""
 
-    inputs: Tensor
-    """theta_d - theta, theta_dot, both in standard deviations, shape (N, 2)."""
-    windows: Tensor
-    """Rows of each window, oldest first, shape (W, window)."""
-    seen: Tensor
-    """wound [m], direction [1], joint angles [rad], shape (N, 2 + J); zeros for missing joints."""
-    bench: Tensor
-    """Number of each row's bench, shape (N,)."""
+    def __init__(self, inputs: int) -> None:
+        super().__init__()
+        self.line = nn.Linear(inputs, 1)
+        self.bends = nn.Sequential(
+            nn.Linear(inputs, WIDTHS[0]), nn.Tanh(), nn.Linear(WIDTHS[0], WIDTHS[1]), nn.Tanh(),
+            nn.Linear(WIDTHS[1], 1),
+        )  # fmt: skip
+
+    def forward(self, servo: Tensor) -> Tensor:
+        """Return tensions [N], shape (N,)."""
+        return TENSION[0] + TENSION[1] * (self.line(servo) + self.bends(servo))[:, 0]
 
 
 def fit_lines(
@@ -64,65 +69,55 @@ def fit_lines(
 ) -> tuple[Line, ...]:
     """Find one line per bench.
 
-    A recording counts as one independent piece of evidence, however many rows it has: what the
-    witness misses is the same all along it.
-
     Args:
         motions: Recordings without force.
         config: How long.
         report: Called now and then with steps done and loss.
+
+    Raises:
+        InvalidDataset: Recordings of a bench disagree about it, or no servo turns.
     """
     torch.set_num_threads(config.threads)
     torch.manual_seed(config.seed)
-    rng = np.random.default_rng(config.seed)
     priors = priors_of(motions)
-    rows = rows_of(motions, [prior.bench for prior in priors])
-    mean, spread = padded(priors)
-    deviation = torch.zeros_like(mean, requires_grad=True)
-    witness = nn.Sequential(
-        nn.Linear(2 * SHAPE.window, WIDTHS[0]), nn.Tanh(), nn.Linear(WIDTHS[0], WIDTHS[1]),
-        nn.Tanh(), nn.Linear(WIDTHS[1], 1),
-    )  # fmt: skip
+    rows = sliding_rows(motions, [prior.bench for prior in priors])
+    numbers, witness = LineNumbers(priors), Witness(rows.servo.shape[1])
+    spread = torch.tensor(ERRORS).log().requires_grad_()
     optimizer = torch.optim.Adam(
         [
             {"params": witness.parameters(), "lr": LEARNING_RATES[0]},
-            {"params": [deviation], "lr": LEARNING_RATES[1]},
+            {"params": [*numbers.parameters(), spread], "lr": LEARNING_RATES[1]},
         ]
     )
     scheduler = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, config.steps)
     for step in range(1, config.steps + 1):
-        chosen = rows.windows[torch.from_numpy(rng.integers(len(rows.windows), size=config.batch))]
-        numbers = mean + spread * deviation
-        errors = bench_errors(witness, rows, chosen, numbers, mean) / ERROR
-        misfit = nn.functional.huber_loss(errors, torch.zeros_like(errors), delta=3.0)
-        loss = misfit + 0.5 * (deviation**2).sum() / len(motions)
+        errors = bench_errors(witness, rows, numbers) / torch.exp(spread)[rows.unwinds]
+        misfit = nn.functional.huber_loss(
+            errors, torch.zeros_like(errors), delta=SURE, reduction="none"
+        )
+        misfit = (rows.weight * (misfit + spread[rows.unwinds])).sum()
+        loss = (EVIDENCE * misfit + numbers.surprise()) / len(motions)
         optimizer.zero_grad()
         loss.backward()
         optimizer.step()
         scheduler.step()
         if step % max(1, config.steps // 8) == 0:
             report(step, float(loss.detach()))
-    found = (mean + spread * deviation).detach().double().numpy()
-    return tuple(
-        line_from(prior.bench, numbers[: prior.mean.size])
-        for prior, numbers in zip(priors, found, strict=True)
-    )
+    return numbers.lines()
 
 
-def bench_errors(
-    witness: nn.Module, rows: FittedRows, windows: Tensor, numbers: Tensor, nominal: Tensor
-) -> Tensor:
-    """Return what the witness says less what the lines imply, shape (W,).
+def bench_errors(witness: Witness, rows: SlidingRows, numbers: LineNumbers) -> Tensor:
+    """Return what the witness says less what the lines imply, shape (N,).
 
     In newtons of the nominal stiffness: that is in the motion, of which a bench's numbers cannot
     make less by calling all forces small.
     """
-    last = windows[:, -1]
-    own, seen = numbers[rows.bench[last]], rows.seen[last]
-    stretch = seen[:, 0] - own[:, 1] - (own[:, 3:] * seen[:, 2:]).sum(dim=1)
-    implied = torch.exp(own[:, 0]) * stretch * (1.0 + own[:, 2] * seen[:, 1])
-    said = TENSION[0] + TENSION[1] * witness(rows.inputs[windows].flatten(1))[:, 0]
-    return (said - implied) * torch.exp(nominal[rows.bench[last], 0] - own[:, 0])
+    stiffness, bench = numbers.stiffness(), rows.bench
+    joints = rows.joints - (rows.joints_by_tip * numbers.camera()[bench][:, None, :]).sum(dim=2)
+    stretch = rows.wound - numbers.slack()[bench] - (numbers.arms()[bench] * joints).sum(dim=1)
+    felt = 1.0 + numbers.guide()[bench] * rows.direction
+    implied = stiffness[bench] * stretch * felt
+    return (witness(rows.servo) - implied) * (numbers.nominal_stiffness() / stiffness)[bench]
 
 
 def priors_of(motions: Sequence[Motion]) -> tuple[LinePrior, ...]:
@@ -131,45 +126,9 @@ def priors_of(motions: Sequence[Motion]) -> tuple[LinePrior, ...]:
     for motion in motions:
         bench = motion.recording.bench
         prior = line_prior(bench, motion.mechanism)
-        known = priors.setdefault(bench, prior)
-        if not np.array_equal(known.mean, prior.mean):
+        if priors.setdefault(bench, prior) != prior:
             raise InvalidDataset(
                 f"{motion.recording.name}: without a load cell all recordings of a bench must have "
                 f"the same spring and moment arms; other recordings of {bench} have others"
             )
     return tuple(priors.values())
-
-
-def padded(priors: Sequence[LinePrior]) -> tuple[Tensor, Tensor]:
-    """Return means and spreads of all benches, shape (B, 3 + J); missing arms are zero."""
-    width = max(prior.mean.size for prior in priors)
-    tables = [
-        np.array([np.pad(values, (0, width - values.size)) for values in column])
-        for column in ([p.mean for p in priors], [p.spread for p in priors])
-    ]
-    mean, spread = (torch.tensor(table, dtype=torch.float32) for table in tables)
-    return mean, spread
-
-
-def rows_of(motions: Sequence[Motion], benches: Sequence[str]) -> FittedRows:
-    """Put all motions one after the other."""
-    width = max(motion.joints.shape[1] for motion in motions)
-    inputs, windows, seen, bench, offset = [], [], [], [], 0
-    for motion in motions:
-        recording = motion.recording
-        assert recording.command is not None
-        lead = recording.command[:, 0] - recording.motor_position[:, 0]
-        inputs.append(np.column_stack([lead, recording.motor_velocity[:, 0]]))
-        windows.append(window_rows(recording, SHAPE) + offset)
-        joints = np.pad(motion.joints, ((0, 0), (0, width - motion.joints.shape[1])))
-        seen.append(np.column_stack([motion.wound, motion.direction, joints]))
-        bench.append(np.full(recording.sample_count, benches.index(recording.bench)))
-        offset += recording.sample_count
-    table = np.concatenate(inputs)
-    table = (table - table.mean(axis=0)) / np.maximum(table.std(axis=0), 1.0e-6)
-    return FittedRows(
-        inputs=torch.tensor(table, dtype=torch.float32),
-        windows=torch.tensor(np.concatenate(windows)),
-        seen=torch.tensor(np.concatenate(seen), dtype=torch.float32),
-        bench=torch.tensor(np.concatenate(bench)),
-    )

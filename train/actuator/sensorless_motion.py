@@ -38,6 +38,13 @@ class Motion:
     direction: Array
     """From -1, paid out, to 1, wound in [1], shape (T,)."""
 
+    def joints_seen_by(self, camera: Sequence[float]) -> Array:
+        """Return the joint angles if the tip is seen off its place by x and z [m], shape (T, J)."""
+        if not self.joints.shape[1] or not len(camera):
+            return self.joints
+        assert self.recording.tip is not None
+        return joints_at(self.recording.tip - np.asarray(camera), self.mechanism)
+
 
 def motions_of(recordings: Sequence[Recording]) -> tuple[Motion, ...]:
     """Drop the force of those recordings that tell something without it.
@@ -83,23 +90,22 @@ def motion_of(recording: Recording, mechanism: Mechanism) -> Motion:
         recording=recording,
         mechanism=mechanism,
         wound=mechanism.tendons[0].spool_radius * position,
-        joints=joints_at(recording, mechanism),
+        joints=np.empty((recording.sample_count, 0))
+        if len(mechanism.joints) == 1 or recording.tip is None
+        else joints_at(recording.tip, mechanism),
         direction=winding_direction(position),
     )
 
 
-def joints_at(recording: Recording, mechanism: Mechanism) -> Array:
-    r"""Return the joint angles that put the tip where it was seen, shape (T, J).
+def joints_at(tip: Array, mechanism: Mechanism) -> Array:
+    r"""Return the joint angles that put a finger's tip at x and z, shape (T, J).
 
     .. math::
         \cos q_2 = \frac{x^2 + z^2 - L_1^2 - L_2^2}{2 L_1 L_2}, \qquad
         q_1 = \operatorname{atan2}(-z, x) - \operatorname{atan2}(L_2 \sin q_2, L_1 + L_2 \cos q_2)
     """
-    if len(mechanism.joints) == 1:
-        return np.empty((recording.sample_count, 0))
     first, second = planar_lengths(mechanism)
-    assert recording.tip is not None
-    x, down = recording.tip[:, 0], -recording.tip[:, 1]
+    x, down = tip[:, 0], -tip[:, 1]
     cosine = (x**2 + down**2 - first**2 - second**2) / (2.0 * first * second)
     distal = np.arccos(np.clip(cosine, -1.0, 1.0))
     inner = np.arctan2(second * np.sin(distal), first + second * np.cos(distal))

@@ -20,11 +20,13 @@ from train.actuator.sensorless import ImpliedForces, imply_forces
 from train.actuator.sensorless_fit import LineFit
 from train.actuator.sensorless_line import nominal_line
 from train.actuator.sensorless_motion import motions_of, winding_direction
+from train.actuator.sensorless_rows import sliding_windows
+from train.actuator.servo_law import SLIDING
 from train.actuator.training import train_network
 from train.actuator.training_config import TrainingConfig
 
-FIT = LineFit(steps=600, batch=256)
-FEW = LineFit(steps=20, batch=64)
+FIT = LineFit(steps=300)
+FEW = LineFit(steps=20)
 EXCITATIONS = ("random_steps", "sine", "ramps", "stairs")
 
 
@@ -48,8 +50,8 @@ def test_one_servo_on_several_benches_tells_what_their_lines_give(implied: Impli
     """The implied forces are closer to the true ones than those of the nominal lines, everywhere.
 
     The soft spring is known to 3 %; the give of the other lines, 8 % of a stiff spring and 30 % of
-    a finger's line, is found from the servo. Within a tenth of the force's RMS: what the springs'
-    tolerance leaves open, with room for a short fit.
+    a finger's line, is found from the servo. Within a twentieth of the force's RMS: what the
+    springs' tolerance leaves open (3 %), with room for a short fit.
     """
     motions = {m.recording.name: m for m in motions_of(pulled_logs(*EXCITATIONS))}
     for line in implied.lines:
@@ -61,9 +63,24 @@ def test_one_servo_on_several_benches_tells_what_their_lines_give(implied: Impli
             promised.append(nominal_line(line.bench, motion.mechanism).tension(motion))
         felt = np.concatenate(true)
         error = rmse(np.concatenate(found) - felt)
-        assert error < 0.1 * rmse(felt)
+        assert error < 0.05 * rmse(felt)
         if line.bench != "spring_weak":
             assert error < 0.7 * rmse(np.concatenate(promised) - felt)
+
+
+def test_a_camera_that_is_off_by_half_a_millimetre_costs_little() -> None:
+    """Along x and z, on all recordings: within a tenth of the force's RMS, where it was 4 %.
+
+    Half a millimetre of a finger's line is some 4 N.
+    """
+    logs, off = pulled_logs(*EXCITATIONS), np.array([4.0e-4, -3.0e-4])
+    shifted = [r if r.tip is None else replace(r, tip=r.tip + off) for r in logs]
+    found = imply_forces(dataset_of(tuple(shifted)), FIT)
+    true, implied = (
+        np.concatenate([r.force[:, 0] for r in train if r.bench == "finger"])
+        for train in (logs, found.dataset.train)
+    )
+    assert rmse(implied - true) < 0.1 * rmse(true)
 
 
 def test_no_measured_force_has_a_part_in_it() -> None:
@@ -108,6 +125,32 @@ def test_a_turn_within_the_play_of_the_guide_is_no_change_of_direction() -> None
     assert direction[205] == direction[-1] == -1.0
     still = np.concatenate([[0.0, 1.0], 1.0 + 0.0015 * (-1.0) ** np.arange(50)])
     assert np.all(winding_direction(still)[1:] > 0.3)
+
+
+def test_benches_are_compared_where_the_servo_turns_one_way() -> None:
+    """From the first to the last row of each window, 0.1 s, faster than a gear that may stick."""
+    (motion,) = motions_of([log := pulled_log("spring_weak")])
+    windows = sliding_windows(motion)
+    speed = log.motor_velocity[:, 0]
+    assert 10 < len(windows) < log.sample_count / 6
+    for first, _, last in windows:
+        assert last - first == 8  # rows at 80 Hz
+        way = np.sign(speed[last])
+        assert np.all(way * speed[first : last + 1] > SLIDING)
+
+
+def test_servos_that_rest_tell_nothing() -> None:
+    """No row to compare benches by: one line that says what is missing."""
+    logs = [
+        replace(
+            log,
+            motor_position=np.full_like(log.motor_position, 1.0),
+            motor_velocity=np.zeros_like(log.motor_velocity),
+        )
+        for log in pulled_logs("sine", duration=6.0)
+    ]
+    with pytest.raises(InvalidDataset, match="in none of 3 recordings it does"):
+        imply_forces(dataset_of(tuple(logs)), FEW)
 
 
 def test_only_recordings_that_tell_something_are_used() -> None:

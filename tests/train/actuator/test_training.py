@@ -10,7 +10,8 @@ import torch
 from tendon_newton.errors import InvalidNetworkFile, InvalidParameter
 from tests.train.actuator.network_files import card_of
 from tests.train.actuator.servo_logs import servo_log
-from train.actuator.checkpoint import TOLERANCE
+from train.actuator import departure, descent, disturbance, servo_law, sticking
+from train.actuator.checkpoint import RECIPE, TOLERANCE
 from train.actuator.ideal import ideal_force, refitted_gain
 from train.actuator.prediction import predict
 from train.actuator.training import Progress, train_network
@@ -18,6 +19,35 @@ from train.actuator.training_config import TrainingConfig
 from train.actuator.windows import Windows, WindowShape, extract_windows
 
 FEW = TrainingConfig(network="mlp", epochs=3, windows_per_epoch=2048, batch=256)
+RECIPE_NUMBERS = {
+    "departure.SHARE": 0.5,
+    "departure.FIRST_SHARE": 0.25,
+    "departure.FIRST_PART": 0.8,
+    "departure.ZERO": 0.3,
+    "departure.ANGLE": 0.1,
+    "departure.SPEED": 0.5,
+    "departure.SHORTEST": 0.05,
+    "departure.LONGEST": 1.0,
+    "descent.LEAST_SIDE": 16,
+    "descent.MUON_RATE": 5.0,
+    "descent.WARM_UP": 0.05,
+    "disturbance.ZERO": 0.02,
+    "disturbance.COMMAND": 0.03,
+    "disturbance.ANGLE": 0.003,
+    "disturbance.SPEED": 0.03,
+    "servo_law.HOLD_LIMIT": 1000.0,
+    "servo_law.SLIDING": 0.15,
+    "servo_law.TAUT": 0.3,
+    "servo_law.FEWEST": 200,
+    "sticking.TAUT": 0.3,
+    "sticking.REST_SPEED": 0.05,
+    "sticking.SHARE": 0.5,
+    "sticking.FEWEST": 3,
+    "sticking.LATEST": 0.8,
+    "sticking.SHORTEST": 0.05,
+    "sticking.LONGEST": 1.05,
+}
+"""What recipe 1 does with windows and weights."""
 
 
 def windows_of(*seeds: int, window: int = 30, duration: float = 20.0) -> Windows:
@@ -126,6 +156,30 @@ def test_a_checkpoint_of_another_training_is_refused(tmp_path: Path) -> None:
         weights_of(replace(FEW, batch=128), tmp_path / "a.checkpoint")
     with pytest.raises(InvalidNetworkFile, match="began with data"):
         train_network(FEW, windows_of(0, 3), windows_of(2), tmp_path / "a.checkpoint")
+
+
+def test_a_checkpoint_of_another_recipe_is_refused(tmp_path: Path) -> None:
+    """Begun by another version's recipe, or by one from before recipes had numbers."""
+    path = tmp_path / "a.checkpoint"
+    weights_of(FEW, path)
+    table = torch.load(path, weights_only=True)
+    for saved, said in (({"recipe": RECIPE - 1}, f"recipe {RECIPE - 1}, and"), ({}, "without a")):
+        rest = {key: value for key, value in table["settings"].items() if key != "recipe"}
+        torch.save(table | {"settings": rest | saved}, path)
+        with pytest.raises(InvalidNetworkFile, match=said):
+            weights_of(FEW, path)
+
+
+def test_a_recipe_has_its_numbers() -> None:
+    """Whoever changes one of them raises RECIPE, writes the new ones here, and so says it."""
+    numbers = {
+        f"{module.__name__.rpartition('.')[2]}.{name}": value
+        for module in (departure, descent, disturbance, servo_law, sticking)
+        for name, value in vars(module).items()
+        if name.isupper() and type(value) in (int, float)
+    }
+    assert RECIPE == 1
+    assert numbers == RECIPE_NUMBERS
 
 
 def test_a_damaged_checkpoint_is_named(tmp_path: Path) -> None:
