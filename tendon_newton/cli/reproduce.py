@@ -10,9 +10,9 @@ reproduction.json with every number, seed, commit and hash, figures, and every m
 other verbs. What is finished is not done again; the same seed gives the same numbers.
 
 The stages, with --only: recordings, diagnosis, networks, parts, hybrids, ramp, force, tip, curve,
-spring, contact, policies. Without --quick it takes hours: ten benches, longer trainings, policies
-of its own. With --jobs N, N processes do the pieces of all stages side by side, and with --device
-cuda the policies learn on GPUs.
+spring, contact, policies. Without --quick it takes hours on a few cores: ten benches,
+longer trainings, policies of its own. With --jobs N, N processes do the pieces of all stages side
+by side, and with --device cuda the policies learn on GPUs; all else is done on the CPU.
 
 On real recordings, one folder for each bench, with the test recordings named as here:
   tendon-newton reproduce --recordings bench_a bench_b --out reproduction

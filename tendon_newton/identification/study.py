@@ -33,6 +33,9 @@ from tendon_newton.simulation.timeline import Timeline
 
 SEED = 0
 """Of the noise on forces that drive a mechanism: the same data have the same noise floor."""
+DEVICE = "cpu"
+"""Also where there is a GPU: a fit has dozens of worlds with 10^4 steps one after the other. A
+round of a diagnosis takes 8 s on four cores; on an H200 it took over 200 s, kernels included."""
 DIVERGED = 1.0e4
 """Stands for an angle [rad] or force [N] that is not finite."""
 
@@ -91,6 +94,7 @@ class Study:
                 effects=effects,
                 unknown=self.unknown,
                 time_step=time_step,
+                device=DEVICE,
             )
             self.table = rollout.table
             self._groups.append((rollout, members))

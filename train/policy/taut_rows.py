@@ -92,4 +92,5 @@ def surplus_of(recording: Recording, mechanism: Mechanism, radius: float | None)
     """Return r theta - l [m] of each row, shape (T,), by the joint angles that the tip tells."""
     tendon = mechanism.tendons[0]
     wound = (tendon.spool_radius if radius is None else radius) * recording.motor_position[:, 0]
-    return wound - excursion(tendon, joints_at(recording, mechanism))
+    assert recording.tip is not None
+    return wound - excursion(tendon, joints_at(recording.tip, mechanism))

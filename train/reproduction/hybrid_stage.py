@@ -17,11 +17,17 @@ load cell; and give and slack of the tendon, read off the recordings that show t
 
 def run(reproduction: Reproduction) -> Outcome:
     """Put all of it together."""
-    numbers = {}
-    for unit in reproduction.units:
-        servo = load_model(reproduction.model_file(unit, "servo"))
-        model = hybrid_of(servo, reproduction.model(unit, "physical"), unit.dataset)
-        write_model(reproduction.model_file(unit, "hybrid"), model)
-        behind = numbers_of(replace(model, effects=model.effects[len(servo.effects) :]))
-        numbers[unit.name] = {k: v for k, v in behind.items() if k != model.actuator.name}
+    units = reproduction.units
+    found = reproduction.each(joined, range(len(units)))
+    numbers = {unit.name: own for unit, own in zip(units, found, strict=True)}
     return Outcome(numbers=numbers, text=TEXT)
+
+
+def joined(reproduction: Reproduction, place: int) -> dict[str, dict[str, float | str]]:
+    """Write the model of both of one bench and return what it has behind the load cell."""
+    unit = reproduction.units[place]
+    servo = load_model(reproduction.model_file(unit, "servo"))
+    model = hybrid_of(servo, reproduction.model(unit, "physical"), unit.dataset)
+    write_model(reproduction.model_file(unit, "hybrid"), model)
+    behind = numbers_of(replace(model, effects=model.effects[len(servo.effects) :]))
+    return {name: own for name, own in behind.items() if name != model.actuator.name}

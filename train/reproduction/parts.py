@@ -68,7 +68,7 @@ def learned_from(reproduction: Reproduction, name: str) -> dict[str, Model]:
     reproduction.tell(f"  {part.name}: physics, and replays")
     known = replace(part, known=replace(part.known, test=unit.dataset.test))
     physical = refit(
-        representative(known, settings.refit_seconds, settings.diagnosis_kinds),
+        representative(known, settings.refit_seconds, settings.refit_kinds),
         reproduction.model(unit, "physical"),
     )
     network, servo = (load_model(reproduction.model_file(part, m)) for m in ("network", "servo"))

@@ -70,7 +70,7 @@ class Workers(AbstractContextManager["Workers"]):
             self._pool = ProcessPoolExecutor(
                 self.count, mp_context=get_context("spawn"), initializer=begin_quietly
             )
-        threads = max(1, (os.cpu_count() or 1) // max(1, min(self.count, len(pieces))))
+        threads = max(1, core_count() // max(1, min(self.count, len(pieces))))
         futures = [
             self._pool.submit(done_alone, work, reproduction, item, path, threads)
             for item, path in pieces
@@ -82,6 +82,12 @@ class Workers(AbstractContextManager["Workers"]):
             for future in futures:
                 future.cancel()
             self.turn.acquire()
+
+
+def core_count() -> int:
+    """Return how many cores this process may use, which are not always all of the computer."""
+    own = getattr(os, "sched_getaffinity", None)
+    return len(own(0)) if own else os.cpu_count() or 1
 
 
 def begin_quietly() -> None:
@@ -96,7 +102,19 @@ def begin_quietly() -> None:
 def done_alone(work: Work, reproduction: Any, item: Any, path: Path | None, threads: int) -> Any:
     """Do a piece in a process of its own."""
     os.environ[THREADS_VARIABLES[0]] = str(threads)
-    return kept(work(reproduction, item), path)
+    return kept(result_of(work, reproduction, item), path)
+
+
+def result_of(work: Work, reproduction: Any, item: Any) -> Any:
+    """Return what a function makes of an item, its simulations on the CPU.
+
+    Fits and replays have few worlds and many steps that follow each other, where a GPU is slower
+    than a core; what needs a GPU asks for it.
+    """
+    import warp as wp
+
+    with wp.ScopedDevice("cpu"):
+        return work(reproduction, item)
 
 
 def piece_file(folder: Path, work: Work, item: Any) -> Path:

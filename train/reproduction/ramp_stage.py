@@ -22,6 +22,7 @@ LOAD = 0.05
 SMOOTHING = 0.1
 """Time over which an angle is fitted by a parabola for its acceleration [s]."""
 ROTOR = float(DATA_SHEET["armature"])
+FIGURE = "ramp.png"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,13 +42,9 @@ class Ramp:
 
 def run(reproduction: Reproduction) -> Outcome:
     """Measure the gap on every bench and draw it on the first."""
-    ramps = [ramp_of(reproduction, unit) for unit in reproduction.units]
-    gaps = [rms(r.measured - r.ideal) for r in ramps]
-    refitted = [rms(r.measured - r.refitted) for r in ramps]
-    inertia = [rms(r.inertia) for r in ramps]
+    found = reproduction.each(measured, range(len(reproduction.units)))
+    gaps, refitted, inertia = (list(values) for values in zip(*found, strict=True))
     shares = [100.0 * i / g for i, g in zip(inertia, gaps, strict=True)]
-    name = "ramp.png"
-    draw(ramps[0], reproduction, name)
     where = "ramp of 1.5 rad/s, strong spring"
     return Outcome(
         rows=(
@@ -61,12 +58,22 @@ def run(reproduction: Reproduction) -> Outcome:
         numbers={"gap_n": gaps, "refitted_gap_n": refitted, "inertia_n": inertia},
         figures=(
             Figure(
-                file=name,
+                file=FIGURE,
                 caption=f"Ramp of 1.5 rad/s up and down on the strong spring, "
                 f"{reproduction.units[0].name}. {reproduction.caption}",
             ),
         ),
     )  # fmt: skip
+
+
+def measured(reproduction: Reproduction, place: int) -> tuple[float, float, float]:
+    """Draw the first bench's ramp, and return one bench's gaps and the neglected force, RMS [N]."""
+    ramp = ramp_of(reproduction, reproduction.units[place])
+    if place == 0:
+        draw(ramp, reproduction, FIGURE)
+    gaps = (ramp.measured - ramp.ideal, ramp.measured - ramp.refitted, ramp.inertia)
+    gap, refitted, inertia = map(rms, gaps)
+    return gap, refitted, inertia
 
 
 def ramp_of(reproduction: Reproduction, unit: Unit) -> Ramp:

@@ -2,27 +2,28 @@
 
 from __future__ import annotations
 
-from train.reproduction.outcome import Outcome
+from typing import Any
+
+from train.reproduction.outcome import Outcome, read_outcome
 from train.reproduction.reproduction import Reproduction
-from train.reproduction.unit import Unit
 
 
 def run(reproduction: Reproduction) -> Outcome:
     """Record what is missing and say what is there."""
     if reproduction.bench is not None and reproduction.is_virtual:
         reproduction.each(record, range(len(reproduction.settings.units)))
-    units = reproduction.units
+    units, before = reproduction.units, read_outcome(reproduction.outcome_file("recordings"), "")
+    known = {} if before is None else before.numbers
+    numbers = {unit.name: known.get(unit.name, {}) for unit in units}
+    new = [p for p, u in enumerate(units) if numbers[u.name].get("sha256") != u.sha256]
+    for place, own in zip(new, reproduction.each(minutes, new), strict=True):
+        numbers[units[place].name] = own
     lines = ["| bench | train [min] | test [min] |", "|---|---|---|"]
-    lines += [f"| {u.name} | {train_minutes(u):.1f} | {test_minutes(u):.1f} |" for u in units]
-    return Outcome(
-        numbers={
-            u.name: {
-                "train_min": train_minutes(u), "test_min": test_minutes(u), "sha256": u.sha256,
-            }
-            for u in units
-        },
-        text="\n".join(lines),
-    )  # fmt: skip
+    lines += [
+        f"| {name} | {own['train_min']:.1f} | {own['test_min']:.1f} |"
+        for name, own in numbers.items()
+    ]
+    return Outcome(numbers=numbers, text="\n".join(lines))
 
 
 def record(reproduction: Reproduction, place: int) -> None:
@@ -37,11 +38,9 @@ def record(reproduction: Reproduction, place: int) -> None:
     )
 
 
-def train_minutes(unit: Unit) -> float:
-    """Return how much there is to learn from [min]."""
-    return sum(r.duration for r in unit.dataset.train) / 60.0
-
-
-def test_minutes(unit: Unit) -> float:
-    """Return how much there is to test on [min]."""
-    return sum(r.duration for r in unit.experiments) / 60.0
+def minutes(reproduction: Reproduction, place: int) -> dict[str, Any]:
+    """Return how much there is of one bench to learn from and to test on [min], and its hash."""
+    unit = reproduction.units[place]
+    reproduction.tell(f"  {unit.name}: reading")
+    train, test = (sum(r.duration for r in p) for p in (unit.dataset.train, unit.experiments))
+    return {"train_min": train / 60.0, "test_min": test / 60.0, "sha256": unit.sha256}

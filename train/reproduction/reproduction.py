@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
@@ -16,7 +17,7 @@ from train.actuator.folds import file_hash, usable
 from train.actuator.ideal import PAPER_GAIN, SERVO_LIMIT, refitted_gain
 from train.reproduction.bench import ReproductionBench
 from train.reproduction.physical import with_ideal
-from train.reproduction.pieces import Work, Workers, kept, piece_file, read_piece
+from train.reproduction.pieces import Work, Workers, kept, piece_file, read_piece, result_of
 from train.reproduction.settings import ReproductionSettings
 from train.reproduction.unit import Unit
 
@@ -117,7 +118,7 @@ class Reproduction:
         left = [place for place in range(len(items)) if place not in found]
         if self.workers is None:
             for place in left:
-                found[place] = kept(work(self, items[place]), paths[place])
+                found[place] = kept(result_of(work, self, items[place]), paths[place])
         else:
             alone = replace(self, workers=None)
             pieces = [(items[place], paths[place]) for place in left]
@@ -148,5 +149,7 @@ class Reproduction:
                 if not recordings:
                     raise InvalidDataset(f"{unit.folder}: needs train recordings with a force")
                 gain = refitted_gain(recordings, SERVO_LIMIT)
-            write_model(path, with_ideal(gain))
+            beside = path.with_name(f".{model}_{os.getpid()}.toml")
+            write_model(beside, with_ideal(gain))  # other processes may make the same
+            beside.replace(path)
         return load_model(path)

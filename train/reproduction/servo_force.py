@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -143,6 +144,19 @@ def missing_force(recording: Recording, servo: Servo) -> Array:
     return np.where(measured < SLACK, np.minimum(found, 0.0), found)
 
 
+@lru_cache(maxsize=1)
+def on_rail(effects: tuple[str, ...]) -> Rollout:
+    """Return a rail pulled by an ideal source; to build it takes longer than all that is asked."""
+    nothing = np.zeros((2, 1))
+    rest = Recording(
+        name="rest", bench=RAIL, time=np.arange(2) / 80.0, motor_position=nothing,
+        motor_velocity=nothing, command=nothing,
+    )  # fmt: skip
+    return Rollout(
+        load_mechanism(RAIL), [rest], actuator="ideal", effects=effects, spool_radius=SPOOL_RADIUS
+    )
+
+
 class ServoForce:
     """Tensions of a servo along a recording, for any force that is added to its motor's.
 
@@ -155,11 +169,7 @@ class ServoForce:
         assert recording.command is not None
         values = {"gain": servo.stiffness, "spool_radius": SPOOL_RADIUS}
         model = Model(actuator=NamedValues(name="ideal", values=values), effects=servo.frictions)
-        on_rail = replace(recording, bench=RAIL, tip=None, extra={})
-        rollout = Rollout(
-            load_mechanism(RAIL), [on_rail], actuator="ideal",
-            effects=[effect.name for effect in servo.frictions], spool_radius=SPOOL_RADIUS,
-        )  # fmt: skip
+        rollout = on_rail(tuple(effect.name for effect in servo.frictions))
         structure, types = rollout.kernels.structure, rollout.kernels.types
         self._kernel = assemble(structure, kernel_types(structure)).kernel(tension_kernel)
         self._rollout = rollout

@@ -23,6 +23,10 @@ class PolicyEffort:
     """Longest step of the simulation [s]."""
     device: Literal["cpu", "cuda"]
     """With several GPUs, each policy has the next one."""
+    discount: float = 0.95
+    """What a reward is worth one step earlier [1]."""
+    trace: float = 0.95
+    """How far an advantage looks ahead before it asks the critic [1]."""
     seeds: tuple[int, ...] = (0,)
     """Trainings against each model."""
 
@@ -38,7 +42,15 @@ POLICIES: dict[str, PolicyEffort] = {
     "cuda": PolicyEffort(
         worlds=8192, iterations=100, batch=32768, max_step=5.0e-4, device="cuda", seeds=(0, 1, 2)
     ),
-    "cpu": PolicyEffort(worlds=256, iterations=350, batch=1024, max_step=2.0e-3, device="cpu"),
+    "cpu": PolicyEffort(
+        worlds=256,
+        iterations=350,
+        batch=1024,
+        max_step=2.0e-3,
+        device="cpu",
+        discount=0.8,
+        trace=0.9,
+    ),
 }
 """The recipe of docs/policies.md on a GPU, and the one that a CPU can afford."""
 
@@ -61,13 +73,16 @@ class ReproductionSettings:
     """Windows that an epoch draws."""
     kinds: tuple[Kind, ...] = ("transformer", "rnn", "mlp")
     """Force networks that are compared on the first bench; the first kind is used throughout."""
-    diagnosis_seconds: float = 12.0
-    """Of each recording that a diagnosis sees; it sees one of each bench and kind."""
-    diagnosis_kinds: int = 3
+    diagnosis_seconds: float = 4.0
+    """Of each recording in which a diagnosis looks for causes: it tries thousands of models, so it
+    takes as many times longer as it sees more. It sees one recording of each bench and kind."""
+    diagnosis_kinds: int = 2
     """Kinds of recordings that it sees: steps, sinusoids, ramps, in this order."""
     refit_seconds: float = 30.0
-    """Of the same recordings, where the numbers of the named causes are fitted on every bench."""
-    diagnosis_passes: int = 3
+    """Of each recording to which the numbers of the causes are fitted once they are named."""
+    refit_kinds: int = 3
+    """Kinds of those recordings."""
+    diagnosis_passes: int = 2
     """Diagnoses at most, each going on from the model that the one before has extended."""
     diagnoses_each_unit: bool = False
     """Whether every bench is diagnosed, or the causes of the first are refitted on the others."""
@@ -107,9 +122,8 @@ QUICK = ReproductionSettings(
     runs_of_kind=1,
     epochs=6,
     windows_per_epoch=16384,
-    diagnosis_seconds=4.0,
-    diagnosis_kinds=2,
     refit_seconds=8.0,
+    refit_kinds=2,
     diagnosis_passes=1,
     kinds=("transformer",),
     time_step=5.0e-4,

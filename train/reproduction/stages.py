@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from shutil import rmtree
+from threading import Event
 
 from tendon_newton.errors import unknown_name
 from train.reproduction import (
@@ -78,13 +79,17 @@ def run_stages(reproduction: Reproduction, only: Sequence[str] = ()) -> dict[str
             found[name] = settled(reproduction, name, name in wanted, found)
     else:
         under_way: dict[str, Future[None]] = {}
+        begun = {name: Event() for name in STAGES}
 
         def settle(name: str) -> None:
             """Settle a stage as soon as those that it needs are, when it is its turn."""
             for need in (RECORDINGS, *STAGES[name].needs):
                 if need != name:
                     under_way[need].result()
+            for earlier in ready_before(name):
+                begun[earlier].wait()
             with workers.turn:
+                begun[name].set()
                 found[name] = settled(reproduction, name, name in wanted, found)
 
         with ThreadPoolExecutor(len(STAGES)) as threads:
@@ -93,6 +98,15 @@ def run_stages(reproduction: Reproduction, only: Sequence[str] = ()) -> dict[str
         for future in under_way.values():
             future.result()
     return {name: outcome for name in STAGES if (outcome := found[name]) is not None}
+
+
+def ready_before(name: str) -> list[str]:
+    """Return the stages that can begin when one can, and stand before it in the table.
+
+    Its order is that of their pieces, so that what takes longest is not begun last.
+    """
+    names = list(STAGES)
+    return [n for n in names[: names.index(name)] if STAGES[n].needs == STAGES[name].needs]
 
 
 def settled(

@@ -152,7 +152,7 @@ def draw(shown: Mapping[str, Signals], reproduction: Reproduction) -> None:
     for axes, label in ((tip, "tip z [mm]"), (angle, "angle [rad]"), (force, "tension [N]")):
         axes.set_ylabel(label)
         tidy(axes)
-    tip.legend(frameon=False, fontsize=8, ncols=3)
+    tip.legend(frameon=False, fontsize=8, ncols=3, loc="lower left", bbox_to_anchor=(0.0, 1.0))
     angle.legend(frameon=False, fontsize=8)
     force.set_xlabel("time [s]")
     save(figure, reproduction.folder("figures") / "tip_sine.png")

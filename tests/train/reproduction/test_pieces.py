@@ -6,9 +6,17 @@ import os
 from pathlib import Path
 
 import pytest
+import warp as wp
 
 from tendon_newton.errors import InvalidParameter
-from train.reproduction.pieces import Workers, kept, piece_file, read_piece
+from train.reproduction.pieces import (
+    Workers,
+    core_count,
+    kept,
+    piece_file,
+    read_piece,
+    result_of,
+)
 
 
 def squared(reproduction: str, number: int) -> list[object]:
@@ -21,7 +29,7 @@ def test_processes_keep_the_order_and_the_results(tmp_path: Path) -> None:
     paths = [piece_file(tmp_path, squared, number) for number in (3, 4)]
     with Workers(2) as workers, workers.turn:
         found = workers.done(squared, "r", list(zip((3, 4), paths, strict=True)))
-    threads = str(max(1, (os.cpu_count() or 1) // 2))
+    threads = str(max(1, core_count() // 2))
     assert found == [[9, "r", threads], [16, "r", threads]]
     assert [read_piece(path) for path in paths] == found
 
@@ -36,3 +44,22 @@ def test_there_is_at_least_one_process() -> None:
     """The message says how many there may be."""
     with pytest.raises(InvalidParameter, match="1 to 1024 processes"):
         Workers(0)
+
+
+def test_only_cores_that_a_process_may_use_count() -> None:
+    """A list of cores that it was given (taskset) is shared, not the whole computer."""
+    assert 1 <= core_count() <= (os.cpu_count() or 1)
+    if hasattr(os, "sched_getaffinity"):
+        assert core_count() == len(os.sched_getaffinity(0))
+
+
+def test_pieces_simulate_on_the_cpu() -> None:
+    """Also where Warp would take a GPU by itself; afterwards it does so again."""
+    before = str(wp.get_device())
+    assert result_of(default_device, None, 0) == "cpu"
+    assert str(wp.get_device()) == before
+
+
+def default_device(reproduction: None, item: int) -> str:
+    """Return where Warp puts an array that is not told."""
+    return str(wp.zeros(1, dtype=float).device)

@@ -24,7 +24,7 @@ from train.reproduction.pieces import Workers
 from train.reproduction.report import rows_table, write_report
 from train.reproduction.reproduction import MODELS, Reproduction
 from train.reproduction.settings import POLICIES, find_settings
-from train.reproduction.stages import STAGES, run_stages, settled, with_needs
+from train.reproduction.stages import STAGES, ready_before, run_stages, settled, with_needs
 from train.reproduction.tip_stage import SINES
 from train.reproduction.training_anew import anew_if_other
 from train.reproduction.unit import Unit, of_benches
@@ -124,6 +124,30 @@ def test_several_processes_give_the_same_numbers(recorded: Path, tmp_path: Path)
     assert found[0] == found[1]
 
 
+def test_only_a_bench_whose_files_changed_is_read_again(recorded: Path, tmp_path: Path) -> None:
+    """Reading takes seconds, and a run that goes on needs no bench that it only counts."""
+    folders = tuple(tmp_path / name for name in ("a", "b"))
+    for folder in folders:
+        shutil.copytree(recorded, folder)
+    told: list[str] = []
+
+    def counted() -> Outcome:
+        reproduction = Reproduction(
+            settings=SETTINGS, out=tmp_path / "out", folders=folders, tell=told.append
+        )
+        return run_stages(reproduction, ["recordings"])["recordings"]
+
+    first = counted()
+    assert counted() == first
+    assert told == ["  a: reading", "  b: reading"]
+    listing = folders[1] / "recordings" / "dataset.toml"
+    listing.write_text(listing.read_text() + "# read again\n")
+    changed = counted()
+    assert told[2:] == ["  b: reading"]
+    assert changed.text == first.text
+    assert changed.numbers["b"]["sha256"] != first.numbers["b"]["sha256"]
+
+
 def test_an_old_outcome_is_not_mixed_with_a_new_one(recorded: Path, tmp_path: Path) -> None:
     """What stands on a diagnosis is read again only as long as that diagnosis is the same."""
     reproduction = Reproduction(settings=SETTINGS, out=tmp_path, folders=(recorded,))
@@ -210,6 +234,20 @@ def test_given_policies_climb_on_every_bench(recorded: Path, tmp_path: Path) -> 
     assert policy_stage.run(given).rows == ()
 
 
+def test_a_policy_learns_by_the_recipe_of_its_model(tmp_path: Path) -> None:
+    """Goals as often as on the stairs; only an ideal source's finger differs between worlds."""
+    ideal, network = (
+        policy_stage.training_of(POLICIES["cuda"], model, "ideal", 2, "cuda:1")
+        for model in ("ideal_refitted", "network")
+    )
+    assert len(ideal.environment.randomise) == 4
+    assert network.environment.randomise == ("none",)
+    assert (network.environment.goal_change, network.learning_rate_end) == (0.03, 1.0e-4)
+    assert (network.seed, network.device, network.exploration_end) == (2, "cuda:1", 0.2)
+    samples = network.environment.worlds * network.steps * network.iterations
+    assert samples == POLICIES["cuda"].samples == pytest.approx(26.2e6, rel=1e-3)
+
+
 def test_policies_of_a_cpu_are_marked_as_shortened(tmp_path: Path) -> None:
     """A GPU's have the 26 million steps of docs/policies.md, on three seeds."""
     words = {
@@ -232,6 +270,14 @@ def test_stages_bring_what_they_need() -> None:
     with pytest.raises(UnknownName, match="did you mean 'tip'"):
         with_needs(["tips"])
     assert set(STAGES) == with_needs(tuple(STAGES))
+
+
+def test_stages_that_can_begin_together_do_so_in_their_order() -> None:
+    """The diagnosis, the longest piece of a quick run, is not kept waiting by trainings."""
+    assert ready_before("networks") == ["recordings", "diagnosis"]
+    assert ready_before("parts") == ["recordings", "diagnosis", "networks"]
+    assert ready_before("hybrids") == []
+    assert ready_before("policies") == ["tip"]
 
 
 def test_an_unknown_stage_is_one_line(

@@ -8,6 +8,8 @@ import pytest
 from hardware.excitation_plan import find_plan
 from hardware.experiment_plan import FURTHER_RUNS, thinned
 from tendon_newton.errors import InvalidDataset
+from train.reproduction.diagnosis_stage import scope_text
+from train.reproduction.settings import find_settings
 from train.reproduction.unit import (
     Unit,
     beginning,
@@ -92,3 +94,15 @@ def test_fits_of_physics_see_every_bench_and_nothing_blocked(unit: Unit) -> None
     assert {r.bench for r in data.test} == {"finger", "spring_weak", "spring_strong"}
     kinds = [kind_of(r) for r in interleaved(r for r in data.train if r.bench == "finger")]
     assert kinds == ["random_steps", "sine"]
+
+
+def test_causes_are_sought_in_a_part_of_what_their_numbers_are_fitted_to(unit: Unit) -> None:
+    """A diagnosis sees no more than 4 s of some of the same recordings, 24 s in all."""
+    for settings in (find_settings("quick"), find_settings("full")):
+        sought = representative(unit, settings.diagnosis_seconds, settings.diagnosis_kinds).train
+        fitted = representative(unit, settings.refit_seconds, settings.refit_kinds).train
+        assert {r.name for r in sought} <= {r.name for r in fitted}
+        assert max(r.duration for r in sought) <= 4.0
+        assert 3 * settings.diagnosis_kinds * settings.diagnosis_seconds <= 24.0
+        assert sum(r.duration for r in sought) < 0.8 * sum(r.duration for r in fitted)
+        assert f"first {settings.refit_seconds:g} s" in scope_text(settings)
