@@ -178,13 +178,13 @@ class DeployLoop:
     def _within(self, step: PilotStep) -> tuple[float, ...]:
         """Return a step's commands within the ranges and no further from the last than allowed."""
         reach = self.settings.limits.command_rate / self.settings.policy_rate
-        within = []
-        for command, before, loop in zip(
-            step.command, self._before(step), self.settings.loops, strict=True
-        ):
-            low, high = loop.position_range
-            within.append(min(max(min(max(command, before - reach), before + reach), low), high))
-        return tuple(within)
+        positions = step.sample[: len(self.servos)]
+        return tuple(
+            loop.allowed(min(max(command, before - reach), before + reach), position)
+            for command, before, loop, position in zip(
+                step.command, self._before(step), self.settings.loops, positions, strict=True
+            )
+        )
 
     def _send(
         self, commands: Sequence[float], duties: Sequence[float | None] | None = None

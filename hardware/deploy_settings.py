@@ -33,8 +33,8 @@ class DeploySettings:
     """Of the bench [m]."""
     loop: HostPositionLoop = field(default_factory=HostPositionLoop)
     """The position loop of mode ``pwm``, and the command range in either."""
-    further_ranges: tuple[tuple[float, float], ...] = ()
-    """Command ranges of further servos [rad]; all else is as of the first."""
+    further_loops: tuple[HostPositionLoop, ...] = ()
+    """Those of further servos."""
     duty_limit: float = 0.65
     """Greatest duty of the servo's own loop in mode ``position`` [1]."""
     watchdog: float = 0.2
@@ -67,17 +67,21 @@ class DeploySettings:
 
     @property
     def loops(self) -> tuple[HostPositionLoop, ...]:
-        """The position loop of each servo."""
-        further = (replace(self.loop, position_range=limits) for limits in self.further_ranges)
-        return (self.loop, *further)
+        """The position loop of each servo; a pay-out rule is for this computer's loop alone.
+
+        A servo's own loop holds the last command while nobody speaks to it, and is stiffer, so that
+        it needs no command below its range.
+        """
+        every = (self.loop, *self.further_loops)
+        return every if self.mode == "pwm" else tuple(replace(e, pay_out=None) for e in every)
 
     @property
     def servo_limits(self) -> tuple[DeployLimits, ...]:
         """Limits of each servo: windows lie about the command ranges as the first one's does."""
         low, high = self.limits.position
         every = [self.limits]
-        for least, _ in self.further_ranges:
-            shift = least - self.loop.position_range[0]
+        for loop in self.further_loops:
+            shift = loop.position_range[0] - self.loop.position_range[0]
             window = replace(self.limits.bench, position=(low + shift, high + shift))
             every.append(replace(self.limits, bench=window))
         return tuple(every)
@@ -86,6 +90,17 @@ class DeploySettings:
     def divider(self) -> int:
         """Ticks per policy step."""
         return round(self.rate / self.policy_rate)
+
+
+def loops_of(card: PolicyCard) -> tuple[HostPositionLoop, ...]:
+    """Return the position loop of each servo that a policy drives."""
+    return tuple(
+        HostPositionLoop(
+            position_range=servo.turning_range,
+            pay_out=None if servo.pay_out is None else (servo.command_range[0], servo.pay_out[1]),
+        )
+        for servo in (card, *card.further_servos)
+    )
 
 
 def refuse_mismatch(card: PolicyCard, settings: DeploySettings, address: BenchAddress) -> None:
@@ -124,7 +139,7 @@ def servo_agreements(
 ) -> tuple[tuple[str, bool, str, str], ...]:  # fmt: skip
     """Return what a card says of one servo: a name, whether the bench agrees, and both sides."""
     low, high = limits.position
-    least, greatest = servo.command_range
+    least, greatest = servo.turning_range
     radius = servo.spool_radius
     return (
         ("servo", servo.servo == address.servo, servo.servo, address.servo),

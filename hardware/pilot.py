@@ -54,7 +54,7 @@ class PolicyPilot:
         card = policy.card
         self._policy = policy
         self._clip = card.action_clip
-        self._ranges = card.command_ranges
+        self._ranges = tuple(zip(card.command_ranges, card.pay_outs, strict=True))
         self._goals = card.goal_range
         self._history = ObservationHistory(history=card.history, servos=card.servo_count)
         self._width = len(card.observation)
@@ -72,7 +72,7 @@ class PolicyPilot:
             for value in output
         )
         command = tuple(
-            float(motor_command(np.float64(state.position), np.float64(offset), limits))
+            float(motor_command(np.float64(state.position), np.float64(offset), *limits))
             for state, offset, limits in zip(states, action, self._ranges, strict=True)
         )
         sample = tuple(float(value) for value in observation[0, -self._width :])

@@ -25,6 +25,8 @@ CARD_SIZE_LIMIT = 1 << 20
 ACTION_UNIT, ACTION_MEANING = "rad", "motor position offset"
 NORMALISATIONS = ("in_network", "none")
 RATE_TOLERANCE = 1e-9
+DEEPEST_COMMAND = 2.0
+"""Farthest that a pay-out rule lets a command below home [rad]: a fifth of the full duty."""
 HASH = re.compile(r"[0-9a-f]{64}")
 
 
@@ -70,14 +72,21 @@ class FurtherServo:
     """Name in the table of servos."""
     force_limit: float
     """Tension that it can produce in training [N]."""
+    pay_out: tuple[float, float] | None = None
+    """Its pay-out rule [rad], where it has one."""
+
+    @property
+    def turning_range(self) -> tuple[float, float]:
+        """Angles between which commands let the spool come to rest [rad]."""
+        return turning_range(self)
 
 
 @dataclass(frozen=True, kw_only=True)
 class PolicyCard:
     """What a program must know to run a policy, checked when built.
 
-    Command range, spool, servo and force limit are those of the first servo; those of the others
-    stand in `further_servos`.
+    Command range, pay-out rule, spool, servo and force limit are those of the first servo; those
+    of the others stand in `further_servos`.
     """
 
     command_range: tuple[float, float]
@@ -91,6 +100,9 @@ class PolicyCard:
     action_clip: float
     """Greatest action either way [rad]."""
     training: PolicyTraining
+    pay_out: tuple[float, float] | None = None
+    """Least command of a motor at home, and the angle beyond which it is not at home [rad]; where
+    there is none the whole command range counts everywhere. `motor_command` is its definition."""
     model: str | None = None
     """SHA-256 of the ``model.toml`` that it was trained on; absent for a model without a file."""
     goal_range: tuple[float, float] = (0.0, pi / 2.0)
@@ -129,6 +141,8 @@ class PolicyCard:
              repr(ACTION_MEANING)),
             ("action.clip", self.action_clip, 0.0 < self.action_clip <= 100.0, "up to 100 rad"),
             *drive_promises(self),
+            ("pay_out_rad", self.pay_outs, len({each is None for each in self.pay_outs}) == 1,
+             "on the card of every servo, or of none"),
             ("goal_range_rad", self.goal_range, is_range(self.goal_range),
              "[least, greatest] within 1000 rad"),
             ("normalisation", self.normalisation, self.normalisation in NORMALISATIONS,
@@ -157,6 +171,16 @@ class PolicyCard:
         return (self.command_range, *(each.command_range for each in self.further_servos))
 
     @property
+    def pay_outs(self) -> tuple[tuple[float, float] | None, ...]:
+        """Pay-out rule of each servo [rad], where it has one."""
+        return (self.pay_out, *(each.pay_out for each in self.further_servos))
+
+    @property
+    def turning_range(self) -> tuple[float, float]:
+        """Angles between which commands let the first spool come to rest [rad]."""
+        return turning_range(self)
+
+    @property
     def observation_size(self) -> int:
         """Numbers in an observation."""
         return self.history * len(self.observation)
@@ -181,6 +205,7 @@ class PolicyCard:
                 "meaning": self.action_meaning,
             },
             "command_range_rad": list(self.command_range),
+            **({} if self.pay_out is None else {"pay_out_rad": list(self.pay_out)}),
             "goal_range_rad": list(self.goal_range),
             "spool_radius_m": self.spool_radius,
             "servo": self.servo,
@@ -260,6 +285,7 @@ def drive_values(table: Mapping[str, Any]) -> dict[str, Any]:
         "spool_radius": number(table["spool_radius_m"]),
         "servo": word(table["servo"]),
         "force_limit": number(table["force_limit_n"]),
+        "pay_out": pair(table["pay_out_rad"]) if "pay_out_rad" in table else None,
     }
 
 
@@ -267,6 +293,7 @@ def drive_table(servo: FurtherServo) -> dict[str, Any]:
     """Return what JSON says of one servo."""
     return {
         "command_range_rad": list(servo.command_range),
+        **({} if servo.pay_out is None else {"pay_out_rad": list(servo.pay_out)}),
         "spool_radius_m": servo.spool_radius,
         "servo": servo.servo,
         "force_limit_n": servo.force_limit,
@@ -278,6 +305,9 @@ def drive_promises(servo: PolicyCard | FurtherServo) -> tuple[tuple[str, Any, bo
     return (
         ("command_range_rad", servo.command_range, is_range(servo.command_range),
          "[least, greatest] within 1000 rad"),
+        ("pay_out_rad", servo.pay_out, is_pay_out(servo),
+         "[home, wound in] with home above the least command, by 2 rad at most, and wound in "
+         "from there to the greatest one"),
         ("spool_radius_m", servo.spool_radius, 1e-4 <= servo.spool_radius <= 1.0, "1e-4 to 1 m"),
         ("servo", servo.servo, bool(servo.servo), "the name of a servo"),
         ("force_limit_n", servo.force_limit, 0.0 < servo.force_limit <= 1000.0, "up to 1000 N"),
@@ -288,6 +318,20 @@ def is_range(values: tuple[float, float]) -> bool:
     """Tell whether two angles are a range that a spool can mean."""
     low, high = values
     return isfinite(low) and isfinite(high) and -1000.0 <= low < high <= 1000.0
+
+
+def is_pay_out(servo: PolicyCard | FurtherServo) -> bool:
+    """Tell whether a servo's pay-out rule, if it has one, lies within its range."""
+    if servo.pay_out is None:
+        return True
+    (least, greatest), (home, wound_in) = servo.command_range, servo.pay_out
+    return least < home <= min(wound_in, least + DEEPEST_COMMAND) and wound_in < greatest
+
+
+def turning_range(servo: PolicyCard | FurtherServo) -> tuple[float, float]:
+    """Return the angles between which commands let a spool come to rest [rad]."""
+    least, greatest = servo.command_range
+    return least if servo.pay_out is None else servo.pay_out[0], greatest
 
 
 def pair(value: Any) -> tuple[float, float]:

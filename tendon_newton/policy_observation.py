@@ -15,7 +15,8 @@ One policy step, at instant k with the motor at position :math:`\theta_k`:
    a_{k+1};
 3. :func:`motor_command` gives the command until the next step,
    :math:`\theta_d = clip(\theta_k + a_{k+1})` to the command range. The cut of the command does
-   not change the action that the policy sees.
+   not change the action that the policy sees. Where the card has a pay-out rule, the lower end of
+   the range counts only while the tendon is wound in; else the command ends at home.
 
 A policy of several servos gives one number for each, and the same holds servo by servo.
 
@@ -68,15 +69,30 @@ def applied_action(output: Values, clip: float) -> Values:
     return output.clip(-clip, clip)
 
 
-def motor_command(position: Values, action: Values, command_range: tuple[Any, Any]) -> Values:
+def motor_command(
+    position: Values, action: Values, command_range: tuple[Any, Any],
+    pay_out: tuple[Any, Any] | None = None,
+) -> Values:  # fmt: skip
     """Return the desired motor angle [rad]: the action as an offset from where the motor is.
+
+    A gear with friction pays a tendon out only for a command well below where the motor stands,
+    the farther the faster. With a pay-out rule the range goes as far down as that takes, for as
+    long as there is tendon to pay out; a motor that has come home is asked for no more than the
+    rule's first angle, and so does not run on into the slack.
 
     Args:
         position: Measured motor angle [rad].
         action: Applied action [rad], of the same shape.
         command_range: Least and greatest command [rad], or of each servo, shape (D,).
+        pay_out: The pay-out rule: the least command of a motor at home, and the angle beyond which
+            it is not at home [rad], or of each servo, shape (D,).
     """
-    return (position + action).clip(*command_range)
+    command = (position + action).clip(*command_range)
+    if pay_out is None:
+        return command
+    home, wound_in = pay_out
+    at_home = command.clip(home, command_range[1])
+    return command * (position > wound_in) + at_home * (position <= wound_in)
 
 
 def goal_angle(x: ArrayLike, z: ArrayLike) -> NDArray[np.float64]:

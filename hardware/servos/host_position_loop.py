@@ -25,6 +25,9 @@ class HostPositionLoop:
     """Duty that is always added [1]."""
     position_range: tuple[float, float] = (0.0, 2.0 * pi)
     """Where commands lie and the spool may turn [rad]; outside, no duty drives it further out."""
+    pay_out: tuple[float, float] | None = None
+    """Least command of a spool that is wound in, and the angle beyond which it is [rad]; None where
+    the range's own end counts everywhere."""
 
     def __post_init__(self) -> None:
         """Refuse numbers that would drive the motor anywhere."""
@@ -35,12 +38,25 @@ class HostPositionLoop:
                 "duty_limit must be above 0, up to 1, and the offset within it; they are "
                 f"{self.duty_limit} and {self.offset}"
             )
+        low, high = self.position_range
+        if self.pay_out is not None and not self.pay_out[0] < low <= self.pay_out[1] < high:
+            raise InvalidParameter(
+                "pay_out must be a command below the range and an angle in it; they are "
+                f"{self.pay_out[0]} and {self.pay_out[1]} rad of {low} to {high} rad"
+            )
+
+    def allowed(self, command: float, position: float) -> float:
+        """Return a command [rad] cut to what a spool at an angle [rad] may be asked for."""
+        low, high = self.position_range
+        if self.pay_out is not None and position > self.pay_out[1]:
+            low = self.pay_out[0]
+        return min(max(command, low), high)
 
     def duty(self, command: float, position: float) -> float:
         """Return the duty [1].
 
         Args:
-            command: Desired spool angle [rad]; cut to the range.
+            command: Desired spool angle [rad]; cut to what is allowed.
             position: Measured spool angle [rad].
         """
         if not (isfinite(command) and isfinite(position)):
@@ -48,7 +64,7 @@ class HostPositionLoop:
                 f"command and position must be finite; they are {command} and {position} rad"
             )
         low, high = self.position_range
-        error = min(max(command, low), high) - position
+        error = self.allowed(command, position) - position
         duty = min(max(self.gain * error, -self.duty_limit), self.duty_limit) + self.offset
         duty = min(max(duty, -1.0), 1.0)
         if position >= high:

@@ -238,7 +238,7 @@ def further_drives(config: DeployConfig, servos: int) -> tuple[DriveAddress, ...
 
 def settings_of(config: DeployConfig, policy: Policy | None) -> DeploySettings:
     """Return rates and limits; the command range is the policy's, or a hand's."""
-    from hardware.deploy_settings import DeploySettings
+    from hardware.deploy_settings import DeploySettings, loops_of
     from hardware.safety_limits import limits_for
     from hardware.servos import SERVOS
     from hardware.servos.host_position_loop import HostPositionLoop
@@ -246,7 +246,8 @@ def settings_of(config: DeployConfig, policy: Policy | None) -> DeploySettings:
 
     if config.servo not in SERVOS:
         raise unknown_name("servo", config.servo, SERVOS)
-    command_range = JOG_RANGE if policy is None else policy.card.command_range
+    by_hand = HostPositionLoop(position_range=JOG_RANGE)
+    loop, *further = (by_hand,) if policy is None else loops_of(policy.card)
     limits = limits_for(
         SERVOS[config.servo],
         bench_limits(config, jog=policy is None),
@@ -258,8 +259,8 @@ def settings_of(config: DeployConfig, policy: Policy | None) -> DeploySettings:
         rate=config.rate,
         policy_rate=config.policy_rate,
         spool_radius=config.spool_radius,
-        loop=HostPositionLoop(position_range=command_range),
-        further_ranges=() if policy is None else policy.card.command_ranges[1:],
+        loop=loop,
+        further_loops=tuple(further),
         duty_limit=JOG_DUTY if policy is None else config.duty_limit,
         limits=limits,
         duration=config.duration,

@@ -3,9 +3,9 @@
   tendon-newton refresh deployments --model model.toml --policy learned/policy.onnx --out refreshed
 
 The logs are those of `tendon-newton deploy`. They are held against the model that fitted the bench:
-has it drifted, and what is it? If it has, the model's numbers are fitted to the logs, and the
-policy is trained on from its last checkpoint. --policy is a file that `train-policy` wrote, with
-its policy.json and checkpoints beside it.
+has it drifted, and what is it? If it has, what was found goes into the model, and the policy is
+trained on from its last checkpoint. --policy is a file that `train-policy` wrote, with its
+policy.json and checkpoints beside it.
 
 With logs of the time when the bench was new, so that old and new can be compared; and with a bench
 on which the new policy is tried:
@@ -86,7 +86,7 @@ def main(config: RefreshConfig) -> None:
     if drift.verdict == AGREES and not config.anyway:
         finish(config, drift, [], ledger, None)
         return
-    correct(config, ledger)
+    correct(config, drift, ledger)
     train(config, ledger)
     figures, picture = compare(config, ledger)
     finish(config, drift, figures, ledger, picture)
@@ -122,8 +122,9 @@ def find(config: RefreshConfig, ledger: Ledger) -> Drift:
     from tendon_newton.diagnosis.result import write_diagnosis
     from tendon_newton.model_file import load_model, write_model
     from train.refresh.drift import SUSPECTS, find_drift, model_error
-    from train.refresh.logs import logs_as_dataset, read_logs
+    from train.refresh.logs import logs_as_dataset, read_logs, without_beginning
     from train.refresh.outcome import judge_drift, read_drift
+    from train.refresh.slip import taut_from
 
     if (done := ledger.done("drift")) is not None:
         return read_drift(done)
@@ -133,8 +134,9 @@ def find(config: RefreshConfig, ledger: Ledger) -> Drift:
         reference = read_logs(config.reference, policy_span)
         earlier = model_error(logs_as_dataset(config.out, reference).test, model)
     folder = make_folder(config.out / "diagnosis")
-    dataset = logs_as_dataset(config.logs[0], logs)
     print("reading benches and compiling kernels ...", flush=True)
+    loose = taut_from([without_beginning(log) for log in logs], model)
+    dataset = logs_as_dataset(config.logs[0], logs, loose)
     diagnosis, evidence = find_drift(
         dataset,
         model,
@@ -149,20 +151,27 @@ def find(config: RefreshConfig, ledger: Ledger) -> Drift:
     return drift
 
 
-def correct(config: RefreshConfig, ledger: Ledger) -> None:
-    """Fit all numbers of the model to the logs."""
+def correct(config: RefreshConfig, drift: Drift, ledger: Ledger) -> None:
+    """Put what was found into the model; where nothing was, fit all its numbers to the logs."""
     from hardware.deploy_log import policy_span
     from tendon_newton.model_file import load_model, write_model
-    from train.refresh.logs import read_logs, without_beginning
+    from train.refresh.logs import read_logs, taut_parts, without_beginning
+    from train.refresh.slip import SLIPS, taut_from, with_slip
     from train.refresh.tuning import tune
 
     if ledger.done("model") is not None:
         return
-    print("fitting the model to the logs ...", flush=True)
+    print("correcting the model ...", flush=True)
     logs = [without_beginning(log) for log in read_logs(config.logs, policy_span)]
-    tuned = tune(logs, load_model(config.out / "diagnosis" / "model.toml"))
-    write_model(config.out / "model.toml", tuned.model)
-    ledger.finish("model", {"loss": [tuned.before, tuned.after]})
+    model = load_model(config.model)
+    if any(cause.name in SLIPS for cause in drift.causes):
+        corrected, how = with_slip(logs, model), "slip"
+    elif drift.causes:  # all else was right when the bench was new
+        corrected, how = load_model(config.out / "diagnosis" / "model.toml"), "cause"
+    else:
+        corrected, how = tune(taut_parts(logs, taut_from(logs, model)), model).model, "all"
+    write_model(config.out / "model.toml", corrected)
+    ledger.finish("model", {"fitted": how})
 
 
 def train(config: RefreshConfig, ledger: Ledger) -> None:

@@ -2,7 +2,8 @@
 
 ``python -m tests.results.policy_transfer policies/*/policy.onnx --out DIR --cores 4``. A policy's
 folder names it: NAME-SEED. DIR gets one file per policy and unit, so that a run that broke off goes
-on, and transfer.json and transfer.md with all of them.
+on; transfer.md with a row for each training, compared with the best of those whose names begin with
+ideal or refit; and policy_transfer.json with the figures of all climbs.
 """
 
 from __future__ import annotations
@@ -13,7 +14,9 @@ import io
 import json
 import tempfile
 from collections import defaultdict
+from collections.abc import Mapping
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from math import nan
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -25,6 +28,10 @@ from tendon_newton.cli import main as run_verb
 
 FIGURES = ("rmse", "rising_rmse", "falling_rmse", "settled_error")
 """Numbers of a climb [m]."""
+IDEALS = ("ideal", "refit")
+"""How the names of policies begin that were trained on an ideal source."""
+Table = Mapping[str, Mapping[int, Mapping[int, Any]]]
+"""Name, seed and unit of each climb."""
 
 
 def main() -> None:
@@ -73,23 +80,63 @@ def write_tables(out: Path, units: list[int]) -> None:
         name, _, seed = path.name.split(".unit_")[0].rpartition("-")
         if found["unit"] in units:
             table[name][int(seed)][found["unit"]] = found
+    best = best_ideal(table)
     lines = [
         "| trained on | seeds | units | tip error, RMS: median (range) [mm] | closing | opening "
-        "| settled | median of each seed |",
-        "|---|---|---|---|---|---|---|---|",
-        *(row(name, seeds) for name, seeds in sorted(table.items())),
+        "| settled | median of each seed | less than the best ideal | least motor angle [rad] |",
+        "|---|---|---|---|---|---|---|---|---|---|",
+        *(row(name, seeds, best) for name, seeds in sorted(table.items())),
     ]
-    (out / "transfer.json").write_text(json.dumps(table, indent=1))
+    (out / "policy_transfer.json").write_text(figures_of(table))
     (out / "transfer.md").write_text("\n".join(lines) + "\n")
     print("\n".join(lines))
 
 
-def row(name: str, seeds: dict[int, dict[int, Any]]) -> str:
+def figures_of(table: Table) -> str:
+    """Return the figures of all climbs as JSON, a line for each policy."""
+    lines = [
+        f'  "{name}-{seed}": '
+        + json.dumps(
+            {
+                unit: [round(1e3 * found[figure], 2) for figure in FIGURES]
+                + [round(found.get("least_motor_angle", nan), 3)]
+                for unit, found in sorted(units.items())
+            }
+        )
+        for name, seeds in sorted(table.items())
+        for seed, units in sorted(seeds.items())
+    ]
+    names = json.dumps([*(f"{figure} [mm]" for figure in FIGURES), "least motor angle [rad]"])
+    return f'{{\n "figures": {names},\n "climbs": {{\n' + ",\n".join(lines) + "\n }\n}\n"
+
+
+def mean_error(seeds: Mapping[int, Mapping[int, Any]], unit: int) -> float:
+    """Return the mean error of all seeds on a unit [m]."""
+    return float(np.mean([units[unit]["rmse"] for units in seeds.values() if unit in units]))
+
+
+def best_ideal(table: Table) -> dict[int, float]:
+    """Return the error of the best training on an ideal source on each unit [m]."""
+    ideals = [seeds for name, seeds in table.items() if name.startswith(IDEALS)]
+    known = {unit for seeds in ideals for units in seeds.values() for unit in units}
+    return {
+        unit: min(
+            mean_error(seeds, unit) for seeds in ideals if any(unit in u for u in seeds.values())
+        )
+        for unit in known
+    }
+
+
+def row(name: str, seeds: Mapping[int, Mapping[int, Any]], best: Mapping[int, float]) -> str:
     """Return one training's row."""
     climbs = [found for units in seeds.values() for found in units.values()]
     rms, closing, opening, settled = (
         1e3 * np.array([found[figure] for found in climbs]) for figure in FIGURES
     )
+    units = {unit for own in seeds.values() for unit in own} & set(best)
+    less = [100.0 * (1.0 - mean_error(seeds, unit) / best[unit]) for unit in units]
+    reduction = f"{min(less):.0f} to {max(less):.0f} %" if less else "-"
+    least = min(found.get("least_motor_angle", nan) for found in climbs)
     own = ", ".join(
         f"{1e3 * np.median([found['rmse'] for found in units.values()]):.1f}"
         for _, units in sorted(seeds.items())
@@ -97,7 +144,8 @@ def row(name: str, seeds: dict[int, dict[int, Any]]) -> str:
     return (
         f"| {name} | {len(seeds)} | {max(map(len, seeds.values()))} | {np.median(rms):.2f} "
         f"({rms.min():.1f} to {rms.max():.1f}) | {np.median(closing):.1f} | "
-        f"{np.median(opening):.1f} | {np.median(settled):.1f} | {own} |"
+        f"{np.median(opening):.1f} | {np.median(settled):.1f} | {own} | {reduction} | "
+        f"{least:.2f} |"
     )
 
 

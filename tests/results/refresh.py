@@ -31,8 +31,9 @@ from train.policy.export import export_policy
 from train.policy.training import train_policy
 from train.policy.training_config import PolicyTrainingConfig
 from train.refresh.drift import find_drift, model_error
-from train.refresh.logs import logs_as_dataset, read_logs, without_beginning
+from train.refresh.logs import logs_as_dataset, read_logs, taut_parts, without_beginning
 from train.refresh.outcome import judge_drift
+from train.refresh.slip import taut_from
 from train.refresh.tuning import tune
 
 STATES = ("new", "friction", "spool")
@@ -144,7 +145,7 @@ def fitted_model(policy: Path, folder: Path, seed: int) -> Path:
             fly(policy, folder / "stairs_new", port, "stairs", STAIRS),
         ]
         recordings = [without_beginning(log) for log in read_logs(logs, policy_span)]
-        write_model(path, tune(recordings, start_model()).model)
+        write_model(path, tune(taut_parts(recordings), start_model()).model)
     return path
 
 
@@ -157,7 +158,9 @@ def notice(policy: Path, folder: Path, seed: int, state: str) -> dict[str, Any]:
     goals = random_goals(folder / "goals_later.txt", 2 * seed + 1)
     log = fly(policy, folder / f"later_{state}", f"virtual:finger:{seed}:{state}", goals, DURATION)
     begin = time.monotonic()
-    diagnosis, _ = find_drift(logs_as_dataset(log.parent, read_logs([log], policy_span)), model)
+    logs = read_logs([log], policy_span)
+    loose = taut_from([without_beginning(each) for each in logs], model)
+    diagnosis, _ = find_drift(logs_as_dataset(log.parent, logs, loose), model)
     before = next((folder / "before").glob("*.mcap"))
     earlier = logs_as_dataset(before.parent, read_logs([before], policy_span)).test
     reference = model_error(earlier, model)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -70,6 +71,8 @@ class FingerEnvironment(VecEnv):
     ) -> None:
         self.config = self.cfg = config
         self.device = torch.device(device)
+        if self.device.type == "cuda" and self.device.index is None:  # Warp wants the number
+            self.device = torch.device("cuda", torch.cuda.current_device())
         self.max_episode_length = config.episode_steps
         self.mechanism = with_obstacle(load_mechanism(config.finger), config.obstacle)
         self.num_envs, self.num_actions = config.worlds, len(self.mechanism.tendons)
@@ -94,10 +97,17 @@ class FingerEnvironment(VecEnv):
                 self.loop, config.obstacle, self.path, goals=config.goals,
                 chance=config.obstacle_chance, spread=config.spread, generator=self._generator,
             )  # fmt: skip
-        self.command_ranges = self.path.command_ranges(config.command_range, self.spool_radius)
+        self.command_ranges = self.path.of_each_servo(config.command_range, self.spool_radius)
         """Least and greatest command of each servo [rad]."""
-        ends = torch.tensor(self.command_ranges, dtype=torch.float32, device=self.device)
-        self._least, self._greatest = ends.unbind(dim=1)
+        self.pay_outs = (
+            self.path.of_each_servo(config.pay_out, self.spool_radius)
+            if config.pays_out
+            else (None,) * self.num_actions
+        )
+        """Pay-out rule of each servo [rad], where the config asks for it."""
+        self._ends = self._columns(self.command_ranges)
+        self._pay_out = self._columns(self.pay_outs) if config.pays_out else None
+        self._least_at_rest = self._ends[0] if self._pay_out is None else self._pay_out[0]
         self.history = ObservationTensors(
             config.worlds, config.history, self.device, self.num_actions
         )
@@ -183,7 +193,7 @@ class FingerEnvironment(VecEnv):
         """Hold the commands of what policies ask for, (W, D), and return how actions change."""
         action = applied_action(asked, self.config.action_clip)
         position = self.loop.reading.motor_position
-        self.loop.step(motor_command(position, action, (self._least, self._greatest)))
+        self.loop.step(motor_command(position, action, self._ends, self._pay_out))
         before = self.history.action.clone()
         self.history.act(torch.where(torch.isfinite(action), action, 0.0))
         return self.history.action - before
@@ -200,7 +210,8 @@ class FingerEnvironment(VecEnv):
         if self.obstacle is not None:
             self.obstacle.draw(worlds)
         share = self._uniform(self.num_actions).square()
-        self.loop.reset(self._least + (self._greatest - self._least) * share, worlds)
+        least, greatest = self._least_at_rest, self._ends[1]
+        self.loop.reset(least + (greatest - least) * share, worlds)
         self.history.reset(worlds)
         self.goal.copy_(torch.where(worlds, self._draw_goals(), self.goal))
         self.episode_length_buf.masked_fill_(worlds, 0)
@@ -217,6 +228,11 @@ class FingerEnvironment(VecEnv):
     def _uniform(self, count: int = 1) -> Tensor:
         """Return some numbers between 0 and 1 for each world, shape (W, count)."""
         return torch.rand(self.num_envs, count, generator=self._generator, device=self.device)
+
+    def _columns(self, angles: Sequence[Any]) -> tuple[Tensor, Tensor]:
+        """Return two angles [rad] of each servo as two tensors, shape (D,)."""
+        first, second = torch.tensor(angles, dtype=torch.float32, device=self.device).unbind(dim=1)
+        return first, second
 
     def _observe(self) -> None:
         """Let the policies see what the sensors report."""

@@ -48,10 +48,14 @@ class EnvironmentConfig:
     """Least and greatest goal angle [rad]."""
     goal_change: float = 0.005
     """Chance that a step ends with a new goal [1]."""
-    command_range: tuple[float, float] = (-0.4, 2.0 * pi)
+    command_range: tuple[float, float] = (-1.2, 2.0 * pi)
     """Least and greatest command of a servo that closes [rad]; of one that opens, counted from its
-    angle in the closed finger. Below zero, so that the servo pays the tendon out to its end: within
-    0.3 rad of a command its gear does not move. The bench stops at -0.5 rad."""
+    angle in the closed finger. Below zero, so that the servo pays the tendon out to its end, and at
+    some speed: a gear does not move within 0.3 rad of a command, a worn one within 0.8."""
+    pay_out: tuple[float, float] = (0.0, 0.05)
+    """The pay-out rule [rad]: commands go below the first angle only while the motor stands beyond
+    the second, so that it stops at home and the tendon does not hang loose. A command range that
+    begins higher has no rule."""
     action_clip: float = 3.0
     """Greatest offset of the command from the motor [rad]: at 4.2 N/rad the finger needs 2.5 rad to
     hold the greatest goal with springs that are 30 % too stiff."""
@@ -81,12 +85,17 @@ class EnvironmentConfig:
                 raise InvalidParameter(
                     f"{name} must be between 0 and {highest:g}; it is {getattr(self, name)}"
                 )
-        for name in ("goals", "command_range"):
+        for name in ("goals", "command_range", "pay_out"):
             low, high = getattr(self, name)
             if not -1000.0 <= low < high <= 1000.0:
                 raise InvalidParameter(
                     f"{name} must be a least and a greatest angle [rad]; they are {low} and {high}"
                 )
+
+    @property
+    def pays_out(self) -> bool:
+        """Whether the command range begins lower for a motor that is wound in."""
+        return self.command_range[0] < self.pay_out[0]
 
     @property
     def episode_steps(self) -> int:

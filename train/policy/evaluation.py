@@ -110,7 +110,12 @@ def climb(
         )
     history = ObservationHistory(config.worlds, card.history, card.servo_count)
     least, greatest = np.array(card.command_ranges, dtype=np.float32).T
-    loop.reset(torch.from_numpy(np.tile(least, (config.worlds, 1))))
+    pay_out = None
+    if card.pay_out is not None:
+        home, wound_in = np.array(card.pay_outs, dtype=np.float32).T
+        pay_out = home, wound_in
+    at_rest = least if pay_out is None else pay_out[0]
+    loop.reset(torch.from_numpy(np.tile(at_rest, (config.worlds, 1))))
     rows: list[tuple[Array, ...]] = []
     for goal in goals:
         reading = loop.reading
@@ -119,7 +124,7 @@ def climb(
         seen = history.observe(position, reading.motor_velocity.numpy(), goal)
         output = np.array([np.ravel(policy.run(row[None])) for row in seen], np.float32)
         action = applied_action(output, card.action_clip)
-        command = motor_command(position, action, (least, greatest))
+        command = motor_command(position, action, (least, greatest), pay_out)
         rows.append((reading.tip.numpy().copy(), command[:, 0], position[:, 0].copy()))
         history.act(action)
         loop.step(torch.from_numpy(command))

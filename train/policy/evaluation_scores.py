@@ -50,6 +50,8 @@ class ClimbScore:
     """Mean tip error over the last half second of all stairs [m]."""
     overshoot: float
     """Most that the tip went beyond a goal on the way to it [rad]."""
+    least_motor_angle: float
+    """Least angle of the first motor [rad]; at home it is 0."""
     world_rmse: tuple[float, ...]
     """Tip error of each further world, RMS [m]."""
     stairs: tuple[StairScore, ...]
@@ -79,6 +81,7 @@ def score(climb: Climb, reachable: Array) -> ClimbScore:
         falling_rmse=pooled(error, [p for p, up in zip(pieces, rising, strict=True) if not up]),
         settled_error=float(np.mean([s.settled_error for s in stairs])),
         overshoot=max(overshoot(climb, p, up) for p, up in zip(pieces, rising, strict=True)),
+        least_motor_angle=float(np.min(climb.motor_position[:, 0])),
         world_rmse=tuple(rms(climb.error[:, w]) for w in range(1, climb.error.shape[1])),
         stairs=tuple(stairs),
     )

@@ -87,6 +87,7 @@ def make_card(
     first, *further = servos_of(environment)
     return PolicyCard(
         command_range=first.command_range,
+        pay_out=first.pay_out,
         spool_radius=first.spool_radius,
         servo=first.servo,
         force_limit=first.force_limit,
@@ -115,12 +116,16 @@ def servos_of(environment: FingerEnvironment) -> list[FurtherServo]:
     return [
         FurtherServo(
             command_range=command_range,
+            pay_out=pay_out,
             spool_radius=environment.spool_radius,
             servo=tendon.servo.replace("-", "_") or UNNAMED_SERVO,
             force_limit=tendon.force_limit,
         )
-        for tendon, command_range in zip(
-            environment.mechanism.tendons, environment.command_ranges, strict=True
+        for tendon, command_range, pay_out in zip(
+            environment.mechanism.tendons,
+            environment.command_ranges,
+            environment.pay_outs,
+            strict=True,
         )
     ]
 

@@ -54,15 +54,15 @@ class GoalPath:
         start = self._table[first.long()]
         return start + (place - first)[:, None] * (self._table[first.long() + 1] - start)
 
-    def command_ranges(
-        self, command_range: tuple[float, float], spool_radius: float
+    def of_each_servo(
+        self, angles: tuple[float, float], spool_radius: float
     ) -> tuple[tuple[float, float], ...]:
-        """Return least and greatest command of each servo [rad].
+        """Return two motor angles, such as the ends of the command range, of each servo [rad].
 
-        That of a servo that opens begins where its string is all let out: at the path's end.
+        Those of a servo that opens count from where its string is all let out: at the path's end.
 
         Args:
-            command_range: That of a servo that closes [rad].
+            angles: Those of a servo that closes [rad].
             spool_radius: Of all spools [m].
         """
         tendons, closing = self._mechanism.tendons, closing_tendons(self._mechanism)
@@ -70,7 +70,7 @@ class GoalPath:
             0.0 if d in closing else float(excursion(tendon, self._closed)) / spool_radius
             for d, tendon in enumerate(tendons)
         ]
-        low, high = command_range
+        low, high = angles
         return tuple((low + start, high + start) for start in starts)
 
     def require(self, goals: tuple[float, float]) -> None:

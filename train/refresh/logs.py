@@ -17,6 +17,11 @@ HELD_OUT = 1.0 / 3.0
 """Share of each log that only tells how good the corrected model is [1]."""
 BEGINNING = 2.0
 """Length of what is left out [s]."""
+LOOSE = 0.2
+"""Motor angle up to which the tendon may hang loose [rad]: the open finger hangs by its weight, and
+a homed tendon is not quite taut."""
+LEAST_PART = 1.0
+"""Length without which what lies between two loose rows is left out as well [s]."""
 
 
 def read_logs(
@@ -76,13 +81,36 @@ def log_files(paths: Sequence[Path]) -> tuple[Path, ...]:
     return tuple(files)
 
 
-def logs_as_dataset(path: Path, recordings: Sequence[Recording]) -> Dataset:
+def logs_as_dataset(path: Path, recordings: Sequence[Recording], loose: float = LOOSE) -> Dataset:
     """Return logs as a dataset whose test split is the end of each; their beginnings are left out.
 
-    A run begins at home, where a tendon may hang loose and the servo turns without the finger.
+    A run begins at home, where a tendon may hang loose and the servo turns without the finger; rows
+    of later visits there are left out too.
+
+    Args:
+        path: Where the logs come from.
+        recordings: The logs.
+        loose: Motor angle up to which the tendon may hang loose [rad].
     """
     train, test = hold_out([without_beginning(recording) for recording in recordings], HELD_OUT)
-    return Dataset(path=path, train=train, test=test)
+    return Dataset(path=path, train=taut_parts(train, loose), test=taut_parts(test, loose))
+
+
+def taut_parts(recordings: Sequence[Recording], loose: float = LOOSE) -> tuple[Recording, ...]:
+    """Return the parts of recordings in which all tendons are taut; all of them if there is none.
+
+    How far a motor turns back while its tendon hangs loose says nothing of the finger.
+    """
+    parts: list[Recording] = []
+    for recording in recordings:
+        taut = np.all(recording.motor_position > loose, axis=1)
+        changes = np.flatnonzero(np.diff(np.r_[False, taut, False].astype(np.int8)))
+        parts += [
+            rows_of(recording, slice(int(first), int(end)), recording.name)
+            for first, end in changes.reshape(-1, 2)
+            if recording.time[end - 1] - recording.time[first] >= LEAST_PART
+        ]
+    return tuple(parts) or tuple(recordings)
 
 
 def without_beginning(recording: Recording) -> Recording:

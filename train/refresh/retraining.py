@@ -43,7 +43,10 @@ def find_training(policy: Path) -> EarlierTraining:
         )
     try:
         own = dict(table) if isinstance(table, dict) else {}
-        environment = EnvironmentConfig(**kept(EnvironmentConfig, own.pop("environment")))
+        places = dict(own.pop("environment"))
+        if "command_range" in places:  # before the pay-out rule all of it counted everywhere
+            places.setdefault("pay_out", places["command_range"])
+        environment = EnvironmentConfig(**kept(EnvironmentConfig, places))
         config = PolicyTrainingConfig(environment=environment, **kept(PolicyTrainingConfig, own))
     except (TypeError, KeyError) as error:
         raise InvalidPolicyFile(f"{path}: its config is not that of a training") from error

@@ -10,11 +10,10 @@ import pytest
 from hardware.bench import Bench, open_bench
 from hardware.bench_address import BenchAddress, DriveAddress
 from hardware.deploy_log import read_steps, step_table
-from hardware.deploy_settings import DeploySettings, refuse_mismatch
+from hardware.deploy_settings import DeploySettings, loops_of, refuse_mismatch
 from hardware.errors import PolicyMismatch, ServoSilent
 from hardware.goals import stairs
 from hardware.policy_runner import Policy
-from hardware.servos.host_position_loop import HostPositionLoop
 from hardware.stop_request import StopRequest
 from hardware.virtual_bench import FaultEvent, VirtualPorts
 from tendon_newton.cli import main
@@ -30,8 +29,7 @@ from tests.hardware.deploy.runs import Flight
 WORDS = ["deploy", "--port", "virtual:finger_antagonist", "--faster-than-real-time"]
 CARD = card_of_two()
 SETTINGS = DeploySettings(
-    duration=3.0, loop=HostPositionLoop(position_range=CARD.command_range),
-    further_ranges=CARD.command_ranges[1:],
+    duration=3.0, loop=loops_of(CARD)[0], further_loops=loops_of(CARD)[1:],
 )  # fmt: skip
 ADDRESS = BenchAddress(
     bench="finger_antagonist", port="virtual", further=(DriveAddress(identifier=2),)
@@ -108,9 +106,7 @@ def test_commands_of_each_servo_stay_within_its_own_range(tmp_path: Path) -> Non
     path = tmp_path / "run.mcap"
     further = replace(CARD.further_servos[0], command_range=(-1.8, 0.4))
     card = replace(CARD, command_range=(0.0, 1.0), further_servos=(further,))
-    settings = replace(
-        SETTINGS, loop=HostPositionLoop(position_range=(0.0, 1.0)), further_ranges=((-1.8, 0.4),)
-    )
+    settings = replace(SETTINGS, loop=loops_of(card)[0], further_loops=loops_of(card)[1:])
     strong = policy_of(lambda sample: np.full(2, 19.0), card)
     flight_of(path=path, policy=strong, settings=settings).fly()
     commands = step_table(path)[:, 4:]
@@ -211,7 +207,7 @@ def test_a_bench_needs_as_many_servos_as_the_policy_drives() -> None:
         refuse_mismatch(CARD, SETTINGS, replace(ADDRESS, bench="finger"))
     alone = replace(ADDRESS, further=())
     with pytest.raises(PolicyMismatch, match="servos 1, this bench 2"):
-        refuse_mismatch(card_of(), replace(SETTINGS, further_ranges=()), alone)
+        refuse_mismatch(card_of(), replace(SETTINGS, further_loops=()), alone)
     with pytest.raises(InvalidParameter, match="own ID; they are 2, 2"):
         BenchAddress(
             bench="finger_antagonist", port="virtual", identifier=2, further=ADDRESS.further

@@ -10,7 +10,12 @@ from tendon_newton.errors import InvalidParameter, SimulationDiverged
 from tendon_newton.mechanisms.kinematics import tip_position
 from tendon_newton.mechanisms.mechanism import load_mechanism
 from tendon_newton.mechanisms.statics import equilibrium
-from tendon_newton.policy_observation import ObservationHistory, applied_action, goal_angle
+from tendon_newton.policy_observation import (
+    ObservationHistory,
+    applied_action,
+    goal_angle,
+    motor_command,
+)
 from tests.train.policy.small import environment, random_actions
 from train.policy.environment_config import EnvironmentConfig
 from train.policy.goal_path import GoalPath
@@ -48,6 +53,32 @@ def test_the_command_is_the_motor_angle_and_the_clipped_action_within_its_range(
     torch.testing.assert_close(  # float32 through 4.2 N/rad
         finger.loop.reading.force, pull.clamp(min=0.0), rtol=0.0, atol=2e-5
     )
+
+
+@pytest.mark.parametrize("finger", ["finger", "finger_antagonist"])
+def test_commands_are_those_of_deployment_bit_for_bit(finger: str) -> None:
+    """Range and pay-out rule, of one servo and of two, the second with angles of its own."""
+    worlds = environment(finger=finger, goals=(0.0, 1.8))
+    low, high = np.array(worlds.command_ranges, np.float32).T
+    home, wound_in = np.array(worlds.pay_outs, np.float32).T
+    below = 0
+    for action in random_actions(40, worlds=6 * worlds.num_actions):
+        asked = action.reshape(6, -1)
+        position = worlds.loop.reading.motor_position.numpy().copy()
+        applied = applied_action(asked.numpy(), worlds.config.action_clip)
+        expected = motor_command(position, applied, (low, high), (home, wound_in))
+        _, _, dones, _ = worlds.step(asked)
+        given = worlds.loop.solver.command.numpy()
+        assert np.array_equal(given[~dones.numpy()], expected[~dones.numpy()])
+        below += int((given < home).sum())
+    assert below > 10
+
+
+def test_a_range_that_begins_at_home_has_no_pay_out_rule() -> None:
+    """Nothing then lies below home, and the card gets no further key."""
+    worlds = environment(command_range=(-0.4, 6.0), pay_out=(-0.4, 0.1))
+    assert worlds.pay_outs == (None,)
+    assert environment().pay_outs == ((0.0, 0.05),)
 
 
 def test_a_goal_point_is_on_the_path_of_the_closing_finger_and_has_its_angle() -> None:

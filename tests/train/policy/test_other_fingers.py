@@ -104,7 +104,7 @@ def test_an_opening_servo_begins_where_its_string_is_let_out() -> None:
     """Its commands start at its angle in the closed finger, so that it can hang loose anywhere."""
     mechanism = load_mechanism("finger_antagonist")
     assert closing_tendons(mechanism) == (0,)
-    (flexor, extensor) = GoalPath(mechanism).command_ranges((0.0, 6.0), 0.0125)
+    (flexor, extensor) = GoalPath(mechanism).of_each_servo((0.0, 6.0), 0.0125)
     assert flexor == (0.0, 6.0)
     let_out = float(excursion(mechanism.tendons[1], closed_position(mechanism))) / 0.0125
     assert let_out < -1.0

@@ -1,5 +1,6 @@
 """Logs: what is fitted, what only reports, and which files may come."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,22 +8,44 @@ import pytest
 
 from tendon_newton.errors import InvalidDataset
 from tendon_newton.identification.cutting import hold_out
-from train.refresh.logs import BEGINNING, log_files, logs_as_dataset, read_logs
+from train.refresh.logs import (
+    BEGINNING,
+    LOOSE,
+    log_files,
+    logs_as_dataset,
+    read_logs,
+    taut_parts,
+    without_beginning,
+)
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "hidden_friction"
 
 
 def test_the_end_of_every_log_is_held_out() -> None:
-    """Train and test have every row once but the first two seconds, where a tendon may be loose."""
-    logs = read_logs([EXAMPLE / "finger_sine_0.csv", EXAMPLE / "finger_stairs_1.csv"])
-    dataset = logs_as_dataset(EXAMPLE, logs)
-    for log, fitted, held in zip(logs, dataset.train, dataset.test, strict=True):
-        kept = log.time[log.time >= log.time[0] + BEGINNING]
-        assert np.concatenate([fitted.time, held.time]).tolist() == kept.tolist()
-        assert held.duration == pytest.approx((log.duration - BEGINNING) / 3.0, abs=0.05)
-        assert (fitted.start, held.start) == ("first_row", "first_row")
-        assert held.name == f"{log.name} (end)"
-        assert held.force is None, "a load cell is left out"
+    """Two thirds are fitted and one reports, but for the beginning and where a tendon is loose."""
+    for log in read_logs([EXAMPLE / "finger_sine_0.csv", EXAMPLE / "finger_stairs_1.csv"]):
+        dataset = logs_as_dataset(EXAMPLE, [log])
+        cut = log.time[0] + BEGINNING + (log.duration - BEGINNING) * 2.0 / 3.0
+        for part in (*dataset.train, *dataset.test):
+            assert part.start == "first_row"
+            assert part.force is None, "a load cell is left out"
+        assert max(part.time[-1] for part in dataset.train) <= cut + 0.05  # four rows
+        assert min(part.time[0] for part in dataset.test) >= cut - 0.05
+        assert min(part.time[0] for part in dataset.train) >= log.time[0] + BEGINNING
+        assert {part.name for part in dataset.test} == {f"{log.name} (end)"}
+
+
+def test_what_lies_between_loose_rows_is_kept_if_it_is_long_enough() -> None:
+    """A second and more, row for row; a log that never is taut stays as it is."""
+    (log,) = read_logs([EXAMPLE / "finger_sine_0.csv"])
+    log = without_beginning(log)
+    angle = np.full_like(log.motor_position, LOOSE + 0.1)
+    angle[100:110] = angle[150:160] = LOOSE
+    first, last = taut_parts([replace(log, motor_position=angle)])
+    assert first.time.tolist() == log.time[:100].tolist()
+    assert last.time.tolist() == log.time[160:].tolist()
+    loose = replace(log, motor_position=0.0 * angle)
+    assert taut_parts([loose]) == (loose,)
 
 
 def test_what_follows_the_policy_is_left_out() -> None:

@@ -40,6 +40,21 @@ def test_a_training_is_found_beside_its_policy(earlier: Path) -> None:
     assert found.checkpoint == earlier.parent / "checkpoints" / "000002.pt"
 
 
+def test_a_training_from_before_the_pay_out_rule_goes_on_without_it(
+    earlier: Path, tmp_path: Path
+) -> None:
+    """Its settings do not name the rule, and its range counted everywhere."""
+    table = json.loads((earlier.parent / "policy.json").read_text())
+    del table["config"]["environment"]["pay_out"]
+    table["config"]["environment"]["command_range"] = [-0.4, 6.0]
+    (tmp_path / "policy.json").write_text(json.dumps(table))
+    (tmp_path / "checkpoints").mkdir()
+    (tmp_path / "checkpoints" / "000002.pt").touch()
+    environment = find_training(tmp_path / "policy.onnx").config.environment
+    assert environment.command_range == (-0.4, 6.0)
+    assert not environment.pays_out
+
+
 def test_the_new_training_begins_with_the_old_weights(earlier: Path) -> None:
     """Bit for bit, those of actor, critic and normalisation."""
     found = find_training(earlier)
