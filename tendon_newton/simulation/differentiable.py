@@ -4,29 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, fields
-from functools import cache
 from typing import Any
 
 import numpy as np
 import warp as wp
 
-from tendon_newton.device_code.placeholders import struct_type
 from tendon_newton.effects import Stage
 from tendon_newton.errors import SimulationDiverged
 from tendon_newton.mechanisms.mechanism import Mechanism
 from tendon_newton.model_file import Model
 from tendon_newton.recording import Array, Indices, Recording
-from tendon_newton.simulation import gradient_kernels, gradient_rules, substep_kernels
-from tendon_newton.simulation.assembly import Assembly, assemble
-from tendon_newton.simulation.integrator import rosenbrock
-from tendon_newton.simulation.kernel_types import kernel_types
+from tendon_newton.simulation.gradient_assembly import copied_components, gradient_kernel_set
 from tendon_newton.simulation.parameter_table import ParameterTable, spool_radius_of
 from tendon_newton.simulation.rollout import TIME_STEP, Rollout
-from tendon_newton.simulation.settling import frictionless_forces
 from tendon_newton.simulation.structure import Structure
 from tendon_newton.simulation.substep_chain import SubstepChain, launch
+from tendon_newton.simulation.substep_plan import distinct_plans
 from tendon_newton.simulation.supported_effects import refuse_stages
 from tendon_newton.simulation.timeline import Timeline
 
@@ -398,105 +392,3 @@ def make_inputs(rollout: Rollout, vectors: Any) -> Inputs:
             array.requires_grad = True
             setattr(struct, name, array)  # the struct holds the address of the gradient too
     return Inputs(parameters=vectors, command=rollout.commands.angle, mechanism=rollout.numbers)
-
-
-def distinct_plans(
-    timelines: Sequence[Timeline], time_step: float
-) -> tuple[list[tuple[Any, Any, Any]], Indices]:
-    """Return the `substep_plan` of each different timeline, and which one each world has."""
-    place: dict[bytes, int] = {}
-    plans = []
-    index = np.empty(len(timelines), dtype=int)
-    for world, timeline in enumerate(timelines):
-        key = timeline.time.tobytes()
-        if key not in place:
-            place[key] = len(plans)
-            plans.append(substep_plan(timeline, time_step))
-        index[world] = place[key]
-    return plans, index
-
-
-def substep_plan(timeline: Timeline, time_step: float) -> tuple[Any, Any, Any]:
-    """Return instant [s], duration [s] and row of each substep of a recording.
-
-    As `rollout_kernel` divides it.
-    """
-    time = timeline.time - timeline.time[0]
-    intervals = np.diff(time)
-    counts = np.ceil(intervals / time_step - 1.0e-6).astype(int)
-    row = np.repeat(np.arange(len(intervals)), counts)
-    duration = (intervals / counts)[row]
-    place = np.arange(len(row)) - np.repeat(np.cumsum(counts) - counts, counts)
-    return time[row] + place * duration, duration, row
-
-
-@contextmanager
-def copied_components() -> Iterator[None]:
-    """Let kernels that are compiled inside write vector components by copy.
-
-    In place their adjoint is wrong.
-    """
-    before = wp.config.enable_vector_component_overwrites
-    wp.config.enable_vector_component_overwrites = True
-    try:
-        yield
-    finally:
-        wp.config.enable_vector_component_overwrites = before
-
-
-@cache
-def gradient_kernel_set(
-    structure: Structure, inline: bool = False
-) -> tuple[dict[str, wp.Kernel], dict[str, Any]]:
-    """Assemble the kernels that a tape walks back, with the Warp types of their arguments.
-
-    Args:
-        structure: What decides their code.
-        inline: Whether the substep's functions are inlined.
-    """
-    types = kernel_types(structure)
-    grid = wp.array(dtype=types["real"], ndim=2)
-    schedule = {
-        "time": grid, "duration": grid, "row": wp.array(dtype=wp.int32, ndim=2),
-        "plan": wp.array(dtype=wp.int32),
-    }  # fmt: skip
-    types = {
-        **types,
-        "Schedule": struct_type("Schedule", schedule),
-        "REMEMBERED": structure.memory_count,
-    }
-    plain = assemble_with_rules(structure, types, inline=False)
-    substep = assemble_with_rules(structure, types, inline=True) if inline else plain
-    rare = assemble_with_rules(structure, types, inline=False)
-    for part in (rosenbrock, frictionless_forces):
-        rare.specialiser.function(part, inline=False)
-    kernels = {
-        "start": rare.kernel(gradient_kernels.start_kernel, enable_backward=True),
-        "substep": substep.kernel(substep_kernels.substep_kernel),
-        "list": plain.kernel(substep_kernels.list_kernel),
-        "copy": plain.kernel(substep_kernels.copy_kernel),
-        "gather": plain.kernel(substep_kernels.gather_kernel),
-        "scatter": plain.kernel(substep_kernels.scatter_kernel),
-        "whole": substep.kernel(substep_kernels.whole_kernel, enable_backward=True),
-        "divided": rare.kernel(substep_kernels.divided_kernel, enable_backward=True),
-        "sweep": plain.kernel(substep_kernels.sweep_kernel),
-        "reading": plain.kernel(gradient_kernels.reading_kernel, enable_backward=True),
-    }
-    return kernels, types
-
-
-def assemble_with_rules(structure: Structure, types: dict[str, Any], *, inline: bool) -> Assembly:
-    """Bind the device code of a structure with the derivatives that are written by hand."""
-    assembly = assemble(structure, types, inline=inline, taped=True)
-    gradient_rules.add_gradient_rules(assembly.specialiser)
-    assembly.specialiser.gradient(gradient_kernels.gravity_slope, gradient_kernels.constant_slope)
-    if structure.routes.spans:
-        assembly.specialiser.gradient(
-            gradient_kernels.guide_turning, gradient_kernels.constant_turning
-        )
-    if structure.touch.contacts:
-        gradient_rules.add_contact_rules(assembly.specialiser)
-        assembly.specialiser.gradient(
-            gradient_kernels.contact_turning, gradient_kernels.constant_slope
-        )
-    return assembly

@@ -22,13 +22,13 @@ from tendon_newton.simulation.differentiable import (
     DifferentiableRollout,
     Inputs,
     Readings,
-    assemble_with_rules,
-    substep_plan,
 )
+from tendon_newton.simulation.gradient_assembly import assemble_with_rules
 from tendon_newton.simulation.kernel_types import kernel_types
 from tendon_newton.simulation.learned_rollout import NONE_LEFT, LearnedRollout
 from tendon_newton.simulation.rollout import Rollout
 from tendon_newton.simulation.structure import Structure
+from tendon_newton.simulation.substep_plan import substep_plan
 from tendon_newton.simulation.torch_bridge import plain_tensor
 
 EXACT_STEPS = 30
