@@ -55,7 +55,7 @@ def gradient_kernel_set(
     }
     plain = assemble_with_rules(structure, types, inline=False)
     substep = assemble_with_rules(structure, types, inline=True) if inline else plain
-    # What runs once, or for few substeps, may run slowly: inlined it would compile four times longer.
+    # What runs once, or for few substeps, may run slowly: inlined it compiles four times longer.
     rare = assemble_with_rules(structure, types, inline=False)
     for part in (rosenbrock, frictionless_forces):
         rare.specialiser.function(part, inline=False)
