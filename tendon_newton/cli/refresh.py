@@ -45,7 +45,8 @@ class RefreshConfig:
     out: Path
     """Folder for the results; made if it is not there."""
     reference: tuple[Path, ...] = ()
-    """Logs of the same policy from the time when the model fitted."""
+    """Logs of the same policy from the time when the model fitted; with them, how far a spool has
+    slipped is found to some hundredths of a radian."""
     suspects: tuple[str, ...] = ()
     """Effects that may be named; by default all kinds of wear."""
     iterations: int = 100
@@ -165,7 +166,9 @@ def correct(config: RefreshConfig, drift: Drift, ledger: Ledger) -> None:
     logs = [without_beginning(log) for log in read_logs(config.logs, policy_span)]
     model = load_model(config.model)
     if any(cause.name in SLIPS for cause in drift.causes):
-        corrected, how = with_slip(logs, model), "slip"
+        new = read_logs(config.reference, policy_span) if config.reference else ()
+        earlier = [without_beginning(log) for log in new]
+        corrected, how = with_slip(logs, model, earlier), "slip"
     elif drift.causes:  # all else was right when the bench was new
         corrected, how = load_model(config.out / "diagnosis" / "model.toml"), "cause"
     else:

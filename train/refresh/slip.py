@@ -1,4 +1,4 @@
-"""How far a spool has slipped, from rows in which the tendon certainly is taut."""
+"""How far a spool has slipped: from logs of the new bench, or rows that certainly are taut."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from tendon_newton.identification.study import Study, replacements
 from tendon_newton.model_file import Model, NamedValues
 from tendon_newton.recording import Array, Recording
 from train.refresh.logs import LOOSE
+from train.refresh.turning import slip_since
 
 SLIP = "position_offset"
 SLIPS = (SLIP, "tendon_slack")
@@ -57,16 +58,25 @@ class Slip:
     """What the encoder says of the open finger [rad]; below it the tendon hangs loose."""
 
 
-def with_slip(recordings: Sequence[Recording], model: Model) -> Model:
+def with_slip(
+    recordings: Sequence[Recording], model: Model, reference: Sequence[Recording] = ()
+) -> Model:
     """Return a model whose encoder's zero fits logs of a bench whose spool has slipped.
 
-    Nothing else is fitted: it was right when the bench was new.
+    Nothing else is fitted: it was right when the bench was new. Logs of that time say how far the
+    spool has slipped since, whatever the model's own error is; without them the model has to.
 
     Args:
         recordings: Logs, angles alone.
         model: What fitted the bench before the spool slipped.
+        reference: Logs from that time.
     """
-    offset = find_slip(recordings, model).offset
+    slip = slip_since(reference, recordings) if reference else None
+    if slip is None:
+        offset = find_slip(recordings, model).offset
+    else:
+        own = (effect.values["angle"] for effect in model.effects if effect.name == SLIP)
+        offset = slip + float(next(own, 0.0))
     others = without(model, SLIP)
     named = NamedValues(name=SLIP, values={"angle": offset})
     return replace(others, effects=(*others.effects, named))
