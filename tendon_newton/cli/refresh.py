@@ -125,29 +125,34 @@ def find(config: RefreshConfig, ledger: Ledger) -> Drift:
     from train.refresh.drift import SUSPECTS, find_drift, model_error
     from train.refresh.logs import logs_as_dataset, read_logs, without_beginning
     from train.refresh.outcome import judge_drift, read_drift
-    from train.refresh.slip import taut_from
+    from train.refresh.slip import SLIP, taut_from
+    from train.refresh.turning import slip_since
 
     if (done := ledger.done("drift")) is not None:
         return read_drift(done)
     model, logs = load_model(config.model), read_logs(config.logs, policy_span)
-    earlier = None
+    later = [without_beginning(log) for log in logs]
+    suspects = config.suspects or tuple(SUSPECTS)
+    earlier, slip = None, None
     if config.reference:
         reference = read_logs(config.reference, policy_span)
         earlier = model_error(logs_as_dataset(config.out, reference).test, model)
+        if SLIP in suspects:
+            slip = slip_since([without_beginning(log) for log in reference], later)
     folder = make_folder(config.out / "diagnosis")
     print("reading benches and compiling kernels ...", flush=True)
-    loose = taut_from([without_beginning(log) for log in logs], model)
+    loose = taut_from(later, model)
     dataset = logs_as_dataset(config.logs[0], logs, loose)
     diagnosis, evidence = find_drift(
         dataset,
         model,
-        suspects=config.suspects or tuple(SUSPECTS),
+        suspects=suspects,
         progress=lambda text: print(f"{text} ...", flush=True),
     )
     write_diagnosis(folder / "diagnosis.json", diagnosis)
     write_model(folder / "model.toml", diagnosis.model)
     write_report(folder / "report.html", diagnosis, evidence, Origin())
-    drift = judge_drift(diagnosis, earlier)
+    drift = judge_drift(diagnosis, earlier, slip)
     ledger.finish("drift", asdict(drift))
     return drift
 

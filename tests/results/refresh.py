@@ -35,6 +35,7 @@ from train.refresh.logs import logs_as_dataset, read_logs, taut_parts, without_b
 from train.refresh.outcome import judge_drift
 from train.refresh.slip import taut_from
 from train.refresh.tuning import tune
+from train.refresh.turning import slip_since
 
 STATES = ("new", "friction", "spool")
 ANSWERS: dict[str, tuple[str, ...]] = {
@@ -159,12 +160,14 @@ def notice(policy: Path, folder: Path, seed: int, state: str) -> dict[str, Any]:
     log = fly(policy, folder / f"later_{state}", f"virtual:finger:{seed}:{state}", goals, DURATION)
     begin = time.monotonic()
     logs = read_logs([log], policy_span)
-    loose = taut_from([without_beginning(each) for each in logs], model)
+    later = [without_beginning(each) for each in logs]
+    loose = taut_from(later, model)
     diagnosis, _ = find_drift(logs_as_dataset(log.parent, logs, loose), model)
     before = next((folder / "before").glob("*.mcap"))
-    earlier = logs_as_dataset(before.parent, read_logs([before], policy_span)).test
-    reference = model_error(earlier, model)
-    drift = judge_drift(diagnosis, reference)
+    earlier = read_logs([before], policy_span)
+    reference = model_error(logs_as_dataset(before.parent, earlier).test, model)
+    slip = slip_since([without_beginning(each) for each in earlier], later)
+    drift = judge_drift(diagnosis, reference, slip)
     row = {
         "seed": seed,
         "state": state,

@@ -11,6 +11,7 @@ from typing import Any
 from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.errors import InvalidOutput
 from train.refresh.drift import SUSPECTS
+from train.refresh.slip import SLIP, SLIPS
 
 TEMPLATE = "refresh.html.jinja"
 AGREES = "no_drift"
@@ -19,6 +20,9 @@ CHANGED = "changed"
 CHANGE = 2.0
 """Ratio of the model's errors on new and on earlier logs up to which a bench is the same [1]: under
 other goals it is 1.6. What is named below it was there before."""
+SLIPPED = 0.1
+"""Slip from which on a spool has slipped [rad]: on benches as they were up to 0.025 is found, and
+where the gear has run dry -0.16 to -0.24."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,12 +63,15 @@ class TipFigure:
     """Distance between tip and goal point, RMS [m]."""
 
 
-def judge_drift(diagnosis: Diagnosis, reference_theta_rmse: float | None) -> Drift:
+def judge_drift(
+    diagnosis: Diagnosis, reference_theta_rmse: float | None, slip: float | None = None
+) -> Drift:
     """Say what a diagnosis of logs means for the bench.
 
     Args:
         diagnosis: Of the logs, against the model.
         reference_theta_rmse: The model's error on earlier logs [rad], where there are any.
+        slip: How far the spool has slipped since [rad], by `slip_since`.
     """
     causes = tuple(
         FoundWear(
@@ -78,9 +85,14 @@ def judge_drift(diagnosis: Diagnosis, reference_theta_rmse: float | None) -> Dri
         )
         for effect in diagnosis.effects
     )
+    slipped = slip is not None and slip > SLIPPED
+    if slip is not None and slipped and not any(cause.name in SLIPS for cause in causes):
+        words, number = SUSPECTS[SLIP].words, f"angle = {slip:.4g} rad"
+        causes = (FoundWear(name=SLIP, words=words, numbers=(number,), rivals=()),)
     before = diagnosis.baseline.theta_rmse
     known = reference_theta_rmse is not None
     same = before <= CHANGE * reference_theta_rmse if known else not causes
+    same = same and not slipped
     return Drift(
         verdict=AGREES if same else WORN if causes else CHANGED,
         causes=() if same else causes,

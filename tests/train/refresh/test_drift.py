@@ -91,6 +91,13 @@ def test_a_bench_that_still_fits_is_left_alone() -> None:
     grown = judge_drift(diagnosis, 0.4 * drift.theta_rmse)  # earlier logs fitted much better
     assert grown.verdict == CHANGED
     assert "no wear in the list explains it" in headline(grown)
+    slipped = judge_drift(diagnosis, drift.theta_rmse, slip=0.4)  # turning says what angles do not
+    assert slipped.verdict == WORN
+    assert [(cause.name, cause.numbers) for cause in slipped.causes] == [
+        ("position_offset", ("angle = 0.4 rad",))
+    ]
+    # a gear that has run dry looks like a slip the other way
+    assert judge_drift(diagnosis, drift.theta_rmse, slip=-0.2).verdict == AGREES
 
 
 def test_every_suspect_is_an_effect_that_wear_explains() -> None:
