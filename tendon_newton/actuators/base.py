@@ -24,6 +24,8 @@ class Actuator:
     """Whether its force [N] is decided outside the kernels once per control step, and held."""
     kinematic: ClassVar[bool] = False
     """Whether it moves its shaft whatever that carries: positions are all that is computed."""
+    rotor: ClassVar[bool] = False
+    """Whether it has a rotor, whose inertia stands between the motor and the load cell."""
     stiffness: ClassVar[str | None] = None
     """Parameter by which it answers a small turn of its shaft [N/rad]; None where none tells."""
     armature: ClassVar[Callable[..., Any]]

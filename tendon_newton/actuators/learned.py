@@ -17,10 +17,6 @@ HELD_MEMORY = 0
 AT_REST = 1.0e6
 """Time [s] since the last instant, beyond which a world has come to rest for good."""
 
-DAMPED_INERTIA = 1.25e-5
-"""Inertia at the spool [kg m2] beside each N s/rad of damping: on a spool of 12.5 mm a millisecond
-for a free shaft to stop, two of the longest steps."""
-
 
 @device_template
 def hold_answer(p: ParameterVector, angle: Jet, rate: Jet) -> Jet:
@@ -86,8 +82,5 @@ class Learned(Actuator):
     @staticmethod
     @device_template
     def armature(p: ParameterVector) -> real:
-        """What the rotor's inertia does to the force, the network has learned with the rest.
-
-        A twentieth of it stays beside damping, which else stops a light finger within 0.05 ms.
-        """
-        return p[1] * p[2] * real(DAMPED_INERTIA)
+        """None: what a rotor does to the tension, the network has learned with the rest."""
+        return real(0.0)

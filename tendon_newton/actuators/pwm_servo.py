@@ -17,13 +17,16 @@ class PwmServo(Actuator):
         u = \operatorname{clip}(k_u (\theta_d - \theta), \pm u_{max}), \qquad
         \tau = \frac{k_t (u V - k_t \dot\theta)}{R}, \qquad F = \tau / r
 
-    The winding's inductance is neglected.
+    The winding's inductance is neglected. The rotor of inertia J takes a part of the motor's force,
+    so that the load cell behind it reads :math:`F - (J / r^2)\,\ddot s` less the gear's friction,
+    with s the length of string on the spool.
 
     Source: any text on DC motors; the loop as in the Dynamixel e-manual (PWM = P-gain / 128 counts
     per count of error).
     """
 
     name = "pwm_servo"
+    rotor = True
     parameters = (
         Parameter(
             name="duty_per_rad", unit="1/rad", null=0.0, nominal=1.0, lower=0.01, upper=100.0,

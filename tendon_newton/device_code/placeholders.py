@@ -59,6 +59,11 @@ TendonVector = Placeholder
 """One number per tendon, shape (D,)."""
 ArmMatrix = Placeholder
 """Moment arms [m] or [1], shape (D, J)."""
+RowVector = Placeholder
+"""One number per row in which dry friction may hold a tendon, shape (R,): the rows of the spools,
+then, where spools have coordinates of their own, those of the strings in their guides."""
+RowMatrix = Placeholder
+"""Their directions among the coordinates [m] or [1], shape (R, J)."""
 ParameterVector = Placeholder
 """The actuator's parameters, then each effect's, shape (P,)."""
 
@@ -66,6 +71,10 @@ JOINTS = 2
 """Number of joints J."""
 TENDONS = 1
 """Number of tendons D."""
+LINKS = 2
+"""Number of the mechanism's own joints; J counts the spools that have a coordinate as well."""
+ROWS = 1
+"""Number of rows R."""
 
 
 def struct_type(name: str, fields: dict[str, Any]) -> Any:

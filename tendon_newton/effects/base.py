@@ -23,6 +23,9 @@ class Stage(Enum):
     """(time: real, values) -> real: the instant [s] at which the servo reads the command."""
     RADIUS = "radius"
     """(radius: real, values) -> real: the spool's radius [m]."""
+    STRING = "string"
+    """(stiffness: real, values) -> real: the string's stiffness [N/m], where its spool has a
+    coordinate of its own."""
     STRETCH = "stretch"
     """(length: Jet, tendon, values) -> Jet: tendon wound on the spool [m]."""
     ANGLE = "angle"
@@ -72,6 +75,9 @@ class Effect:
     """Parameters that make a tendon stick where they are not zero."""
     includes: ClassVar[tuple[str, ...]] = ()
     """Effects that are special cases of this one: the simpler is named if both explain the data."""
+    spool_stages: ClassVar[tuple[Stage, ...]] = ()
+    """Stages that stand for the motion of a spool without inertia. Where the spool has a
+    coordinate of its own, its equation of motion takes their place."""
     memory: ClassVar[Stage | None] = None
     """Stage after which an effect with internal state renews it; see `renewal`. The effect sleeps
     while its first parameter is at null."""

@@ -21,7 +21,8 @@ class TendonCompliance(Effect):
 
     With the force at the spool known to first order in theta and theta_dot this is :math:`\tau
     \dot F = U - F`, whose time constant is that of viscous friction against the tendon's stiffness
-    and is zero without it. It is solved exactly over a step, around the force before it.
+    and is zero without it. It is solved exactly over a step, around the force before it. A servo
+    with a rotor needs no such solution: its spool has a coordinate of its own.
     Source: Hooke (1678); a braided line of 1 mm and half a metre has 5 to 50 N/mm.
     Validity: linear stretch without creep or mass. Dry friction opposes the excursion's speed.
     Signature: theta leads the mechanism in proportion to the force, at rest as well.
@@ -32,6 +33,7 @@ class TendonCompliance(Effect):
     name = "tendon_compliance"
     side = "transmission"
     memory = Stage.TENSION
+    spool_stages = (Stage.STRETCH, Stage.TENSION)
     parameters = (
         Parameter(
             name="stiffness", unit="N/m", null=math.inf, nominal=10000.0,
@@ -39,6 +41,12 @@ class TendonCompliance(Effect):
             source="from a long rubber-like cord to a short steel rope",
         ),
     )  # fmt: skip
+
+    @staticmethod
+    @device_template
+    def string(stiffness: real, values: Values) -> real:
+        """The softer of two strings."""
+        return wp.min(stiffness, values[0])
 
     @staticmethod
     @device_template

@@ -8,7 +8,7 @@ import warp as wp
 
 from tendon_newton.device_code.placeholders import Jet, Values, real
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.effects.base import Effect
+from tendon_newton.effects.base import Effect, Stage
 from tendon_newton.parameters import Parameter
 
 
@@ -19,8 +19,8 @@ class TendonSlack(Effect):
         \theta = \operatorname{clip}(\theta_d,\ l / r,\ (l + \ell) / r),
         \quad F = 0 \text{ while slack}
 
-    A servo without inertia turns freely to its command while the tendon is loose. Friction that
-    holds tension keeps the tendon taut.
+    A servo without inertia turns freely to its command while the tendon is loose; a rotor follows
+    its own equation of motion there. Friction that holds tension keeps the tendon taut.
     Source: knots and crimps set the length of a tendon to a few millimetres.
     Validity: a limp tendon; the excursion's own zero is that of the mechanism.
     Signature: like an offset of theta while the tendon pulls, and theta on its command while it
@@ -30,6 +30,7 @@ class TendonSlack(Effect):
 
     name = "tendon_slack"
     side = "transmission"
+    spool_stages = (Stage.ENCODER,)
     parameters = (
         Parameter(
             name="length", unit="m", null=0.0, nominal=0.002, lower=0.0, upper=0.02,

@@ -35,6 +35,7 @@ STAGE_TEMPLATES = {
     Stage.CLOCK: stages.scalar_stage,
     Stage.RADIUS: stages.scalar_stage,
     Stage.SPEED: stages.scalar_stage,
+    Stage.STRING: stages.scalar_stage,
     Stage.INERTIA: stages.scalar_stage,
     Stage.TILT: stages.scalar_stage,
     Stage.CELL_CLOCK: stages.scalar_stage,
@@ -79,7 +80,7 @@ class Assembly:
             launch_bounds: On CUDA, the threads of a block and the blocks that a multiprocessor
                 must have room for; the registers of a thread follow.
         """
-        unroll = max(WARP_UNROLL, len(self.structure.routes.spans), self.structure.joint_count)
+        unroll = max(WARP_UNROLL, len(self.structure.routes.spans), self.structure.coordinate_count)
         options: dict[str, Any] = {"max_unroll": unroll}
         if self.structure.precision == "float32":
             # on CUDA alone: divisions, roots and angles to some 1e-7, at half the instructions
@@ -131,7 +132,7 @@ def assemble(
         taped: Whether a tape walks its kernels back.
     """
     specialiser = Specialiser(types, inline=inline)
-    if structure.joint_count > UNROLLED_JOINTS:
+    if structure.coordinate_count > UNROLLED_JOINTS:
         specialiser.bind("inverse", specialiser.function(looped_inverse))
     bind_stages(specialiser, structure)
     actuator = find_actuator(structure.actuator)
@@ -169,8 +170,13 @@ def bind_stages(specialiser: Specialiser, structure: Structure) -> None:
     """Bind the device functions of each stage: what acts in it, and what is remembered after it."""
     effects = able_effects(structure)
     for stage in Stage:
-        acting = [(effect.name, effect.hook(stage)) for effect in effects if effect.hook(stage)]
-        keeping = [(effect.name, effect.renewal()) for effect in effects if effect.memory is stage]
+        hooks = [(effect.name, structure.hook(effect, stage)) for effect in effects]
+        acting = [(name, hook) for name, hook in hooks if hook]
+        keeping = [
+            (effect.name, effect.renewal())
+            for effect in effects
+            if effect.memory is stage and structure.remembers(effect)
+        ]
         apply = STAGE_TEMPLATES.get(stage, stages.tendon_stage)
         renew = stages.joint_memory if stage in JOINT_STAGES else stages.tendon_memory
         specialiser.bind(

@@ -11,6 +11,7 @@ import warp as wp
 
 from tendon_newton.device_code.placeholders import (
     JOINTS,
+    LINKS,
     TENDONS,
     DeviceArray,
     DeviceGrid,
@@ -51,10 +52,11 @@ def resume(
 ) -> JointVector:
     """Return a world's joint numbers.
 
-    Where Newton's float32 is our own number rounded, go on with all its digits.
+    Where Newton's float32 is our own number rounded, go on with all its digits. A spool that moves
+    on its own is none of Newton's joints, and has no place there.
     """
     out = own
-    for j in range(JOINTS):
+    for j in range(LINKS):
         x = given[index[i, j]]
         if wp.float32(own[j]) != x:
             out[j] = real(x)
@@ -63,9 +65,9 @@ def resume(
 
 @device_template
 def given_numbers(given: DeviceArray[wp.float32], index: DeviceGrid[int], i: int) -> JointVector:
-    """Return a world's joint numbers as Newton has them."""
+    """Return a world's joint numbers as Newton has them; no spool leads its mechanism."""
     out = JointVector()
-    for j in range(JOINTS):
+    for j in range(LINKS):
         out[j] = real(given[index[i, j]])
     return out
 
@@ -173,7 +175,7 @@ def control_step_kernel(
     servo.time[i] = start + real(substeps) * h
     servo.q[i] = q
     servo.v[i] = v
-    for j in range(JOINTS):
+    for j in range(LINKS):
         q_out[position_index[i, j]] = wp.float32(q[j])
         v_out[velocity_index[i, j]] = wp.float32(v[j])
 
@@ -196,7 +198,7 @@ def adopt_kernel(
         servo.q[i] = q[i]
         servo.v[i] = v[i]
         servo.memory[i] = memory[i]
-        for j in range(JOINTS):
+        for j in range(LINKS):
             q_out[position_index[i, j]] = wp.float32(q[i][j])
             v_out[velocity_index[i, j]] = wp.float32(v[i][j])
 
@@ -296,7 +298,7 @@ def guard_kernel(
         servo.q[i] = good_q[i]
         servo.v[i] = JointVector()
         servo.memory[i] = good_memory[i]
-        for j in range(JOINTS):
+        for j in range(LINKS):
             q_out[position_index[i, j]] = wp.float32(good_q[i][j])
             v_out[velocity_index[i, j]] = wp.float32(0.0)
 

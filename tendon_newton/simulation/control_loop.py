@@ -18,6 +18,7 @@ from tendon_newton.errors import InvalidParameter, SimulationDiverged
 from tendon_newton.mechanisms.mechanism import Mechanism
 from tendon_newton.model_file import Model
 from tendon_newton.simulation.held_force import HeldForce
+from tendon_newton.simulation.mechanism_arrays import coordinate_axis
 from tendon_newton.simulation.reading_kernels import accept_kernel, finite_kernel, tip_kernel
 from tendon_newton.simulation.structure import Precision
 from tendon_newton.simulation.tendon_solver import LONGEST_STEP, TendonSolver
@@ -152,9 +153,13 @@ class ControlLoop:
             UnknownName: No such numbers.
         """
         numbers = wp.to_torch(self.solver.bench_numbers(name))
+        axis = coordinate_axis(name)
+        if axis is not None:  # a spool that moves on its own has a column, but no number to set
+            joints = self.solver.joint_count // self.solver.chain_count
+            numbers = numbers.narrow(axis, 0, joints)
         if self.solver.chain_count == 1:
             return numbers
-        return numbers.view(self.world_count, -1, *numbers.shape[2:])
+        return numbers.unflatten(0, (self.world_count, -1)).flatten(1, 2)
 
     def reset(
         self,

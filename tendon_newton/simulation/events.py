@@ -6,20 +6,27 @@ import warp as wp
 
 from tendon_newton.device_code.placeholders import (
     JOINTS,
+    LINKS,
+    ROWS,
     TENDONS,
-    ArmMatrix,
     JointMatrix,
     JointVector,
     Placeholder,
-    TendonVector,
+    RowMatrix,
+    RowVector,
     Vec2,
     real,
 )
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.forces import touching
-from tendon_newton.simulation.modes import constrained_solve
-from tendon_newton.simulation.pipeline import excursion
-from tendon_newton.simulation.routes import located, tendon_arms
+from tendon_newton.simulation.modes import (
+    constrained_solve,
+    excursion_rate,
+    row_bound,
+    row_counts,
+)
+from tendon_newton.simulation.routes import located, row_arms
+from tendon_newton.simulation.spools import is_rigid, is_string
 from tendon_newton.simulation.world_drive import UNBOUNDED
 
 Drive = Placeholder
@@ -30,6 +37,8 @@ Motion = Placeholder
 MAY_HOLD = False
 HOLDS_ROUTED = False
 """Whether a tendon whose arms follow from its path may be held at a speed."""
+FREE_SPOOL = False
+"""Whether each spool has a coordinate of its own."""
 
 EDGE = 1.0e-6
 """How far beyond its bound a joint counts as at the edge of its stop, and in touch [rad, m]."""
@@ -40,7 +49,7 @@ NOTHING = -1
 @device_template
 def speed_range(drive: Drive, d: int, side: real) -> Vec2:
     """Return the least and the greatest rate [m/s] of a tendon that slides on a side."""
-    bound = drive.greatest_speed[d]
+    bound = row_bound(drive, d)
     inner = -bound
     if drive.dry > real(0.0):
         inner = real(0.0)
@@ -66,9 +75,11 @@ def crossing(before: real, after: real) -> real:
 
 
 @device_template
-def motion_arms(mechanism: Mechanism, world: int, motion: Motion) -> ArmMatrix:
-    """Return the moment arms at the end of a motion [m], shape (D, J)."""
-    arms = mechanism.arms[world]
+def motion_arms(
+    mechanism: Mechanism, world: int, drive: Drive, modes: Modes, motion: Motion
+) -> RowMatrix:
+    """Return the tendons' rows at the end of a motion [m], shape (R, J)."""
+    arms = row_arms(mechanism, world, drive, modes)
     if wp.static(HOLDS_ROUTED):
         arms = motion.arms
     return arms
@@ -76,19 +87,20 @@ def motion_arms(mechanism: Mechanism, world: int, motion: Motion) -> ArmMatrix:
 
 @device_template
 def kept_speeds(
-    mechanism: Mechanism, world: int, drive: Drive, modes: Modes, speed: TendonVector, end: Motion
+    mechanism: Mechanism, world: int, drive: Drive, modes: Modes, speed: RowVector, end: Motion
 ) -> Motion:
     """Return the end of a step with its arms, and the held tendons at their speeds [m/s] again."""
     there = located(mechanism, world, drive, end.q, end.v)
+    rows = row_arms(mechanism, world, there, modes)
     v = end.v
-    for d in range(TENDONS):
+    for d in range(ROWS):
         if modes.tendon_sticks[d] > real(0.0):
             freed = modes
             freed.tendon_sticks[d] = real(0.0)
-            v = bring_row(end.mass_matrix, there.arms[d], v, speed[d], freed, there.arms)
+            v = bring_row(end.mass_matrix, rows[d], v, speed[d], freed, rows)
     out = end
     out.v = v
-    out.arms = there.arms
+    out.arms = rows
     return out
 
 
@@ -117,19 +129,76 @@ def first_event(
                 event.joint = j
                 event.touch = touch[j]
     if wp.static(MAY_HOLD):
-        arms = tendon_arms(mechanism, world, drive)
-        later = motion_arms(mechanism, world, end)
-        for d in range(TENDONS):
-            after = excursion(later, d, end.v)
+        arms = row_arms(mechanism, world, drive, modes)
+        later = motion_arms(mechanism, world, drive, modes, end)
+        for d in range(ROWS):
+            after = excursion_rate(later, d, end.v)
             allowed = speed_range(drive, d, modes.tendon[d])
             speed = wp.clamp(after, allowed[0], allowed[1])
-            if speed != after and modes.tendon_sticks[d] == real(0.0):
-                fraction = crossing(excursion(arms, d, v) - speed, after - speed)
+            slides = modes.tendon_sticks[d] == real(0.0) and row_counts(modes, d)
+            if speed != after and slides:
+                fraction = crossing(excursion_rate(arms, d, v) - speed, after - speed)
                 if fraction < event.fraction:
                     event.fraction = fraction
                     event.row = JOINTS + d
                     event.speed = speed
+    if wp.static(FREE_SPOOL):
+        for d in range(TENDONS):
+            c = LINKS + d
+            if caught(mechanism, world, drive, modes, d, end.q) and q[c] < real(0.0):
+                fraction = crossing(q[c], end.q[c])
+                if fraction < event.fraction:
+                    event.fraction = fraction
+                    event.row = c
+                    event.joint = int(NOTHING)
+                    event.speed = real(0.0)
     return event
+
+
+@device_template
+def caught(
+    mechanism: Mechanism, world: int, drive: Drive, modes: Modes, d: int, q: JointVector
+) -> bool:
+    """Tell whether a spool has wound in all the slack of a string that does not stretch."""
+    c = LINKS + d
+    loose = modes.joint_sticks[c] == real(0.0)
+    one_way = is_string(mechanism, world, d) and is_rigid(drive)
+    return loose and one_way and q[c] > real(0.0)
+
+
+@device_template
+def catch_spools(
+    mechanism: Mechanism, world: int, drive: Drive, modes: Modes, end: Motion
+) -> Motion:
+    """Return the end of a step at which no spool leads a string that does not stretch.
+
+    The string stops it without bounce.
+    """
+    out = end
+    if wp.static(FREE_SPOOL):
+        v = end.v
+        q = end.q
+        arms = motion_arms(mechanism, world, drive, modes, end)
+        for d in range(TENDONS):
+            if caught(mechanism, world, drive, modes, d, end.q):
+                c = LINKS + d
+                if v[c] > real(0.0):
+                    v = bring_row(end.mass_matrix, joint_row(c), v, real(0.0), modes, arms)
+                q[c] = real(0.0)
+                out.divided = real(1.0)
+        out.q = q
+        out.v = v
+    return out
+
+
+@device_template
+def without_lead(event: Event, q: JointVector) -> JointVector:
+    """Return coordinates in which the spool that an event names leads by nothing."""
+    out = q
+    for c in range(LINKS, JOINTS):
+        if event.row == c:
+            out[c] = real(0.0)
+    return out
 
 
 @device_template
@@ -176,10 +245,10 @@ def bring_row(
     v: JointVector,
     speed: real,
     modes: Modes,
-    arms: ArmMatrix,
+    arms: RowMatrix,
 ) -> JointVector:
     """Bring the speed along a row to a value [m/s, rad/s] by an impulse; what is held stays so."""
-    response = constrained_solve(matrix, row, modes, arms, TendonVector())
+    response = constrained_solve(matrix, row, modes, arms, RowVector())
     admittance = wp.dot(row, response)
     out = v
     if admittance > real(0.0):
@@ -189,15 +258,15 @@ def bring_row(
 
 @device_template
 def bring_event_row(
-    mechanism: Mechanism, world: int, event: Event, modes: Modes, middle: Motion
+    mechanism: Mechanism, world: int, drive: Drive, event: Event, modes: Modes, middle: Motion
 ) -> JointVector:
     """Bring the row that an event names to its speed exactly: the next modes see it there."""
     v = middle.v
-    arms = motion_arms(mechanism, world, middle)
+    arms = motion_arms(mechanism, world, drive, modes, middle)
     for j in range(JOINTS):
         if event.row == j:
             v = bring_row(middle.mass_matrix, joint_row(j), v, event.speed, modes, arms)
-    for d in range(TENDONS):
+    for d in range(ROWS):
         if event.row == JOINTS + d:
             v = bring_row(middle.mass_matrix, arms[d], v, event.speed, modes, arms)
     return v
@@ -227,17 +296,18 @@ def bring_back(mechanism: Mechanism, world: int, drive: Drive, modes: Modes, end
     edge: the way beyond, which nothing resisted, would come back as energy.
     """
     v = end.v
-    arms = motion_arms(mechanism, world, end)
+    arms = motion_arms(mechanism, world, drive, modes, end)
     for j in range(JOINTS):
         if drive.friction[j] > real(0.0) and v[j] * modes.joint[j] < real(0.0):
             v = bring_row(end.mass_matrix, joint_row(j), v, real(0.0), modes, arms)
             modes = holding_joint(modes, j)
     if wp.static(MAY_HOLD):
-        for d in range(TENDONS):
-            rate = excursion(arms, d, v)
+        for d in range(ROWS):
+            rate = excursion_rate(arms, d, v)
             allowed = speed_range(drive, d, modes.tendon[d])
             speed = real(wp.clamp(rate, allowed[0], allowed[1]))
-            if speed != rate and modes.tendon_sticks[d] == real(0.0):
+            slides = modes.tendon_sticks[d] == real(0.0) and row_counts(modes, d)
+            if speed != rate and slides:
                 v = bring_row(end.mass_matrix, arms[d], v, speed, modes, arms)
     # A new struct: an adjoint reads a call's arguments again, so they must not change after it.
     out = end

@@ -8,6 +8,7 @@ import warp as wp
 
 from tendon_newton.device_code.placeholders import (
     JOINTS,
+    LINKS,
     TENDONS,
     Jet,
     JointMatrix,
@@ -27,20 +28,25 @@ from tendon_newton.simulation.pipeline import (
 from tendon_newton.simulation.routes import (
     located,
     route_stiffness,
+    row_arms,
+    row_bow,
     tendon_arms,
     tendon_bow,
 )
+from tendon_newton.simulation.spools import rotor_inertia, spool_pull, with_spool
 
 Drive = Placeholder
 Forces = Placeholder
 Mechanism = Placeholder
 Modes = Placeholder
-armature: Any = None
 chain_terms: Any = None
 contact_terms: Any = None
-radius_effects: Any = None
 ROUTED = False
 """Whether any tendon's moment arms follow from its path."""
+HAS_ROTOR = False
+"""Whether a rotor's inertia stands between the motor and the load cell."""
+FREE_SPOOL = False
+"""Whether each spool has a coordinate of its own."""
 TOUCHES = False
 """Whether links may meet obstacles."""
 
@@ -69,34 +75,53 @@ def smooth_forces(
     here = located(mechanism, world, drive, q, v)
     arms = tendon_arms(mechanism, world, here)
     bow = tendon_bow(here)
+    out = Forces()
     tension = TendonVector()
     for d in range(TENDONS):
-        radius = radius_effects(mechanism.spool_radius[world][d], p)
-        inertia = armature(p) / (radius * radius)
         pull = Jet(real(0.0), real(0.0), real(0.0))
+        inertia = real(0.0)
         tension[d] = modes.hold[d]
-        if modes.tendon_sticks[d] == real(0.0):
+        moves = bool(False)  # noqa: UP018 - a variable for Warp, not a constant
+        if wp.static(FREE_SPOOL):
+            moves = modes.joint_sticks[LINKS + d] == real(0.0)
+        if modes.tendon_sticks[d] == real(0.0) and not moves:
             flow = flow_at(mechanism, world, p, here, d, q, v, modes.tendon[d])
             pull = flow.pull
             tension[d] = pull[0]
+            if wp.static(HAS_ROTOR):
+                inertia = flow.pull_gain * rotor_inertia(mechanism, world, p, d)
         for i in range(JOINTS):
             torque[i] = torque[i] + arms[d, i] * pull[0]
-            if wp.static(ROUTED):
+            if wp.static(ROUTED and HAS_ROTOR):
                 torque[i] = torque[i] - arms[d, i] * inertia * bow[d]
             for j in range(JOINTS):
                 product = arms[d, i] * arms[d, j]
-                mass_matrix[i, j] = mass_matrix[i, j] + product * inertia
+                if wp.static(HAS_ROTOR):
+                    mass_matrix[i, j] = mass_matrix[i, j] + product * inertia
                 stiffness[i, j] = stiffness[i, j] + product * pull[1]
                 damping[i, j] = damping[i, j] + product * pull[2]
-    out = Forces()
+        if wp.static(FREE_SPOOL):
+            c = LINKS + d
+            if moves:
+                tension[d] = spool_pull(mechanism, world, p, here, modes, d, q, v)
+            else:
+                # held, and solved for by nobody: any numbers keep the matrices regular
+                mass_matrix[c, c] = real(1.0)
+                stiffness[c, c] = -real(1.0)
     if wp.static(ROUTED):
         stiffness = stiffness + route_stiffness(here, tension)
-        out.arms = arms
-        out.bow = bow
+        out.arms = row_arms(mechanism, world, here, modes)
+        out.bow = row_bow(here)
     out.mass_matrix = mass_matrix
     out.torque = torque
     out.stiffness = stiffness
     out.damping = damping
+    if wp.static(FREE_SPOOL):
+        for d in range(TENDONS):
+            if modes.joint_sticks[LINKS + d] == real(0.0):
+                out = with_spool(
+                    mechanism, world, p, here, modes, d, q, v, arms, bow[d], out
+                )
     return out
 
 

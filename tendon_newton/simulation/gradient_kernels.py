@@ -9,6 +9,8 @@ import warp as wp
 from tendon_newton.device_code.linear_algebra import inverse
 from tendon_newton.device_code.placeholders import (
     JOINTS,
+    LINKS,
+    ROWS,
     TENDONS,
     DeviceArray,
     DeviceGrid,
@@ -17,22 +19,24 @@ from tendon_newton.device_code.placeholders import (
     MemoryVector,
     ParameterVector,
     Placeholder,
+    RowVector,
     TendonVector,
     real,
 )
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.forces import smooth_forces
 from tendon_newton.simulation.memory import remembered
-from tendon_newton.simulation.modes import SWEEPS, choose_modes
+from tendon_newton.simulation.modes import SWEEPS, choose_modes, row_force
 from tendon_newton.simulation.pipeline import excursion, flow_at
 from tendon_newton.simulation.rollout_kernels import find_row
 from tendon_newton.simulation.routes import (
     located,
     route_stiffness,
+    row_arms,
+    row_bow,
     tendon_arms,
-    tendon_bow,
 )
-from tendon_newton.simulation.sensors import tension_now
+from tendon_newton.simulation.sensors import tensions_in
 from tendon_newton.simulation.settling import (
     GUIDE_STIFFNESS,
     SETTLED,
@@ -58,6 +62,8 @@ ROUTED = False
 """Whether any tendon's moment arms follow from its path."""
 TOUCHES = False
 """Whether links may meet obstacles."""
+FREE_SPOOL = False
+"""Whether each spool has a coordinate of its own."""
 
 NUDGE = 1.0e-6
 """Half step of a central difference [rad, m]: float64 leaves ten digits."""
@@ -177,7 +183,7 @@ def start_kernel(
                     mechanism, i, p, held, commands.start_angle[i], x
                 )
         x = x - inverse(stiffness) * forces.torque
-        modes = resting_modes(mechanism, i, False, x)
+        modes = resting_modes(mechanism, i, p, held, False, x)
         kept = remembered(mechanism, i, p, held, modes, x, still)
     speed = JointVector()
     if guided:
@@ -195,7 +201,7 @@ def start_kernel(
 def holding_forces(
     mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, modes: Modes,
     q: JointVector, v: JointVector,
-) -> TendonVector:  # fmt: skip
+) -> RowVector:  # fmt: skip
     """Return the pull [N] of each tendon that sticks: nothing accelerates along what holds.
 
     The drive was located at q and v.
@@ -203,29 +209,29 @@ def holding_forces(
     forces = smooth_forces(mechanism, world, p, drive, modes, q, v)
     matrix = forces.mass_matrix
     load = forces.torque
-    free = tendon_arms(mechanism, world, drive)
-    bow = tendon_bow(drive)
+    free = row_arms(mechanism, world, drive, modes)
+    bow = row_bow(drive)
     for j in range(JOINTS):
         if modes.joint_sticks[j] > real(0.0):
             for i in range(JOINTS):
                 matrix[i, j] = real(0.0)
                 matrix[j, i] = real(0.0)
-            for d in range(TENDONS):
+            for d in range(ROWS):
                 free[d, j] = real(0.0)
             matrix[j, j] = real(1.0)
             load[j] = real(0.0)
     mobility = inverse(matrix)
-    hold = TendonVector()
-    for d in range(TENDONS):
+    hold = RowVector()
+    for d in range(ROWS):
         if modes.tendon_sticks[d] > real(0.0):
             # Where the joints hold too, the tendon keeps what `choose_modes` began its search with.
-            inner = flow_at(mechanism, world, p, drive, d, q, v, modes.least_side[d])
-            outer = flow_at(mechanism, world, p, drive, d, q, v, modes.most_side[d])
-            hold[d] = wp.clamp(real(0.0), inner.pull[0], outer.pull[0])
+            least = row_force(mechanism, world, p, drive, modes, d, q, v, modes.least_side[d])
+            most = row_force(mechanism, world, p, drive, modes, d, q, v, modes.most_side[d])
+            hold[d] = wp.clamp(real(0.0), least, most)
             load = load + free[d] * hold[d]
     acceleration = mobility * load
-    for _sweep in range(wp.static(1 if TENDONS == 1 else SWEEPS)):
-        for d in range(TENDONS):
+    for _sweep in range(wp.static(1 if ROWS == 1 else SWEEPS)):
+        for d in range(ROWS):
             if modes.tendon_sticks[d] > real(0.0):
                 response = mobility * free[d]
                 admittance = wp.dot(free[d], response)
@@ -237,7 +243,7 @@ def holding_forces(
 
 
 @device_template
-def with_hold(modes: Modes, hold: TendonVector) -> Modes:
+def with_hold(modes: Modes, hold: RowVector) -> Modes:
     """Return modes with the pull [N] of the tendons that stick."""
     out = modes
     out.hold = hold
@@ -287,11 +293,15 @@ def reading_kernel(
     angle = TendonVector()
     rate = TendonVector()
     tension = TendonVector()
+    pulled = tensions_in(mechanism, i, p, drive, modes, x, xd)
     for d in range(TENDONS):
         flow = flow_at(mechanism, i, p, fresh, d, x, xd, modes.tendon[d])
+        speed = excursion(arms, d, xd)
+        if wp.static(FREE_SPOOL):
+            speed = speed + xd[LINKS + d]
         angle[d] = flow.angle[0]
-        rate[d] = flow.angle[1] * excursion(arms, d, xd)
-        tension[d] = cell_effects(tension_now(mechanism, i, p, drive, modes, d, x, xd), now, p)
+        rate[d] = flow.angle[1] * speed
+        tension[d] = cell_effects(pulled[d], now, p)
     joint_position[out] = x
     motor_position[out] = angle
     motor_velocity[out] = rate

@@ -14,13 +14,13 @@ import warp as wp
 from tendon_newton.device_code.linear_algebra import inverse, looped_inverse
 from tendon_newton.device_code.placeholders import (
     JOINTS,
-    TENDONS,
-    ArmMatrix,
+    ROWS,
     JointMatrix,
     JointVector,
     ParameterVector,
     Placeholder,
-    TendonVector,
+    RowMatrix,
+    RowVector,
     real,
 )
 from tendon_newton.device_code.templates import Specialiser, device_template
@@ -35,6 +35,8 @@ Mechanism = Placeholder
 Modes = Placeholder
 TOUCHES = False
 """Whether links may meet obstacles."""
+FREE_SPOOL = False
+"""Whether each spool has a coordinate of its own."""
 
 
 @device_template
@@ -46,8 +48,8 @@ def inverse_rule(matrix: JointMatrix, adj_ret: JointMatrix) -> None:
 
 @device_template
 def constraint_forces(
-    matrix: JointMatrix, load: JointVector, x: JointVector, modes: Modes, arms: ArmMatrix
-) -> TendonVector:
+    matrix: JointMatrix, load: JointVector, x: JointVector, modes: Modes, arms: RowMatrix
+) -> RowVector:
     """Return the multipliers z of the tendons that stick.
 
     A^T z = load - M x over the joints that are free.
@@ -57,11 +59,11 @@ def constraint_forces(
     for j in range(JOINTS):
         if modes.joint_sticks[j] > real(0.0):
             rest[j] = real(0.0)
-            for d in range(TENDONS):
+            for d in range(ROWS):
                 free[d, j] = real(0.0)
-    z = TendonVector()
-    for _sweep in range(wp.static(1 if TENDONS == 1 else SWEEPS)):
-        for d in range(TENDONS):
+    z = RowVector()
+    for _sweep in range(wp.static(1 if ROWS == 1 else SWEEPS)):
+        for d in range(ROWS):
             size = wp.dot(free[d], free[d])
             if modes.tendon_sticks[d] > real(0.0) and size > real(0.0):
                 change = wp.dot(free[d], rest) / size
@@ -72,22 +74,23 @@ def constraint_forces(
 
 @device_template
 def constrained_solve_rule(
-    matrix: JointMatrix, load: JointVector, modes: Modes, arms: ArmMatrix, bow: TendonVector,
+    matrix: JointMatrix, load: JointVector, modes: Modes, arms: RowMatrix, bow: RowVector,
     adj_ret: JointVector,
 ) -> None:  # fmt: skip
     """Apply the adjoint of a saddle-point system: one more solve.
 
-    It is symmetric, but for contacts that slide.
+    It is symmetric, but for contacts that slide and strings whose friction stands between two
+    coordinates.
     """
     turned = matrix
-    if wp.static(TOUCHES):
+    if wp.static(TOUCHES or FREE_SPOOL):
         turned = wp.transpose(matrix)
     x = constrained_solve(matrix, load, modes, arms, bow)
-    y = constrained_solve(turned, adj_ret, modes, arms, TendonVector())
+    y = constrained_solve(turned, adj_ret, modes, arms, RowVector())
     wp.adjoint[load] += y
     wp.adjoint[matrix] += -wp.outer(y, x)
     held = real(0.0)
-    for d in range(TENDONS):
+    for d in range(ROWS):
         held = held + modes.tendon_sticks[d]
     if held > real(0.0):
         lift = constraint_forces(matrix, load, x, modes, arms)

@@ -22,7 +22,7 @@ from tendon_newton.device_code.placeholders import (
     JointVector,
     ParameterVector,
     Placeholder,
-    TendonVector,
+    RowVector,
     real,
 )
 from tendon_newton.device_code.templates import device_template
@@ -30,13 +30,15 @@ from tendon_newton.simulation.events import (
     after_touch,
     bring_back,
     bring_event_row,
+    catch_spools,
     first_event,
     kept_speeds,
+    without_lead,
 )
 from tendon_newton.simulation.forces import smooth_forces
 from tendon_newton.simulation.memory import renewed
 from tendon_newton.simulation.modes import choose_modes, constrained_solve
-from tendon_newton.simulation.routes import located
+from tendon_newton.simulation.routes import located, row_arms
 from tendon_newton.simulation.world_drive import at_end, at_start
 
 Drive = Placeholder
@@ -58,8 +60,8 @@ def rosenbrock(
 ) -> Motion:  # fmt: skip
     """Advance by h [s] in frozen modes with the two stages of ROS2."""
     g = real(GAMMA) * h
-    arms = mechanism.arms[world]
-    bow = TendonVector()
+    arms = row_arms(mechanism, world, drive, modes)
+    bow = RowVector()
     f = smooth_forces(mechanism, world, p, drive, modes, q, v)
     if wp.static(ROUTED):
         arms = f.arms
@@ -73,7 +75,7 @@ def rosenbrock(
     matrix = f.mass_matrix - g * f.damping - g * g * f.stiffness
     rest = v1 - real(2.0) * slope
     load = f.torque - real(2.0) * (f.mass_matrix * k1) + g * (f.stiffness * rest)
-    speed = TendonVector()
+    speed = RowVector()
     if wp.static(HOLDS_ROUTED):
         speed = arms * v
         arms = f.arms
@@ -103,14 +105,16 @@ def step(
         part = event.fraction * h
         middle = rosenbrock(mechanism, world, p, start, modes, q, v, part)
         memory = renewed(mechanism, world, p, start, modes, v, middle, part)
-        v = bring_event_row(mechanism, world, event, modes, middle)
+        v = bring_event_row(mechanism, world, start, event, modes, middle)
+        x = without_lead(event, middle.q)
         start = at_start(drive, drive.time + part, memory)
-        start = located(mechanism, world, start, middle.q, v)
-        chosen = choose_modes(mechanism, world, p, start, middle.q, v)
+        start = located(mechanism, world, start, x, v)
+        chosen = choose_modes(mechanism, world, p, start, x, v)
         modes = after_touch(chosen, event)
         h = h - part
-        end = rosenbrock(mechanism, world, p, start, modes, middle.q, v, h)
+        end = rosenbrock(mechanism, world, p, start, modes, x, v, h)
         end = bring_back(mechanism, world, start, modes, end)
+    end = catch_spools(mechanism, world, start, modes, end)
     end.memory = renewed(mechanism, world, p, start, modes, v, end, h)
     end.modes = begun
     return end

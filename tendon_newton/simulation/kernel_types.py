@@ -22,21 +22,28 @@ TOUCHING_STRIDE = 0.02
 def kernel_types(structure: Structure) -> dict[str, Any]:
     """Return types and constants, the structs included."""
     t = bindings(
-        structure.joint_count,
+        structure.coordinate_count,
         structure.tendon_count,
         structure.parameter_count,
         structure.memory_count,
         getattr(wp, structure.precision),
     )
-    t |= structure.routes.bindings(structure.parents, structure.tendon_count)
+    rows = structure.tendon_count + structure.spool_count
+    t["ROWS"], t["LINKS"] = rows, structure.joint_count
+    t["RowVector"], t["RowMatrix"] = t["TendonVector"], t["ArmMatrix"]
+    if structure.free_spool:
+        t["RowVector"] = wp.types.vector(length=rows, dtype=t["real"])
+        t["RowMatrix"] = wp.types.matrix(shape=(rows, t["JOINTS"]), dtype=t["real"])
+    t["FREE_SPOOL"], t["HAS_ROTOR"] = structure.free_spool, structure.has_rotor
+    t |= structure.routes.bindings(structure.coordinate_parents, structure.tendon_count)
     t |= structure.touch.bindings()
     t |= argument_structs(t, structure.planar)
     t |= inner_structs(t, structure.planar)
     slow_cell = structure.uses(Stage.CELL_LAG) or structure.uses(Stage.CELL_CLOCK)
     slow_cell = slow_cell and structure.driven_by == "command"
-    with_memory = [effect for effect in structure.declarations if effect.memory is not None]
-    t["PARENT"] = structure.parents
-    t["REVOLUTE"] = structure.revolute
+    with_memory = [effect for effect in structure.declarations if structure.remembers(effect)]
+    t["PARENT"] = structure.coordinate_parents
+    t["REVOLUTE"] = (*structure.revolute, *[False] * structure.spool_count)
     t["MOVES"] = structure.moves()
     t["DRY_OFFSETS"] = structure.dry_offsets
     t["MAY_HOLD"] = bool(structure.dry_offsets) or structure.uses(Stage.SPEED)
@@ -112,6 +119,7 @@ def inner_structs(t: dict[str, Any], planar: bool) -> dict[str, Any]:
     """Return the structs that live inside kernels."""
     real, jet, memory = t["real"], t["Jet"], t["MemoryVector"]
     joints, tendons, square = t["JointVector"], t["TendonVector"], t["JointMatrix"]
+    rows = t["RowVector"]
     place = t["Vec2"] if planar else t["Vec3"]
     fields = {
         "ChainTerms": {"mass_matrix": square, "torque": joints},
@@ -122,8 +130,8 @@ def inner_structs(t: dict[str, Any], planar: bool) -> dict[str, Any]:
             "q": joints, "v": joints, "mass_matrix": square, "memory": memory, "divided": real,
         },
         "Modes": {
-            "joint": joints, "joint_sticks": joints, "touch": joints, "tendon": tendons,
-            "tendon_sticks": tendons, "least_side": tendons, "most_side": tendons, "hold": tendons,
+            "joint": joints, "joint_sticks": joints, "touch": joints, "tendon": rows,
+            "tendon_sticks": rows, "least_side": rows, "most_side": rows, "hold": rows,
         },
         "Event": {
             "fraction": real, "row": wp.int32, "speed": real, "joint": wp.int32, "touch": real,
@@ -132,7 +140,7 @@ def inner_structs(t: dict[str, Any], planar: bool) -> dict[str, Any]:
             "time": real, "command": tendons, "voltage": real, "enabled": real,
             "elapsed": real, "acceleration": joints, "memory": memory, "remembers": real,
             "inertia": real, "gravity": place, "friction": joints, "dry": real,
-            "greatest_speed": tendons,
+            "greatest_speed": tendons, "string": real,
         },
         "Reading": {"angle": tendons, "angle_rate": tendons, "force": tendons},
         "Cell": {"force": tendons, "due": wp.int32},
@@ -145,10 +153,15 @@ def inner_structs(t: dict[str, Any], planar: bool) -> dict[str, Any]:
             "index": wp.int32, "time": real, "elapsed": real, "memory": memory,
             "voltage": real, "enabled": real, "command": real, "error": real, "tension": real,
             "nominal_radius": real, "spool_radius": real, "inverse_radius": real, "length": real,
-            "velocity": real, "acceleration": real, "side": real, "direction": real,
-            "angle_rate": jet,
+            "wound": real, "velocity": real, "acceleration": real, "side": real,
+            "direction": real, "angle_rate": jet,
         },
-        "Flow": {"angle": jet, "motor_force": jet, "tension": jet, "pull": jet},
+        "Flow": {
+            "angle": jet, "motor_force": jet, "tension": jet, "pull": jet, "tension_gain": real,
+            "pull_gain": real,
+        },
+        "Spool": {"inertia": real, "force": jet, "force_by_lead": real, "pull": jet,
+                  "pull_by_lead": real, "tension": real},
     }  # fmt: skip
     fields["JointPose"] = {
         "origin": t["SpaceMatrix"], "axis": t["SpaceMatrix"], "rotation": t["TurnMatrix"],
@@ -185,8 +198,8 @@ def route_fields(t: dict[str, Any]) -> dict[str, dict[str, Any]]:
         "Routes": {"length": tendons, "slope": arms, "bend": t["BendMatrix"]},
         "RouteTerms": {"length": real, "slope": t["JointVector"], "bend": t["JointMatrix"]},
         "Drive": {"length": tendons, "arms": arms, "bow": tendons, "bend": t["BendMatrix"]},
-        "Forces": {"arms": arms, "bow": tendons},
-        "Motion": {"arms": arms},
+        "Forces": {"arms": t["RowMatrix"], "bow": t["RowVector"]},
+        "Motion": {"arms": t["RowMatrix"]},
     }  # fmt: skip
 
 

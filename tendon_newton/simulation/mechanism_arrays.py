@@ -9,6 +9,7 @@ import newton
 import numpy as np
 import warp as wp
 
+from tendon_newton.actuators import find_actuator
 from tendon_newton.errors import InvalidAsset
 from tendon_newton.recording import Array, Indices
 from tendon_newton.simulation.assembly import Assembly, KernelSet
@@ -24,6 +25,22 @@ TIPPING_AXIS = np.array([0.0, 1.0, 0.0])
 """Axis of the base about which a bench that is not level is tipped."""
 PUSH_FORCE = 1.0e30
 """A direct drive pushes with any force [N]; a string with none."""
+JOINT_NUMBERS = {
+    "stiffness": "joint_stiffness",
+    "rest": "joint_rest_q",
+    "damping": "joint_damping",
+    "friction": "joint_friction",
+    "armature": "joint_armature",
+    "lower": "joint_limit_lower",
+    "upper": "joint_limit_upper",
+    "limit_stiffness": "joint_limit_ke",
+    "limit_damping": "joint_limit_kd",
+}
+"""Numbers of each joint, and the arrays of a Newton model that hold them."""
+PER_COORDINATE = ("offset", "centre", "axis", "mass", "inertia")
+"""Arrays of a mechanism that hold vectors, masses and inertias of each joint's link."""
+NO_STOP = 1.0e30
+"""A spool has no end stop within this [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -199,6 +216,7 @@ def fill_mechanism(model: FinalModel, kernels: KernelSet | Assembly, device: Any
         scalar = np.float64 if structure.precision == "float64" else np.float32
         if len(values) < chains:
             values = values.reshape(chains, values.shape[1] // copies, *values.shape[2:])
+        values = with_spools(name, values, structure.spool_count)
         setattr(
             struct,
             name,
@@ -254,6 +272,36 @@ def fill_mechanism(model: FinalModel, kernels: KernelSet | Assembly, device: Any
     return struct
 
 
+def coordinate_axis(name: str) -> int | None:
+    """Return the axis of a mechanism's array that counts coordinates, None where none does."""
+    if name == "arms":
+        return 2
+    return 1 if name in JOINT_NUMBERS or name in PER_COORDINATE else None
+
+
+def with_spools(name: str, values: Array, spools: int) -> Array:
+    """Return numbers of joints with columns for spools, which weigh nothing and meet no stop.
+
+    Args:
+        name: Array of a mechanism; those that have no column per joint stay as they are.
+        values: Its numbers, shape (W, J, ...), of the arms (W, D, J).
+        spools: Spools that have a coordinate of their own.
+    """
+    axis = coordinate_axis(name)
+    if spools == 0 or axis is None:
+        return values
+    shape = list(values.shape)
+    shape[axis] = spools
+    stop = {"lower": -NO_STOP, "upper": NO_STOP}.get(name, 0.0)
+    return np.concatenate([values, np.full(shape, stop)], axis=axis)
+
+
+def spools_are_free(model: FinalModel, actuator: str) -> bool:
+    """Tell whether spools need coordinates of their own: strings pulled by servos with a rotor."""
+    strings = np.any(model.tendon.direct.numpy() == 0)
+    return bool(strings) and find_actuator(actuator).rotor
+
+
 def chain_arms(arms: Array, copies: int) -> Array:
     """Return moment arms of each chain's tendons at its own joints [m], (W K, D / K, J / K).
 
@@ -270,18 +318,7 @@ def chain_arms(arms: Array, copies: int) -> Array:
 def joint_numbers(model: FinalModel) -> dict[str, Array]:
     """Return the joints' springs, dampers, frictions and stops, each shape (W, J)."""
     dofs = model.joint_qd_start.numpy()[moving_joints(model)]
-    names = {
-        "stiffness": "joint_stiffness",
-        "rest": "joint_rest_q",
-        "damping": "joint_damping",
-        "friction": "joint_friction",
-        "armature": "joint_armature",
-        "lower": "joint_limit_lower",
-        "upper": "joint_limit_upper",
-        "limit_stiffness": "joint_limit_ke",
-        "limit_damping": "joint_limit_kd",
-    }
-    return {name: getattr(model, array).numpy()[dofs] for name, array in names.items()}
+    return {name: getattr(model, array).numpy()[dofs] for name, array in JOINT_NUMBERS.items()}
 
 
 def tendon_numbers(model: FinalModel) -> dict[str, Array]:

@@ -8,6 +8,7 @@ import warp as wp
 
 from tendon_newton.device_code.placeholders import (
     JOINTS,
+    LINKS,
     TENDONS,
     JointVector,
     MemoryVector,
@@ -18,6 +19,7 @@ from tendon_newton.device_code.placeholders import (
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.pipeline import flow_at, flow_memory, joint_state, spring_torque
 from tendon_newton.simulation.routes import located
+from tendon_newton.simulation.tension import held_share
 from tendon_newton.simulation.world_drive import at_end
 
 Drive = Placeholder
@@ -30,25 +32,13 @@ HAS_MEMORY = False
 """Whether any effect of the kernel has internal state."""
 TOUCHES = False
 """Whether links may meet obstacles."""
+FREE_SPOOL = False
+"""Whether each spool has a coordinate of its own."""
 REMEMBERS_ROUTED = False
 """Whether one has while a tendon's moment arms follow from its path."""
 
 SHORTEST = 1.0e-12
 """A part of a divided step [s] too short for a difference quotient."""
-
-
-@device_template
-def held_share(
-    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, modes: Modes, d: int,
-    q: JointVector, v: JointVector,
-) -> real:  # fmt: skip
-    """Return where between its two sides a held tendon is: 0 at the least pull, 1 at the most."""
-    least = flow_at(mechanism, world, p, drive, d, q, v, modes.least_side[d])
-    most = flow_at(mechanism, world, p, drive, d, q, v, modes.most_side[d])
-    share = real(0.5)
-    if most.pull[0] > least.pull[0]:
-        share = (modes.hold[d] - least.pull[0]) / (most.pull[0] - least.pull[0])
-    return share
 
 
 @device_template
@@ -65,7 +55,11 @@ def remembered(
         joint = joint_state(mechanism, world, drive, j, q, v)
         memory = spring_memory(spring_torque(joint, p), joint, p, memory)
     for d in range(TENDONS):
-        if modes.tendon_sticks[d] == real(0.0):
+        slides = modes.tendon_sticks[d] == real(0.0)
+        if wp.static(FREE_SPOOL):
+            # behind a spool that moves on its own, nothing remembers what its gear passes on
+            slides = slides or modes.joint_sticks[LINKS + d] == real(0.0)
+        if slides:
             memory = flow_memory(mechanism, world, p, here, d, q, v, modes.tendon[d], memory)
         else:
             share = held_share(mechanism, world, p, here, modes, d, q, v)

@@ -7,6 +7,12 @@
 Each name without brackets is a slot for effects (`tendon_newton.effects.base.Stage`); a kernel
 holds only those that its model lists. Forces travel as jets, so that the integrator gets the
 derivatives it needs without finite differences.
+
+A rotor of inertia J takes its part before the gear and the load cell see the motor's force:
+the tension is :math:`F = f(F_m - a\,\ddot s)`, with :math:`a = J / r^2` and f what the gear's
+friction leaves of a force. Friction is linear in the force of a string that pulls, so that two
+numbers say how much of the rotor is felt: `Flow.tension_gain` at the load cell, `Flow.pull_gain` at
+the mechanism. Where the spool has a coordinate of its own, `spools` takes these apart.
 """
 
 from __future__ import annotations
@@ -17,6 +23,7 @@ import warp as wp
 
 from tendon_newton.device_code.placeholders import (
     JOINTS,
+    LINKS,
     ArmMatrix,
     Jet,
     JointVector,
@@ -47,9 +54,15 @@ spring_effects: Any = None
 damping_effects: Any = None
 ROUTED = False
 """Whether any tendon's moment arms follow from its path."""
+HAS_ROTOR = False
+"""Whether a rotor's inertia stands between the motor and the load cell."""
+FREE_SPOOL = False
+"""Whether each spool has a coordinate of its own."""
 
 HELD = 1.0e6
 """Force [N] that no mechanism overcomes: what a motor at its greatest speed holds against."""
+PULLING = 1.0e-6
+"""A force [N] whose sign is that of a string that pulls."""
 
 
 @device_template
@@ -100,6 +113,11 @@ def tendon_state(
         tendon.length = mechanism.excursion_offset[world][d] + excursion(arms, d, q)
     tendon.velocity = excursion(arms, d, v)
     tendon.acceleration = excursion(arms, d, drive.acceleration) + bow[d]
+    tendon.wound = tendon.length
+    if wp.static(FREE_SPOOL):
+        tendon.wound = tendon.length + q[LINKS + d]
+        tendon.velocity = tendon.velocity + v[LINKS + d]
+        tendon.acceleration = tendon.acceleration + drive.acceleration[LINKS + d]
     tendon.side = side
     tendon.direction = wp.clamp(side, real(-1.0), real(1.0))
     tendon.inverse_radius = real(1.0) / tendon.spool_radius
@@ -112,9 +130,29 @@ def tendon_flow(
     mechanism: Mechanism, world: int, p: ParameterVector, d: int, tendon: Tendon
 ) -> Flow:
     """Follow the signal from the encoder through servo and tendon to the mechanism."""
-    limit = mechanism.force_limit[world][d]
+    flow = servo_flow(mechanism, world, p, d, tendon)
     least = mechanism.least_tension[world][d]
-    length = stretch_effects(Jet(tendon.length, real(1.0), real(0.0)), tendon, p)
+    acting = tendon
+    acting.error = tendon.command - flow.angle[0]
+    if wp.static(HAS_ROTOR):
+        flow = rotor_flow(flow, acting, p, least)
+    else:
+        flow.tension = tension_effects(flow.motor_force, acting, p)
+        if tendon.side * tendon.direction > real(1.5):
+            flow.tension = Jet(-real(HELD) * tendon.direction, real(0.0), real(0.0))
+        if flow.tension[0] < least:
+            flow.tension = Jet(least, real(0.0), real(0.0))
+        flow.pull = transmission_effects(flow.tension, acting, p)
+    return flow
+
+
+@device_template
+def servo_flow(
+    mechanism: Mechanism, world: int, p: ParameterVector, d: int, tendon: Tendon
+) -> Flow:
+    """Follow the signal from the encoder to the motor's force."""
+    limit = mechanism.force_limit[world][d]
+    length = stretch_effects(Jet(tendon.wound, real(1.0), real(0.0)), tendon, p)
     flow = Flow()
     flow.angle = angle_effects(length * tendon.inverse_radius, tendon, p)
     error = Jet(tendon.command, real(0.0), real(0.0)) - flow.angle
@@ -122,13 +160,56 @@ def tendon_flow(
     acting.error = error[0]
     force = clip(actuator_force(error_effects(error, acting, p), acting, p), -limit, limit)
     flow.motor_force = motor_force_effects(force * tendon.enabled, acting, p)
-    flow.tension = tension_effects(flow.motor_force, acting, p)
-    if tendon.side * tendon.direction > real(1.5):
-        flow.tension = Jet(-real(HELD) * tendon.direction, real(0.0), real(0.0))
-    if flow.tension[0] < least:
-        flow.tension = Jet(least, real(0.0), real(0.0))
-    flow.pull = transmission_effects(flow.tension, acting, p)
     return flow
+
+
+@device_template
+def gear_line(force: real, tendon: Tendon, p: ParameterVector) -> Jet:
+    """Return what gear friction leaves of a force [N], its slope [1], its slope by v [N s/m]."""
+    here = tension_effects(Jet(force, real(0.0), real(0.0)), tendon, p)
+    ahead = tension_effects(Jet(force, real(1.0), real(0.0)), tendon, p)
+    return Jet(here[0], ahead[1] - here[1], here[2])
+
+
+@device_template
+def guide_line(tension: real, tendon: Tendon, p: ParameterVector) -> Jet:
+    """Return what reaches the mechanism of a tension [N], its slope [1], its slope by l [N/m]."""
+    here = transmission_effects(Jet(tension, real(0.0), real(0.0)), tendon, p)
+    ahead = transmission_effects(Jet(tension, real(1.0), real(0.0)), tendon, p)
+    return Jet(here[0], ahead[1] - here[1], here[1])
+
+
+@device_template
+def rotor_flow(flow: Flow, tendon: Tendon, p: ParameterVector, least: real) -> Flow:
+    """Follow the motor's force through gear and guides, and how much of the rotor they pass on.
+
+    A string that cannot push is never pushed by its gear: friction is taken as of a pulling force,
+    whatever the motor does to a rotor that turns.
+    """
+    out = flow
+    motor = flow.motor_force
+    probe = motor[0]
+    if wp.static(FREE_SPOOL):  # noqa: SIM102 - known when compiled
+        if least == real(0.0):
+            probe = wp.max(motor[0], real(PULLING))
+    gear = gear_line(probe, tendon, p)
+    value = gear[0] + gear[1] * (motor[0] - probe)
+    tension = Jet(value, gear[1] * motor[1], gear[1] * motor[2] + gear[2])
+    gain = gear[1]
+    if tendon.side * tendon.direction > real(1.5):
+        tension = Jet(-real(HELD) * tendon.direction, real(0.0), real(0.0))
+        gain = real(0.0)
+    if wp.static(not FREE_SPOOL):  # noqa: SIM102 - known when compiled
+        if tension[0] < least:
+            tension = Jet(least, real(0.0), real(0.0))
+            gain = real(0.0)
+    guide = guide_line(tension[0], tendon, p)
+    slope = guide[1] * tension[1] + guide[2]
+    out.tension = tension
+    out.pull = Jet(guide[0], slope, guide[1] * tension[2])
+    out.tension_gain = gain
+    out.pull_gain = guide[1] * gain
+    return out
 
 
 @device_template

@@ -32,6 +32,7 @@ from tendon_newton.simulation.mechanism_arrays import (
     fill_mechanism,
     plane_of,
     read_topology,
+    spools_are_free,
 )
 from tendon_newton.simulation.parameter_table import ParameterTable
 from tendon_newton.simulation.position_kernels import POSITION_EFFECTS, POSITION_STEP
@@ -80,6 +81,8 @@ class Rollout:
             between rows without commands.
         time_step: Longest step [s]; each row's interval is divided evenly.
         precision: Scalar of the simulation.
+        free_spools: Whether spools of servos with a rotor move on their own while their string is
+            slack or stretches; else a rotor is only inertia at its mechanism.
         device: Warp device.
     """
 
@@ -98,6 +101,7 @@ class Rollout:
         unknown: Sequence[BenchNumber] = (),
         time_step: float = TIME_STEP,
         precision: Precision = "float64",
+        free_spools: bool = True,
         device: Any = None,
     ) -> None:
         self.recordings = tuple(recordings)
@@ -138,6 +142,11 @@ class Rollout:
                 planar=plane_of(model, whole) is not None,
                 precision=precision,
                 driven_by=self.driven_by,
+                free_spool=(
+                    free_spools
+                    and self.driven_by == "command"
+                    and spools_are_free(model, actuator)
+                ),
             )
         )
         if self.kernels.structure.holds_force and not self.asks_network:
@@ -259,7 +268,9 @@ class Rollout:
         self._simulate(worlds, common, [q, v, memory], outputs, step)
         shape = (candidates, row_count, -1)
         signals: dict[str, Any] = {"angle": angle, "rate": rate, "force": force, "joints": joints}
-        return {name: signal.numpy().reshape(shape) for name, signal in signals.items()}
+        out = {name: signal.numpy().reshape(shape) for name, signal in signals.items()}
+        out["joints"] = out["joints"][..., : self.kernels.structure.joint_count]
+        return out
 
     def _longest_step(self, time_step: float) -> float:
         """Return the step [s] that is taken where one is asked for."""

@@ -22,11 +22,15 @@ import warp as wp
 
 from tendon_newton.device_code.placeholders import (
     JOINTS,
+    LINKS,
+    ROWS,
     TENDONS,
     ArmMatrix,
     JointMatrix,
     JointVector,
     Placeholder,
+    RowMatrix,
+    RowVector,
     SpaceMatrix,
     TendonVector,
     Vec3,
@@ -41,12 +45,15 @@ BendMatrix = Placeholder
 Drive = Placeholder
 JointPose = Placeholder
 Mechanism = Placeholder
+Modes = Placeholder
 RouteTerms = Placeholder
 Routes = Placeholder
 SpanTerms = Placeholder
 WayVector = Placeholder
 REVOLUTE: tuple[bool, ...] = ()
 ROUTED = False
+FREE_SPOOL = False
+"""Whether each spool has a coordinate of its own."""
 FIRST_SPAN: tuple[int, ...] = ()
 SPAN_TABLE: Any = None
 START_WAY: Any = None
@@ -271,4 +278,33 @@ def tendon_bow(drive: Drive) -> TendonVector:
     bow = TendonVector()
     if wp.static(ROUTED):
         bow = drive.bow
+    return bow
+
+
+@device_template
+def row_arms(mechanism: Mechanism, world: int, drive: Drive, modes: Modes) -> RowMatrix:
+    """Return the rows in which dry friction acts on tendons [m] or [1], shape (R, J).
+
+    A spool that its string holds fast moves with its mechanism alone.
+    """
+    arms = tendon_arms(mechanism, world, drive)
+    if wp.static(FREE_SPOOL):
+        rows = RowMatrix()
+        for d in range(TENDONS):
+            for j in range(LINKS):
+                rows[d, j] = arms[d, j]
+                rows[TENDONS + d, j] = arms[d, j]
+            rows[d, LINKS + d] = real(1.0) - modes.joint_sticks[LINKS + d]
+        return rows
+    else:  # noqa: RET505 - known when compiled
+        return arms
+
+
+@device_template
+def row_bow(drive: Drive) -> RowVector:
+    """Return what the rows accelerate by at q_ddot = 0 [m/s2]."""
+    bow = RowVector()
+    if wp.static(ROUTED):
+        for r in range(ROWS):
+            bow[r] = drive.bow[wp.static(r % TENDONS)]
     return bow

@@ -17,10 +17,12 @@ from tendon_newton.device_code.placeholders import (
     real,
 )
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.simulation.memory import held_share, remembered
-from tendon_newton.simulation.modes import choose_modes
-from tendon_newton.simulation.pipeline import flow_at, tendon_flow, tendon_state
-from tendon_newton.simulation.routes import located
+from tendon_newton.simulation.forces import smooth_forces
+from tendon_newton.simulation.memory import remembered
+from tendon_newton.simulation.modes import choose_modes, constrained_solve
+from tendon_newton.simulation.pipeline import servo_flow, tendon_state
+from tendon_newton.simulation.routes import located, row_arms, row_bow
+from tendon_newton.simulation.tension import tension_now
 
 Cell = Placeholder
 Commands = Placeholder
@@ -33,27 +35,47 @@ cell_clock_effects: Any = None
 cell_lag_effects: Any = None
 encoder_effects: Any = None
 HAS_MEMORY = False
+HAS_ROTOR = False
+"""Whether a rotor's inertia stands between the motor and the load cell."""
 
 INSTANT = 1.0e-6
 """Instants [s] closer than this are one."""
 
 
 @device_template
-def tension_now(
-    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, modes: Modes, d: int,
+def accelerations(
+    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, modes: Modes,
     q: JointVector, v: JointVector,
-) -> real:  # fmt: skip
-    """Return the tension at the load cell [N]; where the tendon is held, what holds it.
+) -> JointVector:  # fmt: skip
+    """Return the accelerations [rad/s2, m/s2] that a rotor feels; without one nobody asks.
 
     The drive was located at q and v.
     """
-    if modes.tendon_sticks[d] == real(0.0):
-        sliding = flow_at(mechanism, world, p, drive, d, q, v, modes.tendon[d])
-        return sliding.tension[0]
-    least = flow_at(mechanism, world, p, drive, d, q, v, modes.least_side[d])
-    most = flow_at(mechanism, world, p, drive, d, q, v, modes.most_side[d])
-    share = held_share(mechanism, world, p, drive, modes, d, q, v)
-    return least.tension[0] + share * (most.tension[0] - least.tension[0])
+    out = JointVector()
+    if wp.static(HAS_ROTOR):
+        forces = smooth_forces(mechanism, world, p, drive, modes, q, v)
+        rows = row_arms(mechanism, world, drive, modes)
+        out = constrained_solve(forces.mass_matrix, forces.torque, modes, rows, row_bow(drive))
+    return out
+
+
+@device_template
+def tensions_in(
+    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, modes: Modes,
+    q: JointVector, v: JointVector,
+) -> TendonVector:  # fmt: skip
+    """Return the tensions at the load cells [N] in known modes; a string never pushes.
+
+    The drive was located at q and v.
+    """
+    acceleration = accelerations(mechanism, world, p, drive, modes, q, v)
+    out = TendonVector()
+    for d in range(TENDONS):
+        tension = tension_now(mechanism, world, p, drive, modes, d, q, v, acceleration)
+        if wp.static(HAS_ROTOR):
+            tension = wp.max(tension, mechanism.least_tension[world][d])
+        out[d] = tension
+    return out
 
 
 @device_template
@@ -64,10 +86,7 @@ def tensions(
     """Return the tensions at the load cells [N]."""
     here = located(mechanism, world, drive, q, v)
     modes = choose_modes(mechanism, world, p, here, q, v)
-    out = TendonVector()
-    for d in range(TENDONS):
-        out[d] = tension_now(mechanism, world, p, here, modes, d, q, v)
-    return out
+    return tensions_in(mechanism, world, p, here, modes, q, v)
 
 
 @device_template
@@ -83,14 +102,14 @@ def read_sensors(
     if wp.static(HAS_MEMORY):  # noqa: SIM102 - known when compiled
         if drive.remembers > real(0.0):
             now.memory = remembered(mechanism, world, p, here, modes, q, v)
+    reading.force = tensions_in(mechanism, world, p, here, modes, q, v)
     for d in range(TENDONS):
         tendon = tendon_state(mechanism, world, p, now, d, q, v, modes.tendon[d])
-        flow = tendon_flow(mechanism, world, p, d, tendon)
-        tendon.tension = tension_now(mechanism, world, p, here, modes, d, q, v)
+        flow = servo_flow(mechanism, world, p, d, tendon)
+        tendon.tension = reading.force[d]
         angle = encoder_effects(flow.angle, tendon, p)
         reading.angle[d] = angle[0]
         reading.angle_rate[d] = angle[1] * tendon.velocity
-        reading.force[d] = tendon.tension
     return reading
 
 

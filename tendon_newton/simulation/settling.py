@@ -9,6 +9,8 @@ import warp as wp
 from tendon_newton.device_code.linear_algebra import inverse
 from tendon_newton.device_code.placeholders import (
     JOINTS,
+    LINKS,
+    ROWS,
     TENDONS,
     DeviceArray,
     JointVector,
@@ -22,8 +24,9 @@ from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.events import EDGE
 from tendon_newton.simulation.forces import smooth_forces, touching
 from tendon_newton.simulation.memory import remembered
-from tendon_newton.simulation.pipeline import flow_at
+from tendon_newton.simulation.pipeline import flow_at, servo_flow, tendon_state
 from tendon_newton.simulation.routes import located, tendon_arms
+from tendon_newton.simulation.spools import SNUG, is_rigid, is_string
 from tendon_newton.simulation.world_drive import world_drive
 
 Commands = Placeholder
@@ -36,6 +39,8 @@ HOLDS_FORCE = False
 """Whether the actuator's force is decided outside the kernel and held."""
 HELD_MEMORY = 0
 """Where the held forces stand in a world's memory."""
+FREE_SPOOL = False
+"""Whether each spool has a coordinate of its own."""
 
 SETTLING_STEPS = 200
 """Most steps towards an equilibrium; an asset's finger takes ten to sixty."""
@@ -57,14 +62,44 @@ GUIDE_STIFFNESS = 1.0e6
 
 
 @device_template
-def resting_modes(mechanism: Mechanism, world: int, guided: bool, q: JointVector) -> Modes:
+def resting_modes(
+    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, guided: bool, q: JointVector
+) -> Modes:
     """Return the modes at rest without dry friction; guided, no tendon pulls."""
     modes = Modes()
     modes.touch = touching(mechanism, world, q, JointVector())
     if guided:
+        for r in range(ROWS):
+            modes.tendon_sticks[r] = real(1.0)
+    if wp.static(FREE_SPOOL):
         for d in range(TENDONS):
-            modes.tendon_sticks[d] = real(1.0)
+            if guided or rests_on_string(mechanism, world, p, drive, d, q):
+                modes.joint_sticks[LINKS + d] = real(1.0)
     return modes
+
+
+@device_template
+def rests_on_string(
+    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, d: int, q: JointVector
+) -> bool:
+    """Tell whether a motor at rest pulls on a string that does not stretch."""
+    still = JointVector()
+    here = located(mechanism, world, drive, q, still)
+    tendon = tendon_state(mechanism, world, p, here, d, q, still, real(0.0))
+    flow = servo_flow(mechanism, world, p, d, tendon)
+    pulls = q[LINKS + d] >= -real(SNUG) and flow.motor_force[0] >= real(0.0)
+    return is_rigid(drive) and (pulls or not is_string(mechanism, world, d))
+
+
+@device_template
+def not_beyond_strings(mechanism: Mechanism, world: int, drive: Drive, q: JointVector) -> JointVector:
+    """Return coordinates in which no spool leads a string that does not stretch."""
+    out = q
+    if wp.static(FREE_SPOOL):
+        for d in range(TENDONS):
+            if is_rigid(drive) and is_string(mechanism, world, d):
+                out[LINKS + d] = wp.min(q[LINKS + d], real(0.0))
+    return out
 
 
 @device_template
@@ -78,7 +113,7 @@ def frictionless_forces(
     that of a thousand servos, and the steps towards rest would follow it anywhere.
     """
     v = JointVector()
-    modes = resting_modes(mechanism, world, guided, q)
+    modes = resting_modes(mechanism, world, p, drive, guided, q)
     forces = smooth_forces(mechanism, world, p, drive, modes, q, v)
     if guided:
         here = located(mechanism, world, drive, q, v)
@@ -157,6 +192,7 @@ def settle_kernel(
     for _step in range(SETTLING_STEPS):
         move = inverse(here.mass_matrix / (pace * pace) - here.stiffness) * here.torque
         there = stepped(mechanism, world, x, move)
+        there = not_beyond_strings(mechanism, world, drive, there)
         still = real(STILL)
         if pace < real(1.0):
             still = real(0.0)
@@ -168,7 +204,7 @@ def settle_kernel(
         if work > real(0.0) and wp.dot(ahead.torque, there - x) >= -real(OVERSHOOT) * work:
             x = there
             here = ahead
-            modes = resting_modes(mechanism, world, False, x)
+            modes = resting_modes(mechanism, world, p, drive, False, x)
             drive.memory = remembered(mechanism, world, p, drive, modes, x, rest)
             pace = wp.min(pace * real(HASTE), real(LAST_PACE))
         else:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 from tendon_newton.actuators import find_actuator
 from tendon_newton.effects import EFFECTS, Effect, Stage, find_effect
@@ -33,6 +34,8 @@ class Structure:
     """Whether the chain moves in one plane, which costs a third of the general equations."""
     precision: Precision = "float64"
     driven_by: Drive = "command"
+    free_spool: bool = False
+    """Whether each spool has a coordinate of its own: how far it leads its mechanism."""
     routes: RoutePlan = NO_ROUTES
     """Paths of the tendons whose moment arms are not constant."""
     touch: ContactPlan = NO_CONTACTS
@@ -42,6 +45,21 @@ class Structure:
     def joint_count(self) -> int:
         """Number of joints J."""
         return len(self.parents)
+
+    @property
+    def spool_count(self) -> int:
+        """Number of spools that have a coordinate of their own."""
+        return self.tendon_count if self.free_spool else 0
+
+    @property
+    def coordinate_count(self) -> int:
+        """Number of coordinates of a world: its joints, then its spools."""
+        return self.joint_count + self.spool_count
+
+    @property
+    def has_rotor(self) -> bool:
+        """Whether a rotor's inertia stands between the motor and the load cell."""
+        return self.driven_by == "command" and find_actuator(self.actuator).rotor
 
     @property
     def declarations(self) -> tuple[type[Effect], ...]:
@@ -80,17 +98,17 @@ class Structure:
         at = 0
         table = {}
         for effect in self.declarations:
-            if effect.memory is not None:
+            if self.remembers(effect):
                 table[effect.name] = at
-                at += self.joint_count if effect.memory in JOINT_STAGES else self.tendon_count
+                at += self.coordinate_count if effect.memory in JOINT_STAGES else self.tendon_count
         return table
 
     @property
     def cell_memory(self) -> int:
         """Where lagging load cells keep their readings in a world's memory, behind all effects."""
-        kept = [effect.memory for effect in self.declarations if effect.memory is not None]
+        kept = [effect.memory for effect in self.declarations if self.remembers(effect)]
         per_joint = sum(stage in JOINT_STAGES for stage in kept)
-        return per_joint * self.joint_count + (len(kept) - per_joint) * self.tendon_count
+        return per_joint * self.coordinate_count + (len(kept) - per_joint) * self.tendon_count
 
     @property
     def held_memory(self) -> int:
@@ -114,16 +132,32 @@ class Structure:
 
     def uses(self, stage: Stage) -> bool:
         """Return whether any effect acts in a stage."""
-        return any(effect.hook(stage) for effect in self.declarations)
+        return any(self.hook(effect, stage) for effect in self.declarations)
+
+    def hook(self, effect: type[Effect], stage: Stage) -> Callable[..., Any] | None:
+        """Return an effect's device function of a stage, None where it does not act here."""
+        replaced = self.free_spool and stage in effect.spool_stages
+        return None if replaced else effect.hook(stage)
+
+    def remembers(self, effect: type[Effect]) -> bool:
+        """Return whether an effect has internal state here."""
+        replaced = self.free_spool and effect.memory in effect.spool_stages
+        return effect.memory is not None and not replaced
+
+    @property
+    def coordinate_parents(self) -> tuple[int, ...]:
+        """Parent of each coordinate; a spool's is the base."""
+        return (*self.parents, *[-1] * self.spool_count)
 
     def moves(self) -> tuple[tuple[bool, ...], ...]:
-        """Return whether joint j carries link k, shape (J, J)."""
-        table = [[False] * self.joint_count for _ in self.parents]
+        """Return whether coordinate j carries link k; spools carry none. Shape (J + D, J + D)."""
+        parents = self.coordinate_parents
+        table = [[False] * len(parents) for _ in parents]
         for link in range(self.joint_count):
             joint = link
             while joint >= 0:
                 table[joint][link] = True
-                joint = self.parents[joint]
+                joint = parents[joint]
         return tuple(map(tuple, table))
 
 

@@ -32,6 +32,7 @@ from tendon_newton.simulation.mechanism_arrays import (
     moment_arms,
     plane_of,
     read_topology,
+    spools_are_free,
 )
 from tendon_newton.simulation.parameter_table import ParameterTable
 from tendon_newton.simulation.rollout import set_spool_radius
@@ -118,6 +119,7 @@ class TendonSolver(SolverBase):
                 effects=self.table.effects,
                 planar=plane_of(model, whole) is not None,
                 precision=precision,
+                free_spool=spools_are_free(model, self.table.actuator),
             )
         )
         self._kernel_of = control_kernel_set(self._assembly.structure)

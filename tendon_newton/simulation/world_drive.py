@@ -25,6 +25,7 @@ inertia_effects: Any = None
 joint_friction_effects: Any = None
 radius_effects: Any = None
 speed_effects: Any = None
+string_effects: Any = None
 tilt_effects: Any = None
 DRY_OFFSETS: tuple[int, ...] = ()
 """Where the strengths of the tendons' dry frictions stand among the parameters."""
@@ -35,6 +36,8 @@ MEMORY_NULLS: tuple[float, ...] = ()
 
 TOUCHES = False
 """Whether links may meet obstacles."""
+FREE_SPOOL = False
+"""Whether each spool has a coordinate of its own."""
 
 UNBOUNDED = 1.0e30
 """Stands for an infinite number where one must be compared: a speed, a stiffness."""
@@ -69,6 +72,8 @@ def world_drive(mechanism: Mechanism, world: int, p: ParameterVector) -> Drive:
             drive.remembers = real(1.0)
     if wp.static(TOUCHES):
         drive.remembers = real(1.0)
+    if wp.static(FREE_SPOOL):
+        drive.string = string_effects(real(UNBOUNDED), p)
     drive.friction = friction
     drive.greatest_speed = greatest_speed
     drive.dry = dry
