@@ -11,6 +11,7 @@ from tendon_newton.device_code.placeholders import (
     TENDONS,
     JointMatrix,
     JointVector,
+    ParameterVector,
     Placeholder,
     RowMatrix,
     RowVector,
@@ -25,9 +26,10 @@ from tendon_newton.simulation.modes import (
     row_bound,
     row_counts,
 )
+from tendon_newton.simulation.pipeline import SLACK, TAUT, flow_at
 from tendon_newton.simulation.routes import located, row_arms
 from tendon_newton.simulation.spools import is_rigid, is_string
-from tendon_newton.simulation.world_drive import UNBOUNDED
+from tendon_newton.simulation.world_drive import UNBOUNDED, at_end
 
 Drive = Placeholder
 Event = Placeholder
@@ -39,6 +41,8 @@ HOLDS_ROUTED = False
 """Whether a tendon whose arms follow from its path may be held at a speed."""
 FREE_SPOOL = False
 """Whether each spool has a coordinate of its own."""
+HAS_ROTOR = False
+"""Whether a rotor's inertia stands between the motor and the load cell."""
 
 EDGE = 1.0e-6
 """How far beyond its bound a joint counts as at the edge of its stop, and in touch [rad, m]."""
@@ -106,14 +110,18 @@ def kept_speeds(
 
 @device_template
 def first_event(
-    mechanism: Mechanism, world: int, drive: Drive, modes: Modes,
-    q: JointVector, v: JointVector, end: Motion,
+    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, modes: Modes,
+    q: JointVector, v: JointVector, end: Motion, h: real,
 ) -> Event:  # fmt: skip
-    """Find what ends the modes first inside a step; the drive was located at q and v."""
+    """Find what ends the modes first inside a step of h [s].
+
+    The drive was located at q and v.
+    """
     event = Event()
     event.fraction = real(1.0)
     event.row = int(NOTHING)
     event.joint = int(NOTHING)
+    event.tendon = int(NOTHING)
     touch = touching(mechanism, world, end.q, end.v)
     for j in range(JOINTS):
         if drive.friction[j] > real(0.0) and end.v[j] * modes.joint[j] < real(0.0):
@@ -152,7 +160,45 @@ def first_event(
                     event.row = c
                     event.joint = int(NOTHING)
                     event.speed = real(0.0)
+    if wp.static(not HAS_ROTOR):
+        event = first_slack(mechanism, world, p, drive, modes, v, end, h, event)
     return event
+
+
+@device_template
+def first_slack(
+    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, modes: Modes,
+    v: JointVector, end: Motion, h: real, before: Event,
+) -> Event:  # fmt: skip
+    """Return an event, or what comes before it: a string that comes loose or is caught."""
+    event = before
+    later = located(mechanism, world, at_end(drive, h, (end.v - v) / h), end.q, end.v)
+    for d in range(TENDONS):
+        least = mechanism.least_tension[world][d]
+        if modes.tendon_sticks[d] == real(0.0) and least == real(0.0):
+            flow = flow_at(mechanism, world, p, later, d, end.q, end.v, modes.tendon[d])
+            fraction = real(1.0)
+            if (end.line[d] < least) != (flow.line < least):
+                fraction = crossing(end.line[d], flow.line)
+            if fraction > real(0.0) and fraction < event.fraction:
+                event.fraction = fraction
+                event.row = int(NOTHING)
+                event.joint = int(NOTHING)
+                event.tendon = d
+                event.slack = real(TAUT)
+                if flow.line < least:
+                    event.slack = real(SLACK)
+    return event
+
+
+@device_template
+def after_slack(drive: Drive, event: Event) -> Drive:
+    """Return a drive in which the string of an event has come loose or been caught."""
+    out = drive
+    for d in range(TENDONS):
+        if event.tendon == d:
+            out.slack[d] = event.slack
+    return out
 
 
 @device_template

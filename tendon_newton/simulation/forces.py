@@ -88,8 +88,13 @@ def smooth_forces(
             flow = flow_at(mechanism, world, p, here, d, q, v, modes.tendon[d])
             pull = flow.pull
             tension[d] = pull[0]
+            out.slack[d] = flow.slack
+            out.line[d] = flow.line
             if wp.static(HAS_ROTOR):
                 inertia = flow.pull_gain * rotor_inertia(mechanism, world, p, d)
+            if wp.static(HAS_ROTOR and not FREE_SPOOL):  # noqa: SIM102 - known when compiled
+                if flow.tension[0] < mechanism.least_tension[world][d]:
+                    pull = Jet(real(0.0), real(0.0), real(0.0))  # at rest a string is slack
         for i in range(JOINTS):
             torque[i] = torque[i] + arms[d, i] * pull[0]
             if wp.static(ROUTED and HAS_ROTOR):

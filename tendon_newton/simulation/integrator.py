@@ -5,7 +5,7 @@ L-stable with the exact one. Source: Verwer, Spee, Blom, Hundsdorfer, A second-o
 method applied to photochemical dispersion problems, SIAM J. Sci. Comput. 20 (1999).
 
 Inside a step the *modes* are frozen: each dry friction slides one way or sticks, each stop is in
-touch or not. So the equations are smooth and the order holds. A step that would cross an event is
+touch or not, each string pulls or is slack. So the equations are smooth and the order holds. A step that would cross an event is
 divided there: up to the event, then the rest in the new mode. Internal states of effects are
 answers to the motion over the step; the second stage sees them at its end.
 
@@ -27,6 +27,7 @@ from tendon_newton.device_code.placeholders import (
 )
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.events import (
+    after_slack,
     after_touch,
     bring_back,
     bring_event_row,
@@ -39,7 +40,7 @@ from tendon_newton.simulation.forces import smooth_forces
 from tendon_newton.simulation.memory import renewed
 from tendon_newton.simulation.modes import choose_modes, constrained_solve
 from tendon_newton.simulation.routes import located, row_arms
-from tendon_newton.simulation.world_drive import at_end, at_start
+from tendon_newton.simulation.world_drive import at_end, at_start, in_same_mode
 
 Drive = Placeholder
 Mechanism = Placeholder
@@ -71,7 +72,9 @@ def rosenbrock(
     slope = v + g * k1
     q1 = q + h * slope
     v1 = v + h * k1
-    f = smooth_forces(mechanism, world, p, at_end(drive, h, k1), modes, q1, v1)
+    line = f.line
+    later = in_same_mode(at_end(drive, h, k1), f.slack)
+    f = smooth_forces(mechanism, world, p, later, modes, q1, v1)
     matrix = f.mass_matrix - g * f.damping - g * g * f.stiffness
     rest = v1 - real(2.0) * slope
     load = f.torque - real(2.0) * (f.mass_matrix * k1) + g * (f.stiffness * rest)
@@ -85,6 +88,7 @@ def rosenbrock(
     out.q = q + h * (real(1.5) * slope + real(0.5) * (rest + g * k2))
     out.v = v + h * (real(1.5) * k1 + real(0.5) * k2)
     out.mass_matrix = f.mass_matrix
+    out.line = line
     if wp.static(HOLDS_ROUTED):
         out = kept_speeds(mechanism, world, drive, modes, speed, out)
     return out
@@ -100,14 +104,14 @@ def step(
     modes = choose_modes(mechanism, world, p, start, q, v)
     begun = modes
     end = rosenbrock(mechanism, world, p, start, modes, q, v, h)
-    event = first_event(mechanism, world, start, modes, q, v, end)
+    event = first_event(mechanism, world, p, start, modes, q, v, end, h)
     if event.fraction < real(1.0):
         part = event.fraction * h
         middle = rosenbrock(mechanism, world, p, start, modes, q, v, part)
         memory = renewed(mechanism, world, p, start, modes, v, middle, part)
         v = bring_event_row(mechanism, world, start, event, modes, middle)
         x = without_lead(event, middle.q)
-        start = at_start(drive, drive.time + part, memory)
+        start = after_slack(at_start(drive, drive.time + part, memory), event)
         start = located(mechanism, world, start, x, v)
         chosen = choose_modes(mechanism, world, p, start, x, v)
         modes = after_touch(chosen, event)

@@ -125,9 +125,11 @@ def inner_structs(t: dict[str, Any], planar: bool) -> dict[str, Any]:
         "ChainTerms": {"mass_matrix": square, "torque": joints},
         "Forces": {
             "mass_matrix": square, "torque": joints, "stiffness": square, "damping": square,
+            "slack": tendons, "line": tendons,
         },
         "Motion": {
             "q": joints, "v": joints, "mass_matrix": square, "memory": memory, "divided": real,
+            "line": tendons,
         },
         "Modes": {
             "joint": joints, "joint_sticks": joints, "touch": joints, "tendon": rows,
@@ -135,12 +137,13 @@ def inner_structs(t: dict[str, Any], planar: bool) -> dict[str, Any]:
         },
         "Event": {
             "fraction": real, "row": wp.int32, "speed": real, "joint": wp.int32, "touch": real,
+            "tendon": wp.int32, "slack": real,
         },
         "Drive": {
             "time": real, "command": tendons, "voltage": real, "enabled": real,
             "elapsed": real, "acceleration": joints, "memory": memory, "remembers": real,
             "inertia": real, "gravity": place, "friction": joints, "dry": real,
-            "greatest_speed": tendons, "string": real,
+            "greatest_speed": tendons, "slack": tendons, "string": real,
         },
         "Reading": {"angle": tendons, "angle_rate": tendons, "force": tendons},
         "Cell": {"force": tendons, "due": wp.int32},
@@ -151,14 +154,15 @@ def inner_structs(t: dict[str, Any], planar: bool) -> dict[str, Any]:
         },
         "Tendon": {
             "index": wp.int32, "time": real, "elapsed": real, "memory": memory,
-            "voltage": real, "enabled": real, "command": real, "error": real, "tension": real,
+            "voltage": real, "enabled": real, "slack": real, "command": real, "error": real,
+            "tension": real,
             "nominal_radius": real, "spool_radius": real, "inverse_radius": real, "length": real,
             "wound": real, "velocity": real, "acceleration": real, "side": real,
             "direction": real, "angle_rate": jet,
         },
         "Flow": {
-            "angle": jet, "motor_force": jet, "tension": jet, "pull": jet, "tension_gain": real,
-            "pull_gain": real,
+            "angle": jet, "motor_force": jet, "tension": jet, "pull": jet, "line": real,
+            "slack": real, "tension_gain": real, "pull_gain": real,
         },
         "Spool": {"inertia": real, "force": jet, "force_by_lead": real, "pull": jet,
                   "pull_by_lead": real, "tension": real},

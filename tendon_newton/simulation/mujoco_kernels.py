@@ -19,6 +19,7 @@ from tendon_newton.device_code.placeholders import (
     ParameterVector,
     Placeholder,
     TendonVector,
+    Vec2,
     real,
 )
 from tendon_newton.device_code.templates import device_template
@@ -32,8 +33,9 @@ from tendon_newton.simulation.pipeline import (
     spring_torque,
 )
 from tendon_newton.simulation.rollout_kernels import command_mean, find_row
-from tendon_newton.simulation.routes import located, tendon_arms
+from tendon_newton.simulation.routes import located, tendon_arms, tendon_bow
 from tendon_newton.simulation.sensors import INSTANT
+from tendon_newton.simulation.spools import rotor_inertia
 from tendon_newton.simulation.world_drive import at_end, world_drive
 
 Commands = Placeholder
@@ -45,6 +47,8 @@ Track = Placeholder
 cell_effects: Any = None
 clock_effects: Any = None
 HAS_MEMORY = False
+HAS_ROTOR = False
+"""Whether a rotor's inertia stands between the motor and the load cell."""
 HOLDS_FORCE = False
 """Whether the actuator's force is decided outside the kernel and held."""
 
@@ -69,6 +73,42 @@ def sliding_modes(arms: ArmMatrix, v: JointVector) -> Modes:
         if excursion(arms, d, v) < real(0.0):
             modes.tendon[d] = real(-1.0)
     return modes
+
+
+@device_template
+def tendon_pull(
+    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, d: int,
+    q: JointVector, v: JointVector, rate: real, slack: bool,
+) -> Vec2:  # fmt: skip
+    """Return the tension at the load cell [N] and the pull on the mechanism [N].
+
+    Args:
+        mechanism: Numbers of all benches.
+        world: Which of them.
+        p: Numbers of actuator and effects.
+        drive: What acts on the world, located at q and v.
+        d: The tendon.
+        q: Joint positions [rad, m].
+        v: Their rates.
+        rate: How the tendon's excursion accelerates [m/s2], which a rotor feels.
+        slack: Whether the string of a rotor has come loose.
+    """
+    share = smooth_share(tendon_arms(mechanism, world, drive), d, v)
+    inward = flow_at(mechanism, world, p, drive, d, q, v, real(1.0))
+    outward = flow_at(mechanism, world, p, drive, d, q, v, real(-1.0))
+    tension = share * inward.tension[0] + (real(1.0) - share) * outward.tension[0]
+    pull = share * inward.pull[0] + (real(1.0) - share) * outward.pull[0]
+    if wp.static(HAS_ROTOR):
+        rotor = rotor_inertia(mechanism, world, p, d) * rate
+        gain = share * inward.tension_gain + (real(1.0) - share) * outward.tension_gain
+        pulled = share * inward.pull_gain + (real(1.0) - share) * outward.pull_gain
+        left = tension - gain * rotor
+        if slack:
+            left = real(0.0)
+        if gain > real(0.0):
+            pull = pull - pulled / gain * (tension - left)
+        tension = left
+    return Vec2(tension, pull)
 
 
 @device_template
@@ -118,11 +158,25 @@ def push_kernel(
         clock_effects(drive.time, p), clock_effects(drive.time + time_step, p),
     )  # fmt: skip
     torque = JointVector()
+    acceleration = JointVector()
+    before = drive
+    if wp.static(HAS_ROTOR):  # noqa: SIM102 - decided when the kernel is made
+        if n > 0:
+            acceleration = (v - track.v[n - 1, i]) / time_step
+            before.command = track.command[i]
+    bow = tendon_bow(drive)
     for d in range(TENDONS):
-        share = smooth_share(arms, d, v)
-        inward = flow_at(mechanism, i, p, drive, d, q, v, real(1.0))
-        outward = flow_at(mechanism, i, p, drive, d, q, v, real(-1.0))
-        pull = share * inward.pull[0] + (real(1.0) - share) * outward.pull[0]
+        acting = excursion(arms, d, acceleration) + bow[d]
+        slack = bool(False)  # noqa: UP018 - a variable for Warp, not a constant
+        if wp.static(HAS_ROTOR):
+            # by the command under which it has accelerated so: a new one changes both at once
+            past = tendon_pull(mechanism, i, p, before, d, q, v, acting, False)
+            slack = past[0] < mechanism.least_tension[i][d]
+        force = tendon_pull(mechanism, i, p, drive, d, q, v, acting, slack)
+        pull = force[1]
+        if wp.static(HAS_ROTOR):
+            # MuJoCo's own armature, which is implicit, takes this off again
+            pull = pull + rotor_inertia(mechanism, i, p, d) * acting
         if wp.static(HOLDS_FORCE):
             # MuJoCo's own damper, which is implicit, takes this off again
             rate = excursion(arms, d, v)
@@ -176,14 +230,16 @@ def track_reading_kernel(
     joint_position[out] = q
     drive = located(mechanism, i, drive, q, v)
     arms = tendon_arms(mechanism, i, drive)
+    acceleration = (track.v[n + 1, i] - track.v[n, i]) / time_step
+    bow = tendon_bow(drive)
     for d in range(TENDONS):
-        slide = smooth_share(arms, d, v)
-        inward = flow_at(mechanism, i, p, drive, d, q, v, real(1.0))
-        outward = flow_at(mechanism, i, p, drive, d, q, v, real(-1.0))
-        tension = slide * inward.tension[0] + (real(1.0) - slide) * outward.tension[0]
-        motor_position[out][d] = inward.angle[0]
-        motor_velocity[out][d] = inward.angle[1] * excursion(arms, d, v)
-        force[out][d] = cell_effects(tension, now, p)
+        rate = excursion(arms, d, acceleration) + bow[d]
+        tension = tendon_pull(mechanism, i, p, drive, d, q, v, rate, False)
+        flow = flow_at(mechanism, i, p, drive, d, q, v, real(1.0))
+        motor_position[out][d] = flow.angle[0]
+        motor_velocity[out][d] = flow.angle[1] * excursion(arms, d, v)
+        least = mechanism.least_tension[i][d]
+        force[out][d] = cell_effects(wp.max(tension[0], least), now, p)
 
 
 @device_template

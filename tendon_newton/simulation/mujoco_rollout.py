@@ -43,7 +43,8 @@ class MujocoRollout:
     The tendon's force comes from the same stages as in `Rollout`, as `control.joint_f` at the
     start of each substep. Dry friction of a
     tendon is smoothed (`mujoco_kernels.SLIDING_SPEED`); joint friction and end stops are MuJoCo's
-    own, from the asset's numbers.
+    own, from the asset's numbers. A rotor is the tendon's armature: its spool never moves on its
+    own, so that a slack string shows as no tension, and not in the angle.
 
     Args:
         mechanism: The bench.
@@ -70,7 +71,7 @@ class MujocoRollout:
         refuse_stages(effects, UNSUPPORTED, "SolverMuJoCo")
         self._rollout: Any = rollout_of(
             mechanism, recordings, model, time_step=time_step, network=network, trust=trust,
-            device=device,
+            free_spools=False, device=device,
         )  # fmt: skip
         self._holds_force = self._rollout.kernels.structure.holds_force
         period = 1.0 / self._rollout.query.rate if self._holds_force else 2.0 * time_step

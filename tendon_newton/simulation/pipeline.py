@@ -1,4 +1,4 @@
-"""The stages between a command and the tendon's pull, and between a joint's state and its torque.
+r"""The stages between a command and the tendon's pull, and between a joint's state and its torque.
 
     clock -> error -> [actuator] -> [servo's limit] -> motor force -> tension
           -> [a string cannot push] -> transmission -> mechanism
@@ -61,6 +61,8 @@ FREE_SPOOL = False
 
 HELD = 1.0e6
 """Force [N] that no mechanism overcomes: what a motor at its greatest speed holds against."""
+UNDECIDED, TAUT, SLACK = 0.0, 1.0, 2.0
+"""Whether a string pulls: what its force says, or what was decided at the start of a step."""
 PULLING = 1.0e-6
 """A force [N] whose sign is that of a string that pulls."""
 
@@ -104,6 +106,7 @@ def tendon_state(
     tendon.memory = drive.memory
     tendon.voltage = drive.voltage
     tendon.enabled = drive.enabled
+    tendon.slack = drive.slack[d]
     tendon.command = drive.command[d]
     tendon.nominal_radius = mechanism.spool_radius[world][d]
     tendon.spool_radius = radius_effects(tendon.nominal_radius, p)
@@ -140,7 +143,13 @@ def tendon_flow(
         flow.tension = tension_effects(flow.motor_force, acting, p)
         if tendon.side * tendon.direction > real(1.5):
             flow.tension = Jet(-real(HELD) * tendon.direction, real(0.0), real(0.0))
-        if flow.tension[0] < least:
+        flow.line = flow.tension[0]
+        flow.slack = tendon.slack
+        if tendon.slack == real(UNDECIDED):
+            flow.slack = real(TAUT)
+            if flow.tension[0] < least:
+                flow.slack = real(SLACK)
+        if flow.slack == real(SLACK):
             flow.tension = Jet(least, real(0.0), real(0.0))
         flow.pull = transmission_effects(flow.tension, acting, p)
     return flow
@@ -183,15 +192,14 @@ def guide_line(tension: real, tendon: Tendon, p: ParameterVector) -> Jet:
 def rotor_flow(flow: Flow, tendon: Tendon, p: ParameterVector, least: real) -> Flow:
     """Follow the motor's force through gear and guides, and how much of the rotor they pass on.
 
-    A string that cannot push is never pushed by its gear: friction is taken as of a pulling force,
-    whatever the motor does to a rotor that turns.
+    What the motor gives may be negative where a string still pulls, as its rotor slows down. So
+    friction is taken as of a pulling force, and who knows the acceleration decides on slack.
     """
     out = flow
     motor = flow.motor_force
     probe = motor[0]
-    if wp.static(FREE_SPOOL):  # noqa: SIM102 - known when compiled
-        if least == real(0.0):
-            probe = wp.max(motor[0], real(PULLING))
+    if least == real(0.0):
+        probe = wp.max(motor[0], real(PULLING))
     gear = gear_line(probe, tendon, p)
     value = gear[0] + gear[1] * (motor[0] - probe)
     tension = Jet(value, gear[1] * motor[1], gear[1] * motor[2] + gear[2])
@@ -199,10 +207,6 @@ def rotor_flow(flow: Flow, tendon: Tendon, p: ParameterVector, least: real) -> F
     if tendon.side * tendon.direction > real(1.5):
         tension = Jet(-real(HELD) * tendon.direction, real(0.0), real(0.0))
         gain = real(0.0)
-    if wp.static(not FREE_SPOOL):  # noqa: SIM102 - known when compiled
-        if tension[0] < least:
-            tension = Jet(least, real(0.0), real(0.0))
-            gain = real(0.0)
     guide = guide_line(tension[0], tendon, p)
     slope = guide[1] * tension[1] + guide[2]
     out.tension = tension

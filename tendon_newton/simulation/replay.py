@@ -35,6 +35,7 @@ def rollout_of(
     time_step: float = TIME_STEP,
     network: str = "torchscript",
     trust: bool = False,
+    free_spools: bool = True,
     device: Any = None,
 ) -> Rollout:
     """Return the rollout of a model, with its force network where it has one.
@@ -48,6 +49,7 @@ def rollout_of(
         time_step: Longest step [s].
         network: How a force network runs, ``torchscript`` or ``twin``.
         trust: Whether to trust its file from now on.
+        free_spools: As for `Rollout`.
         device: Warp device.
     """
     effects = [effect.name for effect in model.effects] if effects is None else effects
@@ -65,7 +67,7 @@ def rollout_of(
     return ChainRollout(
         mechanism, recordings, actuator=model.actuator.name, effects=effects,
         spool_radius=radius, stiffness=stiffness_of(model), unknown=unknown, time_step=time_step,
-        device=device,
+        free_spools=free_spools, device=device,
     )  # fmt: skip
 
 

@@ -57,8 +57,8 @@ SNUG = 1.0e-9
 """A string with less slack [m] than this has none."""
 SNUG_RATE = 1.0e-9
 """A spool that leads or lags by less [m/s] moves with its mechanism."""
-LEAST_ROTOR = 1.0e-6
-"""Inertia [kg m2] of the smallest rotor: a coreless motor of 6 mm behind a gear of 30."""
+LEAST_ROTOR = 1.0e-8
+"""Inertia [kg m2] of the smallest rotor: that of a coreless motor of 10 mm without a gear."""
 
 
 @device_template

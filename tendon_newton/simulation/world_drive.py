@@ -99,3 +99,11 @@ def at_end(drive: Drive, elapsed: real, acceleration: JointVector) -> Drive:
     end.elapsed = elapsed
     end.acceleration = acceleration
     return end
+
+
+@device_template
+def in_same_mode(drive: Drive, slack: TendonVector) -> Drive:
+    """Return a drive whose strings stay taut or slack as they were at the start of a step."""
+    out = drive
+    out.slack = slack
+    return out

@@ -148,10 +148,10 @@ def test_the_force_of_a_network_can_be_scaled_by_world() -> None:
     assert loop.numbers("learned", "force_scale").tolist() == pytest.approx([1.0, 0.7])
     closed = kept(loop.reset(torch.full((2, 1), 2.0)))["joint_position"].sum(dim=1)
     assert 0.0 < closed[1] < closed[0] - 0.01
-    begun = kept(loop.reset(torch.full((2, 1), 2.0), joint_position=torch.zeros(2, 2)))
-    stepped = kept(loop.step(torch.full((2, 1), 2.0)))
+    begun = kept(loop.reset(torch.full((2, 1), 5.0), joint_position=torch.full((2, 2), 0.2)))
+    stepped = kept(loop.step(torch.full((2, 1), 5.0)))
     first, second = loop.held.force.ravel().tolist()
-    assert second == first  # both were shown the same
+    assert second == first > 1.0  # both were shown the same
     turned = stepped["motor_position"] - begun["motor_position"]
     assert turned[1] != turned[0]
 

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 import torch
 
-from tendon_newton.actuators.learned import DAMPED_INERTIA
 from tendon_newton.actuators.networks.torchscript import TorchScriptQuery
 from tendon_newton.cli import main
 from tendon_newton.errors import InvalidParameter
@@ -36,7 +35,6 @@ from tests.physics.networks import (
 from tests.physics.runs import RADIUS, ROWS, run_of, simulate, stairs
 
 STRIDE = round(ROWS / RATE)
-SUPPLY = 5.0  # V
 
 
 def replay(recordings: list[Recording], **effects: dict[str, float]) -> list[Trajectory]:
@@ -130,14 +128,11 @@ def test_a_motor_that_is_asked_now_and_then_moves_like_one_that_always_acts(
     its back-EMF comes 50 ms late. A weaker motor, which is scaled, is weaker between queries too.
     """
     recording = run_of(stairs(rng, 161, 0.8, 2.0, 20))
-    damping = strength * HOLD.damping
-    resistance = 1.0 / (damping * RADIUS)  # of a motor with a constant of 1 N m/A
-    values = {
-        "duty_per_rad": strength * HOLD.stiffness * RADIUS * resistance / SUPPLY, "max_duty": 1.0,
-        "supply_voltage": SUPPLY, "torque_constant": 1.0, "resistance": resistance,
-        "armature": DAMPED_INERTIA * damping, "spool_radius": RADIUS,
-    }  # fmt: skip
-    motor = Model(actuator=NamedValues(name="pwm_servo", values=values))
+    viscous = NamedValues(
+        name="viscous_friction", values={"coefficient": strength * HOLD.damping}
+    )
+    values = {"gain": strength * HOLD.stiffness, "spool_radius": RADIUS}
+    motor = Model(actuator=NamedValues(name="ideal", values=values), effects=(viscous,))
     (expected,) = simulate([recording], motor, time_step=1.25e-4)
     answering = motor_run(recording, HOLD, strength)
     assert answering.motor_position == pytest.approx(expected.motor_position, abs=1e-4)
