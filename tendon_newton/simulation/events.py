@@ -29,7 +29,7 @@ from tendon_newton.simulation.modes import (
 from tendon_newton.simulation.pipeline import SLACK, TAUT, flow_at
 from tendon_newton.simulation.routes import located, row_arms
 from tendon_newton.simulation.spools import is_rigid, is_string
-from tendon_newton.simulation.world_drive import UNBOUNDED, at_end
+from tendon_newton.simulation.world_drive import UNBOUNDED, at_end, in_same_mode
 
 Drive = Placeholder
 Event = Placeholder
@@ -194,11 +194,11 @@ def first_slack(
 @device_template
 def after_slack(drive: Drive, event: Event) -> Drive:
     """Return a drive in which the string of an event has come loose or been caught."""
-    out = drive
+    slack = drive.slack
     for d in range(TENDONS):
         if event.tendon == d:
-            out.slack[d] = event.slack
-    return out
+            slack[d] = event.slack
+    return in_same_mode(drive, slack)
 
 
 @device_template

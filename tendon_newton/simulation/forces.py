@@ -77,6 +77,8 @@ def smooth_forces(
     bow = tendon_bow(here)
     out = Forces()
     tension = TendonVector()
+    slack = TendonVector()
+    line = TendonVector()
     for d in range(TENDONS):
         pull = Jet(real(0.0), real(0.0), real(0.0))
         inertia = real(0.0)
@@ -88,8 +90,8 @@ def smooth_forces(
             flow = flow_at(mechanism, world, p, here, d, q, v, modes.tendon[d])
             pull = flow.pull
             tension[d] = pull[0]
-            out.slack[d] = flow.slack
-            out.line[d] = flow.line
+            slack[d] = flow.slack
+            line[d] = flow.line
             if wp.static(HAS_ROTOR):
                 inertia = flow.pull_gain * rotor_inertia(mechanism, world, p, d)
             if wp.static(HAS_ROTOR and not FREE_SPOOL):  # noqa: SIM102 - known when compiled
@@ -121,6 +123,8 @@ def smooth_forces(
     out.torque = torque
     out.stiffness = stiffness
     out.damping = damping
+    out.slack = slack
+    out.line = line
     if wp.static(FREE_SPOOL):
         for d in range(TENDONS):
             if modes.joint_sticks[LINKS + d] == real(0.0):
