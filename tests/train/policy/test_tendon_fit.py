@@ -138,7 +138,7 @@ def test_a_string_that_does_not_give_leaves_the_model_as_it_was(
     """The bundled example has a rigid string: what noise suggests must not enter a model."""
     example = Path(__file__).parents[3] / "examples" / "hidden_friction"
     assert main(["fit-tendon", str(example), "--out", str(tmp_path / "fitted")]) == 0
-    assert "nothing is gained: the model stays as it was" in capsys.readouterr().out
+    assert "the fit did not see: the model stays as it was" in capsys.readouterr().out
     assert load_model(tmp_path / "fitted" / "model.toml").effects == ()
     found = json.loads((tmp_path / "fitted" / "tendon.json").read_text())
-    assert found["error_after"] >= found["error_before"]
+    assert found["unseen_after"] >= found["unseen_before"]
