@@ -39,7 +39,8 @@ class FitTendonConfig:
 
 def main(config: FitTendonConfig) -> None:
     """Fit, write and print what was found."""
-    from tendon_newton.cli.output import make_folder, quiet_warp
+    from tendon_newton.cli.output import make_folder
+    from tendon_newton.device_code.quiet import quiet_warp
 
     quiet_warp()
 
@@ -72,12 +73,8 @@ def summary(fit: TendonFit) -> str:
     """Return what was found in words."""
     k, s = fit.stiffness, fit.slack
     rows = "held-out rows" if fit.held_out else "the same rows, as none are held out"
-    verdict = (
-        ""
-        if fit.helps
-        else "\n  nothing is gained on train recordings that the fit did not see: the model stays as "
-        "it was"
-    )
+    unseen = "train recordings that the fit did not see"
+    verdict = "" if fit.helps else f"\n  nothing is gained on {unseen}: the model stays as it was"
     return (
         f"{fit.bench}, {fit.rows:,} rows with a taut tendon:\n"
         f"  stiffness  {k.value:.0f} N/m [{k.low:.0f}, {k.high:.0f}]\n"

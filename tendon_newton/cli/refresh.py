@@ -67,7 +67,8 @@ class RefreshConfig:
 
 def main(config: RefreshConfig) -> None:
     """Find the drift, correct the model, train on, and say what came of it."""
-    from tendon_newton.cli.output import make_folder, quiet_warp
+    from tendon_newton.cli.output import make_folder
+    from tendon_newton.device_code.quiet import quiet_warp
     from tendon_newton.errors import InvalidParameter
 
     quiet_warp()

@@ -24,7 +24,7 @@ import numpy as np
 from hardware.deploy_log import policy_span
 from hardware.virtual_bench.constants import BENCH_SEEDS
 from tendon_newton.cli import deploy, refresh
-from tendon_newton.cli.output import quiet_warp
+from tendon_newton.device_code.quiet import quiet_warp
 from tendon_newton.model_file import Model, NamedValues, load_model, write_model
 from train.policy.environment_config import EnvironmentConfig
 from train.policy.export import export_policy
