@@ -75,8 +75,7 @@ class Study:
         time_step: float = TIME_STEP,
         in_pieces: bool = False,
     ) -> None:
-        for recording in recordings:
-            refuse_several_tendons(recording)
+        refuse_several_tendons(recordings)
         benches = {
             bench: bench_of(bench, model) for bench in dict.fromkeys(r.bench for r in recordings)
         }
@@ -235,14 +234,18 @@ class Study:
         )
 
 
-def refuse_several_tendons(recording: Recording) -> None:
-    """Refuse a recording of which only a part would be compared."""
-    if recording.tendon_count > 1:
-        raise InvalidDataset(
-            f"{recording.name}: residuals are those of one tendon and its servo; a recording to be "
-            f"diagnosed or fitted has one, and this one of {recording.bench} has "
-            f"{recording.tendon_count}"
-        )
+def refuse_several_tendons(recordings: Sequence[Recording]) -> None:
+    """Refuse recordings of which only a part would be compared.
+
+    Raises:
+        InvalidDataset: A recording has several tendons.
+    """
+    for recording in recordings:
+        if recording.tendon_count > 1:
+            raise InvalidDataset(
+                f"{recording.name}: a recording to be diagnosed or fitted has one tendon; this one "
+                f"of {recording.bench} has {recording.tendon_count}"
+            )
 
 
 def compares_force(recording: Recording) -> bool:
