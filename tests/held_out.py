@@ -64,13 +64,16 @@ class Made:
 
 
 def noise_like(recording: Recording, rows: slice = slice(None)) -> Recording:
-    """Return a recording of which some rows are noise of each signal's mean and spread."""
+    """Return a recording of which some rows are noise of half each signal's mean, and its spread.
+
+    Half, so that what a correction takes away from the truth makes noise worse.
+    """
     rng = np.random.default_rng(1)
 
     def noise(values: Array) -> Array:
         made = np.array(values)
         spread = values.std(axis=0) + 1.0e-3
-        made[rows] = values.mean(axis=0) + spread * rng.standard_normal(made[rows].shape)
+        made[rows] = 0.5 * values.mean(axis=0) + spread * rng.standard_normal(made[rows].shape)
         return made
 
     own = {name: getattr(recording, name) for name in SIGNALS}
@@ -203,7 +206,7 @@ def evaluate_force(folder: Path, noisy: bool) -> Made:
 
 def refresh(folder: Path, noisy: bool) -> Made:
     """The verdict, what is named, and the model by all three ways of correcting it."""
-    worn = ideal_model(coulomb_friction={"force": 1.2}, position_offset={"angle": 0.1})
+    worn = ideal_model(coulomb_friction={"force": 1.2})
     for name, model, seed in (("new", FITTED, 1), ("worn", worn, 2)):
         log = replace(log_of(model, seed), name=f"{name}.csv")
         rest = log.time >= log.time[0] + BEGINNING
@@ -242,8 +245,8 @@ def import_logs(folder: Path, noisy: bool) -> Made:
     """The model to start from, and every train recording; the log of the test split says more."""
     from tests.formats.logs import xl330_log
 
-    for kp in (100, 200, 800):
-        xl330_log(folder / "logs" / f"kp{kp}_sine.json", kp=kp)
+    for kp, supply in ((100, 7.0), (200, 7.4), (800, 7.6)):
+        xl330_log(folder / "logs" / f"kp{kp}_sine.json", kp=kp, vin=supply)
     if noisy:
         path = folder / "logs" / "kp200_sine.json"
         table, rng = json.loads(path.read_text()), np.random.default_rng(1)

@@ -1,7 +1,8 @@
 """Mistakes that some test must notice: each is made in a copy of the tree, and a failure expected.
 
 Usage: ``.venv/bin/python -m tests.mutations [NAME ...] [--list]``. A copy of the working tree is
-made. For each entry its tests must pass there, and fail once its mistake is made, alone. Entries are mistakes that once passed unnoticed, and the like.
+made. For each entry its tests must pass there, and fail once its mistake is made, alone. Entries
+are mistakes that once passed unnoticed, and the like.
 """
 
 from __future__ import annotations
