@@ -73,7 +73,8 @@ MUTATIONS: tuple[Mutation, ...] = (
     ),
     Mutation(
         name="drift-decided-by-held-out-ends", file="train/refresh/drift.py",
-        old="return model_error(now.train, model)", new="return model_error(now.test, model)",
+        old="(now.train, model) / max(model_error(earlier.train, model)",
+        new="(now.test, model) / max(model_error(earlier.test, model)",
         tests=f"{HELD_OUT} refresh",
     ),
     Mutation(
@@ -143,9 +144,10 @@ MUTATIONS: tuple[Mutation, ...] = (
         tests="tests/physics/test_sensor_effects_physics.py -k offset",
     ),
     Mutation(
-        name="gradient-one-per-cent-short", file="tendon_newton/simulation/gradient_rules.py",
-        old="wp.adjoint[load] += y", new="wp.adjoint[load] += real(0.99) * y",
-        tests="tests/physics/test_gradients.py -k commands",
+        name="gradient-one-per-cent-short", file="tendon_newton/simulation/trajectory_gradient.py",
+        old="plain_tensor(input_array(rollout, name).grad)",
+        new="(0.99 * plain_tensor(input_array(rollout, name).grad))",
+        tests="tests/physics/test_learned_gradients.py -k torch_reaches",
     ),
     Mutation(
         name="sensor-noise-too-small", file="tendon_newton/identification/noise_floor.py",

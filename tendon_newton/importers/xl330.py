@@ -76,7 +76,7 @@ def start_model(logs: Sequence[ImportedLog]) -> Model:
     values = {
         "duty_per_rad": float(np.median(duties)),
         "max_duty": 1.0,
-        "supply_voltage": float(np.median([log.conditions["vin"] for log in logs])),
+        "supply_voltage": float(np.median([float(log.conditions["vin"]) for log in logs])),
         "torque_constant": TORQUE_CONSTANT,
         "resistance": RESISTANCE,
         "armature": ARMATURE,
