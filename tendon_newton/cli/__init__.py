@@ -30,6 +30,9 @@ VERBS: dict[str, str] = {
     "virtual-bench": "tendon_newton.cli.virtual_bench",
 }
 
+VERBOSE_OPTION = "--verbose"
+VERBOSE_WORDS = "with any verb: also prints what the libraries beneath say of themselves"
+
 # exit codes of the shell's conventions: 2 misuse, 128 + 2 interrupted, 128 + 13 broken pipe
 EXIT_MISUSE = 2
 EXIT_INTERRUPTED = 130
@@ -82,10 +85,16 @@ def run_verb(verb: str, words: list[str]) -> int:
     """Build a verb's config from the words and run it."""
     import tyro
 
+    if VERBOSE_OPTION in words:
+        os.environ["TENDON_NEWTON_VERBOSE"] = "1"  # the processes that a verb starts read it too
+        words = [word for word in words if word != VERBOSE_OPTION]
     module: Any = importlib.import_module(VERBS[verb])
     config_type = get_type_hints(module.main)["config"]
     config = tyro.cli(
-        config_type, args=words, prog=f"tendon-newton {verb}", description=module.__doc__
+        config_type,
+        args=words,
+        prog=f"tendon-newton {verb}",
+        description=f"{module.__doc__}\n{VERBOSE_OPTION} {VERBOSE_WORDS}.",
     )
     try:
         module.main(config)
@@ -113,6 +122,7 @@ def overview() -> str:
             *lines,
             "",
             "  --version  print the version",
+            f"  {VERBOSE_OPTION}  {VERBOSE_WORDS}",
         ]
     )
 

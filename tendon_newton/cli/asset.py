@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from tendon_newton.cli.asset_interchange import Export, Import, export_asset, import_asset
-from tendon_newton.cli.output import quiet_warp
+from tendon_newton.device_code.quiet import quiet_warp
 
 if TYPE_CHECKING:
     from tendon_newton.mechanisms.findings import AssetFinding

@@ -38,7 +38,8 @@ class DiagnoseConfig:
 
 def main(config: DiagnoseConfig) -> None:
     """Diagnose and write what was found."""
-    from tendon_newton.cli.output import make_folder, quiet_warp
+    from tendon_newton.cli.output import make_folder
+    from tendon_newton.device_code.quiet import quiet_warp
     from tendon_newton.model_file import load_model, write_model
 
     quiet_warp()

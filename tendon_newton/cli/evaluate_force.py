@@ -37,8 +37,9 @@ def main(config: EvaluateForceConfig) -> None:
     """Evaluate, write and print the tables."""
     import json
 
-    from tendon_newton.cli.output import make_folder, quiet_warp
+    from tendon_newton.cli.output import make_folder
     from tendon_newton.dataset import load_dataset
+    from tendon_newton.device_code.quiet import quiet_warp
 
     quiet_warp()
 

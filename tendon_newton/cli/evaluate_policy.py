@@ -78,7 +78,8 @@ def main(config: EvaluatePolicyConfig) -> None:
     """Evaluate, write and print the table."""
     import json
 
-    from tendon_newton.cli.output import make_folder, quiet_warp
+    from tendon_newton.cli.output import make_folder
+    from tendon_newton.device_code.quiet import quiet_warp
 
     quiet_warp()
 

@@ -39,7 +39,8 @@ class ExperimentConfig:
 
 def main(config: ExperimentConfig) -> None:
     """Find the run and write it."""
-    from tendon_newton.cli.output import make_folder, quiet_warp
+    from tendon_newton.cli.output import make_folder
+    from tendon_newton.device_code.quiet import quiet_warp
     from tendon_newton.errors import InvalidOutput, InvalidParameter
 
     if not 2.0 <= config.duration <= 120.0:

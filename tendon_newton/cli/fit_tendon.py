@@ -7,7 +7,8 @@ A force network knows what a servo pulls with. Where the tip is at an angle of t
 not know: the string stretches, and was not quite taut when it was homed. On a bench with a load
 cell and a camera both are plain to see, and are all that a policy on a learned force needs besides
 the network. OUT gets model.toml, the given force with tendon_compliance and tendon_slack, and
-tendon.json with their 95 % intervals and the error before and after.
+tendon.json with their 95 % intervals and the error before and after. They enter the model if each
+train recording is nearer with the numbers that the others give; test recordings only report.
 """
 
 from __future__ import annotations
@@ -38,7 +39,8 @@ class FitTendonConfig:
 
 def main(config: FitTendonConfig) -> None:
     """Fit, write and print what was found."""
-    from tendon_newton.cli.output import make_folder, quiet_warp
+    from tendon_newton.cli.output import make_folder
+    from tendon_newton.device_code.quiet import quiet_warp
 
     quiet_warp()
 
@@ -71,7 +73,8 @@ def summary(fit: TendonFit) -> str:
     """Return what was found in words."""
     k, s = fit.stiffness, fit.slack
     rows = "held-out rows" if fit.held_out else "the same rows, as none are held out"
-    verdict = "" if fit.helps else "\n  nothing is gained: the model stays as it was"
+    unseen = "train recordings that the fit did not see"
+    verdict = "" if fit.helps else f"\n  nothing is gained on {unseen}: the model stays as it was"
     return (
         f"{fit.bench}, {fit.rows:,} rows with a taut tendon:\n"
         f"  stiffness  {k.value:.0f} N/m [{k.low:.0f}, {k.high:.0f}]\n"

@@ -18,10 +18,3 @@ def make_folder(path: Path) -> Path:
     except OSError as error:
         raise InvalidOutput(f"{path}: results need a folder; {error.strerror or error}") from error
     return path
-
-
-def quiet_warp() -> None:
-    """Keep Warp's own news off the terminal."""
-    import warp as wp
-
-    wp.config.log_level = wp.LOG_ERROR

@@ -67,7 +67,8 @@ class RefreshConfig:
 
 def main(config: RefreshConfig) -> None:
     """Find the drift, correct the model, train on, and say what came of it."""
-    from tendon_newton.cli.output import make_folder, quiet_warp
+    from tendon_newton.cli.output import make_folder
+    from tendon_newton.device_code.quiet import quiet_warp
     from tendon_newton.errors import InvalidParameter
 
     quiet_warp()
@@ -122,8 +123,8 @@ def find(config: RefreshConfig, ledger: Ledger) -> Drift:
     from tendon_newton.diagnosis.report import Origin, write_report
     from tendon_newton.diagnosis.result import write_diagnosis
     from tendon_newton.model_file import load_model, write_model
-    from train.refresh.drift import SUSPECTS, find_drift, model_error
-    from train.refresh.logs import logs_as_dataset, read_logs, without_beginning
+    from train.refresh.drift import SUSPECTS, find_drift, growth, model_error
+    from train.refresh.logs import fitted_parts, logs_as_dataset, read_logs
     from train.refresh.outcome import judge_drift, read_drift
     from train.refresh.slip import SLIP, taut_from
     from train.refresh.turning import slip_since
@@ -131,18 +132,18 @@ def find(config: RefreshConfig, ledger: Ledger) -> Drift:
     if (done := ledger.done("drift")) is not None:
         return read_drift(done)
     model, logs = load_model(config.model), read_logs(config.logs, policy_span)
-    later = [without_beginning(log) for log in logs]
+    later = fitted_parts(logs)
     suspects = config.suspects or tuple(SUSPECTS)
-    earlier, slip = None, None
-    if config.reference:
-        reference = read_logs(config.reference, policy_span)
-        earlier = model_error(logs_as_dataset(config.out, reference).test, model)
-        if SLIP in suspects:
-            slip = slip_since([without_beginning(log) for log in reference], later)
     folder = make_folder(config.out / "diagnosis")
     print("reading benches and compiling kernels ...", flush=True)
-    loose = taut_from(later, model)
-    dataset = logs_as_dataset(config.logs[0], logs, loose)
+    dataset = logs_as_dataset(config.logs[0], logs, taut_from(later, model))
+    earlier, grown, slip = None, None, None
+    if config.reference:
+        new = read_logs(config.reference, policy_span)
+        reference = logs_as_dataset(config.out, new)
+        earlier = model_error(reference.test, model)
+        grown = growth(dataset, reference, model)
+        slip = slip_since(fitted_parts(new), later) if SLIP in suspects else None
     diagnosis, evidence = find_drift(
         dataset,
         model,
@@ -152,7 +153,7 @@ def find(config: RefreshConfig, ledger: Ledger) -> Drift:
     write_diagnosis(folder / "diagnosis.json", diagnosis)
     write_model(folder / "model.toml", diagnosis.model)
     write_report(folder / "report.html", diagnosis, evidence, Origin())
-    drift = judge_drift(diagnosis, earlier, slip)
+    drift = judge_drift(diagnosis, earlier, grown=grown, slip=slip)
     ledger.finish("drift", asdict(drift))
     return drift
 
@@ -161,19 +162,18 @@ def correct(config: RefreshConfig, drift: Drift, ledger: Ledger) -> None:
     """Put what was found into the model; where nothing was, fit all its numbers to the logs."""
     from hardware.deploy_log import policy_span
     from tendon_newton.model_file import load_model, write_model
-    from train.refresh.logs import read_logs, taut_parts, without_beginning
+    from train.refresh.logs import fitted_parts, read_logs, taut_parts
     from train.refresh.slip import SLIPS, taut_from, with_slip
     from train.refresh.tuning import tune
 
     if ledger.done("model") is not None:
         return
     print("correcting the model ...", flush=True)
-    logs = [without_beginning(log) for log in read_logs(config.logs, policy_span)]
+    logs = fitted_parts(read_logs(config.logs, policy_span))
     model = load_model(config.model)
     if any(cause.name in SLIPS for cause in drift.causes):
         new = read_logs(config.reference, policy_span) if config.reference else ()
-        earlier = [without_beginning(log) for log in new]
-        corrected, how = with_slip(logs, model, earlier), "slip"
+        corrected, how = with_slip(logs, model, fitted_parts(new)), "slip"
     elif drift.causes:  # all else was right when the bench was new
         corrected, how = load_model(config.out / "diagnosis" / "model.toml"), "cause"
     else:

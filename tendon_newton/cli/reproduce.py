@@ -57,7 +57,8 @@ class ReproduceConfig:
 
 def main(config: ReproduceConfig) -> None:
     """Run the stages and write the report."""
-    from tendon_newton.cli.output import make_folder, quiet_warp
+    from tendon_newton.cli.output import make_folder
+    from tendon_newton.device_code.quiet import quiet_warp
 
     quiet_warp()
 

@@ -42,8 +42,9 @@ class SimulateConfig:
 
 def main(config: SimulateConfig) -> None:
     """Simulate and write trajectories and pictures."""
-    from tendon_newton.cli.output import make_folder, quiet_warp
+    from tendon_newton.cli.output import make_folder
     from tendon_newton.dataset import load_dataset
+    from tendon_newton.device_code.quiet import quiet_warp
     from tendon_newton.errors import InvalidParameter
     from tendon_newton.model_file import load_model
 

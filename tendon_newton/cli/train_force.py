@@ -49,8 +49,9 @@ class TrainForceConfig:
 
 def main(config: TrainForceConfig) -> None:
     """Train and write the network."""
-    from tendon_newton.cli.output import make_folder, quiet_warp
+    from tendon_newton.cli.output import make_folder
     from tendon_newton.dataset import load_dataset
+    from tendon_newton.device_code.quiet import quiet_warp
     from train.actuator.folds import SPLIT_WORDS
     from train.actuator.ideal import SERVO_LIMIT
     from train.actuator.run import train_to_file

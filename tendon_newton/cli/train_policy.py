@@ -50,7 +50,8 @@ class TrainPolicyConfig:
 
 def main(config: TrainPolicyConfig) -> None:
     """Train and write the policy."""
-    from tendon_newton.cli.output import make_folder, quiet_warp
+    from tendon_newton.cli.output import make_folder
+    from tendon_newton.device_code.quiet import quiet_warp
 
     quiet_warp()
 

@@ -31,8 +31,6 @@ LOOKED_THROUGH = 2
 """Candidates behind which a second cause is sought where none passes alone."""
 CLASS_ERRORS = 2.0
 """Candidates within so many paired standard errors of the best are not told from it."""
-LARGEST_CLASS = 3
-"""A class counts as an answer with at most so many names."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -234,7 +232,7 @@ def indistinguishable(search: Search, tried: Round, effect: str) -> tuple[Fit, .
         if fit is not own and close and (not contains or fits_better(search, fit, own)):
             rivals.append((fit.loss, fit))
     nearest = sorted(rivals, key=lambda rival: rival[0])
-    return tuple(fit for _, fit in nearest)[: LARGEST_CLASS - 1]
+    return tuple(fit for _, fit in nearest)
 
 
 def fits_better(search: Search, fit: Fit, special: Fit) -> bool:

@@ -39,7 +39,7 @@ from tendon_newton.diagnosis.structure import find_structure
 from tendon_newton.effects import EFFECTS, find_effect
 from tendon_newton.identification.intervals import intervals
 from tendon_newton.identification.least_squares import Candidate
-from tendon_newton.identification.study import Study
+from tendon_newton.identification.study import Study, refuse_several_tendons
 from tendon_newton.identification.testable import testable_effects, untested_sides
 from tendon_newton.model_file import Model, NamedValues
 from tendon_newton.recording import Array
@@ -83,6 +83,7 @@ def diagnose(
     """
     start = time.monotonic()
     rng = np.random.default_rng(SEED)
+    refuse_several_tendons((*dataset.train, *dataset.test))
     progress("reading benches and compiling kernels")
     train = Study(dataset.train, model, tuple(EFFECTS), time_step=SEARCH_STEP, in_pieces=True)
     names = testable_effects(train)

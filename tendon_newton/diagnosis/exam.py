@@ -81,16 +81,15 @@ def take_exam(
 
 def answer_one(dataset: Path, out: Path, threads: int | None) -> dict[str, Any] | None:
     """Diagnose one dataset and write its answer; None if it cannot be diagnosed."""
-    import warp as wp
-
     from tendon_newton.dataset import load_dataset
+    from tendon_newton.device_code.quiet import quiet_warp
     from tendon_newton.diagnosis.diagnose import diagnose
     from tendon_newton.model_file import load_model, write_model
     from tendon_newton.simulation.rollout import THREADS_VARIABLE
 
     if threads is not None:
         os.environ[THREADS_VARIABLE] = str(threads)
-    wp.config.log_level = wp.LOG_ERROR
+    quiet_warp()
     out.mkdir(parents=True, exist_ok=True)
     try:
         diagnosis, _ = diagnose(load_dataset(dataset), load_model(dataset / "model.toml"))

@@ -18,20 +18,25 @@ LEVEL = 0.95
 WIDENING = 1.5
 """Blocks of time are few, alike, and share the model's error of form: scatter alone held 8 in 10
 truths of planted causes, this factor 19 in 20."""
+MOST_BY_RECORDING = 3.0
+"""How many times wider than by blocks of time an interval may be by whole recordings [1]: two of
+those know their own scatter so badly that Student's quantile alone widens it sixfold."""
 LEAST_SHARE = 1.0e-3
 """Share of a value that step size and simplified sensors leave open, whatever the noise."""
 
 
 def intervals(candidate: Candidate, point: Linearisation, where: Layout) -> Array:
-    """Return 95 % intervals of a fit's parameters, shape (F, 2).
+    """Return 95 % intervals of a fit's parameters, given its model, shape (F, 2).
 
     Blocks of time are drawn with replacement and the fit repeated on each draw, to first order. So
     rows inside a block may be correlated and the noise need not be known. Whole recordings as
-    blocks give a second estimate, and the wider one counts.
+    blocks give a second estimate; the wider one counts, the second with at most
+    `MOST_BY_RECORDING` times the first. That the model is right, and has the right causes, is taken
+    for granted.
     """
     by_block = half_width(point, where.block)
     by_recording = half_width(point, where.recording)
-    half = np.maximum(by_block, np.minimum(by_recording, 3.0 * by_block))
+    half = np.maximum(by_block, np.minimum(by_recording, MOST_BY_RECORDING * by_block))
     half = WIDENING * half + LEAST_SHARE * np.abs(candidate.value)
     return np.stack(
         [

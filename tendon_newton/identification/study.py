@@ -9,7 +9,7 @@ import numpy as np
 
 from tendon_newton.actuators import find_actuator
 from tendon_newton.bench_overrides import BENCH_OVERRIDE_RANGES
-from tendon_newton.errors import unknown_name
+from tendon_newton.errors import InvalidDataset, unknown_name
 from tendon_newton.identification.noise_floor import NoiseFloor, estimate_noise_floor
 from tendon_newton.identification.pieces import all_pieces
 from tendon_newton.mechanisms.mechanism import Mechanism
@@ -61,6 +61,9 @@ class Study:
         effects: Effects that candidates may use.
         time_step: Step of the simulation [s].
         in_pieces: Whether recordings of mechanisms that forget nothing are cut; see `pieces`.
+
+    Raises:
+        InvalidDataset: A recording has several tendons.
     """
 
     def __init__(
@@ -72,6 +75,7 @@ class Study:
         time_step: float = TIME_STEP,
         in_pieces: bool = False,
     ) -> None:
+        refuse_several_tendons(recordings)
         benches = {
             bench: bench_of(bench, model) for bench in dict.fromkeys(r.bench for r in recordings)
         }
@@ -228,6 +232,20 @@ class Study:
             force=force,
             trusted=timeline.trusted,
         )
+
+
+def refuse_several_tendons(recordings: Sequence[Recording]) -> None:
+    """Refuse recordings of which only a part would be compared.
+
+    Raises:
+        InvalidDataset: A recording has several tendons.
+    """
+    for recording in recordings:
+        if recording.tendon_count > 1:
+            raise InvalidDataset(
+                f"{recording.name}: a recording to be diagnosed or fitted has one tendon; this one "
+                f"of {recording.bench} has {recording.tendon_count}"
+            )
 
 
 def compares_force(recording: Recording) -> bool:

@@ -1,6 +1,6 @@
 """What an importer gives: recordings, what they can be selected by, and a model to start from."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -29,9 +29,15 @@ class Imported:
 
     logs: tuple[ImportedLog, ...]
     """One per file, in the order of their names."""
-    model: Model
-    """A model to start from, with the unknown numbers listed in ``fit``."""
+    start_model: Callable[[Sequence[ImportedLog]], Model]
+    """Makes the model to start from, with its unknown numbers listed in ``fit``, out of the logs
+    that may be fitted."""
     limits: Mapping[str, float]
     """Known limits by column [column's unit]."""
     findings: tuple[Finding, ...]
     """What only the importer could see, because it knows the source's registers."""
+
+    @property
+    def model(self) -> Model:
+        """The model to start from where every log may be fitted."""
+        return self.start_model(self.logs)

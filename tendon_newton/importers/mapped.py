@@ -33,7 +33,8 @@ def read_mapped(folder: Path, mapping_file: Path) -> Imported:
         if not any(fnmatchcase(path.name, part.pattern) for path in paths):
             raise InvalidMapping(f"{mapping.path}: no log matches logs.{part.pattern!r}")
     logs = tuple(read_log(folder, path, mapping) for path in paths)
-    return Imported(logs=logs, model=start_model(mapping), limits={}, findings=())
+    model = start_model(mapping)
+    return Imported(logs=logs, start_model=lambda _: model, limits={}, findings=())
 
 
 def find_logs(folder: Path, mapping: ColumnMapping) -> list[Path]:

@@ -43,7 +43,7 @@ def read_so101(folder: Path) -> Imported:
     found = [finding for log in logs for finding in joint_findings(log)]
     return Imported(
         logs=tuple(logs),
-        model=Model(actuator=NamedValues(name="ideal_position", values={})),
+        start_model=lambda _: Model(actuator=NamedValues(name="ideal_position", values={})),
         limits={},
         findings=(*found, *folder_findings(logs)),
     )

@@ -48,7 +48,7 @@ def write_import(imported: Imported, split: Split, out: Path) -> ImportReport:
     told = [f for f in imported.findings if f.recording in written or f.recording == "all"]
     report = ImportReport(split=split, findings=(*told, *found, *lint_dataset(train, test)))
     write_dataset(out, train, test)
-    write_model(out / "model.toml", imported.model)
+    write_model(out / "model.toml", imported.start_model(split.train))
     (out / REPORT_NAME).write_text(json.dumps(report_table(report), indent=2) + "\n")
     (out / "import.txt").write_text(report.text + "\n", encoding="utf-8")
     return report

@@ -7,6 +7,7 @@ V, ``temp`` degC, ``goal_position`` rad and ``torque_enable``. Source of the for
 
 import hashlib
 import json
+from collections.abc import Sequence
 from math import isfinite, pi
 from pathlib import Path
 from typing import Any
@@ -56,12 +57,9 @@ def read_xl330(folder: Path) -> Imported:
         log, found = read_log(path)
         logs.append(log)
         findings += found
-    duties = [log.recording.actuator_overrides["duty_per_rad"] for log in logs]
-    supply = float(np.median([log.conditions["vin"] for log in logs]))
-    model = start_model(float(np.median(duties)), supply)
     return Imported(
         logs=tuple(logs),
-        model=model,
+        start_model=start_model,
         limits={"duty": 1.0},
         findings=(*findings, *dataset_findings(logs)),
     )
@@ -72,12 +70,13 @@ def duty_per_rad(kp: float) -> float:
     return kp * COUNTS_PER_RAD / (GAIN_DIVISOR * FULL_DUTY)
 
 
-def start_model(gain: float, supply_voltage: float) -> Model:
+def start_model(logs: Sequence[ImportedLog]) -> Model:
     """Make the model to start from; the recordings carry their own ``duty_per_rad``."""
+    duties = [log.recording.actuator_overrides["duty_per_rad"] for log in logs]
     values = {
-        "duty_per_rad": gain,
+        "duty_per_rad": float(np.median(duties)),
         "max_duty": 1.0,
-        "supply_voltage": supply_voltage,
+        "supply_voltage": float(np.median([float(log.conditions["vin"]) for log in logs])),
         "torque_constant": TORQUE_CONSTANT,
         "resistance": RESISTANCE,
         "armature": ARMATURE,

@@ -90,6 +90,7 @@ def write_identified_layer(path: Path, correction: Correction, provenance: Prove
     layer.defaultPrim = source.defaultPrim
     layer.documentation = DOCUMENTATION.format(name=correction.asset.name)
     layer.customLayerData = {PROVENANCE: provenance_table(correction, provenance)}
+    del stage  # an open one looks at once for what the next line says, from a layer without a place
     nearby = os.path.relpath(asset, path.resolve().parent)
     layer.subLayerPaths[0] = Path(nearby).as_posix()
     draft = path.with_name(f".{path.name}")

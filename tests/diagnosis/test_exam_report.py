@@ -6,7 +6,8 @@ import pytest
 
 from tendon_newton.diagnosis.exam_rates import by_strength, confusion, rates
 from tendon_newton.diagnosis.exam_report import Matrix, write_exam_report
-from tests.diagnosis.made_up_exam import marks
+from tendon_newton.diagnosis.exam_score import judge
+from tests.diagnosis.made_up_exam import answer, marks, truth
 
 
 def test_the_figures_are_what_a_hand_counts() -> None:
@@ -25,6 +26,16 @@ def test_the_figures_are_what_a_hand_counts() -> None:
     assert found["parameters: 95 % interval holds the truth"] == (1.0, 4)
     assert found["held-out gain over the true model's, median"] == (pytest.approx(1.0), 6)
     assert found["peak memory [MiB]"] == (600.0, 10)
+
+
+def test_a_class_of_more_than_three_is_no_answer() -> None:
+    """The true cause among three names counts; among four only the first name does."""
+    true = truth("k", "single", "command_delay")
+    three = ("actuator_lag", "viscous_friction", "command_delay")
+    assert judge(true, answer("explained", three)).in_class
+    four = judge(true, answer("explained", (*three, "load_cell_delay")))
+    assert not four.in_class
+    assert four.classes == (("actuator_lag",),)
 
 
 def test_the_gain_is_measured_by_the_true_models() -> None:

@@ -31,6 +31,14 @@ def test_a_delay_of_two_rows_shifts_everything_by_two_rows() -> None:
     np.testing.assert_allclose(late["force"][3:], prompt["force"][1:-2], atol=1e-9)
 
 
+def test_a_delay_between_rows_acts_between_rows() -> None:
+    """One and a half rows are three half rows of the staircase written twice as often."""
+    command = steps_and_waves()
+    late = run(command, {"command_delay": {"delay": 1.5 * ROW}})
+    prompt = simulate(commanded(np.repeat(command, 2), row=0.5 * ROW)).motor_position[:, 0]
+    np.testing.assert_allclose(late["theta"][2:], prompt[1:-3:2][: len(command) - 2], atol=1e-9)
+
+
 def test_lag_answers_a_step_with_its_time_constant() -> None:
     """Against a wall the force is P theta_d (1 - exp(-t / tau))."""
     out = run(step(2.0), {"actuator_lag": {"time_constant": 0.05}}, **WALL)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from tendon_newton.actuators.networks.artifact import load_network, write_network
-from tendon_newton.cli.output import quiet_warp
+from tendon_newton.device_code.quiet import quiet_warp
 from tendon_newton.model_file import Model, load_model
 from train.reproduction.closed_loop import OBSTACLES, replayed
 from train.reproduction.pieces import Workers

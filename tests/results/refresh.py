@@ -24,14 +24,20 @@ import numpy as np
 from hardware.deploy_log import policy_span
 from hardware.virtual_bench.constants import BENCH_SEEDS
 from tendon_newton.cli import deploy, refresh
-from tendon_newton.cli.output import quiet_warp
+from tendon_newton.device_code.quiet import quiet_warp
 from tendon_newton.model_file import Model, NamedValues, load_model, write_model
 from train.policy.environment_config import EnvironmentConfig
 from train.policy.export import export_policy
 from train.policy.training import train_policy
 from train.policy.training_config import PolicyTrainingConfig
-from train.refresh.drift import find_drift, model_error
-from train.refresh.logs import logs_as_dataset, read_logs, taut_parts, without_beginning
+from train.refresh.drift import find_drift, growth, model_error
+from train.refresh.logs import (
+    fitted_parts,
+    logs_as_dataset,
+    read_logs,
+    taut_parts,
+    without_beginning,
+)
 from train.refresh.outcome import judge_drift
 from train.refresh.slip import taut_from
 from train.refresh.tuning import tune
@@ -160,14 +166,19 @@ def notice(policy: Path, folder: Path, seed: int, state: str) -> dict[str, Any]:
     log = fly(policy, folder / f"later_{state}", f"virtual:finger:{seed}:{state}", goals, DURATION)
     begin = time.monotonic()
     logs = read_logs([log], policy_span)
-    later = [without_beginning(each) for each in logs]
-    loose = taut_from(later, model)
-    diagnosis, _ = find_drift(logs_as_dataset(log.parent, logs, loose), model)
+    later = fitted_parts(logs)
+    dataset = logs_as_dataset(log.parent, logs, taut_from(later, model))
+    diagnosis, _ = find_drift(dataset, model)
     before = next((folder / "before").glob("*.mcap"))
-    earlier = read_logs([before], policy_span)
-    reference = model_error(logs_as_dataset(before.parent, earlier).test, model)
-    slip = slip_since([without_beginning(each) for each in earlier], later)
-    drift = judge_drift(diagnosis, reference, slip)
+    new = read_logs([before], policy_span)
+    earlier = logs_as_dataset(before.parent, new)
+    reference = model_error(earlier.test, model)
+    drift = judge_drift(
+        diagnosis,
+        reference,
+        grown=growth(dataset, earlier, model),
+        slip=slip_since(fitted_parts(new), later),
+    )
     row = {
         "seed": seed,
         "state": state,

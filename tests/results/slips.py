@@ -20,7 +20,7 @@ from hardware.deploy_log import policy_span, step_table
 from hardware.policy_runner import load_policy
 from hardware.virtual_bench.unit import draw_unit
 from hardware.virtual_bench.wear import worn
-from tendon_newton.cli.output import quiet_warp
+from tendon_newton.device_code.quiet import quiet_warp
 from tendon_newton.mechanisms.mechanism import load_mechanism
 from tendon_newton.model_file import load_model
 from tests.results.refresh import DURATION, STAIRS, fly, random_goals

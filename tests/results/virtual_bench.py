@@ -17,7 +17,7 @@ from hardware.servos import SERVOS
 from hardware.servos.dynamixel_servo import DynamixelServo
 from hardware.servos.host_position_loop import HostPositionLoop
 from hardware.virtual_bench import BENCH_SEEDS, LockstepBench
-from tendon_newton.cli.output import quiet_warp
+from tendon_newton.device_code.quiet import quiet_warp
 from tendon_newton.excitations import excite
 from tendon_newton.mechanisms.kinematics import tip_position
 from tendon_newton.model_file import Model, NamedValues

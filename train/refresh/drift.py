@@ -163,6 +163,11 @@ def at_gap_scales(search: Search, tried: Round) -> Round:
     )
 
 
+def growth(now: Dataset, earlier: Dataset, model: Model) -> float:
+    """Return by how much a model's error on what may be fitted of logs has grown [1]."""
+    return model_error(now.train, model) / max(model_error(earlier.train, model), 1.0e-12)
+
+
 def model_error(recordings: Sequence[Recording], model: Model) -> float:
     """Return a model's closed-loop error of the motor's angle over some recordings, RMS [rad]."""
     study = Study(recordings, model, tuple(effect.name for effect in model.effects))

@@ -92,8 +92,18 @@ def logs_as_dataset(path: Path, recordings: Sequence[Recording], loose: float = 
         recordings: The logs.
         loose: Motor angle up to which the tendon may hang loose [rad].
     """
-    train, test = hold_out([without_beginning(recording) for recording in recordings], HELD_OUT)
+    train, test = cut(recordings)
     return Dataset(path=path, train=taut_parts(train, loose), test=taut_parts(test, loose))
+
+
+def fitted_parts(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
+    """Return what may be fitted of logs, loose rows included: no beginning and no held-out end."""
+    return cut(recordings)[0]
+
+
+def cut(recordings: Sequence[Recording]) -> tuple[tuple[Recording, ...], tuple[Recording, ...]]:
+    """Return what may be fitted of logs and what only reports, without their beginnings."""
+    return hold_out([without_beginning(recording) for recording in recordings], HELD_OUT)
 
 
 def taut_parts(recordings: Sequence[Recording], loose: float = LOOSE) -> tuple[Recording, ...]:

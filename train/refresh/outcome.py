@@ -50,7 +50,7 @@ class Drift:
     corrected_theta_rmse: float
     """The same with the causes in [rad]."""
     reference_theta_rmse: float | None
-    """Error of the old model on earlier logs [rad]; None without any."""
+    """Error of the old model on the held-out part of earlier logs [rad]; None without any."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,13 +64,19 @@ class TipFigure:
 
 
 def judge_drift(
-    diagnosis: Diagnosis, reference_theta_rmse: float | None, slip: float | None = None
+    diagnosis: Diagnosis,
+    reference_theta_rmse: float | None = None,
+    *,
+    grown: float | None = None,
+    slip: float | None = None,
 ) -> Drift:
     """Say what a diagnosis of logs means for the bench.
 
     Args:
         diagnosis: Of the logs, against the model.
-        reference_theta_rmse: The model's error on earlier logs [rad], where there are any.
+        reference_theta_rmse: The model's error on the held-out part of earlier logs [rad], where
+            there are any; only reported.
+        grown: By how much the model's error has grown since on what may be fitted [1].
         slip: How far the spool has slipped since [rad], by `slip_since`.
     """
     causes = tuple(
@@ -89,14 +95,12 @@ def judge_drift(
     if slip is not None and slipped and not any(cause.name in SLIPS for cause in causes):
         words, number = SUSPECTS[SLIP].words, f"angle = {slip:.4g} rad"
         causes = (FoundWear(name=SLIP, words=words, numbers=(number,), rivals=()),)
-    before = diagnosis.baseline.theta_rmse
-    known = reference_theta_rmse is not None
-    same = before <= CHANGE * reference_theta_rmse if known else not causes
+    same = not causes if grown is None else grown <= CHANGE
     same = same and not slipped
     return Drift(
         verdict=AGREES if same else WORN if causes else CHANGED,
         causes=() if same else causes,
-        theta_rmse=before,
+        theta_rmse=diagnosis.baseline.theta_rmse,
         corrected_theta_rmse=diagnosis.extended.theta_rmse,
         reference_theta_rmse=reference_theta_rmse,
     )

@@ -94,9 +94,9 @@ def begin_quietly() -> None:
     """Prepare a process before it loads anything: libraries stay on one core, Warp says nothing."""
     for name in THREADS_VARIABLES:
         os.environ[name] = "1"
-    import warp as wp
+    from tendon_newton.device_code.quiet import quiet_warp
 
-    wp.config.log_level = wp.LOG_ERROR
+    quiet_warp()
 
 
 def done_alone(work: Work, reproduction: Any, item: Any, path: Path | None, threads: int) -> Any:

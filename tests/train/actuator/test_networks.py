@@ -63,6 +63,20 @@ def test_torchscript_says_what_the_module_says(of_set: str, kind: str) -> None:
         assert scripted(windows(0)).shape == (0,)
 
 
+def test_a_network_is_given_numbers_about_one() -> None:
+    """Mean and scale are those of the training data: every input comes in about 0 and of size 1."""
+    torch.manual_seed(3)
+    network = build_network("mlp", of_set="paper", window=30)
+    signals = torch.randn(6000, 3) * torch.tensor([2.0, 0.05, 30.0]) + torch.tensor([3.0, 1.0, 0.1])
+    force = 5.0 * torch.rand(6000) + 6.0
+    network.normalise_as(signals, force)
+    inputs = network.normalised(signals.reshape(200, 30, 3)).reshape(-1, 3)
+    torch.testing.assert_close(inputs.mean(dim=0), torch.zeros(3), atol=1e-4, rtol=0.0)
+    torch.testing.assert_close(inputs.std(dim=0), torch.ones(3), atol=1e-4, rtol=0.0)
+    standard = ((force - force.mean()) / force.std())[:, None]
+    torch.testing.assert_close(network.tension(standard), force, rtol=1e-5, atol=1e-5)
+
+
 @every_network
 def test_normalisation_travels_inside(of_set: str, kind: str) -> None:
     """Inputs and tension in other units, with the statistics to match, change nothing but units."""

@@ -18,7 +18,14 @@ from tendon_newton.recording import Recording
 from tests.train.actuator.pulled_benches import TRUE, pulled_log
 from tests.train.policy.small import environment
 from train.policy.taut_rows import TautRows
-from train.policy.tendon_fit import as_effects, fit_tendon, line_through, solve, sums_of
+from train.policy.tendon_fit import (
+    as_effects,
+    fit_tendon,
+    line_through,
+    solve,
+    sums_of,
+    unseen_error,
+)
 
 NETWORK = asset_folder() / "networks" / "transformer-simulation-paper-0.pt"
 IDEAL = Model(actuator=NamedValues(name="ideal", values={"gain": 4.2, "spool_radius": 0.0125}))
@@ -72,6 +79,15 @@ def test_intervals_hold_the_truth_and_shrink_with_the_noise() -> None:
     assert slack == pytest.approx(STRING[1], abs=2e-5)
     _, narrow = line_through(straight(*STRING, noise=1e-6))
     assert np.ptp(narrow, axis=1) == pytest.approx(0.01 * np.ptp(ends, axis=1), rel=0.1)
+
+
+def test_an_unseen_recording_is_measured_with_the_numbers_of_the_others() -> None:
+    """Two strings, of k and of 2 k: each leaves what the other's stretch is off, F / 2 k."""
+    (force,) = {piece.force.tobytes(): piece.force for piece in straight(*STRING)}.values()
+    left = np.sqrt(np.mean((force / (2.0 * STRING[0])) ** 2))
+    parts = [straight(*STRING), straight(2.0 * STRING[0], STRING[1])]
+    assert unseen_error(parts, IDEAL) == pytest.approx(left, rel=1e-6)
+    assert unseen_error([parts[0], parts[0]], IDEAL) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_rows_of_a_fast_motion_do_not_decide() -> None:
@@ -138,7 +154,7 @@ def test_a_string_that_does_not_give_leaves_the_model_as_it_was(
     """The bundled example has a rigid string: what noise suggests must not enter a model."""
     example = Path(__file__).parents[3] / "examples" / "hidden_friction"
     assert main(["fit-tendon", str(example), "--out", str(tmp_path / "fitted")]) == 0
-    assert "nothing is gained: the model stays as it was" in capsys.readouterr().out
+    assert "the fit did not see: the model stays as it was" in capsys.readouterr().out
     assert load_model(tmp_path / "fitted" / "model.toml").effects == ()
     found = json.loads((tmp_path / "fitted" / "tendon.json").read_text())
-    assert found["error_after"] >= found["error_before"]
+    assert found["unseen_after"] >= found["unseen_before"]

@@ -12,7 +12,7 @@ from tendon_newton.recording import Recording
 from tendon_newton.simulation.replay import replay, simulated_recording
 from tests.effect_bench import commanded
 from tests.physics.runs import ideal_model, stairs
-from train.refresh.drift import SUSPECTS, find_drift, model_error
+from train.refresh.drift import SUSPECTS, find_drift, growth, model_error
 from train.refresh.logs import logs_as_dataset
 from train.refresh.outcome import (
     AGREES,
@@ -67,37 +67,40 @@ def dataset_of(model: Model, seed: int) -> Dataset:
 def test_wear_is_named_with_its_size(worn: Model, name: str, number: float) -> None:
     """Friction that doubled is named with its new total, though the model has some already."""
     diagnosis, _ = find_drift(dataset_of(worn, 1), FITTED, suspects=FEW)
-    drift = judge_drift(diagnosis, None)
+    drift = judge_drift(diagnosis)
     assert drift.verdict == WORN
     assert [cause.name for cause in drift.causes] == [name]
     (estimate,) = diagnosis.effects[0].parameters.values()
     assert estimate.value == pytest.approx(number, rel=0.05)  # noise, and steps of 1 ms
     assert drift.corrected_theta_rmse < 0.3 * drift.theta_rmse
-    assert judge_drift(diagnosis, 0.8 * drift.theta_rmse).verdict == AGREES  # it always was so
+    assert judge_drift(diagnosis, grown=1.25).verdict == AGREES  # it always was so
     assert name.replace("_", " ") in headline(drift)
 
 
 def test_a_bench_that_still_fits_is_left_alone() -> None:
     """Another log of the same bench: nothing is named, and the error is that of earlier logs."""
     earlier = dataset_of(FITTED, 2)
-    diagnosis, _ = find_drift(dataset_of(FITTED, 3), FITTED, suspects=FEW)
-    drift = judge_drift(diagnosis, model_error(earlier.test, FITTED))
+    now = dataset_of(FITTED, 3)
+    diagnosis, _ = find_drift(now, FITTED, suspects=FEW)
+    grown = growth(now, earlier, FITTED)
+    assert grown == pytest.approx(1.0, abs=0.5)
+    drift = judge_drift(diagnosis, model_error(earlier.test, FITTED), grown=grown)
     assert (drift.verdict, drift.causes) == (AGREES, ())
     # the encoder's noise, and that of the first row, which friction keeps
     assert drift.theta_rmse < 2.0 * ENCODER
     assert drift.reference_theta_rmse is not None
     assert drift.reference_theta_rmse < 2.0 * ENCODER
     assert headline(drift) == "The bench still is what its model says."
-    grown = judge_drift(diagnosis, 0.4 * drift.theta_rmse)  # earlier logs fitted much better
-    assert grown.verdict == CHANGED
-    assert "no wear in the list explains it" in headline(grown)
-    slipped = judge_drift(diagnosis, drift.theta_rmse, slip=0.4)  # turning says what angles do not
+    changed = judge_drift(diagnosis, grown=2.5)  # earlier logs fitted much better
+    assert changed.verdict == CHANGED
+    assert "no wear in the list explains it" in headline(changed)
+    slipped = judge_drift(diagnosis, grown=1.0, slip=0.4)  # turning says what angles do not
     assert slipped.verdict == WORN
     assert [(cause.name, cause.numbers) for cause in slipped.causes] == [
         ("position_offset", ("angle = 0.4 rad",))
     ]
     # a gear that has run dry looks like a slip the other way
-    assert judge_drift(diagnosis, drift.theta_rmse, slip=-0.2).verdict == AGREES
+    assert judge_drift(diagnosis, grown=1.0, slip=-0.2).verdict == AGREES
 
 
 def test_every_suspect_is_an_effect_that_wear_explains() -> None:
@@ -127,7 +130,7 @@ def test_the_page_stands_alone_and_says_what_is_the_matter(tmp_path: Path) -> No
 
     worn = ideal_model(coulomb_friction={"force": 1.2})
     diagnosis, _ = find_drift(dataset_of(worn, 1), FITTED, suspects=FEW)
-    drift = judge_drift(diagnosis, 0.002)
+    drift = judge_drift(diagnosis, 0.002, grown=10.0)
     assert read_drift(asdict(drift)) == drift
     write_page(tmp_path / "refresh.html", drift, [], {"logs": "<deployments>"}, None)
     page = (tmp_path / "refresh.html").read_text(encoding="utf-8")

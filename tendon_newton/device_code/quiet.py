@@ -1,0 +1,34 @@
+"""What Warp says of itself while it starts and compiles, kept off the terminal."""
+
+from __future__ import annotations
+
+import os
+import sys
+from tempfile import TemporaryFile
+
+VERBOSE = "TENDON_NEWTON_VERBOSE"
+"""Environment variable under which nothing is kept back; the option --verbose of every verb."""
+NO_DRIVER = b"Could not find or load the NVIDIA CUDA driver"
+"""Of the line that native code writes where there is no GPU; who asks for one is told by a verb."""
+
+
+def quiet_warp() -> None:
+    """Start Warp without its news; errors, and other words of native code, are passed on."""
+    import warp as wp
+
+    if os.environ.get(VERBOSE):
+        return
+    wp.config.log_level = wp.LOG_ERROR
+    sys.stderr.flush()
+    terminal = os.dup(2)
+    with TemporaryFile() as said:
+        os.dup2(said.fileno(), 2)
+        try:
+            wp.init()
+        finally:
+            os.dup2(terminal, 2)
+            os.close(terminal)
+            said.seek(0)
+            for line in said:
+                if NO_DRIVER not in line:
+                    os.write(2, line)

@@ -1,0 +1,334 @@
+"""Does anything but a report depend on a test recording? Every verb, with test recordings as noise.
+
+Usage: ``.venv/bin/python -m tests.held_out [VERB ...]``. Each verb that reads a dataset runs twice:
+on recordings, and on the same with every signal of its test recordings replaced by noise. What it
+fits, names or writes for the next program must be the same to the last bit. What it reports must
+not be, or the noise was never read.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import redirect_stdout
+from dataclasses import dataclass, replace
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tendon_newton.cli import main as run
+from tendon_newton.cli.refresh import RefreshConfig, correct, find
+from tendon_newton.dataset import load_dataset, write_dataset
+from tendon_newton.device_code.quiet import quiet_warp
+from tendon_newton.identification.cutting import rows_of
+from tendon_newton.model_file import NamedValues, write_model
+from tendon_newton.recording import Array, Recording
+from tests.physics.runs import ideal_model
+from tests.train.actuator.pulled_benches import pulled_log
+from tests.train.actuator.servo_logs import write_servo_dataset
+from tests.train.refresh.test_drift import FITTED, log_of
+from train.refresh.ledger import Ledger
+from train.refresh.logs import BEGINNING, HELD_OUT
+from train.refresh.outcome import CHANGED, WORN, Drift, FoundWear
+from train.reproduction.physical import starting_model
+
+EXAMPLE = Path(__file__).parents[1] / "examples" / "hidden_friction"
+SIGNALS = ("command", "motor_position", "motor_velocity", "force", "tip")
+NO_DATASET = {
+    "experiment": "reads a diagnosis",
+    "asset": "reads an asset",
+    "train-policy": "reads a model and, if told, the intervals of a diagnosis",
+    "evaluate-policy": "reads policies",
+    "doctor": "reads a bench",
+    "calibrate": "reads a load cell",
+    "collect": "writes a dataset",
+    "deploy": "writes a log",
+    "plot": "draws one log",
+    "virtual-bench": "is a bench",
+}
+"""Verbs that read no dataset, and what they do."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Made:
+    """What a verb made."""
+
+    decided: Mapping[str, Any]
+    """What must not depend on test recordings, by name."""
+    reported: Any
+    """What tells how a test recording came out."""
+
+
+def noise_like(recording: Recording, rows: slice = slice(None)) -> Recording:
+    """Return a recording of which some rows are noise of half each signal's mean, and its spread.
+
+    Half, so that what a correction takes away from the truth makes noise worse.
+    """
+    rng = np.random.default_rng(1)
+
+    def noise(values: Array) -> Array:
+        made = np.array(values)
+        spread = values.std(axis=0) + 1.0e-3
+        made[rows] = 0.5 * values.mean(axis=0) + spread * rng.standard_normal(made[rows].shape)
+        return made
+
+    own = {name: getattr(recording, name) for name in SIGNALS}
+    signals = {name: noise(values) for name, values in own.items() if values is not None}
+    if "force" in signals:
+        signals["force"] = np.abs(signals["force"])
+    return replace(recording, **signals)
+
+
+def write_either(
+    folder: Path, train: Sequence[Recording], test: Sequence[Recording], noisy: bool
+) -> Path:
+    """Write a dataset, its test recordings as they are or as noise."""
+    write_dataset(folder, train, [noise_like(r) for r in test] if noisy else test)
+    return folder
+
+
+def small_dataset(folder: Path, noisy: bool = False) -> Path:
+    """Write five seconds each of three recordings of the bundled example, and its model."""
+    whole = load_dataset(EXAMPLE)
+    kept = {
+        r.name: rows_of(r, slice(0, int(np.searchsorted(r.time, r.time[0] + 5.0))), r.name)
+        for r in (*whole.train, *whole.test)
+    }
+    train = [kept["spring_weak_ramp_0.csv"], kept["spring_weak_steps_1.csv"]]
+    write_either(folder, train, [kept["spring_weak_sine_2.csv"]], noisy)
+    (folder / "model.toml").write_bytes((EXAMPLE / "model.toml").read_bytes())
+    return folder
+
+
+def said(words: Sequence[str | Path]) -> str:
+    """Run a verb and return what it prints."""
+    out = StringIO()
+    with redirect_stdout(out):
+        code = run([str(word) for word in words])
+    assert code == 0, out.getvalue()
+    return out.getvalue()
+
+
+def diagnosed(answer: Mapping[str, Any], model: Path) -> Made:
+    """Return what an answer decides and what it reports."""
+    errors = ("baseline", "extended", "explained_fraction", "explained_fraction_ci95")
+    free = (*errors, "wall_time_s", "peak_memory_mib", "unexplained", "effects")
+    decided = {key: value for key, value in answer.items() if key not in free}
+    decided["effects"] = [
+        {key: value for key, value in effect.items() if key not in ("without", "gain")}
+        for effect in answer["effects"]
+    ]
+    decided["structure"] = {k: v for k, v in answer["unexplained"].items() if k != "fraction"}
+    decided["model.toml"] = model.read_text()
+    return Made(decided=decided, reported=[answer[key] for key in errors])
+
+
+def diagnose(folder: Path, noisy: bool) -> Made:
+    """Names, numbers, intervals, classes and the extended model."""
+    data = small_dataset(folder / "data", noisy)
+    said(["diagnose", data, "--model", data / "model.toml", "--out", folder / "out"])
+    answer = json.loads((folder / "out" / "diagnosis.json").read_text())
+    return diagnosed(answer, folder / "out" / "model.toml")
+
+
+def exam(folder: Path, noisy: bool) -> Made:
+    """The answer to one question; only its mark is the report."""
+    small_dataset(folder / "exam" / "one", noisy)
+    (folder / "exam" / "truth").mkdir()
+    effect = {"name": "viscous_friction", "parameters": {"coefficient": 0.8}}
+    truth = {"id": "one", "family": "single", "effects": [effect], "strength": {"ratio": 5.0}}
+    (folder / "exam" / "truth" / "one.json").write_text(json.dumps(truth))
+    said(["exam", folder / "exam", "--out", folder / "out", "--workers", "1"])
+    answer = json.loads((folder / "out" / "one" / "diagnosis.json").read_text())
+    return diagnosed(answer, folder / "out" / "one" / "model.toml")
+
+
+def simulate(folder: Path, noisy: bool) -> Made:
+    """What the model makes of the train recordings."""
+    data = small_dataset(folder / "data", noisy)
+    words = ["--model", data / "model.toml", "--out", folder / "out", "--no-plots"]
+    text = said(["simulate", data, *words])
+    train = {r.name for r in load_dataset(data).train}
+    made = {f.name: f.read_text() for f in (folder / "out").glob("*.csv") if f.name in train}
+    assert len(made) == len(train)
+    return Made(decided=made, reported=text)
+
+
+def fit_tendon(folder: Path, noisy: bool) -> Made:
+    """The numbers of the string and whether they enter the model."""
+    train = [pulled_log("finger", seed=seed, duration=10.0) for seed in (0, 1)]
+    data = write_either(folder / "data", train, [pulled_log("finger", seed=2)], noisy)
+    said(["fit-tendon", data, "--out", folder / "out"])
+    found = json.loads((folder / "out" / "tendon.json").read_text())
+    reported = [found.pop(key) for key in ("error_before", "error_after")]
+    found["model.toml"] = (folder / "out" / "model.toml").read_text()
+    return Made(decided=found, reported=reported)
+
+
+def train_force(folder: Path, noisy: bool) -> Made:
+    """Every weight, when the training stopped, and all of the card but its held-out error."""
+    data = servo_dataset(folder, noisy)
+    short = "--epochs 2 --windows-per-epoch 512 --batch 256 --network mlp"
+    text = said(["train-force", data, *short.split(), "--out", folder / "nets"])
+    weights = weights_of(folder / "nets" / "mlp-paper-0.checkpoint")
+    history = json.loads((folder / "nets" / "mlp-paper-0.json").read_text())
+    card = [line for line in text.splitlines() if line.startswith("in a simulation")]
+    return Made(decided={"weights": weights, "history": history, "hold": card}, reported=text)
+
+
+def weights_of(checkpoint: Path) -> dict[str, bytes]:
+    """Return the bytes of every weight that a training kept."""
+    import torch
+
+    kept = torch.load(checkpoint, weights_only=True)["done"]["kept_weights"]
+    return {name: values.numpy().tobytes() for name, values in kept.items()}
+
+
+def servo_dataset(folder: Path, noisy: bool) -> Path:
+    """Write recordings of a made-up servo."""
+    whole = load_dataset(write_servo_dataset(folder / "made"))
+    return write_either(folder / "data", whole.train, whole.test, noisy)
+
+
+def evaluate_force(folder: Path, noisy: bool) -> Made:
+    """Nothing is fitted but the gain of the ideal source that a network has to beat."""
+    from train.actuator.models import compare
+
+    data = load_dataset(servo_dataset(folder, noisy))
+    models = {model.name: model for model in compare([], data, data.test)}
+    errors = [p.error.tolist() for p in models["ideal refitted"].predictions]
+    return Made(decided={name: m.gain for name, m in models.items()}, reported=errors)
+
+
+def refresh(folder: Path, noisy: bool) -> Made:
+    """The verdict, what is named, and the model by all three ways of correcting it."""
+    worn = ideal_model(coulomb_friction={"force": 1.2})
+    for name, model, seed in (("new", FITTED, 1), ("worn", worn, 2)):
+        log = replace(log_of(model, seed), name=f"{name}.csv")
+        rest = log.time >= log.time[0] + BEGINNING
+        span = log.time[-1] - log.time[rest][0]
+        end = int(np.searchsorted(log.time, log.time[rest][0] + (1.0 - HELD_OUT) * span)) + 1
+        write_dataset(folder / name, [noise_like(log, slice(end, None)) if noisy else log], [])
+    write_model(folder / "model.toml", FITTED)
+    suspects = ("coulomb_friction", "position_offset")
+    made, reported = {}, None
+    slip = FoundWear(name="position_offset", words="", numbers=(), rivals=())
+    ways = {"found": None, "slip": (WORN, (slip,)), "all": (CHANGED, ())}
+    for way, forced in ways.items():
+        config = RefreshConfig(
+            logs=(folder / "worn",), reference=(folder / "new",), model=folder / "model.toml",
+            policy=folder / "none.onnx", out=folder / way, suspects=suspects,
+        )  # fmt: skip
+        config.out.mkdir()
+        ledger = Ledger(config.out / "refresh.json", {})
+        if forced is None:
+            with redirect_stdout(StringIO()):
+                drift = find(config, ledger)
+            reported = [drift.theta_rmse, drift.corrected_theta_rmse, drift.reference_theta_rmse]
+            made |= {"verdict": drift.verdict, "causes": drift.causes}
+        else:
+            drift = Drift(
+                verdict=forced[0], causes=forced[1], theta_rmse=0.0, corrected_theta_rmse=0.0,
+                reference_theta_rmse=None,
+            )  # fmt: skip
+        with redirect_stdout(StringIO()):
+            correct(config, drift, ledger)
+        made[f"{way}/model.toml"] = (config.out / "model.toml").read_text()
+    return Made(decided=made, reported=reported)
+
+
+def import_logs(folder: Path, noisy: bool) -> Made:
+    """The model to start from, and every train recording; the log of the test split says more."""
+    from tests.formats.logs import xl330_log
+
+    for kp, supply in ((100, 7.0), (200, 7.4), (800, 7.6)):
+        xl330_log(folder / "logs" / f"kp{kp}_sine.json", kp=kp, vin=supply)
+    if noisy:
+        path = folder / "logs" / "kp200_sine.json"
+        table, rng = json.loads(path.read_text()), np.random.default_rng(1)
+        for entry in table["entries"]:
+            noise = rng.standard_normal(4)
+            entry |= dict(zip(("position", "speed", "load", "goal_position"), noise, strict=True))
+            entry["input_volts"] = 5.0 + 0.1 * float(noise[0])
+        path.write_text(json.dumps(table | {"vin": 5.0, "mass": 0.3}))
+    words = ["xl330", folder / "logs", "--out", folder / "out", "--test", "kp=200"]
+    text = said(["import", *words])
+    made = {r.name: r.motor_position.tolist() for r in load_dataset(folder / "out").train}
+    made["model.toml"] = (folder / "out" / "model.toml").read_text()
+    return Made(decided=made, reported=text)
+
+
+def reproduce(folder: Path, noisy: bool) -> Made:
+    """Every model of a bench: physics by refit, networks, servo, and both together.
+
+    Commands stay, since test recordings are told apart by them.
+    """
+    from tests.train.reproduction.tiny import SETTINGS, TinyBench
+    from train.reproduction.reproduction import Reproduction
+    from train.reproduction.stages import run_stages
+    from train.reproduction.unit import EXPERIMENTS, RECORDINGS
+
+    TinyBench().record(0, folder / "recorded", seed=0, most=None)
+    for part in (RECORDINGS, EXPERIMENTS):
+        data = load_dataset(folder / "recorded" / part, require_train=False)
+        test = [replace(noise_like(r), command=r.command) if noisy else r for r in data.test]
+        write_dataset(folder / "bench" / part, data.train, test)
+    friction = NamedValues(name="load_dependent_friction", values={"coefficient": 0.2})
+    write_model(folder / "causes.toml", replace(starting_model(), effects=(friction,)))
+    whole = Reproduction(
+        settings=SETTINGS, out=folder, folders=(folder / "bench",), causes=folder / "causes.toml"
+    )
+    found = run_stages(whole, ("tip",))
+    models = {
+        file.relative_to(folder).as_posix(): file.read_text().replace(str(folder), "")
+        for file in sorted((folder / "models").rglob("*.toml"))
+    }
+    assert len(models) >= 3
+    models |= {file.name: weights_of(file) for file in sorted(folder.rglob("*.checkpoint"))}
+    return Made(decided=models, reported=found["tip"].numbers)
+
+
+CASES: dict[str, Callable[[Path, bool], Made]] = {
+    "import": import_logs,
+    "simulate": simulate,
+    "diagnose": diagnose,
+    "exam": exam,
+    "train-force": train_force,
+    "evaluate-force": evaluate_force,
+    "fit-tendon": fit_tendon,
+    "refresh": refresh,
+    "reproduce": reproduce,
+}
+"""Verbs that read a dataset."""
+
+
+def differences(case: str, folder: Path) -> list[str]:
+    """Run a verb on recordings and on noise; return what differs and must not, and the reverse."""
+    made = []
+    for name, noisy in (("kept", False), ("noise", True)):
+        (folder / name).mkdir()
+        made.append(CASES[case](folder / name, noisy))
+    kept, noise = (made_by.decided for made_by in made)
+    wrong = sorted(n for n in {*kept, *noise} if kept.get(n) != noise.get(n))
+    blind = made[0].reported == made[1].reported
+    return [*wrong, "the report says the same"] if blind else wrong
+
+
+def main(chosen: Sequence[str]) -> int:
+    """Run the verbs and print a line for each."""
+    quiet_warp()
+    failed = 0
+    for case in chosen or CASES:
+        with tempfile.TemporaryDirectory() as folder:
+            wrong = differences(case, Path(folder))
+        failed += bool(wrong)
+        print(f"{case:16s} {'DIFFERS: ' + ', '.join(wrong) if wrong else 'same to the bit'}")
+    return int(failed > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

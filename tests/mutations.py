@@ -1,0 +1,294 @@
+"""Mistakes that some test must notice: each is made in a copy of the tree, and a failure expected.
+
+Usage: ``.venv/bin/python -m tests.mutations [NAME ...] [--list]``. A copy of the working tree is
+made. For each entry its tests must pass there, and fail once its mistake is made, alone. Entries
+are mistakes that once passed unnoticed, and the like.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+NOT_COPIED = (".git", ".venv", "build", "dist", "*.egg-info", ".*_cache", "__pycache__")
+NOT_NOTICED, NOTICED = 0, 1
+"""Exit codes of pytest: all passed, and some failed; others say that nothing was tested."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mutation:
+    """One mistake and the tests that must notice it."""
+
+    name: str
+    file: str
+    """Where it is made, from the root of the tree."""
+    old: str
+    """Text that stands there once."""
+    new: str
+    """Text that takes its place."""
+    tests: str
+    """Selection of pytest, as narrow as it can be."""
+
+
+HELD_OUT = "tests/test_held_out.py -k"
+PWM = "tests/physics/test_pwm_servo.py"
+PHYSICS = "tests/physics/test_effects_physics.py -k"
+
+MUTATIONS: tuple[Mutation, ...] = (
+    # held out
+    Mutation(
+        name="test-recordings-fitted", file="tendon_newton/diagnosis/diagnose.py",
+        old="train = Study(dataset.train, model,", tests=f"{HELD_OUT} diagnose",
+        new="train = Study((*dataset.train, *dataset.test), model,",
+    ),
+    Mutation(
+        name="held-out-errors-on-train", file="tendon_newton/diagnosis/diagnose.py",
+        old="test = Study(dataset.test, model,", new="test = Study(dataset.train, model,",
+        tests=f"{HELD_OUT} diagnose",
+    ),
+    Mutation(
+        name="inner-folds-see-everything", file="tendon_newton/identification/folds.py",
+        old="seen = (~left_out).astype(np.float64)", new="seen = np.ones(left_out.size)",
+        tests="tests/identification/test_folds.py",
+    ),
+    Mutation(
+        name="tendon-decided-by-test", file="train/policy/tendon_fit.py",
+        old="return self.unseen_after < self.unseen_before",
+        new="return self.error_after < self.error_before", tests=f"{HELD_OUT} fit-tendon",
+    ),
+    Mutation(
+        name="string-judged-on-what-it-was-fitted-to", file="train/policy/tendon_fit.py",
+        old="fitted = others or own", new="fitted = [piece for part in parts for piece in part]",
+        tests="tests/train/policy/test_tendon_fit.py -k unseen",
+    ),
+    Mutation(
+        name="drift-decided-by-held-out-ends", file="train/refresh/drift.py",
+        old="(now.train, model) / max(model_error(earlier.train, model)",
+        new="(now.test, model) / max(model_error(earlier.test, model)",
+        tests=f"{HELD_OUT} refresh",
+    ),
+    Mutation(
+        name="refresh-fits-whole-logs", file="train/refresh/logs.py",
+        old="    return cut(recordings)[0]\n",
+        new="    return tuple(without_beginning(recording) for recording in recordings)\n",
+        tests=f"{HELD_OUT} refresh",
+    ),
+    Mutation(
+        name="import-starts-from-test-logs", file="tendon_newton/importers/writing.py",
+        old="imported.start_model(split.train)", new="imported.model", tests=f"{HELD_OUT} import",
+    ),
+    Mutation(
+        name="validation-recordings-fitted", file="train/actuator/folds.py",
+        old="fit=tuple(r for r in recordings if r.name not in held)", new="fit=tuple(recordings)",
+        tests="tests/train/actuator/test_windows.py -k validation",
+    ),
+    Mutation(
+        name="cut-log-shares-rows", file="tendon_newton/identification/cutting.py",
+        old="rows_of(recording, slice(row, recording.sample_count)",
+        new="rows_of(recording, slice(row - 40, recording.sample_count)",
+        tests="tests/identification/test_cutting.py",
+    ),
+    # what is certain
+    Mutation(
+        name="intervals-four-times-too-wide", file="tendon_newton/identification/intervals.py",
+        old="WIDENING = 1.5", new="WIDENING = 6.0", tests="tests/identification/test_intervals.py",
+    ),
+    Mutation(
+        name="intervals-half-as-wide", file="tendon_newton/identification/intervals.py",
+        old="WIDENING = 1.5", new="WIDENING = 0.75", tests="tests/identification/test_intervals.py",
+    ),
+    Mutation(
+        name="chance-judged-by-white-noise", file="tendon_newton/diagnosis/detection.py",
+        old="spectrum = np.abs(np.fft.rfft(residual[rows]))",
+        new="spectrum = np.full(len(rows) // 2 + 1, np.std(residual[rows]) * len(rows) ** 0.5)",
+        tests="tests/diagnosis/test_detection.py",
+    ),
+    Mutation(
+        name="large-class-is-an-answer", file="tendon_newton/diagnosis/exam_score.py",
+        old="c if len(c) <= LARGEST_CLASS else c[:1]", new="c",
+        tests="tests/diagnosis/test_exam_report.py",
+    ),
+    # physics, sensors, gradients
+    Mutation(
+        name="delay-in-whole-rows", file="tendon_newton/effects/command_delay.py",
+        old="return time - values[0]",
+        new="return time - real(int(values[0] * real(80.0) + real(0.5))) / real(80.0)",
+        tests=f"{PHYSICS} delay",
+    ),
+    Mutation(
+        name="back-emf-five-per-cent", file="tendon_newton/actuators/pwm_servo.py",
+        old="tendon.angle_rate * p[3])", new="tendon.angle_rate * p[3] * real(1.05))", tests=PWM,
+    ),
+    Mutation(
+        name="rotor-twice", file="tendon_newton/actuators/pwm_servo.py",
+        old="return p[5]", new="return real(2.0) * p[5]", tests=PWM,
+    ),
+    Mutation(
+        name="heat-linear-in-force", file="tendon_newton/effects/torque_fade.py",
+        old="settled = values[0] * force * force", new="settled = values[0] * wp.abs(force)",
+        tests=f"{PHYSICS} fades",
+    ),
+    Mutation(
+        name="offset-the-other-way", file="tendon_newton/effects/position_offset.py",
+        old="return angle + Jet(values[0]", new="return angle - Jet(values[0]",
+        tests="tests/physics/test_sensor_effects_physics.py -k offset",
+    ),
+    Mutation(
+        name="gradient-one-per-cent-short", file="tendon_newton/simulation/trajectory_gradient.py",
+        old="plain_tensor(input_array(rollout, name).grad)",
+        new="(0.99 * plain_tensor(input_array(rollout, name).grad))",
+        tests="tests/physics/test_learned_gradients.py -k torch_reaches",
+    ),
+    Mutation(
+        name="sensor-noise-too-small", file="tendon_newton/identification/noise_floor.py",
+        old="/ np.sqrt(6.0))", new="/ np.sqrt(12.0))",
+        tests="tests/identification/test_noise_floor.py",
+    ),
+    # networks and policies
+    Mutation(
+        name="network-input-unscaled", file="train/actuator/force_network.py",
+        old="- self.input_mean) / self.input_scale", new="- self.input_mean)",
+        tests="tests/train/actuator/test_networks.py -k 'normalisation or about_one'",
+    ),
+    Mutation(
+        name="network-scale-not-taken", file="train/actuator/force_network.py",
+        old="self.input_scale.copy_(inputs.std(dim=0).clamp_min(1.0e-6))",
+        new="self.input_scale.fill_(1.0)",
+        tests="tests/train/actuator/test_networks.py -k about_one",
+    ),
+    Mutation(
+        name="smoothness-free", file="train/policy/reward.py",
+        old="config.smooth_weight * action_change.abs().sum(dim=-1)",
+        new="0.0 * action_change.abs().sum(dim=-1)",
+        tests="tests/train/policy/test_environment.py -k stated_sum",
+    ),
+    Mutation(
+        name="end-of-time-is-a-death", file="train/policy/environment.py",
+        old='{"time_outs": dones.float(), "log": log}',
+        new='{"time_outs": diverged.float(), "log": log}',
+        tests="tests/train/policy/test_environment.py -k say_so",
+    ),
+    Mutation(
+        name="actions-swapped-on-the-bench", file="tendon_newton/policy_observation.py",
+        old="latest = (position, velocity, self._action, self._previous)",
+        new="latest = (position, velocity, self._previous, self._action)",
+        tests="tests/hardware/deploy/test_observation.py",
+    ),
+    # files, units, hardware
+    Mutation(
+        name="revolutions-in-half-turns", file="tendon_newton/importers/mapped_column.py",
+        old='"rev/min": 2.0 * pi / 60.0', new='"rev/min": pi / 60.0',
+        tests="tests/formats/test_import_mapped.py",
+    ),
+    Mutation(
+        name="recording-in-both-splits", file="tendon_newton/dataset.py",
+        old="        if count > 1:\n", new="        if count > 2:\n",
+        tests="tests/formats/test_bad_input_files.py",
+    ),
+    Mutation(
+        name="stamps-in-microseconds", file="tendon_newton/recording_formats/message_streams.py",
+        old="int(header.stamp.sec) * 1_000_000_000", new="int(header.stamp.sec) * 1_000_000",
+        tests="tests/formats/test_mcap.py -k comes_back",
+    ),
+    Mutation(
+        name="tension-rule-twice-as-high", file="hardware/safety.py",
+        old="bounds=lambda limits: (-limits.force, limits.force)",
+        new="bounds=lambda limits: (-limits.force, 2.0 * limits.force)",
+        tests="tests/hardware/deploy/test_safety.py",
+    ),
+    Mutation(
+        name="turn-lost-at-a-restart", file="hardware/servos/spool_angle.py",
+        old="(latest - counts) // self._turn * self._turn", new="0",
+        tests="tests/hardware/servos/test_spool_angle.py",
+    ),
+    Mutation(
+        name="load-cell-without-gravity", file="hardware/load_cells/calibration_fit.py",
+        old="slope, tare, error = line_through(points, gravity)",
+        new="slope, tare, error = line_through(points, 9.7)",
+        tests="tests/hardware/load_cells/test_calibration.py",
+    ),
+)  # fmt: skip
+"""By what they harm. A text that no longer stands in its file must be found its new place."""
+
+
+def find_mutations(names: Sequence[str]) -> tuple[Mutation, ...]:
+    """Return the entries of some names; all if none is given."""
+    known = {mutation.name: mutation for mutation in MUTATIONS}
+    unknown = sorted(set(names) - set(known))
+    if unknown:
+        raise SystemExit(f"no mutation named {', '.join(unknown)}; --list shows all")
+    return tuple(known[name] for name in names) or MUTATIONS
+
+
+def run_tests(tree: Path, tests: str) -> tuple[int, str]:
+    """Run a selection in a tree; return the exit code and the first test that failed."""
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *shlex.split(tests)],
+        cwd=tree, env=os.environ | {"PYTHONPATH": str(tree)}, capture_output=True, text=True,
+        check=False,
+    )  # fmt: skip
+    lines = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
+    return done.returncode, lines[0].split(" - ")[0] if lines else done.stdout[-300:].strip()
+
+
+def check(tree: Path, mutation: Mutation) -> tuple[bool, str]:
+    """Make one mistake in a tree, run its tests, and mend it; return whether they noticed."""
+    file = tree / mutation.file
+    whole = file.read_text(encoding="utf-8")
+    if whole.count(mutation.old) != 1:
+        return False, f"its text stands {whole.count(mutation.old)} times in {mutation.file}"
+    file.write_text(whole.replace(mutation.old, mutation.new), encoding="utf-8")
+    try:
+        code, said = run_tests(tree, mutation.tests)
+    finally:
+        file.write_text(whole, encoding="utf-8")
+    if code == NOT_NOTICED:
+        return False, "no test noticed"
+    return code == NOTICED, said
+
+
+def main() -> int:
+    """Make the chosen mistakes and print a line for each."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("names", nargs="*", metavar="NAME")
+    parser.add_argument("--list", action="store_true", help="show the entries and do nothing")
+    arguments = parser.parse_args()
+    chosen = find_mutations(arguments.names)
+    if arguments.list:
+        for mutation in chosen:
+            print(f"{mutation.name:40s} {mutation.file:50s} {mutation.tests}")
+        return 0
+    missed = 0
+    with tempfile.TemporaryDirectory() as folder:
+        tree = Path(folder) / "tree"
+        shutil.copytree(ROOT, tree, ignore=shutil.ignore_patterns(*NOT_COPIED))
+        sound: dict[str, tuple[int, str]] = {}
+        for mutation in chosen:
+            begin = time.monotonic()
+            if mutation.tests not in sound:
+                sound[mutation.tests] = run_tests(tree, mutation.tests)
+            code, said = sound[mutation.tests]
+            if code == NOT_NOTICED:
+                noticed, said = check(tree, mutation)
+            else:
+                noticed, said = False, f"its tests fail without it: {said}"
+            missed += not noticed
+            spent = time.monotonic() - begin
+            word = "caught" if noticed else "MISSED"
+            print(f"{word} {mutation.name:40s} {spent:4.0f} s  {said}", flush=True)
+    print(f"{len(chosen) - missed} of {len(chosen)} caught")
+    return int(missed > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

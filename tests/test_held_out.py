@@ -1,0 +1,31 @@
+"""Held out stays held out: nothing but a report depends on a test recording, in any verb."""
+
+from pathlib import Path
+
+import pytest
+
+from tendon_newton.cli import VERBS
+from tests.held_out import CASES, NO_DATASET, differences
+
+
+@pytest.fixture(autouse=True)
+def own_trust(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Keep the list of trusted networks in the test's own folder."""
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+    monkeypatch.delenv("TENDON_NEWTON_TRUST", raising=False)
+
+
+def test_every_verb_is_looked_at() -> None:
+    """A verb either has a case or is known to read no dataset."""
+    assert sorted([*CASES, *NO_DATASET]) == sorted(VERBS)
+
+
+SLOW = {"reproduce": pytest.mark.slow}
+
+
+@pytest.mark.parametrize("verb", [pytest.param(v, marks=SLOW.get(v, ())) for v in CASES])
+def test_nothing_but_the_report_depends_on_a_test_recording(verb: str, tmp_path: Path) -> None:
+    """Test recordings turned to noise: the same models and names, to the bit; another report."""
+    folder = tmp_path / verb
+    folder.mkdir()
+    assert differences(verb, folder) == []
