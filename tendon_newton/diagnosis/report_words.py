@@ -22,6 +22,8 @@ SENTENCES: dict[str, str] = {
     "force_saturation": "The servo's force stops at {limit}",
     "gain_drift": "The servo's gain [rises|fades] by {rate:size} of its start",
     "gain_error": "The servo's force for the same position error is {scale:than}",
+    "gear_load_friction": "The servo's gear rubs with {coefficient} of what motor and tendon press "
+    "it with",
     "gravity_misalignment": "The bench is tilted by {angle:size}, [against|with] the tendon's pull",
     "inertia_error": "The inertia of the moving parts is {scale:than}",
     "joint_damping_error": "The joints' damping is {scale:than}",
@@ -33,6 +35,8 @@ SENTENCES: dict[str, str] = {
     "load_cell_gain": "What the load cell reads is {scale:than}",
     "load_cell_lag": "The load cell follows with a lag of {time_constant}",
     "load_dependent_friction": "Friction in the servo eats {coefficient} of the tension",
+    "load_stribeck_friction": "The servo's gear holds {static_coefficient} of what motor and "
+    "tendon press it with, and rubs with {coefficient} as it moves",
     "obstruction": "Something is in the way from a motor angle of {position} on",
     "position_offset": "The encoder's zero is {angle:size} too [low|high]",
     "routing_friction": "Friction along the tendon's path has a capstan exponent of {exponent}",
@@ -58,8 +62,11 @@ FINER: dict[str, tuple[float, float, str]] = {
     "1/s": (0.1, 1e-2, "% per second"),
 }
 SHARES = (
+    ("gear_load_friction", "coefficient"),
     ("joint_dry_friction", "fraction"),
     ("load_dependent_friction", "coefficient"),
+    ("load_stribeck_friction", "coefficient"),
+    ("load_stribeck_friction", "static_coefficient"),
     ("viscoelastic_spring", "stiffness_ratio"),
 )
 """(effect, parameter) without a unit that reads best in per cent."""
