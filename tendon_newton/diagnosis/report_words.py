@@ -11,8 +11,8 @@ from tendon_newton.diagnosis.result import Diagnosis, Estimate, NamedEffect
 from tendon_newton.effects import find_effect
 
 SENTENCES: dict[str, str] = {
-    # {parameter} is the number with its unit, {parameter:size} without its sign, {parameter:number}
-    # without its unit, {parameter:than} a scale in comparison with the model; of [a|b] a stands
+    # {parameter} is the number with its unit, {parameter:size} without its sign, {parameter:loss}
+    # for each rad/s, {parameter:than} a scale in comparison with the model; of [a|b] a stands
     # below the null of the first parameter and b above.
     "actuator_lag": "The servo's force follows with a lag of {time_constant}",
     "backlash": "The gear has {width} of play",
@@ -49,7 +49,7 @@ SENTENCES: dict[str, str] = {
     "tendon_slack": "The tendon has {length} of slack",
     "torque_fade": "The servo tires under load, within {time_constant}",
     "viscoelastic_spring": "The return springs creep with a time constant of {relaxation_time}",
-    "viscous_friction": "The servo loses {coefficient:number} N for every rad/s at which it turns",
+    "viscous_friction": "The servo loses {coefficient:loss} for every rad/s at which it turns",
 }
 """What a cause means for a bench; an effect without one is told by its docstring's first line."""
 
@@ -141,8 +141,8 @@ def field(effect: NamedEffect, parameter: str, form: str | None) -> str:
     estimate = effect.parameters[parameter]
     if form == "than":
         return comparison(estimate.value)
-    if form == "number":
-        return number(estimate.value)
+    if form == "loss":
+        return f"{number(estimate.value)} {estimate.unit.removesuffix(' s/rad')}"
     value = abs(estimate.value) if form == "size" else estimate.value
     if is_share(effect.name, parameter):
         return f"{number(100.0 * value)} %"

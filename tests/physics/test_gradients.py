@@ -46,7 +46,7 @@ TIRING = {
 GEARS = (
     {"gear_load_friction": {"coefficient": 0.1}},
     {"load_stribeck_friction": {
-        "coefficient": 0.08, "static_coefficient": 0.1, "stribeck_velocity": 1.0,
+        "coefficient": 0.08, "static_coefficient": 0.12, "stribeck_velocity": 2.0,
     }},
 )  # fmt: skip
 FRICTION = (1.0e-3, 5.0e-4)  # N m, at the joints
@@ -162,7 +162,10 @@ def test_gradients_by_a_motor_that_tires() -> None:
 
 @pytest.mark.parametrize("gear", GEARS, ids=lambda gear: next(iter(gear)))
 def test_gradients_by_a_gear_under_load(gear: dict[str, dict[str, float]]) -> None:
-    """Both sides' load, sliding and breaking away, beside viscous friction."""
+    """Both sides' load, sliding and breaking away, beside viscous friction.
+
+    It falls so slowly with speed that the finger does not chatter, where differences mean nothing.
+    """
     check_gradients(make_rollout({"viscous_friction": {"coefficient": 0.3}, **gear}), ())
 
 
