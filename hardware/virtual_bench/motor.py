@@ -23,7 +23,7 @@ class Motor:
     a tendon at zero duty. Back-EMF and viscous friction are implicit; friction is an impulse that
     at most brings the shaft to rest, so it sticks exactly and never adds power.
 
-    Source: Duclusaud et al. (2025), model M5 without its quadratic term.
+    Source: Duclusaud et al. (2025), model M5 without what its load terms have more at rest.
     """
 
     __slots__ = (

@@ -46,27 +46,60 @@ Effect = tuple[str, dict[str, Any]]
 
 
 def actuator_effects(unit: Unit) -> list[Effect]:
-    """Return what lies between the command and the load cell."""
+    """Return what lies between the command and the load cell.
+
+    Friction by load is what `load_dependent_friction` amounts to, and all that stands before it
+    what it then has to be; see `quasi_static_gear`.
+    """
     c = unit.servo
-    damping = c.torque_constant**2 / c.resistance + c.viscous_friction
+    coefficient, gain = quasi_static_gear(c.motor_load_friction, c.tendon_load_friction)
+    share = 1.0 / (1.0 + c.motor_load_friction * c.tendon_load_friction)
+    dry = share * c.dry_friction / c.spool_radius
+    damping = gain * c.torque_constant**2 / c.resistance + share * c.viscous_friction
     return [
         ("command_delay", {}),  # where the host closes the loop: its duty stands for 50 ms
         (
             "stribeck_friction",
             {
                 "parameters": {
-                    "coulomb_force": c.dry_friction / c.spool_radius,
-                    "static_force": c.dry_friction * (1.0 + c.stick_excess) / c.spool_radius,
+                    "coulomb_force": dry,
+                    "static_force": dry * (1.0 + c.stick_excess),
                     "stribeck_velocity": c.stribeck_speed,
                 }
             },
         ),
         ("viscous_friction", {"parameters": {"coefficient": damping / c.spool_radius}}),
-        ("load_dependent_friction", {"parameters": {"coefficient": c.tendon_load_friction}}),
+        ("load_dependent_friction", {"parameters": {"coefficient": coefficient}}),
         ("holding_friction", {}),
         ("voltage_sag", {}),
-        ("gain_error", {}),
+        ("gain_error", {"parameters": {"scale": gain}}),  # beside the unit's own motor constants
     ]
+
+
+def quasi_static_gear(motor: float, load: float) -> tuple[float, float]:
+    r"""Return what friction by both sides' load amounts to beside friction by the output's load.
+
+    A gear that loses :math:`c_m |F_m| + c_e F` and a friction :math:`C` gives, at a constant speed
+    on the side :math:`s = \pm 1`,
+
+    .. math:: F = \frac{(1 - s c_m) F_m - s C}{1 + s c_e}
+        = \frac{g F_m - s C'}{1 + s \mu}, \quad
+        \mu = \frac{c_m + c_e}{1 + c_m c_e}, \quad g = \frac{1 - c_m^2}{1 + c_m c_e}
+
+    since :math:`(1 + s c_m)(1 + s c_e) = (1 + c_m c_e)(1 + s \mu)`: `load_dependent_friction` of
+    :math:`\mu` on a motor whose force is :math:`g` times as large. Both hold for winding in and
+    for winding out; :math:`C' = C (1 + s c_m) / (1 + c_m c_e)` is :math:`C / (1 + c_m c_e)` in the
+    mean of the two. With :math:`c_m = c_e = K` it is `gear_load_friction`.
+
+    Args:
+        motor: c_m, friction by what the motor presses the gear's teeth with [1].
+        load: c_e, friction by what the tendon presses them with [1].
+
+    Returns:
+        Coefficient mu and gain g [1].
+    """
+    both = 1.0 + motor * load
+    return (motor + load) / both, (1.0 - motor * motor) / both
 
 
 def transmission_effects(unit: Unit) -> list[Effect]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
 from tendon_newton.parameters import Parameter
@@ -30,3 +31,17 @@ class Actuator:
     """Parameter by which it answers a small turn of its shaft [N/rad]; None where none tells."""
     armature: ClassVar[Callable[..., Any]]
     """Device function (p) -> real: inertia of rotor and gear at the spool [kg m2]."""
+
+    @classmethod
+    def static_force(cls, values: Mapping[str, float | str], error: float, radius: float) -> float:
+        """Return the force [N], or torque [N m] of a shaft, for a standing position error.
+
+        Args:
+            values: The actuator's numbers.
+            error: Position error [rad].
+            radius: Of the spool [m]; a shaft counts as 1 m.
+
+        Returns:
+            It, before the limit of the bench's servo; infinite where nothing tells.
+        """
+        return math.inf if cls.stiffness is None else float(values[cls.stiffness]) * error

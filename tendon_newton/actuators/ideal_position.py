@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from tendon_newton.actuators.base import Actuator
@@ -23,6 +24,11 @@ class IdealPosition(Actuator):
     name = "ideal_position"
     parameters = ()
     kinematic = True
+
+    @classmethod
+    def static_force(cls, values: Mapping[str, float | str], error: float, radius: float) -> float:
+        """None is known."""
+        return 0.0
 
     @staticmethod
     @device_template

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from tendon_newton.actuators.base import Actuator
@@ -53,6 +54,14 @@ class PwmServo(Actuator):
             source="rotor inertia times the square of a gear ratio of 100 to 400",
         ),
     )  # fmt: skip
+
+    @classmethod
+    def static_force(cls, values: Mapping[str, float | str], error: float, radius: float) -> float:
+        """F = k_t u V / (R r) at rest."""
+        known = {name: float(value) for name, value in values.items() if name != "file"}
+        duty = min(known["duty_per_rad"] * error, known["max_duty"])
+        current = duty * known["supply_voltage"] / known["resistance"]
+        return known["torque_constant"] * current / radius
 
     @staticmethod
     @device_template

@@ -97,6 +97,7 @@ def summary(diagnosis: Diagnosis) -> str:
     """Return the result as a table for a terminal."""
     from tendon_newton.diagnosis.report_doubts import doubts
 
+    force = diagnosis.scale
     lines = ["", VERDICTS[diagnosis.verdict], ""]
     for effect in diagnosis.effects:
         numbers = ", ".join(
@@ -113,7 +114,7 @@ def summary(diagnosis: Diagnosis) -> str:
     for label, name, scale, unit in (
         ("motor angle, RMS", "theta_rmse", 1e3, "mrad"),
         ("motor angle, mean abs.", "theta_mae", 1e3, "mrad"),
-        ("tension, RMS", "force_rmse", 1.0, "N"),
+        (f"{force.force_name}, RMS", "force_rmse", 1.0, force.force_unit),
     ):
         before, after = getattr(diagnosis.baseline, name), getattr(diagnosis.extended, name)
         if before is not None and after is not None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_newton.diagnosis.search import FORM_FORCE, FORM_THETA, Fit, Search, trimmed_size
+from tendon_newton.diagnosis.search import Fit, Search, form_scales, trimmed_size
 from tendon_newton.effects import find_effect
 from tendon_newton.identification.noise_floor import NoiseFloor
 
@@ -18,7 +18,7 @@ EXCESS = 1.35
 FORM_ALLOWANCE = 3.0
 """With dry friction in the model its form error may be this many times the typical one."""
 COUNT = 1.5e-3
-"""Gap of the motor angle [rad] that a 12-bit encoder shows as one count."""
+"""Gap of the motor angle [rad] that a 12-bit encoder shows as one count, on a nominal spool."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,9 +52,13 @@ def is_noise(search: Search, fit: Fit, noise: NoiseFloor, known: Sequence[str]) 
         known: Effects that the starting model has.
     """
     dry = any(find_effect(name).dry for name in (*known, *fit.effects))
-    limit_theta = np.hypot(EXCESS * noise.theta, FORM_ALLOWANCE * FORM_THETA if dry else COUNT)
+    scale = search.study.scale
+    form = form_scales(scale)
+    limit_theta = np.hypot(
+        EXCESS * noise.theta, FORM_ALLOWANCE * form.theta if dry else COUNT * scale.turn
+    )
     limit_force = np.hypot(
-        EXCESS * (noise.force or 0.0), FORM_ALLOWANCE * FORM_FORCE if dry else 0.0
+        EXCESS * (noise.force or 0.0), FORM_ALLOWANCE * form.force if dry else 0.0
     )
     left = residual_sizes(search, fit)
     return bool(left.theta <= limit_theta and (left.force is None or left.force <= limit_force))

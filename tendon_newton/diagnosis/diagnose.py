@@ -48,6 +48,9 @@ SEARCH_STEP = 5.0e-4
 """Simulation step while searching [s]; the reported errors use the finer default."""
 LEAST_EXPLAINED = 0.5
 """Causes that explain less of the gap than this are not named: something else is the matter."""
+WORTH_SAYING = 0.1
+"""Share of the gap from which a candidate at its bound is told in a sentence, not in the table
+alone."""
 SEED = 0
 """Of the surrogates and the bootstrap: the same data give the same diagnosis."""
 
@@ -115,6 +118,7 @@ def conclude(
     low, high = fraction_interval(before, after, train.noise, rng)
     shown = final or attribution.rounds[0].current
     structure = find_structure(train, extended)
+    scores = candidate_scores(search, attribution)
     diagnosis = Diagnosis(
         verdict=verdict,
         wall_time_s=time.monotonic() - start,
@@ -125,7 +129,7 @@ def conclude(
         explained_fraction=fraction,
         explained_interval=(low, high),
         effects=named_effects(search, attribution, final, partial, model),
-        candidates=candidate_scores(search, attribution),
+        candidates=scores,
         unexplained=Unexplained(
             fraction=remaining_fraction(verdict, fraction),
             depends_on=structure.depends_on
@@ -137,8 +141,9 @@ def conclude(
         p_value=attribution.p_value,
         fitted=fitted_numbers(search, shown),
         confounded=confounded_numbers(search, shown),
+        scale=train.scale,
         recorded=settings_of(train.recordings),
-        notes=notes(search),
+        notes=(*notes(search), *ended_at_bounds(search, scores, effects_of(final))),
     )
     return diagnosis, Evidence(baseline=baseline, extended=extended, test=test, train=train)
 
@@ -225,6 +230,7 @@ def open_class(
         without=model_without(extended, effect),
         settings=settings_of(search.study.recordings),
         noise=search.study.noise,
+        scale=search.study.scale,
     )
 
 
@@ -249,7 +255,7 @@ def estimates(
     out = {}
     for place, column in enumerate(candidate.columns):
         if column in columns:
-            parameter = search.study.table.owners[column][1]
+            parameter = search.study.parameter(column)
             value = float(candidate.value[place])
             ci95 = (float(bounds[place, 0]), float(bounds[place, 1]))
             out[parameter.name] = Estimate(
@@ -289,16 +295,40 @@ def candidate_scores(search: Search, attribution: Attribution) -> tuple[Candidat
             name=fit.effects[-1],
             score=(first.current.loss - fit.loss) / above,
             values=search.study.table.values(fit.effects[-1], full_vector(search, fit.candidate)),
+            at_bound=first.ended[fit.effects[-1]],
         )
         for fit in first.fits
     ]
     followed = {score.name for score in scores}
     rest = sorted((loss, name) for name, loss in first.coarse.items() if name not in followed)
     scores += [
-        CandidateScore(name=name, score=1.0 - loss / max(first.coarse_current, 1.0e-12), values={})
+        CandidateScore(
+            name=name,
+            score=1.0 - loss / max(first.coarse_current, 1.0e-12),
+            values={},
+            at_bound=first.ended[name],
+        )
         for loss, name in rest
     ]
     return tuple(scores)
+
+
+def ended_at_bounds(
+    search: Search, scores: Sequence[CandidateScore], named: Sequence[str]
+) -> tuple[str, ...]:
+    """Say which candidates would explain much if their ranges were wider."""
+    table = search.study.table
+    units = {(owner, p.name): p.unit for owner, p in table.owners}
+    return tuple(
+        f"{score.name} is at its bound ("
+        + ", ".join(
+            f"{name} = {value:.3g} {units[score.name, name].removesuffix('1')}".rstrip()
+            for name, value in score.at_bound.items()
+        )
+        + f") and so cannot be named; alone it removes {100.0 * score.score:.0f} % of the gap."
+        for score in scores
+        if score.at_bound and score.name not in named and score.score > WORTH_SAYING
+    )
 
 
 def full_vector(search: Search, candidate: Candidate) -> Array:

@@ -7,13 +7,14 @@ missed, as in sparse regression of equations: Brunton, Proctor and Kutz, PNAS 11
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import atan2, hypot
 from typing import Any
 
 import numpy as np
 
-from tendon_newton.diagnosis.remainder import SIDES, Remainder, Side
+from tendon_newton.diagnosis.remainder import Remainder, Side, side_words
+from tendon_newton.parameters import BenchScale
 from tendon_newton.recording import Array, Indices, Mask
 
 MOST_TERMS = 3
@@ -53,6 +54,8 @@ class Equation:
     """The constant first, then the strongest."""
     held_out_r2: float
     """Share of the variance predicted on recordings that neither terms nor numbers have seen."""
+    scale: BenchScale = field(default_factory=BenchScale)
+    """Of the benches."""
 
     def to_json(self) -> dict[str, Any]:
         """Return it for ``diagnosis.json``."""
@@ -64,7 +67,7 @@ class Equation:
 
     def text(self) -> str:
         """Return it as a line."""
-        name, unit = SIDES[self.side]
+        name, unit = side_words(self.side, self.scale)
         largest = max(abs(term.coefficient) for term in self.terms)
         worth = [t for t in self.terms if t.function or abs(t.coefficient) > 0.03 * largest]
         parts = [f"{t.coefficient:+.3g} {t.function}".rstrip() for t in worth]
@@ -113,7 +116,9 @@ def find_equation(
         return None
     chosen = [atoms[k] for k in pursue(atoms, y)]
     terms = written(chosen, solve(chosen, y))
-    return Equation(side=remainder.side, terms=terms, held_out_r2=r2) if chosen else None
+    if not chosen:
+        return None
+    return Equation(side=remainder.side, terms=terms, held_out_r2=r2, scale=remainder.scale)
 
 
 def library(signals: Mapping[str, Array], strongest: Sequence[str]) -> list[Atom]:

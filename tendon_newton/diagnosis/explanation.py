@@ -9,6 +9,7 @@ from typing import Any
 from tendon_newton.bench_overrides import BenchOverrides, write_bench_overrides
 from tendon_newton.identification.noise_floor import NoiseFloor
 from tendon_newton.model_file import Model
+from tendon_newton.parameters import BenchScale
 from tendon_newton.recording import Recording
 
 
@@ -93,6 +94,8 @@ class OpenClass:
     """The extended model less the named cause."""
     settings: tuple[Setting, ...]
     noise: NoiseFloor
+    scale: BenchScale = field(default_factory=BenchScale)
+    """How large the benches are."""
 
 
 def settings_of(recordings: Sequence[Recording]) -> tuple[Setting, ...]:

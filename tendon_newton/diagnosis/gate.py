@@ -9,7 +9,7 @@ import numpy as np
 
 from tendon_newton.diagnosis.adequacy import COUNT, is_noise, residual_sizes
 from tendon_newton.diagnosis.detection import gain_p_value
-from tendon_newton.diagnosis.search import Fit, Round, Search, parameter_count
+from tendon_newton.diagnosis.search import Fit, Round, Search, at_bounds, parameter_count
 from tendon_newton.effects import find_effect
 from tendon_newton.identification.intervals import intervals
 from tendon_newton.identification.least_squares import Candidate
@@ -38,7 +38,8 @@ STATED_T = 2.1
 """The same once a model's unknown numbers are what it states: by chance it is passed in a share of
 `P_VALUE`, and no number that could be anything is left to widen it."""
 LEAST_FORCE = 0.01
-"""Change of the force [N] that is worth a name; of the motor angle it is one count."""
+"""Change of the force [N] that is worth a name on a nominal bench; of the motor angle it is one
+count."""
 EQUAL_SHARE = 0.01
 """Losses closer than this share of the gain count as equal, however small their standard error."""
 SMALL_SHARE = 0.2
@@ -117,7 +118,8 @@ class Gate:
         before, after = (residual_sizes(self.search, f) for f in (tried.current, fit))
         theta = before.theta**2 - after.theta**2
         force = (before.force or 0.0) ** 2 - (after.force or 0.0) ** 2
-        return theta > COUNT**2 or force > LEAST_FORCE**2
+        scale = self.search.study.scale
+        return theta > (COUNT * scale.turn) ** 2 or force > (LEAST_FORCE * scale.force) ** 2
 
     def excludes_null(self, fit: Fit) -> bool:
         """Tell whether a strength of a fit's last effect is known to differ from none."""
@@ -230,8 +232,4 @@ def part_losses(search: Search, losses: Array) -> Array:
 
 def at_bound(fit: Fit) -> bool:
     """Tell whether the last effect of a fit ended at a parameter's bound other than its null."""
-    count = parameter_count(fit.effects[-1:])
-    parameters = find_effect(fit.effects[-1]).parameters
-    c = fit.candidate
-    rows = zip(parameters, c.value[-count:], c.lower[-count:], c.upper[-count:], strict=True)
-    return any(value in (low, high) and value != p.null for p, value, low, high in rows)
+    return bool(at_bounds(fit.candidate, fit.effects[-1]))

@@ -9,10 +9,9 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from tendon_newton.diagnosis.explanation import Explanation
-from tendon_newton.diagnosis.search import FORM_FORCE, FORM_THETA
 from tendon_newton.identification.least_squares import STEP_FLOOR, STEP_SHARE
 from tendon_newton.identification.noise_floor import NoiseFloor
-from tendon_newton.identification.objective import loss_terms
+from tendon_newton.identification.objective import Scales, loss_terms
 from tendon_newton.identification.study import Residual, Study
 from tendon_newton.recording import Array
 
@@ -54,7 +53,7 @@ class Trial:
         for owner in shared:
             for name, estimate in explanation.numbers[owner].items():
                 column = study.table.column(owner, name)
-                parameter = study.table.owners[column][1]
+                parameter = study.parameter(column)
                 value = float(np.clip(estimate.value, parameter.lower, parameter.upper))
                 step = STEP_SHARE * abs(value) + STEP_FLOOR * (parameter.upper - parameter.lower)
                 values[column] = value
@@ -83,7 +82,7 @@ class Trial:
 
 
 def find_likenesses(
-    residual: Residual, trials: Sequence[Trial], noise: NoiseFloor
+    residual: Residual, trials: Sequence[Trial], noise: NoiseFloor, form: Scales
 ) -> tuple[Likeness, ...]:
     """Return for each two causes how well the better imitator of them imitates, on one run.
 
@@ -92,13 +91,14 @@ def find_likenesses(
             models.
         trials: The causes.
         noise: Of the sensors.
+        form: By how much simple laws miss.
     """
     rows = residual.theta.shape[1]
-    signals, floor, left = -residual.theta, [noise.theta], [max(FORM_THETA, noise.theta)]
+    signals, floor, left = -residual.theta, [noise.theta], [max(form.theta, noise.theta)]
     if residual.force is not None and noise.force is not None:
         signals = np.concatenate([signals, -residual.force], axis=1)
         floor.append(noise.force)
-        left.append(max(FORM_FORCE, noise.force))
+        left.append(max(form.force, noise.force))
     unit = np.repeat(left, rows)
     scaled, quiet = signals / unit, np.repeat(floor, rows) / unit
     starts = np.cumsum([1, *(len(trial.models) for trial in trials)])

@@ -20,6 +20,7 @@ from tendon_newton.errors import InvalidDiagnosis, TendonNewtonError, listed, sh
 from tendon_newton.identification.noise_floor import NoiseFloor
 from tendon_newton.json_file import read_json
 from tendon_newton.model_file import load_model
+from tendon_newton.parameters import BenchScale
 from tendon_newton.text_file import finite_number
 
 FILE = "diagnosis.json"
@@ -59,6 +60,7 @@ def read_open_class(folder: Path, cause: str | None = None) -> OpenClass:
         without=model_without(load_model(folder / "model.toml"), chosen),
         settings=tuple(read_setting(row, path) for row in read_rows(table, "recorded", str(path))),
         noise=read_noise(table, str(path)),
+        scale=read_scale(table, str(path)),
     )
 
 
@@ -114,6 +116,22 @@ def read_setting(row: Mapping[str, Any], path: Path) -> Setting:
         bench_overrides=bench,
         actuator_overrides=known,
     )
+
+
+def read_scale(table: Mapping[str, Any], where: str) -> BenchScale:
+    """Read how large the benches are; without a word they are of the nominal size."""
+    own = table.get("scale", {})
+    if not isinstance(own, dict):
+        raise InvalidDiagnosis(f"{where}: scale must be an object; it is {came(table, 'scale')}")
+    numbers = {
+        key: read_number(own, key, f"{where}: scale")
+        for key in ("force", "travel", "turn")
+        if key in own
+    }
+    for key, value in numbers.items():
+        if value <= 0.0:
+            raise InvalidDiagnosis(f"{where}: scale: {key} must be > 0; it is {value:g}")
+    return BenchScale(**numbers, is_shaft=own.get("is_shaft") is True)
 
 
 def read_noise(table: Mapping[str, Any], where: str) -> NoiseFloor:

@@ -3,27 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
 
 from tendon_newton.identification.study import Study, replacements
+from tendon_newton.parameters import BenchScale
 from tendon_newton.recording import Array, Indices, Mask, Recording
 
 Side = Literal["servo", "mechanism", "whole"]
-SIDES: dict[Side, tuple[str, str]] = {
-    # side -> what is measured of it, and its unit
-    "servo": ("tendon force at the measured motion", "N"),
-    "mechanism": ("motor angle at the measured force", "rad"),
-    "whole": ("motor angle", "rad"),
-}
 RECENT = 0.1
 """How far back the change of command and force looks [s]."""
 TURNED = 0.05
 """Speed from which a direction counts as a direction [rad/s]."""
 TAUT = 0.05
-"""Tension from which the servo's slopes are taken [N]."""
+"""Tension from which the servo's slopes are taken on a nominal bench [N]."""
 OUTLIERS = 0.005
 """Share of the rows whose size is cut: the rows of jumps must not decide."""
 
@@ -39,11 +34,20 @@ class Remainder:
     """Name -> value at each row, shape (M,)."""
     recording: Indices
     """Index of each row's recording, shape (M,)."""
+    scale: BenchScale = field(default_factory=BenchScale)
+    """Of the benches."""
 
     @property
     def size(self) -> float:
         """Root mean square of the residual [N or rad]."""
         return float(np.sqrt(np.mean(self.residual**2)))
+
+
+def side_words(side: Side, scale: BenchScale) -> tuple[str, str]:
+    """Return what is measured of a side, and its unit."""
+    if side == "servo":
+        return f"{scale.force_name} at the measured motion", scale.force_unit
+    return "motor angle" if side == "whole" else "motor angle at the measured force", "rad"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,15 +104,18 @@ def find_remainders(study: Study, values: Mapping[int, float]) -> tuple[Remainde
     ]
     both = [r for r in rows if r.force is not None and r.recording.command is not None]
     if len(both) < len(rows):
-        return (collect("whole", rows, [r.theta for r in rows]),)
-    stiffness = servo_stiffness(both)
+        return (collect("whole", rows, [r.theta for r in rows], study.scale),)
+    stiffness = servo_stiffness(both, TAUT * study.scale.force)
     servo = [r.force + stiffness * r.theta for r in both if r.force is not None]
     give = {bench: mechanism_give(both, bench) for bench in {r.recording.bench for r in both}}
     mechanism = [r.theta - give[r.recording.bench] * r.force for r in both if r.force is not None]
-    return (collect("servo", both, servo), collect("mechanism", both, mechanism))
+    return (
+        collect("servo", both, servo, study.scale),
+        collect("mechanism", both, mechanism, study.scale),
+    )
 
 
-def servo_stiffness(rows: list[Rows]) -> float:
+def servo_stiffness(rows: list[Rows], taut: float) -> float:
     """Return how the model's force falls with the angle [N/rad], its friction set aside.
 
     Taken from the simulated signals, so that it holds for every actuator model.
@@ -120,7 +127,7 @@ def servo_stiffness(rows: list[Rows]) -> float:
         assert tension is not None
         moving = np.sign(speed) * (np.abs(speed) > TURNED)
         table = np.stack([command[:, 0] - r.angle, moving, speed, np.ones_like(speed), tension], 1)
-        parts.append(table[tension > TAUT])
+        parts.append(table[tension > taut])
     table = np.concatenate(parts)
     if len(table) < table.shape[1]:
         return 0.0
@@ -136,7 +143,7 @@ def mechanism_give(rows: list[Rows], bench: str) -> float:
     return float(np.cov(tension, angle)[0, 1] / spread) if spread > 0.0 else 0.0
 
 
-def collect(side: Side, rows: list[Rows], residuals: list[Array]) -> Remainder:
+def collect(side: Side, rows: list[Rows], residuals: list[Array], scale: BenchScale) -> Remainder:
     """Put all recordings in a row; rows with an unknown past are left out."""
     tables = [signals_of(side, r) for r in rows]
     names = [name for name in tables[0] if all(name in table for table in tables)]
@@ -154,6 +161,7 @@ def collect(side: Side, rows: list[Rows], residuals: list[Array]) -> Remainder:
         recording=np.concatenate(
             [np.full(int(k.sum()), r.index) for r, k in zip(rows, kept, strict=True)]
         ),
+        scale=scale,
     )
 
 

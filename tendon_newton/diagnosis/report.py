@@ -17,7 +17,7 @@ from tendon_newton.diagnosis.held_out import (
 )
 from tendon_newton.diagnosis.report_captions import captions
 from tendon_newton.diagnosis.report_doubts import doubts
-from tendon_newton.diagnosis.report_figures import NAMES, Panels, short
+from tendon_newton.diagnosis.report_figures import SIGNALS, Panels, short
 from tendon_newton.diagnosis.report_tables import (
     cause_rows,
     detail_rows,
@@ -112,7 +112,7 @@ def pictures(diagnosis: Diagnosis, comparisons: tuple[Comparison, ...]) -> Mappi
     """Draw all panels."""
     panels = Panels(diagnosis, comparisons)
     windows = telling_windows(comparisons, gap=diagnosis.verdict != "no_gap")
-    sizes = {signal: panels.before(signal) for signal in NAMES}
+    sizes = {signal: panels.before(signal) for signal in SIGNALS}
     worst = max(comparisons, key=lambda c: float(row_weights(c, sizes).sum()))
     return {
         "windows": [

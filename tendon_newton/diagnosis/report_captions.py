@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from tendon_newton.diagnosis.held_out import WINDOW
-from tendon_newton.diagnosis.remainder import SIDES
+from tendon_newton.diagnosis.remainder import side_words
 from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.diagnosis.structure import SURROGATES
 
@@ -142,7 +142,7 @@ def structure_sentence(diagnosis: Diagnosis) -> str:
             "signals: it depends on something that was not recorded, on chance, or on a longer "
             "past. See when it occurs, above."
         )
-    what, _ = SIDES[structure.side]
+    what, _ = side_words(structure.side, structure.scale)
     words = [SIGNAL_WORDS.get(name, name) for name in structure.depends_on]
     order = ", the strongest first" if len(words) > 1 else ""
     first = (

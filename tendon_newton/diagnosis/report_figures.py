@@ -14,25 +14,21 @@ from tendon_newton.diagnosis.held_out import (
     pooled_rms,
 )
 from tendon_newton.diagnosis.inline_svg import AFTER, BEFORE, FAINT, GREY, INK, svg
-from tendon_newton.diagnosis.remainder import SIDES
+from tendon_newton.diagnosis.remainder import side_words
 from tendon_newton.diagnosis.report_words import number
 from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.diagnosis.structure import Profile, Structure
 
 PANEL = (4.6, 2.5)
 """Width and height of a panel [inch]."""
-SCALES = {"theta": (1e3, "mrad"), "force": (1.0, "N")}
-"""What a residual is multiplied with, and its unit then."""
-NAMES = {"theta": "motor angle", "force": "tendon force"}
+SIGNALS = ("theta", "force")
 AXES = {
     "theta": "motor angle [rad]",
     "theta_dot": "motor speed [rad/s]",
     "theta_d": "commanded angle [rad]",
-    "force": "tendon force [N]",
     "t": "time since the start [s]",
     "time_since_reversal": "time since the motion turned round [s]",
     "theta_d_change": "change of the command within 0.1 s [rad]",
-    "force_change": "change of the modelled force within 0.1 s [N]",
     "temperature": "temperature [°C]",
     "voltage": "supply voltage [V]",
 }
@@ -60,6 +56,23 @@ class Panels:
         )
         self.signals = [s for s in ("theta", "force") if len(pooled(comparisons, s, 0))]
 
+    def unit(self, signal: str) -> tuple[float, str]:
+        """Return what a residual is multiplied with, and its unit then."""
+        return (1.0, self.diagnosis.scale.force_unit) if signal == "force" else (1e3, "mrad")
+
+    def name(self, signal: str) -> str:
+        """Name what was measured."""
+        return self.diagnosis.scale.force_name if signal == "force" else "motor angle"
+
+    def axis(self, signal: str) -> str:
+        """Label an axis with a signal."""
+        scale = self.diagnosis.scale
+        own = {
+            "force": f"{scale.force_name} [{scale.force_unit}]",
+            "force_change": f"change of the modelled force within 0.1 s [{scale.force_unit}]",
+        }
+        return own.get(signal) or AXES.get(signal, signal)
+
     def before(self, signal: str) -> float:
         """Return the starting model's pooled error, one where there is none."""
         return pooled_rms(self.comparisons, signal, 0) or 1.0
@@ -79,16 +92,16 @@ class Panels:
                 axes.plot(*broken_at_gaps(time, simulated), color=color, label=label,
                           linestyle=("--", "-")[which], linewidth=1.5)  # fmt: skip
             axes.set_xlabel("time [s]")
-            axes.set_ylabel(AXES[signal])
+            axes.set_ylabel(self.axis(signal))
             axes.margins(x=0.0)
 
         return svg(
-            name, f"{NAMES[signal]} of {c.recording.name}, measured and simulated", PANEL, draw
+            name, f"{self.name(signal)} of {c.recording.name}, measured and simulated", PANEL, draw
         )
 
     def residual_trace(self, name: str, comparison: Comparison, signal: str) -> str:
         """Draw a whole recording's residual against the noise floor."""
-        scale, unit = SCALES[signal]
+        scale, unit = self.unit(signal)
         residual = comparison.residual(signal)
         assert residual is not None
 
@@ -101,19 +114,19 @@ class Panels:
                     linewidth=1.0,
                 )
             axes.set_xlabel("time [s]")
-            axes.set_ylabel(f"{NAMES[signal]},\nmeasured − simulated [{unit}]")
+            axes.set_ylabel(f"{self.name(signal)},\nmeasured − simulated [{unit}]")
             axes.margins(x=0.0)
 
         return svg(
             name,
-            f"residual of the {NAMES[signal]} over time, {comparison.recording.name}",
+            f"residual of the {self.name(signal)} over time, {comparison.recording.name}",
             PANEL,
             draw,
         )
 
     def residual_spread(self, name: str, signal: str) -> str:
         """Draw how often each size of residual occurs, sizes in equal ratios."""
-        scale, unit = SCALES[signal]
+        scale, unit = self.unit(signal)
         sizes = [np.abs(scale * pooled(self.comparisons, signal, w)) for w, _, _ in self.curves]
         floor = scale * (self.floors[signal] or 0.0)
         largest = max(float(np.max(size)) for size in sizes)
@@ -130,10 +143,10 @@ class Panels:
             axes.set_xscale("log")
             axes.xaxis.set_major_formatter(lambda x, _: f"{x:g}")
             axes.margins(x=0.0)
-            axes.set_xlabel(f"{NAMES[signal]}, size of the error [{unit}]")
+            axes.set_xlabel(f"{self.name(signal)}, size of the error [{unit}]")
             axes.set_ylabel("rows [%]")
 
-        return svg(name, f"sizes of the error of the {NAMES[signal]}", PANEL, draw)
+        return svg(name, f"sizes of the error of the {self.name(signal)}", PANEL, draw)
 
     def _floor(self, span: Any, signal: str, scale: float) -> None:
         floor = self.floors[signal]
@@ -142,7 +155,7 @@ class Panels:
 
     def errors(self, name: str, signal: str) -> str:
         """Draw the error of each held-out recording and of all together."""
-        scale, unit = SCALES[signal]
+        scale, unit = self.unit(signal)
         shown = [c for c in self.comparisons if c.residual(signal) is not None]
         groups = [*((c.recording.name, (c,)) for c in shown), ("all", tuple(shown))]
 
@@ -161,10 +174,10 @@ class Panels:
             axes.invert_yaxis()
             axes.margins(x=0.18)
             axes.grid(visible=False, axis="y")
-            axes.set_xlabel(f"{NAMES[signal]}, RMS error [{unit}]; dotted: noise floor")
+            axes.set_xlabel(f"{self.name(signal)}, RMS error [{unit}]; dotted: noise floor")
 
         size = (PANEL[0], 0.9 + 0.42 * len(groups))
-        return svg(name, f"RMS error of the {NAMES[signal]} by held-out recording", size, draw)
+        return svg(name, f"RMS error of the {self.name(signal)} by held-out recording", size, draw)
 
     def ranking(self, name: str) -> str:
         """Draw the score of each candidate alone; a bracket joins those not told apart."""
@@ -186,7 +199,8 @@ class Panels:
                 bracket(
                     axes, sorted(place[n] for n in (effect, *others) if n in place), 120.0 + 6.0 * k
                 )
-            axes.set_yticks(range(len(rows)), [c.name.replace("_", " ") for c in rows])
+            labels = [c.name.replace("_", " ") + " (at its bound)" * bool(c.at_bound) for c in rows]
+            axes.set_yticks(range(len(rows)), labels)
             for tick, candidate in zip(axes.get_yticklabels(), rows, strict=True):
                 tick.set_fontweight("bold" if candidate.name in named else "normal")
             axes.invert_yaxis()
@@ -199,7 +213,7 @@ class Panels:
 
     def remainder(self, name: str, structure: Structure, profile: Profile) -> str:
         """Draw the mean of what remains where a signal has some value, and what was learned."""
-        what, unit = SIDES[structure.side]
+        what, unit = side_words(structure.side, structure.scale)
         scale, shown = (1e3, "mrad") if unit == "rad" else (1.0, unit)
 
         def draw(axes: Any) -> None:
@@ -215,7 +229,7 @@ class Panels:
             )
             axes.plot(profile.center, scale * profile.learned, color=AFTER, label="learned")
             axes.axhline(0.0, color=GREY, linewidth=0.8)
-            axes.set_xlabel(AXES.get(profile.signal, profile.signal))
+            axes.set_xlabel(self.axis(profile.signal))
             axes.set_ylabel(f"{what},\nmeasured − modelled [{shown}]", fontsize=8)
 
         return svg(name, f"{what}: what remains against {profile.signal}", PANEL, draw)

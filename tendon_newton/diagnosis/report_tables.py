@@ -16,6 +16,7 @@ from tendon_newton.diagnosis.report_words import (
 from tendon_newton.diagnosis.result import Diagnosis, Errors
 from tendon_newton.finding import SEVERITIES, Finding
 from tendon_newton.lint import lint_dataset, lint_recording
+from tendon_newton.parameters import BenchScale
 
 Row = dict[str, Any]
 """One row for the template."""
@@ -45,8 +46,8 @@ def cause_rows(diagnosis: Diagnosis) -> list[Row]:
             "side": effect.side,
             "sentence": cause_sentence(effect),
             "parameters": parameters,
-            "without": errors_text(effect.without),
-            "with_it": errors_text(diagnosis.extended),
+            "without": errors_text(effect.without, diagnosis.scale),
+            "with_it": errors_text(diagnosis.extended, diagnosis.scale),
             "rivals": [rival.replace("_", " ") for rival in effect.indistinguishable_from],
             "experiment": (effect.separating_experiment or "").replace("_", " "),
             "meaning": docstring_part(effect.name),
@@ -56,10 +57,12 @@ def cause_rows(diagnosis: Diagnosis) -> list[Row]:
     return rows
 
 
-def errors_text(errors: Errors) -> str:
+def errors_text(errors: Errors, scale: BenchScale) -> str:
     """Return pooled errors in words."""
     theta = f"{number(1e3 * errors.theta_rmse)} mrad"
-    return theta if errors.force_rmse is None else f"{theta} and {number(errors.force_rmse)} N"
+    if errors.force_rmse is None:
+        return theta
+    return f"{theta} and {number(errors.force_rmse)} {scale.force_unit}"
 
 
 def key_numbers(diagnosis: Diagnosis) -> list[Row]:
@@ -86,9 +89,9 @@ def key_numbers(diagnosis: Diagnosis) -> list[Row]:
             diagnosis.noise_theta,
         ),
         (
-            "tendon force, RMS error",
+            f"{diagnosis.scale.force_name}, RMS error",
             1.0,
-            "N",
+            diagnosis.scale.force_unit,
             before.force_rmse,
             after.force_rmse,
             diagnosis.noise_force,

@@ -11,8 +11,8 @@ from tendon_newton.diagnosis.result import Diagnosis, Estimate, NamedEffect
 from tendon_newton.effects import find_effect
 
 SENTENCES: dict[str, str] = {
-    # {parameter} is the number with its unit, {parameter:size} without its sign, {parameter:number}
-    # without its unit, {parameter:than} a scale in comparison with the model; of [a|b] a stands
+    # {parameter} is the number with its unit, {parameter:size} without its sign, {parameter:loss}
+    # for each rad/s, {parameter:than} a scale in comparison with the model; of [a|b] a stands
     # below the null of the first parameter and b above.
     "actuator_lag": "The servo's force follows with a lag of {time_constant}",
     "backlash": "The gear has {width} of play",
@@ -22,6 +22,8 @@ SENTENCES: dict[str, str] = {
     "force_saturation": "The servo's force stops at {limit}",
     "gain_drift": "The servo's gain [rises|fades] by {rate:size} of its start",
     "gain_error": "The servo's force for the same position error is {scale:than}",
+    "gear_load_friction": "The servo's gear rubs with {coefficient} of what motor and tendon press "
+    "it with",
     "gravity_misalignment": "The bench is tilted by {angle:size}, [against|with] the tendon's pull",
     "inertia_error": "The inertia of the moving parts is {scale:than}",
     "joint_damping_error": "The joints' damping is {scale:than}",
@@ -33,6 +35,8 @@ SENTENCES: dict[str, str] = {
     "load_cell_gain": "What the load cell reads is {scale:than}",
     "load_cell_lag": "The load cell follows with a lag of {time_constant}",
     "load_dependent_friction": "Friction in the servo eats {coefficient} of the tension",
+    "load_stribeck_friction": "The servo's gear holds {static_coefficient} of what motor and "
+    "tendon press it with, and rubs with {coefficient} as it moves",
     "obstruction": "Something is in the way from a motor angle of {position} on",
     "position_offset": "The encoder's zero is {angle:size} too [low|high]",
     "routing_friction": "Friction along the tendon's path has a capstan exponent of {exponent}",
@@ -45,7 +49,7 @@ SENTENCES: dict[str, str] = {
     "tendon_slack": "The tendon has {length} of slack",
     "torque_fade": "The servo tires under load, within {time_constant}",
     "viscoelastic_spring": "The return springs creep with a time constant of {relaxation_time}",
-    "viscous_friction": "The servo loses {coefficient:number} N for every rad/s at which it turns",
+    "viscous_friction": "The servo loses {coefficient:loss} for every rad/s at which it turns",
 }
 """What a cause means for a bench; an effect without one is told by its docstring's first line."""
 
@@ -58,8 +62,11 @@ FINER: dict[str, tuple[float, float, str]] = {
     "1/s": (0.1, 1e-2, "% per second"),
 }
 SHARES = (
+    ("gear_load_friction", "coefficient"),
     ("joint_dry_friction", "fraction"),
     ("load_dependent_friction", "coefficient"),
+    ("load_stribeck_friction", "coefficient"),
+    ("load_stribeck_friction", "static_coefficient"),
     ("viscoelastic_spring", "stiffness_ratio"),
 )
 """(effect, parameter) without a unit that reads best in per cent."""
@@ -134,8 +141,8 @@ def field(effect: NamedEffect, parameter: str, form: str | None) -> str:
     estimate = effect.parameters[parameter]
     if form == "than":
         return comparison(estimate.value)
-    if form == "number":
-        return number(estimate.value)
+    if form == "loss":
+        return f"{number(estimate.value)} {estimate.unit.removesuffix(' s/rad')}"
     value = abs(estimate.value) if form == "size" else estimate.value
     if is_share(effect.name, parameter):
         return f"{number(100.0 * value)} %"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
@@ -12,6 +12,7 @@ from tendon_newton.diagnosis.explanation import Estimate, Explanation, Setting
 from tendon_newton.diagnosis.identifiability import Confounded
 from tendon_newton.diagnosis.structure import Structure
 from tendon_newton.model_file import Model
+from tendon_newton.parameters import BenchScale
 
 __all__ = ["Diagnosis", "Errors", "Estimate", "NamedEffect", "Verdict", "write_diagnosis"]
 
@@ -56,6 +57,13 @@ class CandidateScore:
     score: float
     """Share of the loss above the noise that it removes on folds it was not fitted on."""
     values: Mapping[str, float]
+    at_bound: Mapping[str, float] = field(default_factory=dict)
+    """Numbers that ended at a bound, with that bound: it cannot be named, whatever its score."""
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it as the contract names it; what is not the case is left out."""
+        out = {"name": self.name, "score": self.score, "parameters": dict(self.values)}
+        return {**out, "at_bound": list(self.at_bound)} if self.at_bound else out
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,6 +110,8 @@ class Diagnosis:
     """Numbers of the model's ``fit`` list."""
     confounded: tuple[Confounded, ...] = ()
     """Numbers that the data know better together than apart."""
+    scale: BenchScale = field(default_factory=BenchScale)
+    """How large the benches are beside the nominal ones."""
     recorded: tuple[Setting, ...] = ()
     """Benches of the training data, as they were set up."""
     notes: tuple[str, ...] = ()
@@ -120,13 +130,11 @@ class Diagnosis:
             "explained_fraction": self.explained_fraction,
             "explained_fraction_ci95": list(self.explained_interval),
             "effects": [effect_json(effect, self.extended) for effect in self.effects],
-            "candidates": [
-                {"name": c.name, "score": c.score, "parameters": dict(c.values)}
-                for c in self.candidates
-            ],
+            "candidates": [candidate.to_json() for candidate in self.candidates],
             "unexplained": self.unexplained.to_json(),
             "fitted": {name: value.to_json() for name, value in self.fitted.items()},
             "identifiability": self.identifiability(),
+            "scale": asdict(self.scale),
             "recorded": [setting.to_json() for setting in self.recorded],
             "notes": list(self.notes),
         }

@@ -24,6 +24,7 @@ from tendon_newton.identification.least_squares import (
 from tendon_newton.identification.objective import Scales, layout, loss_terms, stack
 from tendon_newton.identification.study import Study
 from tendon_newton.model_file import Model
+from tendon_newton.parameters import BenchScale
 from tendon_newton.recording import Array, Indices
 
 FORM_THETA = 3.0e-3
@@ -32,7 +33,7 @@ FORM_THETA = 3.0e-3
 A model that is right in all else leaves as much.
 """
 FORM_FORCE = 0.1
-"""The same of the force [N]."""
+"""The same of the force [N]. Both are those of the nominal benches; see `form_scales`."""
 TYPICAL_SHARE = 0.9
 """Share of the residuals whose size is the size of a gap; a few jumps must not inflate it."""
 LONGLIST = 12
@@ -104,6 +105,8 @@ class Round:
     """Loss of every candidate at the coarse scale, by its last effect."""
     coarse_current: float
     """Loss of what they extend at that scale."""
+    ended: dict[str, dict[str, float]]
+    """Numbers of each candidate's last effect that ended at a bound, with that bound."""
 
 
 class Search:
@@ -180,6 +183,8 @@ class Search:
             fits=tuple(sorted(fits[1:], key=lambda fit: fit.loss)),
             coarse_current=survey.loss,
             coarse={s[-1]: c.loss for s, c in zip(sets, found, strict=True)},
+            ended={s[-1]: at_bounds(c, s[-1]) for s, c in zip(sets, found, strict=True)}
+            | {fit.effects[-1]: at_bounds(fit.candidate, fit.effects[-1]) for fit in fits[1:]},
         )
 
     def descend(
@@ -225,9 +230,10 @@ class Search:
         """Return the size of a candidate's residuals, at least what the right model leaves."""
         unit = evaluate(self.simulate_at(UNIT), [candidate], [candidate.value])[0]
         force = unit[self.where.is_force]
+        form = form_scales(self.study.scale)
         return Scales(
-            theta=max(FORM_THETA, trimmed_size(unit[~self.where.is_force], TYPICAL_SHARE)),
-            force=max(FORM_FORCE, trimmed_size(force, TYPICAL_SHARE) if len(force) else 0.0),
+            theta=max(form.theta, trimmed_size(unit[~self.where.is_force], TYPICAL_SHARE)),
+            force=max(form.force, trimmed_size(force, TYPICAL_SHARE) if len(force) else 0.0),
         )
 
     def problem(self, names: tuple[str, ...], current: Candidate | None) -> tuple[Candidate, Array]:
@@ -235,7 +241,7 @@ class Search:
         known = {} if current is None else dict(zip(current.columns, current.value, strict=True))
         own = [c for name in names for c in self.study.table.columns(name)]
         columns = (*self.fit_columns, *own)
-        parameters = [self.study.table.owners[c][1] for c in columns]
+        parameters = [self.study.parameter(c) for c in columns]
         values = [
             float(np.clip(known.get(c, self.study.base_value(c)), p.lower, p.upper))
             for c, p in zip(columns, parameters, strict=True)
@@ -257,6 +263,14 @@ class Search:
 
 UNIT = Scales(theta=1.0, force=1.0)
 """Residuals in their own units."""
+
+
+def form_scales(scale: BenchScale) -> Scales:
+    """Return by how much simple laws miss on benches of some size.
+
+    Bristles are as long on a long rail as on a short one, so the angle follows the spool alone.
+    """
+    return Scales(theta=FORM_THETA * scale.turn, force=FORM_FORCE * scale.force)
 
 
 def between(coarse: Scales, fine: Scales) -> Scales:
@@ -289,6 +303,18 @@ def held(candidate: Candidate) -> bool:
     """Tell whether any number of a candidate ended at its bound."""
     at = (candidate.value == candidate.lower) | (candidate.value == candidate.upper)
     return bool(at.any())
+
+
+def at_bounds(candidate: Candidate, effect: str) -> dict[str, float]:
+    """Return those numbers of a candidate's last effect that ended at a bound but its null."""
+    parameters = find_effect(effect).parameters
+    ends = zip(candidate.value, candidate.lower, candidate.upper, strict=True)
+    own = list(ends)[-len(parameters) :]
+    return {
+        p.name: float(value)
+        for p, (value, low, high) in zip(parameters, own, strict=True)
+        if value in (low, high) and value != p.null
+    }
 
 
 def parameter_count(effects: Sequence[str]) -> int:

@@ -13,6 +13,7 @@ from tendon_newton.diagnosis.attribution import CLASS_ERRORS
 from tendon_newton.diagnosis.explanation import OpenClass, Setting
 from tendon_newton.diagnosis.gate import EQUAL_SHARE
 from tendon_newton.diagnosis.imitation import Likeness, Trial, find_likenesses
+from tendon_newton.diagnosis.search import form_scales
 from tendon_newton.effects import EFFECTS
 from tendon_newton.excitations import EXCITATIONS, excite
 from tendon_newton.identification.study import Study, replacements
@@ -67,6 +68,7 @@ class Prediction:
     plan: Plan
     contrasts: tuple[Contrast, ...]
     """Of each two causes."""
+    force_unit: str = "N"
 
     @property
     def open(self) -> tuple[tuple[str, str], ...]:
@@ -88,7 +90,7 @@ class Prediction:
     def text(self) -> str:
         """Return the proposal in words, without a full stop."""
         like, plan = self.hardest, self.plan
-        force = "" if like.force is None else f" and {like.force:.2g} N"
+        force = "" if like.force is None else f" and {like.force:.2g} {self.force_unit}"
         times = {None: "", 1: ""}.get(self.repeats, f", {self.repeats} times")
         sentence = (
             f"record {plan.duration:.0f} s of {plan.excitation.replace('_', ' ')} on bench "
@@ -129,12 +131,12 @@ def propose(
     ]
     has_force = question.noise.force is not None
     runs = [blank_recording(plan, has_force) for plan in plans]
-    study = Study(runs, question.without, tuple(EFFECTS), time_step=STEP)
+    study = Study(runs, question.without, tuple(EFFECTS), time_step=STEP, scale=question.scale)
     trials = [Trial(study, explanation) for explanation in question.explanations]
     models = [{}, *(model for trial in trials for model in trial.models)]
     residuals = study.residuals(*replacements(models))
     seen = [
-        (plan, find_likenesses(residual, trials, question.noise))
+        (plan, find_likenesses(residual, trials, question.noise, form_scales(question.scale)))
         for plan, residual in zip(plans, residuals, strict=True)
     ]
     recorded = gain_recorded(question.settings, seen)
@@ -144,6 +146,7 @@ def propose(
             contrasts=tuple(
                 Contrast(likeness=like, repeats=repeats_needed(like, recorded)) for like in likes
             ),
+            force_unit=question.scale.force_unit,
         )
         for plan, likes in seen
     ]

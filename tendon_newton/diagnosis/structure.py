@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from tendon_newton.diagnosis.equation import Equation, find_equation
 from tendon_newton.diagnosis.learner import RIDGES, Basis, Learner, held_out_r2
-from tendon_newton.diagnosis.remainder import SIDES, Remainder, Side, find_remainders
+from tendon_newton.diagnosis.remainder import Remainder, Side, find_remainders, side_words
 from tendon_newton.identification.study import Study
+from tendon_newton.parameters import BenchScale
 from tendon_newton.recording import Array, Indices
 
 SURROGATES = 60
@@ -75,6 +76,8 @@ class Structure:
     profiles: tuple[Profile, ...] = ()
     equation: Equation | None = None
     """A short formula that does as well, if there is one."""
+    scale: BenchScale = field(default_factory=BenchScale)
+    """Of the benches."""
 
     @property
     def depends_on(self) -> tuple[str, ...]:
@@ -89,7 +92,7 @@ class Structure:
             "held_out_r2": round(self.held_out_r2, 4),
             "p_value": self.p_value,
             "size": self.size,
-            "unit": SIDES[self.side][1],
+            "unit": side_words(self.side, self.scale)[1],
             "importance": {name: round(lost, 4) for name, lost in self.importance.items()},
             "equation": None if self.equation is None else self.equation.to_json(),
         }
@@ -120,6 +123,7 @@ def thinned(remainder: Remainder) -> Remainder:
         residual=remainder.residual[keep],
         signals={name: x[keep] for name, x in remainder.signals.items()},
         recording=remainder.recording[keep],
+        scale=remainder.scale,
     )
 
 
@@ -153,6 +157,7 @@ def look(remainder: Remainder) -> Structure:
         importance=importance,
         profiles=profiles,
         equation=equation,
+        scale=remainder.scale,
     )
 
 

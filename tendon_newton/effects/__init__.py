@@ -11,6 +11,7 @@ from tendon_newton.effects.deadband import Deadband
 from tendon_newton.effects.force_saturation import ForceSaturation
 from tendon_newton.effects.gain_drift import GainDrift
 from tendon_newton.effects.gain_error import GainError
+from tendon_newton.effects.gear_load_friction import GearLoadFriction
 from tendon_newton.effects.gravity_misalignment import GravityMisalignment
 from tendon_newton.effects.holding_friction import HoldingFriction
 from tendon_newton.effects.inertia_error import InertiaError
@@ -23,6 +24,7 @@ from tendon_newton.effects.load_cell_drift import LoadCellDrift
 from tendon_newton.effects.load_cell_gain import LoadCellGain
 from tendon_newton.effects.load_cell_lag import LoadCellLag
 from tendon_newton.effects.load_dependent_friction import LoadDependentFriction
+from tendon_newton.effects.load_stribeck_friction import LoadStribeckFriction
 from tendon_newton.effects.obstruction import Obstruction
 from tendon_newton.effects.position_offset import PositionOffset
 from tendon_newton.effects.routing_friction import RoutingFriction
@@ -58,6 +60,8 @@ EFFECTS: dict[str, type[Effect]] = {
     "coulomb_friction": CoulombFriction,
     "stribeck_friction": StribeckFriction,
     "load_dependent_friction": LoadDependentFriction,
+    "gear_load_friction": GearLoadFriction,
+    "load_stribeck_friction": LoadStribeckFriction,
     "holding_friction": HoldingFriction,
     "tendon_compliance": TendonCompliance,
     "speed_limit": SpeedLimit,

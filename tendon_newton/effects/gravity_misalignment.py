@@ -27,6 +27,7 @@ class GravityMisalignment(Effect):
     parameters = (
         Parameter(
             name="angle", unit="rad", null=0.0, nominal=0.0, lower=-1.6, upper=1.6,
+            absolute=True,
             source="a bench stood on its end",
         ),
     )  # fmt: skip

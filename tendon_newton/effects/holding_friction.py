@@ -16,8 +16,8 @@ class HoldingFriction(Effect):
     .. math:: F = \frac{F_m}{1 - \eta} \text{ while } F_m v < 0,
         \qquad F \in \left[F_m, \frac{F_m}{1 - \eta}\right] \text{ at } v = 0
 
-    Source: Duclusaud et al. (2025), directional term; worm gears and high-ratio trains, which
-    cannot be driven backwards at all as the share goes to one.
+    Source: worm gears and high-ratio trains, whose efficiency is worse backwards than forwards, and
+    which cannot be driven backwards at all as the share goes to one.
     Validity: a share that does not depend on load or speed.
     Signature: forces fit while winding in and stay too high while winding out and at rest after
     it.

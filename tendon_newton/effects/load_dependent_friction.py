@@ -1,4 +1,4 @@
-"""Gear friction that grows with the load."""
+"""Gear friction that grows with what the gear gives."""
 
 from __future__ import annotations
 
@@ -11,16 +11,17 @@ from tendon_newton.parameters import Parameter
 
 
 class LoadDependentFriction(Effect):
-    r"""Friction in proportion to the tension: gear teeth under load press harder on each other.
+    r"""Friction in proportion to the tension: the output's load alone presses on the gear.
 
     .. math:: F = F_m - \mu |F| s \ \Rightarrow\ F = \frac{F_m}{1 + \mu\,s\,\operatorname{sign} F_m}
 
-    Source: Duclusaud et al., Extended Friction Models for the Physics Simulation of Servo
-    Actuators (2025), load term.
+    Source: a gear's loss counted at its output; Duclusaud et al., Extended Friction Models for the
+    Physics Simulation of Servo Actuators (2025), model M5 with the external torque's coefficient
+    alone. Their load friction in general counts the motor's torque too: gear_load_friction.
     Validity: gears that can be driven backwards; see holding_friction for those that cannot.
     Signature: the loop between winding in and out opens like a fan with the force.
-    Confused with: routing_friction (the load cell sits between them), coulomb_friction over a
-    narrow range of forces.
+    Confused with: gear_load_friction, wherever the motor's gain is not known; routing_friction (the
+    load cell sits between them); coulomb_friction over a narrow range of forces.
     """
 
     name = "load_dependent_friction"

@@ -40,8 +40,8 @@ class TorqueFade(Effect):
     memory = Stage.MOTOR_FORCE
     parameters = (
         Parameter(
-            name="fade", unit="1/N2", null=0.0, nominal=0.003, lower=0.0, upper=30.0,
-            source="a hobby servo's 20 N on a small spool, down to 0.2 N at the end of an arm",
+            name="fade", unit="1/N2", null=0.0, nominal=0.003, lower=0.0, upper=0.5,
+            source="1.4 N, of a small servo's 21, would halve themselves",
         ),
         Parameter(
             name="time_constant", unit="s", null=1.0, nominal=1.0, lower=0.05, upper=60.0,

@@ -10,10 +10,12 @@ import numpy as np
 from tendon_newton.actuators import find_actuator
 from tendon_newton.bench_overrides import BENCH_OVERRIDE_RANGES
 from tendon_newton.errors import InvalidDataset, unknown_name
+from tendon_newton.identification.bench_scale import scale_of
 from tendon_newton.identification.noise_floor import NoiseFloor, estimate_noise_floor
 from tendon_newton.identification.pieces import all_pieces
 from tendon_newton.mechanisms.mechanism import Mechanism
 from tendon_newton.model_file import Model, NamedValues
+from tendon_newton.parameters import BenchScale, Parameter
 from tendon_newton.recording import Array, Indices, Mask, Recording
 from tendon_newton.simulation.bench_numbers import (
     OWNER,
@@ -61,6 +63,7 @@ class Study:
         effects: Effects that candidates may use.
         time_step: Step of the simulation [s].
         in_pieces: Whether recordings of mechanisms that forget nothing are cut; see `pieces`.
+        scale: Of the benches, in place of what the recordings show: planned runs show nothing.
 
     Raises:
         InvalidDataset: A recording has several tendons.
@@ -74,14 +77,19 @@ class Study:
         *,
         time_step: float = TIME_STEP,
         in_pieces: bool = False,
+        scale: BenchScale | None = None,
     ) -> None:
         refuse_several_tendons(recordings)
         benches = {
             bench: bench_of(bench, model) for bench in dict.fromkeys(r.bench for r in recordings)
         }
+        whole = [benches[r.bench].with_overrides(r.bench_overrides) for r in recordings]
+        self.scale = scale_of(whole, recordings, model) if scale is None else scale
+        """How large the benches are; ranges, units and floors follow it."""
         if in_pieces:
             recordings = all_pieces([benches[r.bench] for r in recordings], recordings)
         self.recordings = tuple(without_estimates(r, model) for r in recordings)
+        self._model = model
         self.unknown = unknown_numbers(model, benches, self.recordings)
         """Numbers of benches that the model declares unknown."""
         self.table = ParameterTable(actuator=model.actuator.name, effects=())
@@ -100,7 +108,7 @@ class Study:
                 time_step=time_step,
                 device=DEVICE,
             )
-            self.table = rollout.table
+            self.table = replace(rollout.table, scale=self.scale)
             self._groups.append((rollout, members))
         self._vectors = [rollout.base_vectors(model) for rollout, _ in self._groups]
         self.noise = self._with_driving_noise(self.noise)
@@ -161,6 +169,12 @@ class Study:
             if bench
             else model.bench_overrides,
         )
+
+    def parameter(self, column: int) -> Parameter:
+        """Return a parameter on these benches; its range holds what the model states of it."""
+        owner, parameter = self.table.owners[column]
+        states = owner in {self._model.actuator.name, *(e.name for e in self._model.effects)}
+        return parameter.holding(self.base_value(column)) if states else parameter
 
     def base_value(self, column: int) -> float:
         """Return the model's own value of one parameter; the first recording's, if they differ."""

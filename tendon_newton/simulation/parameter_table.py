@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from tendon_newton.actuators import find_actuator
 from tendon_newton.effects import find_effect
 from tendon_newton.errors import InvalidModelFile, unknown_name
 from tendon_newton.model_file import Model, NamedValues
-from tendon_newton.parameters import Parameter
+from tendon_newton.parameters import BenchScale, Parameter
 from tendon_newton.recording import Array
 from tendon_newton.simulation.bench_numbers import OWNER
 
@@ -31,6 +31,8 @@ class ParameterTable:
     """Effects in the order of the catalogue."""
     bench: tuple[Parameter, ...] = ()
     """Unknown numbers of benches; `bench_numbers` has them."""
+    scale: BenchScale = field(default_factory=BenchScale)
+    """Of the benches: ranges and units follow it."""
 
     @property
     def bench_columns(self) -> slice:
@@ -40,9 +42,9 @@ class ParameterTable:
     @property
     def owners(self) -> tuple[tuple[str, Parameter], ...]:
         """(actuator, effect or bench, parameter) of each place, shape (P - 2,)."""
-        rows = [(self.actuator, p) for p in find_actuator(self.actuator).parameters]
+        rows = [(self.actuator, p.on(self.scale)) for p in find_actuator(self.actuator).parameters]
         for name in self.effects:
-            rows += [(name, p) for p in find_effect(name).parameters]
+            rows += [(name, p.on(self.scale)) for p in find_effect(name).parameters]
         return (*rows, *((OWNER, p) for p in self.bench))
 
     def columns(self, owner: str) -> tuple[int, ...]:
@@ -139,8 +141,9 @@ def check_values(entry: NamedValues, declared: Sequence[Parameter], where: str) 
                 f"{', '.join(entry.values) or 'nothing'}"
             )
         value = entry.values[name]
-        if isinstance(value, str) or not parameter.lower <= value <= parameter.upper:
+        low, high = parameter.widest
+        if isinstance(value, str) or not low <= value <= high:
             raise InvalidModelFile(
-                f"{name} of {where} must be between {parameter.lower:g} and {parameter.upper:g} "
-                f"{parameter.unit} ({parameter.source}); it is {value!r}"
+                f"{name} of {where} must be between {low:g} and {high:g} {parameter.unit} "
+                f"({parameter.source}); it is {value!r}"
             )

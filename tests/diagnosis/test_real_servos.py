@@ -102,7 +102,9 @@ def test_a_data_sheet_settles_whether_torque_fades(shared: Path) -> None:
     friction, fading = (candidate_at(search, causes[:count]) for count in (2, 3))
     scales = search.gap_scales(friction)
     before, after = search.score([causes[:2], causes], [friction, fading], scales)
-    tried = Round(scales=scales, current=before, fits=(after,), coarse={}, coarse_current=0.0)
+    tried = Round(
+        scales=scales, current=before, fits=(after,), coarse={}, coarse_current=0.0, ended={}
+    )
     rng = np.random.default_rng(0)
     gate = Gate(search=search, known=(), noise=seen.noise, baseline=friction, rng=rng)
     assert not gate.excludes_null(after)

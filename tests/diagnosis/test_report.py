@@ -26,6 +26,7 @@ from tendon_newton.diagnosis.result import (
 )
 from tendon_newton.effects import EFFECTS, find_effect
 from tendon_newton.errors import InvalidOutput
+from tendon_newton.parameters import BenchScale
 from tests.diagnosis.made_up import EXAMPLE, VERDICTS, diagnosis, evidence, named
 
 VOID = {"meta", "link", "br", "img", "hr", "input"}
@@ -163,6 +164,36 @@ def test_the_page_says_what_the_data_did_not_pin_down(with_force: Evidence, tmp_
         "flat": ["command_delay.delay"],
         "confounded": [tied.to_json()],
     }
+
+
+def test_a_candidate_at_its_bound_is_marked(with_force: Evidence, tmp_path: Path) -> None:
+    """In the ranking and in the file, and no other is."""
+    found = diagnosis("unexplained")
+    held, *others = found.candidates
+    marked = replace(found, candidates=(replace(held, at_bound={"delay": 0.4}), *others))
+    path = tmp_path / "report.html"
+    write_report(path, marked, with_force)
+    text = path.read_text(encoding="utf-8")
+    assert text.count("(at its bound)") == 1
+    assert f"{held.name.replace('_', ' ')} (at its bound)" in text
+    entries = marked.to_json()["candidates"]
+    assert entries[0]["at_bound"] == ["delay"]
+    assert not any("at_bound" in entry for entry in entries[1:])
+
+
+def test_a_shaft_has_no_tendon_and_no_newtons(with_force: Evidence, tmp_path: Path) -> None:
+    """Labels, errors and causes are those of a torque."""
+    scale = BenchScale(is_shaft=True)
+    found = diagnosis("partly_explained")
+    assert found.unexplained.structure is not None
+    rest = replace(found.unexplained.structure, scale=scale, equation=None)
+    shaft = replace(found, scale=scale, unexplained=replace(found.unexplained, structure=rest))
+    path = tmp_path / "report.html"
+    write_report(path, shaft, with_force)
+    text = path.read_text(encoding="utf-8")
+    assert "tendon force" not in text
+    assert "[N]" not in text
+    assert "shaft torque [N m]" in text
 
 
 def test_a_dataset_speaks_for_itself(with_force: Evidence, tmp_path: Path) -> None:

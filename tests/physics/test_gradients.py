@@ -43,6 +43,12 @@ TIRING = {
     "viscous_friction": {"coefficient": 0.3},
     "torque_fade": {"fade": 0.01, "time_constant": 0.5},
 }
+GEARS = (
+    {"gear_load_friction": {"coefficient": 0.1}},
+    {"load_stribeck_friction": {
+        "coefficient": 0.08, "static_coefficient": 0.12, "stribeck_velocity": 2.0,
+    }},
+)  # fmt: skip
 FRICTION = (1.0e-3, 5.0e-4)  # N m, at the joints
 DURATION = 2.0  # s
 NUDGE = 1.0e-7
@@ -152,6 +158,15 @@ def test_gradients_by_every_other_effect(half: int) -> None:
 def test_gradients_by_a_motor_that_tires() -> None:
     """What load has built up is carried from step to step, and so is its derivative."""
     check_gradients(make_rollout(TIRING), ())
+
+
+@pytest.mark.parametrize("gear", GEARS, ids=lambda gear: next(iter(gear)))
+def test_gradients_by_a_gear_under_load(gear: dict[str, dict[str, float]]) -> None:
+    """Both sides' load, sliding and breaking away, beside viscous friction.
+
+    It falls so slowly with speed that the finger does not chatter, where differences mean nothing.
+    """
+    check_gradients(make_rollout({"viscous_friction": {"coefficient": 0.3}, **gear}), ())
 
 
 def test_gradients_by_the_commands() -> None:

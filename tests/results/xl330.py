@@ -30,6 +30,8 @@ COMPARED = (
     ("coulomb_friction", "viscous_friction"),
     ("load_dependent_friction", "viscous_friction"),
     ("load_dependent_friction", "viscous_friction", "coulomb_friction"),
+    ("gear_load_friction", "viscous_friction", "coulomb_friction"),
+    ("load_stribeck_friction", "viscous_friction", "stribeck_friction"),
     ("holding_friction", "viscous_friction"),
     ("load_dependent_friction", "viscous_friction", "gain_error"),
     ("load_dependent_friction", "viscous_friction", "torque_fade"),
@@ -37,7 +39,8 @@ COMPARED = (
 )
 """Models that are fitted besides the diagnosed one.
 
-The first and the third have the terms of Rhoban/bam's m1 and m3.
+The first, the fourth and the fifth have the terms of Rhoban/bam's m1, m3 and m4. In the fifth the
+exponent of Stribeck's law is 2, and each of its two terms has a speed of its own.
 """
 SMOOTHING = 15
 """Rows over which ``--smooth`` takes the median of the supply's register: 80 ms."""

@@ -98,7 +98,8 @@ def effect_ranges(effect: str, model: Model, spread: float) -> list[NumberRange]
                 "into the model file, or name a diagnosis.json with its interval"
             )
         ends = (middle * (1.0 - spread), middle * (1.0 + spread))
-        low, high = (min(max(end, known.lower), known.upper) for end in sorted(ends))
+        least, most = known.widest
+        low, high = (min(max(end, least), most) for end in sorted(ends))
         ranges.append(NumberRange(owner=effect, name=known.name, low=low, high=high))
     return ranges
 
@@ -113,8 +114,8 @@ def diagnosed_ranges(path: Path) -> list[NumberRange]:
         for name, estimate in cause.parameters.items():
             if name not in declared:
                 raise unknown_name(f"parameter of {cause.name!r}", name, declared)
-            bounds = declared[name]
-            ends = [min(max(end, bounds.lower), bounds.upper) for end in sorted(estimate.ci95)]
+            least, most = declared[name].widest
+            ends = [min(max(end, least), most) for end in sorted(estimate.ci95)]
             ranges.append(NumberRange(owner=cause.name, name=name, low=ends[0], high=ends[1]))
     if not ranges:
         raise InvalidDiagnosis(

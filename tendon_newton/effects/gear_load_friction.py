@@ -1,0 +1,50 @@
+"""Gear friction that grows with what presses its teeth from both sides."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tendon_newton.device_code.placeholders import Jet, Values, real
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.effects.base import Effect
+from tendon_newton.parameters import Parameter
+
+
+class GearLoadFriction(Effect):
+    r"""Friction in proportion to the torque between motor and load, which is that of both together.
+
+    .. math:: F = F_m - K\,|F_m + F|\,s \ \Rightarrow\
+        F = F_m\,\frac{1 - K s'}{1 + K s'}, \qquad s' = s \operatorname{sign} F_m
+
+    A motor that winds in gives :math:`F_m (1 - K) / (1 + K)` to the tendon, and holds
+    :math:`F_m (1 + K) / (1 - K)` while it is driven backwards.
+
+    Source: Duclusaud et al., Extended Friction Models for the Physics Simulation of Servo
+    Actuators (2025), model M3: K |tau_external - tau_motor|, where the load's torque opposes the
+    motor's.
+    Validity: gears that can be driven backwards. Their program takes gravity's torque for the
+    load's, here it is the whole output's: the same at constant speed. Beside dry friction C, F_m
+    is what C leaves: theirs adds both up, which differs by K C / (1 + K s').
+    Signature: that of load_dependent_friction with 2 K / (1 + K^2) for a motor that is weaker by
+    (1 - K^2) / (1 + K^2).
+    Confused with: load_dependent_friction, wherever the motor's gain is not known.
+    """
+
+    name = "gear_load_friction"
+    side = "actuator"
+    dry = ("coefficient",)
+    parameters = (
+        Parameter(
+            name="coefficient", unit="1", null=0.0, nominal=0.1, lower=0.0, upper=0.8,
+            source="0 to 0.22 in the parameter files published with the source; at one it locks",
+        ),
+    )  # fmt: skip
+
+    @staticmethod
+    @device_template
+    def tension(force: Jet, tendon: Any, values: Values) -> Jet:
+        """F = F_m (1 - K s') / (1 + K s')."""
+        opposing = values[0] * tendon.direction
+        if force[0] < real(0.0):
+            opposing = -opposing
+        return force * ((real(1.0) - opposing) / (real(1.0) + opposing))

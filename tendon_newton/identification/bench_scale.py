@@ -1,0 +1,120 @@
+"""How large a bench is: what its forces and its travel are beside those of the nominal benches.
+
+Effects declare ranges, typical values and starts for a finger or a spring that a servo of 21 N
+pulls with a spool of 12.5 mm. On any other machine they follow from what its asset states and what
+its recordings show.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import groupby
+
+import numpy as np
+
+from tendon_newton.actuators import find_actuator
+from tendon_newton.mechanisms.mechanism import Mechanism
+from tendon_newton.mechanisms.parts import excursion
+from tendon_newton.model_file import Model
+from tendon_newton.parameters import BenchScale
+from tendon_newton.recording import Recording
+from tendon_newton.simulation.parameter_table import spool_radius_of
+
+NOMINAL_FORCE = 21.0
+"""Most that the servo of the nominal benches gives [N]."""
+NOMINAL_TRAVEL = (0.01, 0.08)
+"""Travel of their tendons [m]: from 20 mm of a finger to 80 mm of a spring."""
+NOMINAL_SPOOL = 0.0125
+"""Radius of their spools [m]."""
+NEARLY_ALL = 0.99
+"""Share of the rows that decides what recordings show; a few spikes must not."""
+USED = (0.1, 1.25)
+"""A limit or a range that an asset states counts where recordings use this share of it [1]. Where
+they go beyond, it is not the machine's own; far below, it is a formality."""
+SPARE = 3.0
+"""Otherwise a machine can do so many times what its recordings show [1]."""
+DIGITS = 6
+"""Significant digits of a scale: an asset's numbers are of single precision."""
+
+
+def scale_of(
+    benches: Sequence[Mechanism], recordings: Sequence[Recording], model: Model
+) -> BenchScale:
+    """Return the scale of a dataset: that of its largest bench, shafts only if all are.
+
+    Args:
+        benches: Mechanism of each recording, with all its numbers.
+        recordings: What was measured there; the first tendon counts.
+        model: Its actuator tells what drives where no force was measured.
+    """
+    pairs = sorted(zip(benches, recordings, strict=True), key=lambda pair: pair[1].bench)
+    own = [
+        bench_scale([m for m, _ in group], [r for _, r in group], model)
+        for group in (list(g) for _, g in groupby(pairs, key=lambda pair: pair[1].bench))
+    ]
+    return BenchScale(
+        force=max(s.force for s in own),
+        travel=max(s.travel for s in own),
+        turn=max(s.turn for s in own),
+        is_shaft=all(s.is_shaft for s in own),
+    )
+
+
+def bench_scale(
+    mechanisms: Sequence[Mechanism], recordings: Sequence[Recording], model: Model
+) -> BenchScale:
+    """Return the scale of one bench."""
+    tendon = mechanisms[0].tendons[0]
+    radius = spool_radius_of(model) or tendon.spool_radius
+    is_shaft = tendon.direct and mechanisms[0].joints[0].kind == "revolute"
+    forces = [greatest_force(r, model, radius, tendon.force_limit) for r in recordings]
+    force = usable(tendon.force_limit, max(forces))
+    if is_shaft:  # an angle is an angle on any shaft
+        return BenchScale(force=rounded(force / NOMINAL_FORCE), is_shaft=True)
+    moved = max(float(np.ptp(recording.motor_position[:, 0])) for recording in recordings)
+    travel = usable(max(map(range_of_tendon, mechanisms)), radius * moved)
+    low, high = NOMINAL_TRAVEL
+    return BenchScale(
+        force=rounded(force / NOMINAL_FORCE),
+        travel=rounded(travel / min(max(travel, low), high)),
+        turn=rounded(NOMINAL_SPOOL / radius),
+    )
+
+
+def greatest_force(recording: Recording, model: Model, radius: float, limit: float) -> float:
+    """Return the force [N] that a recording shows, or what its commands ask of the actuator.
+
+    Args:
+        recording: It.
+        model: Has the actuator's numbers.
+        radius: Of the spool [m].
+        limit: Of the servo [N]: commands may ask for more than it gives.
+    """
+    if recording.force is not None:
+        return float(np.nanquantile(np.abs(recording.force[:, 0]), NEARLY_ALL))
+    if recording.command is None:
+        return 0.0
+    error = np.abs(recording.command[:, 0] - recording.motor_position[:, 0])
+    values = {**model.actuator.values, **recording.actuator_overrides}
+    asked = float(np.nanquantile(error, NEARLY_ALL))
+    return min(limit, find_actuator(model.actuator.name).static_force(values, asked, radius))
+
+
+def range_of_tendon(mechanism: Mechanism) -> float:
+    """Return the travel of a mechanism's tendon between its joints' ends [m]; may be infinite."""
+    ends = np.array(mechanism.joint_limits)
+    if not np.isfinite(ends).all():
+        return np.inf
+    tendon = mechanism.tendons[0]
+    return float(abs(excursion(tendon, ends[:, 1]) - excursion(tendon, ends[:, 0])))
+
+
+def usable(stated: float, shown: float) -> float:
+    """Return what a machine can do: what is stated of it, if what it showed bears that out."""
+    low, high = USED
+    return stated if shown == 0.0 or low * stated <= shown <= high * stated else SPARE * shown
+
+
+def rounded(ratio: float) -> float:
+    """Return a ratio without what single precision adds to it."""
+    return float(f"{ratio:.{DIGITS}g}")
