@@ -19,9 +19,6 @@ from hardware.session_log import SessionLog, open_log
 from hardware.stop_request import StopRequest
 from tendon_newton.errors import TendonNewtonError
 
-MODES = {"pwm": "pwm", "position": "extended_position"}
-"""Who closes the loop, as the driver calls it."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class RunOutcome:
@@ -74,12 +71,7 @@ def record_run(
     session: dict[str, str] = {}
     fault: TendonNewtonError | None = None
     command = run.command(settings.seed, settings.rate)
-    read_back = bench.servo.configure(
-        MODES[settings.mode],  # pyright: ignore[reportArgumentType]
-        watchdog_s=settings.watchdog,
-        position_range=settings.loop.position_range,
-        duty_limit=settings.duty_limit if settings.mode == "position" else 1.0,
-    )
+    read_back = bench.servo.configure(watchdog_s=settings.watchdog)
     if bench.controls is not None:
         bench.controls.set_obstacle(run.obstacle)
     stop.patient = True
@@ -127,10 +119,9 @@ def session_of(
         split=run.split,
         obstacle=run.obstacle,
         seed=settings.seed,
-        mode=settings.mode,
         rate=settings.rate,
         command_rate=settings.commands,
-        host_loop=asdict(settings.loop) if settings.mode == "pwm" else None,
+        host_loop=asdict(settings.loop),
         servo=read_back,
         calibration=calibration.identifier if calibration else None,
         load_cell=bench.load_cell.name if bench.load_cell else None,

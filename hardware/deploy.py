@@ -9,7 +9,7 @@ from pathlib import Path
 
 from hardware.bench import Bench
 from hardware.bench_address import FILTERS
-from hardware.collect import MODES, closed
+from hardware.collect import closed
 from hardware.deploy_log import DeployLog, step_fields
 from hardware.deploy_loop import DeployLoop
 from hardware.deploy_operator import AbsentableOperator
@@ -94,15 +94,7 @@ def deploy(
         TendonNewtonError: It could not begin.
     """
     bench, settings = deployment.bench, deployment.settings
-    read_back = [
-        drive.servo.configure(
-            MODES[settings.mode],  # pyright: ignore[reportArgumentType]
-            watchdog_s=settings.watchdog,
-            position_range=own.position_range,
-            duty_limit=settings.duty_limit if settings.mode == "position" else 1.0,
-        )
-        for drive, own in zip(bench.drives, settings.loops, strict=True)
-    ]
+    read_back = [drive.servo.configure(watchdog_s=settings.watchdog) for drive in bench.drives]
     loop = DeployLoop(
         bench, deployment.pilot, settings, deployment.goals, keyboard,
         AbsentableOperator(operator), stop, deployment.estimates,
@@ -158,10 +150,9 @@ def session_of(deployment: Deployment, read_back: Sequence[ServoSettings]) -> di
         split="test",
         obstacle="free",
         seed=0,
-        mode=settings.mode,
         rate=settings.rate,
         command_rate=settings.policy_rate,
-        host_loop=asdict(settings.loop) if settings.mode == "pwm" else None,
+        host_loop=asdict(settings.loop),
         servo=read_back[0],
         calibration=bench.calibration.identifier if bench.calibration else None,
         load_cell=bench.load_cell.name if bench.load_cell else None,
@@ -175,8 +166,7 @@ def session_of(deployment: Deployment, read_back: Sequence[ServoSettings]) -> di
     session["deploy.limits"] = json.dumps(asdict(settings.limits))
     for place, (drive, found) in enumerate(zip(bench.further, read_back[1:], strict=True), start=1):
         session |= flattened({f"servo_{place}": found})
-        if settings.mode == "pwm":
-            session |= flattened({f"host_loop_{place}": settings.loops[place]})
+        session |= flattened({f"host_loop_{place}": settings.loops[place]})
         calibration = drive.calibration
         session[f"calibration_{place}"] = "" if calibration is None else calibration.identifier
     if policy is not None:

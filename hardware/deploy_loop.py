@@ -42,9 +42,7 @@ TELL_PERIOD = 2.0
 """Time before the operator is told of the same rule again [s]."""
 COMPLETE = "it has its full length"
 UNWIND_DUTY = -0.15
-"""Duty that lets the tendon out in mode ``pwm`` [1]: 1 rad/s at most."""
-UNWIND_SPEED = 1.0
-"""Speed at which it is let out in mode ``position`` [rad/s]."""
+"""Duty that lets the tendon out [1]: 1 rad/s at most."""
 UNWIND_MARGIN = 0.05
 """Distance from home that counts as home [rad]."""
 UNWIND_SLOWEST = 0.3
@@ -57,7 +55,7 @@ class DeployLoop:
     Args:
         bench: An open bench whose servos are configured, and on unless the run is dry.
         pilot: Who decides.
-        settings: Rates, mode and limits.
+        settings: Rates, loops and limits.
         goals: Where the goal comes from.
         keyboard: The operator's keys.
         operator: Who is told and shown.
@@ -208,15 +206,12 @@ class DeployLoop:
         """Give one servo its command or duty; return whether it has taken it."""
         servo, senses = self.servos[place], self.senses.servos[place]
         try:
-            if self.settings.mode == "pwm":
-                if duty is None:
-                    assert senses.state is not None
-                    duty = self.settings.loops[place].duty(command, senses.state.position)
-                duty = servo.command_duty(duty)
-                if self._log is not None:
-                    self._log.session_log.duty(instant, duty, place)
-            else:
-                servo.command_position(command)
+            if duty is None:
+                assert senses.state is not None
+                duty = self.settings.loops[place].duty(command, senses.state.position)
+            duty = servo.command_duty(duty)
+            if self._log is not None:
+                self._log.session_log.duty(instant, duty, place)
         except (ServoSilent, PortLost):
             return False  # its silence is a rule's business
         except (WatchdogTripped, ServoRefused) as error:
@@ -240,22 +235,15 @@ class DeployLoop:
         patience = 1.0 + max(ways) / UNWIND_SLOWEST
         if not any(left) or now - begin > patience or not self.settings.unwind:
             self._end()
-        elif self.settings.mode == "pwm":
-            duties = [UNWIND_DUTY if out else 0.0 for out in left]
-            self._send(
-                [
-                    position + (duty - loop.offset) / loop.gain
-                    for position, duty, loop in zip(positions, duties, loops, strict=True)
-                ],
-                duties,
-            )
-        else:
-            self._send(
-                [
-                    max(start - UNWIND_SPEED * (now - begin), home)
-                    for start, home in zip(starts, homes, strict=True)
-                ]
-            )
+            return
+        duties = [UNWIND_DUTY if out else 0.0 for out in left]
+        self._send(
+            [
+                position + (duty - loop.offset) / loop.gain
+                for position, duty, loop in zip(positions, duties, loops, strict=True)
+            ],
+            duties,
+        )
 
     def _end(self) -> None:
         """Switch off for good."""

@@ -117,15 +117,6 @@ def alert_text(identifier: int, error: int) -> str:
     )
 
 
-def hold_still(bus: Bus, configuration: ServoConfiguration) -> None:
-    """Set the first goal to where the spool stands, or to no duty, so that nothing will move."""
-    if configuration.mode == "pwm":
-        set_verified(bus, r.GOAL_PWM, 0)
-    else:
-        (position,) = bus.read(r.PRESENT_POSITION)
-        set_verified(bus, r.GOAL_POSITION, position)
-
-
 def arm_watchdog(bus: Bus, configuration: ServoConfiguration) -> None:
     """Let the servo stop by itself where no instruction comes; armed from a clear state only."""
     set_verified(bus, r.BUS_WATCHDOG, 0)

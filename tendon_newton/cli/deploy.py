@@ -45,8 +45,9 @@ JOG_RANGE = (-pi, 2.0 * pi)
 """Spool angles that a hand may reach [rad]: a tendon that begins too tight is let out."""
 JOG_STEP = 0.1
 """By which a key moves the spool [rad]: 1.25 mm of tendon."""
-JOG_DUTY = 0.25
-"""Greatest duty under a hand [1]: some 18 N at standstill without friction."""
+JOG_GAIN, JOG_DUTY = 1.0, 0.25
+"""Stiffness [1/rad] and greatest duty [1] of the loop under a hand: a press of a key overcomes the
+gear's friction, and at standstill it pulls some 18 N at most."""
 ROWS_MIN = 80
 """Rows of a log that is worth listing: a second."""
 
@@ -111,10 +112,6 @@ class DeployConfig:
     """Readings of the servo per second [Hz]; the policy's card must name the same."""
     policy_rate: float = 20.0
     """Policy steps per second [Hz]; the policy's card must name the same."""
-    mode: Literal["pwm", "position"] = "pwm"
-    """Where the position loop runs: pwm, here as on the paper's bench; position, in the servo."""
-    duty_limit: float = 0.65
-    """Greatest duty of the servo's own loop in mode position [1]."""
     force_limit: float = 30.0
     """Tension at which the tendon is let out [N]."""
     temperature_limit: float = 65.0
@@ -246,7 +243,9 @@ def settings_of(config: DeployConfig, policy: Policy | None) -> DeploySettings:
 
     if config.servo not in SERVOS:
         raise unknown_name("servo", config.servo, SERVOS)
-    by_hand = HostPositionLoop(position_range=JOG_RANGE)
+    by_hand = HostPositionLoop(
+        gain=JOG_GAIN, duty_limit=JOG_DUTY, offset=0.0, position_range=JOG_RANGE
+    )
     loop, *further = (by_hand,) if policy is None else loops_of(policy.card)
     limits = limits_for(
         SERVOS[config.servo],
@@ -255,13 +254,11 @@ def settings_of(config: DeployConfig, policy: Policy | None) -> DeploySettings:
         load_cell_rate=float(config.load_cell_rate),
     )
     return DeploySettings(
-        mode="position" if policy is None else config.mode,
         rate=config.rate,
         policy_rate=config.policy_rate,
         spool_radius=config.spool_radius,
         loop=loop,
         further_loops=tuple(further),
-        duty_limit=JOG_DUTY if policy is None else config.duty_limit,
         limits=limits,
         duration=config.duration,
         dry=config.dry_run,

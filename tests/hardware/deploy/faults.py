@@ -139,7 +139,7 @@ CASES: dict[str, Case] = {
         action="unwind",
         output=2.0,
         calm=True,
-        settings=replace(limited(current=0.1), mode="position", duty_limit=1.0),
+        settings=limited(current=0.015),
     ),
     "a shutdown": Case(rule="operator", action="unwind", fault=terminate),
     "a lost terminal": Case(rule="operator", action="unwind", fault=hang_up),

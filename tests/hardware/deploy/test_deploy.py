@@ -168,13 +168,16 @@ def test_a_key_moves_the_spool_slowly() -> None:
     from hardware.goals import FixedGoal
     from hardware.pilot import JogPilot
     from hardware.servos.host_position_loop import HostPositionLoop
+    from tendon_newton.cli.deploy import JOG_DUTY, JOG_GAIN
 
     goal = FixedGoal(0.0, (-3.0, 6.0), 0.1)
     for _ in range(10):
         goal.key("up")
     settings = DeploySettings(
-        duration=3.0, mode="position", duty_limit=0.25, unwind=False,
-        loop=HostPositionLoop(position_range=(-3.0, 6.0)),
+        duration=3.0, unwind=False,
+        loop=HostPositionLoop(
+            gain=JOG_GAIN, duty_limit=JOG_DUTY, offset=0.0, position_range=(-3.0, 6.0)
+        ),
     )  # fmt: skip
     flight = Flight(pilot=JogPilot(20.0, (-3.0, 6.0)), goals=goal, settings=settings)
     flight.fly()

@@ -125,13 +125,6 @@ def test_the_loop_on_the_host_keeps_the_rule_itself(command: float, position: fl
     assert duty >= loop.gain * (RANGE[0] - position) + loop.offset - 1e-12 or position > 6.28
 
 
-def test_a_servos_own_loop_gets_no_command_below_the_range() -> None:
-    """It would follow the last one while nobody speaks to it."""
-    (loop,) = replace(SETTINGS, mode="position").loops
-    assert loop.allowed(-1.0, 3.0) == RULE[0]
-    assert SETTINGS.loops[0].allowed(-1.0, 3.0) == -1.0
-
-
 def test_the_spool_pays_out_sooner_and_stops_at_home(tmp_path: Path) -> None:
     """A policy that winds in for two seconds and then lets out with all its might, on the bench."""
     arrived = {}
