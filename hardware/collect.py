@@ -13,6 +13,9 @@ from hardware.excitation_plan import PlannedRun
 from hardware.operator import Operator
 from hardware.pacing import PacingReport
 from hardware.run_loop import RunLoop
+from hardware.safety import COLLECTION_RULES, refuse_unreachable
+from hardware.safety_limits import DeployLimits
+from hardware.sensor_reach import reach_of
 from hardware.servos.base import ServoSettings
 from hardware.session import Session
 from hardware.session_log import SessionLog, open_log
@@ -70,6 +73,9 @@ def record_run(
     log: SessionLog | None = None
     session: dict[str, str] = {}
     fault: TendonNewtonError | None = None
+    refuse_unreachable(
+        DeployLimits(bench=settings.limits), reach_of(bench.drives[0]), COLLECTION_RULES
+    )
     command = run.command(settings.seed, settings.rate)
     read_back = bench.servo.configure(watchdog_s=settings.watchdog)
     if bench.controls is not None:

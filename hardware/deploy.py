@@ -22,7 +22,9 @@ from hardware.operator import Operator
 from hardware.pacing import PacingReport
 from hardware.pilot import Pilot
 from hardware.policy_runner import Policy
-from hardware.safety import Trip
+from hardware.safety import refuse_unreachable
+from hardware.safety_guards import Trip
+from hardware.sensor_reach import reach_of
 from hardware.servos.base import ServoSettings
 from hardware.session import Session, flattened
 from hardware.session_log import open_log
@@ -94,6 +96,7 @@ def deploy(
         TendonNewtonError: It could not begin.
     """
     bench, settings = deployment.bench, deployment.settings
+    refuse_blind_rules(deployment)
     read_back = [drive.servo.configure(watchdog_s=settings.watchdog) for drive in bench.drives]
     loop = DeployLoop(
         bench, deployment.pilot, settings, deployment.goals, keyboard,
@@ -134,6 +137,17 @@ def deploy(
         first_command=loop.first_command,
         acted=tuple(loop.acted),
     )
+
+
+def refuse_blind_rules(deployment: Deployment) -> None:
+    """Refuse limits that the sensors of this bench can never pass.
+
+    Raises:
+        RuleOutOfReach: A rule could not act whatever happens.
+    """
+    bench = deployment.bench
+    for drive, limits in zip(bench.drives, deployment.settings.servo_limits, strict=True):
+        refuse_unreachable(limits, reach_of(drive, deployment.estimate))
 
 
 def session_of(deployment: Deployment, read_back: Sequence[ServoSettings]) -> dict[str, str]:

@@ -18,6 +18,7 @@ from hardware.deploy_settings import DeploySettings
 from hardware.errors import (
     HardwareFault,
     LogNotWritten,
+    PolicyFailure,
     PortLost,
     ServoRefused,
     ServoSilent,
@@ -30,8 +31,7 @@ from hardware.operator import Operator
 from hardware.pacing import Ticker
 from hardware.pilot import Pilot, PilotStep
 from hardware.run_loop import FLUSH_PERIOD
-from hardware.safety import Trip
-from hardware.safety_guards import SafetyGuards
+from hardware.safety_guards import SafetyGuards, Trip
 from hardware.servos.base import ServoState
 from hardware.stop_request import StopRequest
 from hardware.tip_watch import TipWatch
@@ -128,7 +128,7 @@ class DeployLoop:
         senses = self.senses
         senses.take(tick, self._log)
         due = tick // self.settings.divider != self._sent
-        step = self._decide(states) if due and (states := senses.states) else None
+        step = self._decision(states) if due and (states := senses.states) else None
         trips = self.guard.judge(senses.glances(self._output, self._jump))
         self._act(step, due=due, begun=bool(trips))
         if due:
@@ -136,6 +136,14 @@ class DeployLoop:
         for trip in trips:
             self._announce(trip)
         self.tip.take(None if self._log is None else self._log.session_log)
+
+    def _decision(self, states: Sequence[ServoState]) -> PilotStep | None:
+        """Let the pilot decide, unless it cannot, which is a rule's business."""
+        try:
+            return self._decide(states)
+        except PolicyFailure as error:
+            self.senses.broken = str(error)
+            return None
 
     def _decide(self, states: Sequence[ServoState]) -> PilotStep:
         """Let the pilot look and decide; what it wants holds until the next step."""
@@ -236,7 +244,11 @@ class DeployLoop:
         if not any(left) or now - begin > patience or not self.settings.unwind:
             self._end()
             return
-        duties = [UNWIND_DUTY if out else 0.0 for out in left]
+        stale = self.settings.limits.stale_state
+        duties = [  # without motion where nobody knows how far the spool has come: its gear holds
+            UNWIND_DUTY if out and now - servo.heard <= stale else 0.0
+            for out, servo in zip(left, self.senses.servos, strict=True)
+        ]
         self._send(
             [
                 position + (duty - loop.offset) / loop.gain

@@ -164,6 +164,7 @@ class RunLoop:
     def _read(self) -> None:
         state = self.servo.read_state()
         self._position = state.position
+        self.forces.move(state)
         self.gaps.hear(state.time, self._log)
         if self._log is not None:
             self._log.state(state)

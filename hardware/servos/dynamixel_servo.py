@@ -70,6 +70,8 @@ class DynamixelServo:
         self.baud = baud
         self.counters = ServoCounters()
         self.configuration: ServoConfiguration | None = None
+        self.duty = 0.0
+        """Duty that it was last given [1]."""
         self._clock: Clock = MonotonicClock() if clock is None else clock
         self._bus = Bus(
             port, identifier=identifier, baud=baud, clock=self._clock,
@@ -233,6 +235,7 @@ class DynamixelServo:
                 raise
             self.counters.watchdog_trips += 1
             raise WatchdogTripped(self._watchdog_text()) from None
+        self.duty = sent
         return sent
 
     def enable_torque(self) -> None:
@@ -261,6 +264,7 @@ class DynamixelServo:
         """
         switch_off(self._bus)
         self._torque = False
+        self.duty = 0.0
 
     def clear_watchdog(self) -> None:
         """Make a servo take goals again whose watchdog had stopped it; it stays armed."""

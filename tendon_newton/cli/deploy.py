@@ -64,6 +64,9 @@ class DeployConfig:
     goals: str = "keyboard"
     """Where goals come from: keyboard, stdin, udp:5005, udp:ADDRESS:PORT, stairs, a file of times
     [s] and angles [rad], or one angle [rad]."""
+    goals_key: Path | None = None
+    """File with a key of 16 bytes or more, with which goals over UDP are signed; those from other
+    computers must be."""
     duration: float | None = None
     """Length [s]; without it the run ends with a key."""
     out: Path = Path("deployments")
@@ -192,9 +195,14 @@ def bench_of(config: DeployConfig) -> str:
 def address_of(config: DeployConfig, servos: int) -> BenchAddress:
     """Return where the bench is, with as many servos as the policy drives."""
     from hardware.bench_address import BenchAddress
+    from tendon_newton.errors import unknown_name
+    from tendon_newton.mechanisms.asset_library import asset_files
 
+    bench = bench_of(config)
+    if bench not in (assets := asset_files()):
+        raise unknown_name("bench", bench, assets)
     return BenchAddress(
-        bench=bench_of(config),
+        bench=bench,
         further=further_drives(config, servos),
         port=config.port or "",
         load_cell_port=config.load_cell_port,
@@ -285,7 +293,7 @@ def goals_of(config: DeployConfig, policy: Policy | None, settings: DeploySettin
 
     if policy is None:
         return FixedGoal(0.0, settings.loop.position_range, JOG_STEP)
-    return open_goals(config.goals, policy.card.goal_range)
+    return open_goals(config.goals, policy.card.goal_range, config.goals_key)
 
 
 def estimate_of(config: DeployConfig) -> ForceEstimate | None:
@@ -337,22 +345,33 @@ def compare(policy: Policy | None, path: Path) -> None:
 
 
 def conclude(config: DeployConfig, outcome: DeployOutcome) -> None:
-    """Say what came of it, and list the log as a recording."""
-    from tendon_newton.dataset import list_recording
+    """Say what came of it, and list the log as a recording; what ended it is said last."""
+    from tendon_newton.errors import TendonNewtonError
 
     trips = ", ".join(f"{name} {count}" for name, count in outcome.trips.items()) or "none"
     print(
         f"{outcome.path}: {outcome.rows} rows, {outcome.missed} missed, {outcome.steps} steps; "
         f"ended: {outcome.ended}\npacing: {outcome.pacing.text}\nsafety rules: {trips}"
     )
-    if outcome.path is not None and outcome.rows >= ROWS_MIN and not config.dry_run:
-        slow = config.calibration is not None or (config.port or "").startswith("virtual")
-        list_recording(
-            config.out, outcome.path.name, bench=bench_of(config), split=config.split,
-            start="first_row",
-            load_cell_rate=float(config.load_cell_rate)
-            if slow and config.load_cell_rate < 0.9 * config.rate
-            else None,
-        )  # fmt: skip
+    try:
+        if outcome.path is not None and outcome.rows >= ROWS_MIN and not config.dry_run:
+            enlist(config, outcome.path.name)
+    except TendonNewtonError as error:
+        if outcome.fault is None:
+            raise
+        print(f"!! {error}")
     if outcome.fault is not None:
         raise outcome.fault
+
+
+def enlist(config: DeployConfig, file: str) -> None:
+    """List a log as a recording of its folder."""
+    from tendon_newton.dataset import list_recording
+
+    slow = config.calibration is not None or (config.port or "").startswith("virtual")
+    list_recording(
+        config.out, file, bench=bench_of(config), split=config.split, start="first_row",
+        load_cell_rate=float(config.load_cell_rate)
+        if slow and config.load_cell_rate < 0.9 * config.rate
+        else None,
+    )  # fmt: skip

@@ -19,7 +19,7 @@ from hardware.load_cells.calibration_file import write_calibration
 from hardware.operator import Progress, SilentOperator
 from hardware.pilot import Pilot, PilotStep, PolicyPilot
 from hardware.policy_runner import Policy
-from hardware.safety import Trip
+from hardware.safety_guards import Trip
 from hardware.servos.base import ServoState
 from hardware.stop_request import StopRequest
 from hardware.virtual_calibration import calibrated_twins

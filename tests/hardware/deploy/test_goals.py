@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hardware.datagram_goals import DatagramGoals
 from hardware.goals import (
-    DatagramGoals,
     FixedGoal,
     LineGoals,
     open_goals,
