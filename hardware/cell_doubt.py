@@ -28,15 +28,16 @@ CALM_SHARE = 0.5
 a live cell is 3.9 on average, and this small by chance once in 1e15."""
 COARSE = 4.0
 """Standard deviation below which noise is a matter of single counts, and is not looked for."""
-PULL = 0.12
-"""Share of the motor's strength at which a tendon is pulled, whatever the gear's friction [1]: on
-the virtual benches a spool that runs free takes 0.06, and one at 0.12 pulls 3 N."""
+PULL, PULL_PER_SPEED = 0.09, 0.02
+"""Share of the motor's strength [1], and more of it per speed [s/rad], at which a tendon is pulled
+whatever the gear's friction: on the virtual benches a spool that runs free takes 0.05 at 1.5 rad/s
+and 0.09 at 4 rad/s, and one that pulls 2.5 N takes 0.09."""
 PULL_TIME = 0.25
 """Time over which that is a mean [s]: an acceleration takes less."""
-WOUND = 0.3
+WOUND = 0.25
 """Angle wound in under such a pull, after which the tension must have changed [rad]."""
 CHANGE = 0.3
-"""By how much [N]: the weakest spring of the benches gives 0.75 N over 0.3 rad."""
+"""By how much [N]: the weakest spring of the benches gives 0.6 N over 0.25 rad."""
 
 
 class CellDoubt:
@@ -58,6 +59,7 @@ class CellDoubt:
         self._latest: deque[int] = deque(maxlen=CALM_READINGS)
         self._way: deque[tuple[float, float, float]] = deque()
         self._wound = 0.0
+        self._felt = 0.0
         self._before: float | None = None
         self._anchor: float | None = None
 
@@ -84,8 +86,9 @@ class CellDoubt:
                 f"counts; {CALM_READINGS} readings lie within {spread}: look at its converter"
             )
 
-    def feel(self, force: float) -> None:
-        """Take a tension [N]; one that changes is one that reacts."""
+    def feel(self, force: float, instant: float) -> None:
+        """Take a tension [N] and when it came [s]; one that changes is one that reacts."""
+        self._felt = instant
         if self._anchor is None or abs(force - self._anchor) >= CHANGE:
             self._anchor, self._wound = force, 0.0
 
@@ -96,7 +99,9 @@ class CellDoubt:
             self._way.popleft()
         wound = 0.0 if self._before is None else max(state.position - self._before, 0.0)
         self._before = state.position
-        if self._anchor is None or self._pull() < PULL:
+        if state.time - self._felt > PULL_TIME:  # its silence is another matter
+            self._anchor = None
+        if self._anchor is None or not self._pulls():
             return
         self._wound += wound
         if self._wound > WOUND:
@@ -105,14 +110,15 @@ class CellDoubt:
                 f"{self._anchor:.1f} N over {self._wound:.1f} rad: look at the load cell"
             )
 
-    def _pull(self) -> float:
-        """Return the share of its strength that the motor lately did not need to turn freely."""
+    def _pulls(self) -> bool:
+        """Tell whether the motor lately needed more of its strength than to turn freely."""
         begin, first, _ = self._way[0]
         end, last, _ = self._way[-1]
         if end - begin < 0.8 * PULL_TIME:
-            return 0.0
+            return False
         duty = sum(each for _, _, each in self._way) / len(self._way)
-        return duty - (last - first) / (end - begin) / self._servo.no_load_speed
+        speed = (last - first) / (end - begin)
+        return duty - speed / self._servo.no_load_speed > PULL + PULL_PER_SPEED * abs(speed)
 
 
 def equal_max(sigma: float) -> int:

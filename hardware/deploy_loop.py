@@ -98,7 +98,7 @@ class DeployLoop:
         self._sent = -1
         self._unwinding: tuple[float, list[float]] | None = None
         self._next_show = 0.0
-        self._told: dict[tuple[str, int], float] = {}
+        self._told: dict[tuple[str, int, str], float] = {}
 
     @property
     def complete(self) -> bool:
@@ -279,7 +279,7 @@ class DeployLoop:
         ends = trip.action in ("unwind", "off") and trip.reason != COMPLETE
         if ends and self.ending is None:
             self.ending = trip
-        known = (trip.rule.name, trip.servo)
+        known = (trip.rule.name, trip.servo, trip.action)
         if now >= self._told.get(known, -1.0):
             self._told[known] = now + TELL_PERIOD
             self.operator.tell(f"{trip.action.upper()}: {trip.reason}")

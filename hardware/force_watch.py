@@ -108,7 +108,7 @@ class ForceWatch:
         if self.calibration is None or reading.saturated:
             return
         before, self.force = self.force, float(self.calibration.force(reading.counts))
-        self._doubt.feel(self.force)
+        self._doubt.feel(self.force, reading.host_time)
         if log is not None:
             log.force(instant, reading.host_time, self.force, self._place)
         if before is None:

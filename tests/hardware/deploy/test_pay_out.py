@@ -20,7 +20,7 @@ from hardware.servos.host_position_loop import HostPositionLoop
 from tendon_newton.errors import InvalidParameter, InvalidPolicyFile
 from tendon_newton.policy_card import PolicyCard
 from tendon_newton.policy_observation import motor_command
-from tests.hardware.deploy.faults import silence
+from tests.faults.injections import silence
 from tests.hardware.deploy.policies import card_of, card_of_two, policy_of
 from tests.hardware.deploy.runs import Flight
 
