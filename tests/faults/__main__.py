@@ -97,7 +97,8 @@ def kill(runs: int) -> int:
 
 def say(text: str) -> None:
     """Print at once."""
-    print(text, flush=True)
+    sys.stdout.write(f"{text}\n")
+    sys.stdout.flush()
 
 
 if __name__ == "__main__":
