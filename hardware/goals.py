@@ -231,6 +231,8 @@ def open_goals(word: str, bounds: tuple[float, float], key: Path | None = None) 
         InvalidGoal: The file holds no goals.
         InvalidParameter: The word names nothing.
     """
+    if key is not None and not word.startswith("udp:"):
+        raise InvalidParameter("a key is for goals over UDP alone; they come in another way")
     if word == "keyboard":
         return FixedGoal(bounds[0], bounds)
     if word == "stdin":
@@ -243,8 +245,6 @@ def open_goals(word: str, bounds: tuple[float, float], key: Path | None = None) 
         return DatagramGoals(
             word.removeprefix("udp:"), bounds[0], key=None if key is None else read_key(key)
         )
-    if key is not None:
-        raise InvalidParameter("a key is for goals over UDP alone; they come in another way")
     try:
         return FixedGoal(parse_goal(word), bounds)
     except InvalidGoal:

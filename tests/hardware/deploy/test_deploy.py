@@ -260,3 +260,21 @@ def test_a_second_signal_does_not_wait_for_the_tendon() -> None:
     flight.fault = twice
     with pytest.raises(KeyboardInterrupt):
         flight.fly()
+
+
+def test_what_ended_a_run_is_said_last(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Where the log cannot be listed either, that is told before; the file is named."""
+    from hardware.errors import SafetyStop
+    from tendon_newton.cli.deploy import DeployConfig, conclude
+    from tests.faults.injections import load
+
+    out = tmp_path / "gone"
+    out.mkdir()
+    flight = Flight(path=out / "run.mcap", settings=DeploySettings(duration=6.0), fault=load)
+    flight.after = 1.5
+    outcome = flight.fly()
+    (out / "run.mcap").unlink()
+    out.rmdir()
+    with pytest.raises(SafetyStop, match="the tension must stay below 30 N"):
+        conclude(DeployConfig(policy=Path("a.onnx"), port="virtual", out=out), outcome)
+    assert f"!! {out / 'dataset.toml'}: cannot be written" in capsys.readouterr().out
