@@ -182,12 +182,7 @@ class Bus:
         """
         sent: dict[int, float] = {}
         silent = 0
-        if self.unasked():
-            self._unasked += 1
-            if self._unasked > UNASKED_MAX:
-                raise SharedIdentifier(self.shared_text())
-        else:
-            self._unasked = max(self._unasked - 1, 0)
+        self._unasked = self._unasked + 1 if self.unasked() else max(self._unasked - 1, 0)
         for attempt in range(1 + self._retries):
             self._counters.retries += attempt > 0
             asked = length if fixed else self._unambiguous(length)
@@ -225,9 +220,20 @@ class Bus:
             return False
         return bool(self._port.guard(self._port.handler.getBytesAvailable))
 
-    def shared_text(self) -> str:
-        """Say what answers mean that nobody asked for."""
-        return (
+    def refuse_second(self, most: int = UNASKED_MAX) -> None:
+        """Refuse to go on with a servo that answers more often than it was asked.
+
+        Whoever switches a motor off does not look: that must be tried whatever answers.
+
+        Args:
+            most: Answers that nobody asked for, less exchanges without one, that are put up with.
+
+        Raises:
+            SharedIdentifier: Another servo has the same ID.
+        """
+        if self._unasked <= most:
+            return
+        raise SharedIdentifier(
             f"each servo on a bus must have its own ID; two answer as {self.identifier} on "
             f"{self.name}: plug in one at a time and give it another, `tendon-newton doctor "
             "--port ... --set-id`"

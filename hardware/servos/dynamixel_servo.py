@@ -160,8 +160,10 @@ class DynamixelServo:
         Raises:
             ServoSilent: No whole answer came in all attempts.
             PortLost: The adapter is gone; ``reconnect`` brings it back.
+            SharedIdentifier: Another servo has the same ID.
         """
         self.counters.reads += 1
+        self._bus.refuse_second()
         try:
             current, velocity, position = self._bus.read(*r.STATE_BLOCK)
         except HardwareFault:

@@ -10,7 +10,6 @@ from hardware.errors import (
     ServoRefused,
     ServoSilent,
     SettingMismatch,
-    SharedIdentifier,
     UnsupportedServo,
 )
 from hardware.servos import SERVOS
@@ -65,11 +64,9 @@ def refuse_second(bus: Bus, clock: Clock) -> None:
         SharedIdentifier: It is so.
     """
     for _ in range(GREETINGS):
-        bus.ping()
         clock.sleep_until(clock.now() + SECOND_ANSWER)
-        if not bus.unasked():
-            return
-    raise SharedIdentifier(bus.shared_text())
+        bus.ping()
+    bus.refuse_second(GREETINGS - 1)
 
 
 def await_restart(bus: Bus, spec: ServoSpec, clock: Clock) -> None:

@@ -113,7 +113,7 @@ def two_in_the_run(k: int) -> None:
     flight = Flight(settings=SETTINGS, after=0.4 + 0.0137 * k, fault=on.worse(doubled_replies=1.0))
     outcome = flight.fly()
     assert isinstance(outcome.fault, SharedIdentifier), outcome.ended
-    assert not flight.duty_after
+    assert not flight.torque_after
 
 
 def refused(limits: DeployLimits, said: str, **words: object) -> None:

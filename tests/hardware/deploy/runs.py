@@ -176,12 +176,17 @@ class Flight:
         self.acted = list(outcome.acted)
         return outcome
 
-    def latency(self, rule: str, action: str | None = None) -> float:
-        """Return the time from the fault to the end of the rule's action [s], any unless given."""
+    @property
+    def since(self) -> float:
+        """When the fault began, where there was one [s]."""
         assert self.begun is not None
+        return self.begun
+
+    def latency(self, rule: str) -> float:
+        """Return the time from the fault to the end of the rule's action [s]."""
         done = [
             instant for trip, instant in self.acted
-            if trip.rule.name == rule and action in (None, trip.action) and instant >= self.begun
+            if trip.rule.name == rule and instant >= self.since
         ]  # fmt: skip
         assert done, f"{rule} never came into effect; {[t.rule.name for t, _ in self.acted]}"
-        return done[0] - self.begun
+        return done[0] - self.since
