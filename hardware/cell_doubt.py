@@ -36,6 +36,8 @@ PULL_TIME = 0.25
 """Time over which that is a mean [s]: an acceleration takes less."""
 WOUND = 0.25
 """Angle wound in under such a pull, after which the tension must have changed [rad]."""
+LAG = 6
+"""Readings after that which may still show an older tension: an HX711 settles in four."""
 CHANGE = 0.3
 """By how much [N]: the weakest spring of the benches gives 0.6 N over 0.25 rad."""
 
@@ -58,8 +60,8 @@ class CellDoubt:
         self._equal = self._saturated = 0
         self._latest: deque[int] = deque(maxlen=CALM_READINGS)
         self._way: deque[tuple[float, float, float]] = deque()
-        self._wound = 0.0
-        self._felt = 0.0
+        self._wound = self._felt = 0.0
+        self._late = 0
         self._before: float | None = None
         self._anchor: float | None = None
 
@@ -90,7 +92,14 @@ class CellDoubt:
         """Take a tension [N] and when it came [s]; one that changes is one that reacts."""
         self._felt = instant
         if self._anchor is None or abs(force - self._anchor) >= CHANGE:
-            self._anchor, self._wound = force, 0.0
+            self._anchor, self._wound, self._late = force, 0.0, 0
+        elif self._wound > WOUND:
+            self._late += 1
+            if self._late >= LAG:
+                self.fault = (
+                    f"the tension must change while the motor winds in; it has stayed at "
+                    f"{self._anchor:.1f} N over {self._wound:.1f} rad: look at the load cell"
+                )
 
     def move(self, state: ServoState, duty: float) -> None:
         """Take where the spool is and the duty [1] that winds it."""
@@ -104,11 +113,6 @@ class CellDoubt:
         if self._anchor is None or not self._pulls():
             return
         self._wound += wound
-        if self._wound > WOUND:
-            self.fault = (
-                f"the tension must change while the motor winds in; it has stayed at "
-                f"{self._anchor:.1f} N over {self._wound:.1f} rad: look at the load cell"
-            )
 
     def _pulls(self) -> bool:
         """Tell whether the motor lately needed more of its strength than to turn freely."""

@@ -81,6 +81,18 @@ def test_a_tension_must_follow_a_motor_that_pulls(duty: float, slope: float, dou
     assert (doubt.fault is not None) is doubted
 
 
+def test_a_slow_cell_is_given_time_to_show_a_change() -> None:
+    """At 10 readings a second, settled after four, a spool has long been wound in before."""
+    doubt = CellDoubt(CALIBRATION, SPEC)
+    for k in range(240):  # one step of 0.6 rad within 0.2 s, after a second of rest
+        instant = 0.0125 * k
+        angle = min(max(instant - 1.0, 0.0) * 3.0, 0.6)
+        if k % 8 == 0:
+            doubt.feel(2.0 if instant < 1.6 else 5.0, instant)
+        doubt.move(ServoState(time=instant, position=angle, velocity=0.0, current=0.0), 0.9)
+    assert doubt.fault is None
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("bench", ["finger", "spring_weak", "spring_strong"])
 @pytest.mark.parametrize("excitation", ["random_steps", "sine", "ramps", "contact_ramp"])
