@@ -13,14 +13,14 @@ from hardware.excitation_plan import PlannedRun
 from hardware.operator import Operator
 from hardware.pacing import PacingReport
 from hardware.run_loop import RunLoop
+from hardware.safety import COLLECTION_RULES, refuse_unreachable
+from hardware.safety_limits import DeployLimits
+from hardware.sensor_reach import reach_of
 from hardware.servos.base import ServoSettings
 from hardware.session import Session
 from hardware.session_log import SessionLog, open_log
 from hardware.stop_request import StopRequest
 from tendon_newton.errors import TendonNewtonError
-
-MODES = {"pwm": "pwm", "position": "extended_position"}
-"""Who closes the loop, as the driver calls it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,13 +73,11 @@ def record_run(
     log: SessionLog | None = None
     session: dict[str, str] = {}
     fault: TendonNewtonError | None = None
-    command = run.command(settings.seed, settings.rate)
-    read_back = bench.servo.configure(
-        MODES[settings.mode],  # pyright: ignore[reportArgumentType]
-        watchdog_s=settings.watchdog,
-        position_range=settings.loop.position_range,
-        duty_limit=settings.duty_limit if settings.mode == "position" else 1.0,
+    refuse_unreachable(
+        DeployLimits(bench=settings.limits), reach_of(bench.drives[0]), COLLECTION_RULES
     )
+    command = run.command(settings.seed, settings.rate)
+    read_back = bench.servo.configure(watchdog_s=settings.watchdog)
     if bench.controls is not None:
         bench.controls.set_obstacle(run.obstacle)
     stop.patient = True
@@ -127,10 +125,9 @@ def session_of(
         split=run.split,
         obstacle=run.obstacle,
         seed=settings.seed,
-        mode=settings.mode,
         rate=settings.rate,
         command_rate=settings.commands,
-        host_loop=asdict(settings.loop) if settings.mode == "pwm" else None,
+        host_loop=asdict(settings.loop),
         servo=read_back,
         calibration=calibration.identifier if calibration else None,
         load_cell=bench.load_cell.name if bench.load_cell else None,

@@ -178,7 +178,7 @@ def claim(out: Path, title: str, address: BenchAddress, settings: CollectSetting
     if title != SINGLE_RUNS:
         facts |= {
             "seed": settings.seed,
-            "mode": settings.mode,
+            "mode": "pwm",  # a folder from when the servo's own loop could run is not mixed
             "rate_hz": settings.rate,
             "command_rate_hz": settings.commands,
         }

@@ -1,32 +1,25 @@
 """How to record: what is the same for all runs of a session."""
 
 from dataclasses import dataclass, field
-from typing import Literal
 
 from hardware.limits import SafetyLimits
 from hardware.servos.host_position_loop import HostPositionLoop
 from tendon_newton.errors import InvalidParameter
 
-Mode = Literal["pwm", "position"]
-COMMAND_RATES: dict[str, float] = {"pwm": 20.0, "position": 80.0}
-"""Commands per second unless given [Hz]; 20 is what the bench of the paper used."""
+COMMAND_RATE = 20.0
+"""Commands per second unless given [Hz]: what the bench of the paper used."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class CollectSettings:
-    """Rates, who closes the position loop, limits, and what is drawn."""
+    """Rates, the position loop, limits, and what is drawn."""
 
-    mode: Mode = "pwm"
-    """``pwm``: the position loop runs here, as on the paper's bench; ``position``: in the servo."""
     rate: float = 80.0
     """Readings of the servo per second [Hz]."""
     command_rate: float | None = None
     """Commands per second [Hz], of which the rate is a whole multiple."""
     loop: HostPositionLoop = field(default_factory=HostPositionLoop)
-    """The position loop of mode ``pwm``."""
-    duty_limit: float = 0.65
-    """Greatest duty of the servo's own loop in mode ``position`` [1]: what the other loop reaches
-    over one turn. The servo's loop is stiff enough to pull 70 N at full duty."""
+    """The position loop; it runs here, as on the paper's bench."""
     settle: float = 1.5
     """Rest at the first command before the first row [s]."""
     watchdog: float = 0.2
@@ -40,8 +33,6 @@ class CollectSettings:
 
     def __post_init__(self) -> None:
         """Refuse rates that do not divide."""
-        if self.mode not in COMMAND_RATES:
-            raise InvalidParameter(f"mode must be 'pwm' or 'position'; it is {self.mode!r}")
         if not 10.0 <= self.rate <= 500.0:
             raise InvalidParameter(f"the rate must be 10 to 500 Hz; it is {self.rate:g} Hz")
         ratio = self.rate / self.commands if self.commands > 0.0 else 0.0
@@ -50,8 +41,6 @@ class CollectSettings:
                 f"the rate must be a whole multiple of the command rate; they are {self.rate:g} "
                 f"and {self.commands:g} Hz"
             )
-        if not 0.0 < self.duty_limit <= 1.0:
-            raise InvalidParameter(f"duty_limit must be above 0, up to 1; it is {self.duty_limit}")
         if not 0.0 <= self.settle <= 60.0:
             raise InvalidParameter(f"the rest must be 0 to 60 s; it is {self.settle:g} s")
 
@@ -60,7 +49,7 @@ class CollectSettings:
         """Commands per second [Hz]."""
         if self.command_rate is not None:
             return self.command_rate
-        return min(self.rate, COMMAND_RATES[self.mode])
+        return min(self.rate, COMMAND_RATE)
 
     @property
     def divider(self) -> int:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from hardware.bench import Bench
 from hardware.bench_address import FILTERS
-from hardware.collect import MODES, closed
+from hardware.collect import closed
 from hardware.deploy_log import DeployLog, step_fields
 from hardware.deploy_loop import DeployLoop
 from hardware.deploy_operator import AbsentableOperator
@@ -22,7 +22,9 @@ from hardware.operator import Operator
 from hardware.pacing import PacingReport
 from hardware.pilot import Pilot
 from hardware.policy_runner import Policy
-from hardware.safety import Trip
+from hardware.safety import refuse_unreachable
+from hardware.safety_guards import Trip
+from hardware.sensor_reach import reach_of
 from hardware.servos.base import ServoSettings
 from hardware.session import Session, flattened
 from hardware.session_log import open_log
@@ -94,15 +96,8 @@ def deploy(
         TendonNewtonError: It could not begin.
     """
     bench, settings = deployment.bench, deployment.settings
-    read_back = [
-        drive.servo.configure(
-            MODES[settings.mode],  # pyright: ignore[reportArgumentType]
-            watchdog_s=settings.watchdog,
-            position_range=own.position_range,
-            duty_limit=settings.duty_limit if settings.mode == "position" else 1.0,
-        )
-        for drive, own in zip(bench.drives, settings.loops, strict=True)
-    ]
+    refuse_blind_rules(deployment)
+    read_back = [drive.servo.configure(watchdog_s=settings.watchdog) for drive in bench.drives]
     loop = DeployLoop(
         bench, deployment.pilot, settings, deployment.goals, keyboard,
         AbsentableOperator(operator), stop, deployment.estimates,
@@ -144,6 +139,17 @@ def deploy(
     )
 
 
+def refuse_blind_rules(deployment: Deployment) -> None:
+    """Refuse limits that the sensors of this bench can never pass.
+
+    Raises:
+        RuleOutOfReach: A rule could not act whatever happens.
+    """
+    bench = deployment.bench
+    for drive, limits in zip(bench.drives, deployment.settings.servo_limits, strict=True):
+        refuse_unreachable(limits, reach_of(drive, deployment.estimate))
+
+
 def session_of(deployment: Deployment, read_back: Sequence[ServoSettings]) -> dict[str, str]:
     """Return what decides a deployment, as a metadata record holds it."""
     bench, settings, policy = deployment.bench, deployment.settings, deployment.policy
@@ -158,10 +164,9 @@ def session_of(deployment: Deployment, read_back: Sequence[ServoSettings]) -> di
         split="test",
         obstacle="free",
         seed=0,
-        mode=settings.mode,
         rate=settings.rate,
         command_rate=settings.policy_rate,
-        host_loop=asdict(settings.loop) if settings.mode == "pwm" else None,
+        host_loop=asdict(settings.loop),
         servo=read_back[0],
         calibration=bench.calibration.identifier if bench.calibration else None,
         load_cell=bench.load_cell.name if bench.load_cell else None,
@@ -175,8 +180,7 @@ def session_of(deployment: Deployment, read_back: Sequence[ServoSettings]) -> di
     session["deploy.limits"] = json.dumps(asdict(settings.limits))
     for place, (drive, found) in enumerate(zip(bench.further, read_back[1:], strict=True), start=1):
         session |= flattened({f"servo_{place}": found})
-        if settings.mode == "pwm":
-            session |= flattened({f"host_loop_{place}": settings.loops[place]})
+        session |= flattened({f"host_loop_{place}": settings.loops[place]})
         calibration = drive.calibration
         session[f"calibration_{place}"] = "" if calibration is None else calibration.identifier
     if policy is not None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hardware import ros_messages as ros
 from hardware.pilot import PilotStep
-from hardware.safety import Trip
+from hardware.safety_guards import Trip
 from hardware.session_log import SessionLog
 from tendon_newton.errors import InvalidRecording
 from tendon_newton.recording_formats.mcap_file import McapReading

@@ -18,6 +18,7 @@ from hardware.deploy_settings import DeploySettings
 from hardware.errors import (
     HardwareFault,
     LogNotWritten,
+    PolicyFailure,
     PortLost,
     ServoRefused,
     ServoSilent,
@@ -30,8 +31,7 @@ from hardware.operator import Operator
 from hardware.pacing import Ticker
 from hardware.pilot import Pilot, PilotStep
 from hardware.run_loop import FLUSH_PERIOD
-from hardware.safety import Trip
-from hardware.safety_guards import SafetyGuards
+from hardware.safety_guards import SafetyGuards, Trip
 from hardware.servos.base import ServoState
 from hardware.stop_request import StopRequest
 from hardware.tip_watch import TipWatch
@@ -42,9 +42,7 @@ TELL_PERIOD = 2.0
 """Time before the operator is told of the same rule again [s]."""
 COMPLETE = "it has its full length"
 UNWIND_DUTY = -0.15
-"""Duty that lets the tendon out in mode ``pwm`` [1]: 1 rad/s at most."""
-UNWIND_SPEED = 1.0
-"""Speed at which it is let out in mode ``position`` [rad/s]."""
+"""Duty that lets the tendon out [1]: 1 rad/s at most."""
 UNWIND_MARGIN = 0.05
 """Distance from home that counts as home [rad]."""
 UNWIND_SLOWEST = 0.3
@@ -57,7 +55,7 @@ class DeployLoop:
     Args:
         bench: An open bench whose servos are configured, and on unless the run is dry.
         pilot: Who decides.
-        settings: Rates, mode and limits.
+        settings: Rates, loops and limits.
         goals: Where the goal comes from.
         keyboard: The operator's keys.
         operator: Who is told and shown.
@@ -100,7 +98,7 @@ class DeployLoop:
         self._sent = -1
         self._unwinding: tuple[float, list[float]] | None = None
         self._next_show = 0.0
-        self._told: dict[tuple[str, int], float] = {}
+        self._told: dict[tuple[str, int, str], float] = {}
 
     @property
     def complete(self) -> bool:
@@ -130,7 +128,7 @@ class DeployLoop:
         senses = self.senses
         senses.take(tick, self._log)
         due = tick // self.settings.divider != self._sent
-        step = self._decide(states) if due and (states := senses.states) else None
+        step = self._decision(states) if due and (states := senses.states) else None
         trips = self.guard.judge(senses.glances(self._output, self._jump))
         self._act(step, due=due, begun=bool(trips))
         if due:
@@ -138,6 +136,14 @@ class DeployLoop:
         for trip in trips:
             self._announce(trip)
         self.tip.take(None if self._log is None else self._log.session_log)
+
+    def _decision(self, states: Sequence[ServoState]) -> PilotStep | None:
+        """Let the pilot decide, unless it cannot, which is a rule's business."""
+        try:
+            return self._decide(states)
+        except PolicyFailure as error:
+            self.senses.broken = str(error)
+            return None
 
     def _decide(self, states: Sequence[ServoState]) -> PilotStep:
         """Let the pilot look and decide; what it wants holds until the next step."""
@@ -208,15 +214,12 @@ class DeployLoop:
         """Give one servo its command or duty; return whether it has taken it."""
         servo, senses = self.servos[place], self.senses.servos[place]
         try:
-            if self.settings.mode == "pwm":
-                if duty is None:
-                    assert senses.state is not None
-                    duty = self.settings.loops[place].duty(command, senses.state.position)
-                duty = servo.command_duty(duty)
-                if self._log is not None:
-                    self._log.session_log.duty(instant, duty, place)
-            else:
-                servo.command_position(command)
+            if duty is None:
+                assert senses.state is not None
+                duty = self.settings.loops[place].duty(command, senses.state.position)
+            duty = servo.command_duty(duty)
+            if self._log is not None:
+                self._log.session_log.duty(instant, duty, place)
         except (ServoSilent, PortLost):
             return False  # its silence is a rule's business
         except (WatchdogTripped, ServoRefused) as error:
@@ -240,22 +243,19 @@ class DeployLoop:
         patience = 1.0 + max(ways) / UNWIND_SLOWEST
         if not any(left) or now - begin > patience or not self.settings.unwind:
             self._end()
-        elif self.settings.mode == "pwm":
-            duties = [UNWIND_DUTY if out else 0.0 for out in left]
-            self._send(
-                [
-                    position + (duty - loop.offset) / loop.gain
-                    for position, duty, loop in zip(positions, duties, loops, strict=True)
-                ],
-                duties,
-            )
-        else:
-            self._send(
-                [
-                    max(start - UNWIND_SPEED * (now - begin), home)
-                    for start, home in zip(starts, homes, strict=True)
-                ]
-            )
+            return
+        stale = self.settings.limits.stale_state
+        duties = [  # without motion where nobody knows how far the spool has come: its gear holds
+            UNWIND_DUTY if out and now - servo.heard <= stale else 0.0
+            for out, servo in zip(left, self.senses.servos, strict=True)
+        ]
+        self._send(
+            [
+                position + (duty - loop.offset) / loop.gain
+                for position, duty, loop in zip(positions, duties, loops, strict=True)
+            ],
+            duties,
+        )
 
     def _end(self) -> None:
         """Switch off for good."""
@@ -279,7 +279,7 @@ class DeployLoop:
         ends = trip.action in ("unwind", "off") and trip.reason != COMPLETE
         if ends and self.ending is None:
             self.ending = trip
-        known = (trip.rule.name, trip.servo)
+        known = (trip.rule.name, trip.servo, trip.action)
         if now >= self._told.get(known, -1.0):
             self._told[known] = now + TELL_PERIOD
             self.operator.tell(f"{trip.action.upper()}: {trip.reason}")

@@ -24,11 +24,9 @@ from hardware.operator import Operator
 from hardware.pacing import Ticker
 from hardware.run_loop import LOOK_PERIOD
 from hardware.safety import Glance
+from hardware.safety_limits import SKIP_WINDOW
 from hardware.servos.base import ServoHealth, ServoState
 from hardware.stop_request import StopRequest
-
-SKIP_WINDOW = 8
-"""Ticks among which skipped ones are counted."""
 
 
 class ServoSenses:
@@ -61,6 +59,11 @@ class ServoSenses:
         return self.estimated if self.forces.force is None else self.forces.force
 
     @property
+    def sure_force(self) -> float | None:
+        """The same where one wrong reading of the load cell cannot have made it [N]."""
+        return self.estimated if self.forces.force is None else self.forces.agreed
+
+    @property
     def alerted(self) -> bool:
         """Whether an answer since the last look told of an alert."""
         return self.servo.counters.alerts > self._alerts
@@ -72,6 +75,7 @@ class ServoSenses:
         except (ServoSilent, PortLost, ServoRefused):
             return None
         self.heard = state.time
+        self.forces.move(state)
         return state
 
     def look(self) -> ServoHealth | None:
@@ -93,8 +97,9 @@ class ServoSenses:
             common,
             position=None if state is None else state.position,
             silence=max(common.now - self.heard, 0.0),
-            force=self.force,
+            force=self.sure_force,
             blindness=self.forces.silence,
+            doubt=self.forces.fault,
             current=None if state is None else state.current,
             voltage=None if health is None else health.voltage,
             temperature=None if health is None else health.temperature,
@@ -131,6 +136,8 @@ class DeploySenses:
         """Why the run should end in an orderly way."""
         self.failure: str | None = None
         """Why the log cannot be written."""
+        self.broken: str | None = None
+        """Why the pilot cannot decide."""
         self._divider = settings.divider
         self._goals = goals
         self._keyboard = keyboard
@@ -174,6 +181,7 @@ class DeploySenses:
             stop=self.stop_reason,
             kill=self._kill,
             failure=self.failure,
+            broken=self.broken,
         )
         return [
             servo.glance(common, output, jump)

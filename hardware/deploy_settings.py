@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from math import isfinite
-from typing import Literal
 
 from hardware.bench_address import BenchAddress
 from hardware.errors import PolicyMismatch
@@ -21,10 +20,8 @@ RADIUS_TOLERANCE = 1e-3
 
 @dataclass(frozen=True, kw_only=True)
 class DeploySettings:
-    """Rates, who closes the position loop, limits and length."""
+    """Rates, the position loop, limits and length."""
 
-    mode: Literal["pwm", "position"] = "pwm"
-    """``pwm``: the position loop runs here, as on the paper's bench; ``position``: in the servo."""
     rate: float = SERVO_RATE
     """Readings of the servo per second [Hz]."""
     policy_rate: float = RATE
@@ -32,11 +29,9 @@ class DeploySettings:
     spool_radius: float = 0.0125
     """Of the bench [m]."""
     loop: HostPositionLoop = field(default_factory=HostPositionLoop)
-    """The position loop of mode ``pwm``, and the command range in either."""
+    """The position loop, which runs here as on the paper's bench, and its command range."""
     further_loops: tuple[HostPositionLoop, ...] = ()
     """Those of further servos."""
-    duty_limit: float = 0.65
-    """Greatest duty of the servo's own loop in mode ``position`` [1]."""
     watchdog: float = 0.2
     """Silence on the bus after which the servo stops by itself [s]."""
     limits: DeployLimits = field(default_factory=DeployLimits)
@@ -60,20 +55,13 @@ class DeploySettings:
                 f"the rate must be a whole multiple of the policy's; they are {self.rate:g} and "
                 f"{self.policy_rate:g} Hz"
             )
-        if not 0.0 < self.duty_limit <= 1.0:
-            raise InvalidParameter(f"duty_limit must be above 0, up to 1; it is {self.duty_limit}")
         if self.duration is not None and not (isfinite(self.duration) and self.duration > 0.0):
             raise InvalidParameter(f"the duration must be above 0 s; it is {self.duration}")
 
     @property
     def loops(self) -> tuple[HostPositionLoop, ...]:
-        """The position loop of each servo; a pay-out rule is for this computer's loop alone.
-
-        A servo's own loop holds the last command while nobody speaks to it, and is stiffer, so that
-        it needs no command below its range.
-        """
-        every = (self.loop, *self.further_loops)
-        return every if self.mode == "pwm" else tuple(replace(e, pay_out=None) for e in every)
+        """The position loop of each servo."""
+        return (self.loop, *self.further_loops)
 
     @property
     def servo_limits(self) -> tuple[DeployLimits, ...]:

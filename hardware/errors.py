@@ -69,3 +69,15 @@ class PolicyMismatch(HardwareFault):
 
 class SafetyStop(HardwareFault):
     """A limit of the bench was passed, and the motor was switched off."""
+
+
+class RuleOutOfReach(HardwareFault):
+    """A safety rule's limit lies beyond what its sensor can say: it could never act."""
+
+
+class PolicyFailure(HardwareFault):
+    """A policy, or what estimates the tension beside it, could not be run."""
+
+
+class SharedIdentifier(HardwareFault):
+    """Two servos on a bus answer to one ID."""

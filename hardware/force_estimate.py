@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from hardware.errors import PolicyFailure
 from hardware.numpy_network import NumpyNetwork, UnsupportedOperation
 from hardware.onnx_file import parse_onnx
 from hardware.policy_runner import first_line, onnx_session, read_content
@@ -34,12 +35,20 @@ class ForceEstimate:
         """Enter a sample [rad, rad, rad/s] and return the tension [N], cut to what is possible.
 
         Before the first sample the servo is taken to have rested in its state.
+
+        Raises:
+            PolicyFailure: The network could not be run.
         """
         self._window.append((command, position, velocity))
         while len(self._window) < self.card.window:
             self._window.append(self._window[-1])
         window = np.array([self._window], dtype=np.float32)
-        tension = float(np.asarray(self._run(window)).reshape(-1)[0])
+        try:
+            tension = float(np.asarray(self._run(window)).reshape(-1)[0])
+        except Exception as error:  # each engine fails in its own ways
+            raise PolicyFailure(
+                f"a force network must tell a tension at every step; it failed: {first_line(error)}"
+            ) from error
         return min(max(tension, 0.0), self.card.force_limit)
 
     def anew(self) -> ForceEstimate:

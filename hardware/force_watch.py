@@ -1,13 +1,15 @@
-"""The load cell during a run: its readings into the log, its silence noticed."""
+"""The load cell during a run: its readings into the log, its silence and its faults noticed."""
 
 from __future__ import annotations
 
 from hardware.bench import Bench
+from hardware.cell_doubt import CellDoubt
 from hardware.errors import SafetyStop
 from hardware.limits import SafetyLimits
 from hardware.load_cells.base import LoadCell, LoadCellReading
 from hardware.operator import Operator
 from hardware.reading_dates import ReadingDates
+from hardware.servos.base import ServoState
 from hardware.session_log import SessionLog
 
 SILENCE = 0.5
@@ -16,6 +18,8 @@ SILENCE = 0.5
 
 class ForceWatch:
     """Takes what the load cell sends.
+
+    A saturated reading is none: it is logged as it came, but says no tension and breaks no silence.
 
     Args:
         bench: Load cell and its calibration.
@@ -36,10 +40,15 @@ class ForceWatch:
         self.dates = ReadingDates()
         self.force: float | None = None
         """Last tension [N]."""
+        self.agreed: float | None = None
+        """Tension in which the last two readings agree, the smaller of them [N]: a single spike
+        ends no run."""
         self.readings = 0
         """Readings in the log."""
         self.silences: list[tuple[float, float]] = []
         """First and last instant of each silence [s]."""
+        self._servo = drive.servo
+        self._doubt = CellDoubt(drive.calibration, drive.servo.spec)
         self._first: tuple[float, int] | None = None
         self._latest = self.clock.now()
         self._count = 0
@@ -59,21 +68,34 @@ class ForceWatch:
         """Time since the last reading [s], where there is a load cell."""
         return None if self.cell is None else self.clock.now() - self._latest
 
+    @property
+    def fault(self) -> str | None:
+        """Why the cell is not believed, where its tension would be."""
+        return None if self.calibration is None else self._doubt.fault
+
+    def move(self, state: ServoState) -> None:
+        """Take what the servo does: a tension that does not change with it is doubted."""
+        if self.cell is not None:
+            self._doubt.move(state, self._servo.duty)
+
     def take(self, log: SessionLog | None) -> None:
         """Take what has come; without a log it is only watched.
 
         Raises:
-            SafetyStop: The tension is too great, or has been unknown for too long.
+            SafetyStop: The tension is too great, or is not or no longer known.
         """
         if self.cell is None:
             return
         readings = self.cell.drain()
         for reading, instant in zip(readings, self.dates.instants(readings), strict=True):
             self._keep(reading, instant, log)
-        if readings:
-            self._hear(readings[-1].host_time, log)
+        good = [reading.host_time for reading in readings if not reading.saturated]
+        if good:
+            self._hear(good[-1], log)
         else:
             self._miss(log)
+        if self.limits is not None and self.fault is not None:
+            raise SafetyStop(f"{self.fault}; the motor is off")
 
     def _keep(self, reading: LoadCellReading, instant: float, log: SessionLog | None) -> None:
         self._count += 1
@@ -82,13 +104,18 @@ class ForceWatch:
         if log is not None:
             log.raw_force(reading, self._place)
             self.readings += 1
+        self._doubt.hear(reading)
         if self.calibration is None or reading.saturated:
             return
-        self.force = float(self.calibration.force(reading.counts))
+        before, self.force = self.force, float(self.calibration.force(reading.counts))
+        self._doubt.feel(self.force, reading.host_time)
         if log is not None:
             log.force(instant, reading.host_time, self.force, self._place)
+        if before is None:
+            return
+        self.agreed = min(before, self.force, key=abs)
         if self.limits is not None:
-            self.limits.check_force(self.force)
+            self.limits.check_force(self.agreed)
 
     def _hear(self, arrival: float, log: SessionLog | None) -> None:
         if self._silent:

@@ -9,13 +9,13 @@ from __future__ import annotations
 import math
 import os
 import select
-import socket
 import sys
 from bisect import bisect_right
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Protocol
 
+from hardware.signed_goals import read_key
 from tendon_newton.errors import InvalidGoal, InvalidParameter, shown
 from tendon_newton.text_file import read_text
 
@@ -178,24 +178,38 @@ class LineGoals:
     def value(self, now: float) -> float:
         """Return the goal of the last line [rad]."""
         if not self._ended and select.select([self._number], [], [], 0.0)[0]:
-            data = os.read(self._number, PIECE)
+            try:
+                data = os.read(self._number, PIECE)
+            except OSError:  # a terminal that is gone
+                data = b""
             self._ended = not data
             *lines, self._rest = (self._rest + data).split(b"\n")
             self._rest = self._rest[: LINE_MAX + 1]
             for line in lines:
-                self._take(line)
+                self.take(line)
             if self._ended:
                 self.notes.append("No more goals come; the last one stays.")
         return self._value
 
-    def _take(self, line: bytes) -> None:
+    def take(self, line: bytes) -> bool:
+        """Take a line; return whether it is a goal. One that is none is told once."""
         if not line.strip():
-            return
+            return False
         try:
-            self._value = parse_goal(line.decode("ascii", errors="replace"))
+            self._value = self.read(line)
         except InvalidGoal as error:
             self.notes += [] if self._told else [f"{error}: it is ignored, as others will be"]
             self._told = True
+            return False
+        return True
+
+    def read(self, line: bytes) -> float:
+        """Return the goal of a line [rad].
+
+        Raises:
+            InvalidGoal: It is none.
+        """
+        return parse_goal(line.decode("ascii", errors="replace"))
 
     def key(self, key: str) -> None:
         """Do nothing: goals come in lines."""
@@ -204,61 +218,21 @@ class LineGoals:
         """Do nothing: the descriptor is not ours."""
 
 
-class DatagramGoals(LineGoals):
-    """Goals as UDP datagrams of one number in text; of those waiting the last one counts.
-
-    Args:
-        address: Interface and port, ``127.0.0.1:5005``; a port alone means this computer only.
-        value: The goal [rad] before the first datagram.
-    """
-
-    def __init__(self, address: str, value: float = 0.0) -> None:
-        host, _, port = address.rpartition(":")
-        if not port.isdecimal() or not 0 <= int(port) <= 65535:
-            raise InvalidParameter(
-                f"goals over UDP come as udp:PORT or udp:ADDRESS:PORT; it is {shown(address)}"
-            )
-        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self._socket.setblocking(False)
-        try:
-            self._socket.bind((host or "127.0.0.1", int(port)))
-        except OSError as error:
-            self._socket.close()
-            raise InvalidParameter(f"udp:{address}: {error.strerror or error}") from error
-        super().__init__(value, self._socket.fileno())
-
-    @property
-    def port(self) -> int:
-        """Port at which datagrams are taken."""
-        return self._socket.getsockname()[1]
-
-    def value(self, now: float) -> float:
-        """Return the goal of the last datagram [rad]."""
-        for _ in range(16):
-            try:
-                data = self._socket.recv(PIECE)
-            except OSError:  # none is waiting, or the network is down
-                break
-            self._take(data)
-        return self._value
-
-    def close(self) -> None:
-        """Close the port."""
-        self._socket.close()
-
-
-def open_goals(word: str, bounds: tuple[float, float]) -> Goals:
+def open_goals(word: str, bounds: tuple[float, float], key: Path | None = None) -> Goals:
     """Return the goals that a word names.
 
     Args:
         word: ``keyboard``, ``stdin``, ``udp:[ADDRESS:]PORT``, ``stairs``, an angle [rad], or the
             path of a file.
         bounds: Least and greatest goal [rad] that keys may give.
+        key: File with what the sender of datagrams shares; from other computers they need one.
 
     Raises:
         InvalidGoal: The file holds no goals.
         InvalidParameter: The word names nothing.
     """
+    if key is not None and not word.startswith("udp:"):
+        raise InvalidParameter("a key is for goals over UDP alone; they come in another way")
     if word == "keyboard":
         return FixedGoal(bounds[0], bounds)
     if word == "stdin":
@@ -266,7 +240,11 @@ def open_goals(word: str, bounds: tuple[float, float]) -> Goals:
     if word == "stairs":
         return stairs()
     if word.startswith("udp:"):
-        return DatagramGoals(word.removeprefix("udp:"), bounds[0])
+        from hardware.datagram_goals import DatagramGoals  # it is made of what stands here
+
+        return DatagramGoals(
+            word.removeprefix("udp:"), bounds[0], key=None if key is None else read_key(key)
+        )
     try:
         return FixedGoal(parse_goal(word), bounds)
     except InvalidGoal:

@@ -6,6 +6,9 @@ from math import isfinite, pi
 from hardware.errors import SafetyStop
 from tendon_newton.errors import InvalidParameter
 
+GREATEST = {"force": 100.0, "temperature": 100.0, "silence": 60.0, "blindness": 60.0}
+"""Beyond these a limit limits nothing: no servo of the table pulls 100 N on its spool."""
+
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SafetyLimits:
@@ -30,10 +33,12 @@ class SafetyLimits:
         low, high = self.position
         if not (isfinite(low) and isfinite(high) and low < high):
             raise InvalidParameter(f"the position window must be low, high; it is {low}, {high}")
-        for name in ("force", "temperature", "silence", "blindness"):
+        for name, greatest in GREATEST.items():
             value = getattr(self, name)
-            if not (isfinite(value) and value > 0.0):
-                raise InvalidParameter(f"the limit of {name} must be above 0; it is {value}")
+            if not 0.0 < value <= greatest:
+                raise InvalidParameter(
+                    f"the limit of {name} must be above 0, up to {greatest:g}; it is {value:g}"
+                )
 
     def check_force(self, force: float) -> None:
         """Stop at a tension [N] that is too great."""

@@ -20,6 +20,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from hardware.errors import PolicyFailure
 from hardware.numpy_network import NumpyNetwork, UnsupportedOperation
 from hardware.onnx_file import OnnxFile, parse_onnx
 from tendon_newton.errors import (
@@ -56,8 +57,23 @@ class Policy:
     """Gives the output of an observation of shape (1, N)."""
 
     def __call__(self, observation: Observation) -> tuple[float, ...]:
-        """Return the action that the policy wants of each servo [rad], before any cut."""
-        return tuple(float(value) for value in np.asarray(self.run(observation)).reshape(-1))
+        """Return the action that the policy wants of each servo [rad], before any cut.
+
+        Raises:
+            PolicyFailure: It could not be run, or gave something else than an action per servo.
+        """
+        try:
+            output = tuple(float(value) for value in np.asarray(self.run(observation)).reshape(-1))
+        except Exception as error:  # each engine fails in its own ways
+            raise PolicyFailure(
+                f"a policy must decide at every step; {self.path.name} failed: {first_line(error)}"
+            ) from error
+        if len(output) != self.card.servo_count:
+            raise PolicyFailure(
+                f"a policy must give one action for each servo, {self.card.servo_count}; "
+                f"{self.path.name} gave {len(output)}"
+            )
+        return output
 
 
 def load_policy(path: Path, *, engine: Engine = "auto", trust: bool = False) -> Policy:

@@ -46,7 +46,7 @@ class RunLoop:
 
     Args:
         bench: An open bench whose servo is configured.
-        settings: Rates, mode and limits.
+        settings: Rates, loop and limits.
         operator: Who is told and shown.
         stop: Who may end the run.
     """
@@ -155,19 +155,16 @@ class RunLoop:
     def _send(self, angle: float) -> None:
         """Send a command; a loop that does not know where the spool is lets go of it."""
         instant = self.clock.now()
-        if self.settings.mode == "pwm":
-            wanted = 0.0 if self.gaps.stale else self.settings.loop.duty(angle, self._position)
-            duty = self.servo.command_duty(wanted)
-            if self._log is not None:
-                self._log.duty(instant, duty)
-        else:
-            angle = self.servo.command_position(angle)
+        wanted = 0.0 if self.gaps.stale else self.settings.loop.duty(angle, self._position)
+        duty = self.servo.command_duty(wanted)
         if self._log is not None:
+            self._log.duty(instant, duty)
             self._log.command(instant, angle)
 
     def _read(self) -> None:
         state = self.servo.read_state()
         self._position = state.position
+        self.forces.move(state)
         self.gaps.hear(state.time, self._log)
         if self._log is not None:
             self._log.state(state)

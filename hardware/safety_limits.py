@@ -12,6 +12,8 @@ from tendon_newton.errors import InvalidParameter
 CURRENT_SHARE = 0.65
 """Supply current that is allowed, of the current at standstill and full duty [1]: with the default
 loop nothing but a stuck gear at 80 % of duty takes as much."""
+SKIP_WINDOW = 8
+"""Ticks among which skipped ones are counted."""
 OUTPUT_SHARE = 10.0
 """Outputs of a policy that are believed, in its clips [1]; PPO's mean may well leave the clip."""
 
@@ -48,8 +50,8 @@ class DeployLimits:
             value = getattr(self, name)
             if not (isfinite(value) and value > 0.0):
                 raise InvalidParameter(f"the limit of {name} must be above 0; it is {value}")
-        if not 0 <= self.skipped_ticks <= 8:
-            raise InvalidParameter(f"skipped_ticks must be 0 to 8; it is {self.skipped_ticks}")
+        if self.skipped_ticks < 0:
+            raise InvalidParameter(f"skipped_ticks must be 0 or more; it is {self.skipped_ticks}")
 
     @property
     def position(self) -> tuple[float, float]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import fcntl
 import os
-import tempfile
+import stat
 import termios
 from pathlib import Path
 
@@ -12,6 +13,10 @@ from hardware.errors import PortBusy, PortUnavailable
 
 LOCK_FOLDER = Path("/run/lock")
 """Where the file hierarchy standard puts the locks of devices."""
+SHARED_FOLDER = Path("/", "tmp")
+"""Where they are put where not every user may write there: all users must look at one place."""
+EVERYBODY = 0o666
+"""Rights of a lock: whoever may use the port may lock it."""
 LATENCY_TIMERS = Path("/sys/bus/usb-serial/devices")
 """Where Linux keeps the latency timer of FTDI adapters."""
 
@@ -43,13 +48,7 @@ class PortLock:
         """
         if self._file is not None:
             return
-        path = lock_path(self.port)
-        try:
-            file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
-        except OSError as error:
-            raise PortUnavailable(
-                f"{self.port}: its lock {path} cannot be opened; {error.strerror or error}"
-            ) from error
+        file = open_lock(self.port)
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:
@@ -73,8 +72,58 @@ class PortLock:
 def lock_path(port: str) -> Path:
     """Return the lock file of a port."""
     device = os.path.realpath(port).removeprefix("/dev/").strip("/").replace("/", "_")
-    folder = LOCK_FOLDER if os.access(LOCK_FOLDER, os.W_OK) else Path(tempfile.gettempdir())
-    return folder / f"tendon-newton.{device}.lock"
+    try:
+        shared = bool(LOCK_FOLDER.stat().st_mode & stat.S_IWOTH)
+    except OSError:
+        shared = False
+    return (LOCK_FOLDER if shared else SHARED_FOLDER) / f"tendon-newton.{device}.lock"
+
+
+def open_lock(port: str) -> int:
+    """Open the lock file of a port, which belongs to all users; no link is followed.
+
+    A lock that is there is opened without the wish to make it: in a folder such as /run/lock Linux
+    refuses that to all but its owner.
+
+    Raises:
+        PortUnavailable: It may not be made or opened, or is no file.
+    """
+    path, flags = lock_path(port), os.O_RDWR | os.O_NOFOLLOW | os.O_CLOEXEC
+    try:
+        try:
+            file = os.open(path, flags)
+        except FileNotFoundError:
+            file = os.open(path, flags | os.O_CREAT, EVERYBODY)
+        with contextlib.suppress(PermissionError):  # of another user, who has done it
+            os.fchmod(file, EVERYBODY)  # whatever this user's mask is
+    except OSError as error:
+        raise PortUnavailable(f"{port}: {lock_trouble(path, error)}") from error
+    if not stat.S_ISREG(os.fstat(file).st_mode):
+        os.close(file)
+        raise PortUnavailable(f"{port}: its lock {path} must be a file; it is none: remove it")
+    return file
+
+
+def lock_trouble(path: Path, error: OSError) -> str:
+    """Say why a lock cannot be opened, and what to do about it."""
+    if path.is_symlink():
+        return f"its lock {path} must be a file; it is a link: remove it"
+    said = f"its lock {path} cannot be opened; {error.strerror or error}"
+    with contextlib.suppress(OSError):
+        return f"{said}; it belongs to user {path.stat().st_uid}: sudo rm {path}"
+    return said
+
+
+def lock_fault(port: str) -> str | None:
+    """Return why this user could not lock a port, if so; nothing is made or locked."""
+    path = lock_path(port)
+    if not path.exists() and not path.is_symlink():
+        return None if os.access(path.parent, os.W_OK) else f"no lock may be made in {path.parent}"
+    try:
+        os.close(open_lock(port))
+    except PortUnavailable as error:
+        return str(error)
+    return None
 
 
 def latency_timer(port: str) -> int | None:

@@ -30,14 +30,12 @@ class Session:
     obstacle: str
     seed: int
     """Of what the excitation draws."""
-    mode: str
-    """``pwm``: the position loop ran on the host; ``position``: in the servo."""
     rate: float
     """Readings of the servo per second [Hz]."""
     command_rate: float
     """Commands per second [Hz]."""
-    host_loop: Mapping[str, Any] | None
-    """Gain [1/rad], limit and offset of the duty [1] of a loop on the host."""
+    host_loop: Mapping[str, Any]
+    """Gain [1/rad], limit and offset of the duty [1] of the loop on the host."""
     servo: ServoSettings
     """What the servo read back."""
     calibration: str | None
@@ -52,6 +50,8 @@ class Session:
     """Whether a virtual bench stood in for the real one."""
     notes: str = ""
     """What the operator wants remembered."""
+    mode: str = "pwm"
+    """Where the position loop ran: on the host; older files may say ``position``, in the servo."""
 
     def text(self) -> dict[str, str]:
         """Return keys and values as a metadata record holds them, with the software's facts."""

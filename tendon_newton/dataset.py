@@ -113,9 +113,7 @@ def list_recording(
     if load_cell_rate is not None:
         entry["load_cell_rate"] = load_cell_rate
     check_entry(entry, str(path / FILE_NAME))
-    beside = path / f".{FILE_NAME}"
-    write_toml(beside, {}, recordings=[*listed_recordings(path), entry])
-    beside.replace(path / FILE_NAME)
+    write_toml(path / FILE_NAME, {}, recordings=[*listed_recordings(path), entry])
 
 
 def listed_recordings(path: Path) -> list[Entry]:

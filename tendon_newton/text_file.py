@@ -1,10 +1,11 @@
-"""Text from outside: reading it, and the numbers in it, without trusting either."""
+"""Text files: reading those from outside without trusting them, and writing ours whole."""
 
+import os
 from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from tendon_newton.errors import TendonNewtonError
+from tendon_newton.errors import InvalidOutput, TendonNewtonError
 
 SIZE_LIMIT = 4_000_000
 """Bytes of a settings file that we read; the largest of ours, a dataset of thousands of recordings,
@@ -36,6 +37,26 @@ def read_text(
     if "\0" in text:
         raise fault(f"{path}: {promise}; it holds a zero byte at character {text.index(chr(0))}")
     return text
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a UTF-8 text file whole or not at all: a full disk leaves what was there before.
+
+    Raises:
+        InvalidOutput: It cannot be written; the message names it.
+    """
+    beside = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        try:
+            with beside.open("w", encoding="utf-8") as file:
+                file.write(text)
+                file.flush()
+                os.fsync(file.fileno())  # else a power cut may leave a name without its content
+            beside.replace(path)
+        finally:
+            beside.unlink(missing_ok=True)
+    except OSError as error:
+        raise InvalidOutput(f"{path}: cannot be written: {error.strerror or error}") from error
 
 
 def absence(path: Path) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 import tomli_w
 
 from tendon_newton.errors import TendonNewtonError, listed, shown
-from tendon_newton.text_file import SIZE_LIMIT, read_text
+from tendon_newton.text_file import SIZE_LIMIT, read_text, write_text
 
 MESSAGE_LENGTH = 300
 """Longest message of the parser that is repeated in full [characters]."""
@@ -47,6 +47,9 @@ def write_toml(path: Path, table: Mapping[str, Any], **rows: Sequence[Mapping[st
         table: Keys that stand at the top.
         rows: Arrays of tables by name. They are written as ``[[name]]`` blocks, to which a user
             can append: the writer alone would put short ones into brackets on a line.
+
+    Raises:
+        InvalidOutput: The disk does not take it; what was there before stays.
     """
     blocks = [tomli_w.dumps(table)] if table else []
     for name, tables in rows.items():
@@ -55,7 +58,7 @@ def write_toml(path: Path, table: Mapping[str, Any], **rows: Sequence[Mapping[st
             flat = {key: value for key, value in row.items() if key not in nested}
             below = "\n" + tomli_w.dumps({name: nested}) if nested else ""
             blocks.append(f"[[{name}]]\n{tomli_w.dumps(flat)}{below}")
-    path.write_text("\n".join(blocks), encoding="utf-8")
+    write_text(path, "\n".join(blocks))
 
 
 def refuse_unknown_keys(

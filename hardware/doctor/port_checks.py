@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from hardware.doctor.observation import Observation
-from hardware.serial_ports import LATENCY_TIMERS, holders, latency_timer
+from hardware.serial_ports import LATENCY_TIMERS, holders, latency_timer, lock_fault
 
 LATENCY_MAX = 1
 """Greatest latency timer that leaves time for a loop at 80 Hz [ms]."""
@@ -77,6 +77,14 @@ def check_port(
             verdict="fix",
             found=f"{port}: this user may not open it",
             remedy="sudo usermod -aG dialout $USER, then log out and in again",
+        )
+        return
+    if (fault := lock_fault(port)) is not None:
+        yield Observation(
+            subject=subject,
+            verdict="fix",
+            found=fault,
+            remedy="remove it; locks that our programs make now are shared between users",
         )
         return
     others = [(number, name) for number, name in holders(port) if number not in ours]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -22,7 +21,9 @@ def write_calibration(path: Path, calibration: LoadCellCalibration) -> None:
     """Write a calibration whole or not at all."""
     settings = {key: getattr(calibration, key) for key in SETTING_KEYS}
     results = {key: getattr(calibration, key) for key in RESULT_KEYS}
-    write_whole(path, {**settings, **results}, calibration.points)
+    write_toml(
+        path, {**settings, **results}, points=[asdict(point) for point in calibration.points]
+    )
 
 
 def load_calibration(path: Path) -> LoadCellCalibration:
@@ -56,7 +57,7 @@ def write_partial(
     path: Path, settings: Mapping[str, Any], points: Sequence[CalibrationPoint]
 ) -> None:
     """Keep the points of a calibration that is not complete."""
-    write_whole(path, dict(settings), points)
+    write_toml(path, dict(settings), points=[asdict(point) for point in points])
 
 
 def load_partial(path: Path) -> tuple[dict[str, Any], list[CalibrationPoint]]:
@@ -67,13 +68,6 @@ def load_partial(path: Path) -> tuple[dict[str, Any], list[CalibrationPoint]]:
     except InvalidCalibration as error:
         raise InvalidCalibration(f"{path}: {error}") from error
     return table, points
-
-
-def write_whole(path: Path, table: Mapping[str, Any], points: Sequence[CalibrationPoint]) -> None:
-    """Write beside the file and move it into place, so that an interrupt leaves the old one."""
-    beside = path.with_name(f".{path.name}.{os.getpid()}")
-    write_toml(beside, table, points=[asdict(point) for point in points])
-    beside.replace(path)
 
 
 def read_points(rows: Any) -> list[CalibrationPoint]:

@@ -1,13 +1,9 @@
 """What passes between a servo and the rest: its data sheet, its state, health and settings."""
 
 from dataclasses import dataclass
-from math import isfinite, pi
-from typing import Literal
+from math import pi
 
 from tendon_newton.errors import InvalidParameter
-
-Mode = Literal["extended_position", "pwm"]
-"""``extended_position``: the servo's firmware closes the loop; ``pwm``: the host does."""
 
 # bits of Hardware Error Status (70), e-manual of the X-330 series
 ALERTS = {
@@ -120,19 +116,13 @@ class PositionGains:
 class ServoConfiguration:
     """All that is set in a servo before its motor may run, and again after it restarted."""
 
-    mode: Mode
-    """Who closes the position loop."""
     watchdog: float = 0.2
     """Silence on the bus after which the servo stops [s]; steps of 20 ms up to 2.54 s."""
-    position_range: tuple[float, float] = (0.0, 2.0 * pi)
-    """Spool angles from home that a command may name [rad]; extended position has no others."""
-    gains: PositionGains | None = None
-    """Gains of the firmware's loop; the data sheet's unless given."""
     return_delay: float = 0.0
     """Pause of the servo before it answers [s], steps of 2 us; the factory's 0.5 ms wastes half of
     a read."""
     duty_limit: float = 1.0
-    """Greatest duty in PWM mode [1]."""
+    """Greatest duty [1]."""
 
     def __post_init__(self) -> None:
         """Refuse what no servo can be set to."""
@@ -140,9 +130,6 @@ class ServoConfiguration:
             raise InvalidParameter(
                 f"watchdog must be 0.02 to 2.54 s, what the servo can hold; it is {self.watchdog}"
             )
-        low, high = self.position_range
-        if not (isfinite(low) and isfinite(high) and low < high):
-            raise InvalidParameter(f"position_range must be low, high; it is {self.position_range}")
         if not 0.0 <= self.return_delay <= 508e-6:
             raise InvalidParameter(f"return_delay must be 0 to 508 us; it is {self.return_delay} s")
         if not 0.0 < self.duty_limit <= 1.0:
@@ -208,7 +195,7 @@ class ServoCounters:
     corrupted: int = 0
     """Answers that came broken."""
     limited: int = 0
-    """Commands outside the position range, which were cut."""
+    """Duties beyond the limit, which were cut."""
     alerts: int = 0
     """Answers with the alert bit."""
     resets: int = 0

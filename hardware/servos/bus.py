@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from hardware.clock import Clock
-from hardware.errors import ServoRefused, ServoSilent
+from hardware.errors import ServoRefused, ServoSilent, SharedIdentifier
 from hardware.servos.base import ServoCounters
 from hardware.servos.registers import Register
 from hardware.servos.servo_port import PortHandler, ServoPort
@@ -21,6 +21,9 @@ SPARE = 64
 """Choices of the bytes that are asked for; the table goes on after all that is read, to 227."""
 LATE_TIME = 0.5
 """Time after which an answer will not come any more [s]."""
+UNASKED_MAX = 5
+"""Answers that nobody asked for, less exchanges without one, that may be noise."""
+BROKEN = "; broken answers come of noise on the line, or of two servos with one ID"
 REFUSALS = {
     1: "could not process the instruction",
     2: "does not know the instruction",
@@ -70,6 +73,8 @@ class Bus:
         self._retries = retries
         self._late: dict[int, float] = {}
         """Lengths of answers that may still come, and until when [s]."""
+        self._retried = True
+        self._unasked = 0
 
     @property
     def name(self) -> str:
@@ -177,6 +182,7 @@ class Bus:
         """
         sent: dict[int, float] = {}
         silent = 0
+        self._unasked = self._unasked + 1 if self.unasked() else max(self._unasked - 1, 0)
         for attempt in range(1 + self._retries):
             self._counters.retries += attempt > 0
             asked = length if fixed else self._unambiguous(length)
@@ -186,6 +192,7 @@ class Bus:
             result, answer = self._port.guard(
                 lambda asked=asked: self._await(SUCCESS if asked is None else send(asked), sent)
             )
+            self._retried = attempt > 0
             if answer is not None:
                 now = self._clock.now()
                 self.instant = 0.5 * (sent.get(len(answer.data), now) + now)
@@ -200,7 +207,36 @@ class Bus:
         raise ServoSilent(
             f"servo {self.identifier} on {self.name} must answer to {what} at {self.baud} baud; "
             f"{attempts} attempts gave {silent} times nothing and "
-            f"{attempts - silent} times a broken answer"
+            f"{attempts - silent} times a broken answer{BROKEN if silent < attempts else ''}"
+        )
+
+    def unasked(self) -> bool:
+        """Tell whether an answer lies there that nobody asked for, where that can be told.
+
+        After an instruction that was sent again the answer to the first one may come late.
+        """
+        now = self._clock.now()
+        if self._retried or any(until > now for until in self._late.values()):
+            return False
+        return bool(self._port.guard(self._port.handler.getBytesAvailable))
+
+    def refuse_second(self, most: int = UNASKED_MAX) -> None:
+        """Refuse to go on with a servo that answers more often than it was asked.
+
+        Whoever switches a motor off does not look: that must be tried whatever answers.
+
+        Args:
+            most: Answers that nobody asked for, less exchanges without one, that are put up with.
+
+        Raises:
+            SharedIdentifier: Another servo has the same ID.
+        """
+        if self._unasked <= most:
+            return
+        raise SharedIdentifier(
+            f"each servo on a bus must have its own ID; two answer as {self.identifier} on "
+            f"{self.name}: plug in one at a time and give it another, `tendon-newton doctor "
+            "--port ... --set-id`"
         )
 
     def _unambiguous(self, length: int) -> int | None:

@@ -19,8 +19,6 @@ from hardware.errors import (
 )
 from hardware.servos import registers as r
 from hardware.servos.base import (
-    Mode,
-    PositionGains,
     ServoConfiguration,
     ServoCounters,
     ServoHealth,
@@ -36,7 +34,6 @@ from hardware.servos.setting_up import (
     arm_watchdog,
     await_restart,
     greet,
-    hold_still,
     refuse_alert,
     set_verified,
     switch_off,
@@ -73,6 +70,8 @@ class DynamixelServo:
         self.baud = baud
         self.counters = ServoCounters()
         self.configuration: ServoConfiguration | None = None
+        self.duty = 0.0
+        """Duty that it was last given [1]."""
         self._clock: Clock = MonotonicClock() if clock is None else clock
         self._bus = Bus(
             port, identifier=identifier, baud=baud, clock=self._clock,
@@ -124,18 +123,13 @@ class DynamixelServo:
         return not self._torque
 
     def configure(
-        self, mode: Mode, *, watchdog_s: float = 0.2,
-        position_range: tuple[float, float] | None = None, gains: PositionGains | None = None,
-        duty_limit: float = 1.0, return_delay: float = 0.0,
-    ) -> ServoSettings:  # fmt: skip
+        self, *, watchdog_s: float = 0.2, duty_limit: float = 1.0, return_delay: float = 0.0
+    ) -> ServoSettings:
         """Set everything that decides how the servo moves, verify it, and take home if unset.
 
         Args:
-            mode: Who closes the position loop.
             watchdog_s: Silence after which the servo stops [s].
-            position_range: Spool angles that a command may name [rad]; one turn unless given.
-            gains: Gains of the firmware's loop; the data sheet's unless given.
-            duty_limit: Greatest duty that the servo may give in any mode [1].
+            duty_limit: Greatest duty that the servo may give [1].
             return_delay: Pause of the servo before it answers [s].
 
         Returns:
@@ -143,11 +137,9 @@ class DynamixelServo:
         """
         if self.configuration is not None:
             self._notice(*self._bus.read(r.TORQUE_ENABLE, r.LED))
-        given = {} if position_range is None else {"position_range": position_range}
         self.configuration = ServoConfiguration(
-            mode=mode, watchdog=watchdog_s, gains=gains, duty_limit=duty_limit,
-            return_delay=return_delay, **given,
-        )  # fmt: skip
+            watchdog=watchdog_s, duty_limit=duty_limit, return_delay=return_delay
+        )
         self._set_up(self.configuration)
         if not self._spool.has_home:
             self.set_home()
@@ -168,8 +160,10 @@ class DynamixelServo:
         Raises:
             ServoSilent: No whole answer came in all attempts.
             PortLost: The adapter is gone; ``reconnect`` brings it back.
+            SharedIdentifier: Another servo has the same ID.
         """
         self.counters.reads += 1
+        self._bus.refuse_second()
         try:
             current, velocity, position = self._bus.read(*r.STATE_BLOCK)
         except HardwareFault:
@@ -224,36 +218,32 @@ class DynamixelServo:
             )
         return health
 
-    def command_position(self, angle: float) -> float:
-        """Send a goal to the firmware's loop.
-
-        Args:
-            angle: Spool angle from home [rad]; cut to the position range.
-
-        Returns:
-            The angle that was sent [rad].
+    def command_duty(self, fraction: float) -> float:
+        """Send a duty [1], positive winds in; cut to the limit and returned as sent.
 
         Raises:
             WatchdogTripped: The servo stopped and takes no goals.
         """
-        low, high = self._finite(angle, "position").position_range
-        sent = min(max(angle, low), high)
-        self.counters.limited += sent != angle
-        self._goal(r.GOAL_POSITION, self._spool.counts(sent))
-        return sent
-
-    def command_duty(self, fraction: float) -> float:
-        """Send a duty [1], positive winds in; cut to the limit and returned as sent."""
-        limit = self._finite(fraction, "duty").duty_limit
+        if not isfinite(fraction):
+            raise CommandNotFinite(f"a duty must be finite; it is {fraction}")
+        limit = self._configured().duty_limit
         sent = min(max(fraction, -limit), limit)
         self.counters.limited += sent != fraction
-        self._goal(r.GOAL_PWM, round(sent * self.spec.duty_counts))
+        try:
+            self._bus.write(r.GOAL_PWM, round(sent * self.spec.duty_counts))
+        except ServoRefused:
+            (watchdog,) = self._bus.read(r.BUS_WATCHDOG)
+            if watchdog != r.WATCHDOG_TRIPPED:
+                raise
+            self.counters.watchdog_trips += 1
+            raise WatchdogTripped(self._watchdog_text()) from None
+        self.duty = sent
         return sent
 
     def enable_torque(self) -> None:
         """Switch the motor on, after settings and alerts were looked at and the watchdog armed.
 
-        The first goal is where the spool stands, or no duty: nothing moves.
+        The first goal is no duty: nothing moves.
 
         Raises:
             ServoAlert: The servo reports a hardware error.
@@ -262,7 +252,7 @@ class DynamixelServo:
         configuration = self._configured()
         refuse_alert(self._bus)
         verify(self._bus, configuration, self.spec)
-        hold_still(self._bus, configuration)
+        set_verified(self._bus, r.GOAL_PWM, 0)
         arm_watchdog(self._bus, configuration)
         self._torque = True  # from here on something must be switched off
         set_verified(self._bus, r.TORQUE_ENABLE, 1)
@@ -276,6 +266,7 @@ class DynamixelServo:
         """
         switch_off(self._bus)
         self._torque = False
+        self.duty = 0.0
 
     def clear_watchdog(self) -> None:
         """Make a servo take goals again whose watchdog had stopped it; it stays armed."""
@@ -289,7 +280,7 @@ class DynamixelServo:
         may have turned back by up to 5.3 rad, and on by 1 rad.
 
         Args:
-            resume_torque: Switch the motor on again, holding where it is.
+            resume_torque: Switch the motor on again, without duty.
 
         Raises:
             ServoAlert: The servo reports a hardware error; only ``reboot`` clears it.
@@ -315,7 +306,7 @@ class DynamixelServo:
 
         Args:
             limit: Longest wait [s]; 0 is one attempt.
-            resume_torque: Switch the motor on again, holding where it is.
+            resume_torque: Switch the motor on again, without duty.
 
         Returns:
             Whether the servo is back; where the port stays away it is not.
@@ -333,16 +324,6 @@ class DynamixelServo:
                 if self._clock.now() >= deadline:
                     return False
             self._clock.sleep_until(min(deadline, self._clock.now() + POLL_PERIOD))
-
-    def _goal(self, register: r.Register, counts: int) -> None:
-        try:
-            self._bus.write(register, counts)
-        except ServoRefused:
-            (watchdog,) = self._bus.read(r.BUS_WATCHDOG)
-            if watchdog != r.WATCHDOG_TRIPPED:
-                raise
-            self.counters.watchdog_trips += 1
-            raise WatchdogTripped(self._watchdog_text()) from None
 
     def _set_up(self, configuration: ServoConfiguration) -> None:
         self.disable_torque()
@@ -365,11 +346,6 @@ class DynamixelServo:
                 f"servo {self.identifier} must be configured before it is driven; it is not"
             )
         return self.configuration
-
-    def _finite(self, value: float, what: str) -> ServoConfiguration:
-        if not isfinite(value):
-            raise CommandNotFinite(f"a {what} command must be finite; it is {value}")
-        return self._configured()
 
     def _watchdog_text(self) -> str:
         return (

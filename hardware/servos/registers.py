@@ -61,7 +61,6 @@ BUS_WATCHDOG = Register(name="Bus Watchdog", address=98, size=1, signed=True)  #
 GOAL_PWM = Register(name="Goal PWM", address=100, size=2, signed=True)
 PROFILE_ACCELERATION = Register(name="Profile Acceleration", address=108, size=4)
 PROFILE_VELOCITY = Register(name="Profile Velocity", address=112, size=4)
-GOAL_POSITION = Register(name="Goal Position", address=116, size=4, signed=True)
 PRESENT_CURRENT = Register(name="Present Current", address=126, size=2, signed=True)
 PRESENT_VELOCITY = Register(name="Present Velocity", address=128, size=4, signed=True)
 PRESENT_POSITION = Register(name="Present Position", address=132, size=4, signed=True)
@@ -77,5 +76,4 @@ WATCHDOG_TRIPPED = -1
 RETURN_DELAY_UNIT = 2e-6
 """Unit of the return delay [s]."""
 
-EXTENDED_POSITION_MODE = 4
 PWM_MODE = 16

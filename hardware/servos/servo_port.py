@@ -29,6 +29,7 @@ class PortHandler(Protocol):
     is_using: bool
 
     def closePort(self) -> None: ...  # noqa: N802, D102
+    def getBytesAvailable(self) -> int: ...  # noqa: N802, D102
     def setBaudRate(self, baudrate: int) -> bool: ...  # noqa: N802, D102
     def setPacketTimeout(self, packet_length: int) -> None: ...  # noqa: N802, D102
 

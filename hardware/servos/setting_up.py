@@ -24,6 +24,8 @@ GREETINGS = 3
 """Pings before another model is believed."""
 LATE_ANSWER = 0.05
 """Wait for an answer that nobody asked for [s]."""
+SECOND_ANSWER = 0.005
+"""Wait for the answer of another servo to the same ping [s]; an adapter adds 1 ms."""
 RESTART_TIME = 2.0
 """Longest restart of a servo [s]; it takes some tenths."""
 POLL_PERIOD = 0.05
@@ -33,7 +35,7 @@ TORQUE_OFF_ATTEMPTS = 5
 
 
 def greet(bus: Bus, spec: ServoSpec, clock: Clock) -> None:
-    """Make sure that the expected servo answers, and answers everything from now on."""
+    """Make sure that the expected servo answers, alone, and answers everything from now on."""
     model = 0
     for _ in range(GREETINGS):  # the answer to an earlier read may look like one to a ping
         model = bus.ping()
@@ -45,6 +47,7 @@ def greet(bus: Bus, spec: ServoSpec, clock: Clock) -> None:
             f"servo {bus.identifier} must be {spec.name} (model {spec.model_number}); "
             f"it is model {model}, {names.get(model, 'unknown')}"
         )
+    refuse_second(bus, clock)
     try:
         (level,) = bus.read(r.STATUS_RETURN_LEVEL)
     except ServoSilent:
@@ -52,6 +55,18 @@ def greet(bus: Bus, spec: ServoSpec, clock: Clock) -> None:
     if level != ANSWERS_ALL:
         bus.write_unanswered(r.STATUS_RETURN_LEVEL, ANSWERS_ALL)
         clock.sleep_until(clock.now() + LATE_ANSWER)
+
+
+def refuse_second(bus: Bus, clock: Clock) -> None:
+    """Refuse a bus on which each ping is answered twice: another servo has the same ID.
+
+    Raises:
+        SharedIdentifier: It is so.
+    """
+    for _ in range(GREETINGS):
+        clock.sleep_until(clock.now() + SECOND_ANSWER)
+        bus.ping()
+    bus.refuse_second(GREETINGS - 1)
 
 
 def await_restart(bus: Bus, spec: ServoSpec, clock: Clock) -> None:
@@ -115,15 +130,6 @@ def alert_text(identifier: int, error: int) -> str:
         f"servo {identifier} reports {', '.join(alert_words(error))} (register 70 is {error}); "
         "remove the cause, then reboot it"
     )
-
-
-def hold_still(bus: Bus, configuration: ServoConfiguration) -> None:
-    """Set the first goal to where the spool stands, or to no duty, so that nothing will move."""
-    if configuration.mode == "pwm":
-        set_verified(bus, r.GOAL_PWM, 0)
-    else:
-        (position,) = bus.read(r.PRESENT_POSITION)
-        set_verified(bus, r.GOAL_POSITION, position)
 
 
 def arm_watchdog(bus: Bus, configuration: ServoConfiguration) -> None:

@@ -7,8 +7,6 @@ from hardware.servos import registers as r
 from hardware.servos.base import PositionGains, ServoConfiguration, ServoSettings, ServoSpec
 from hardware.servos.bus import Bus
 
-# goals from 0 to one turn: position mode (3) ends one count short of it, hence extended position
-MODES = {"extended_position": r.EXTENDED_POSITION_MODE, "pwm": r.PWM_MODE}
 MARK = 1
 """The lamp is lit while a servo is set up: one that has restarted has forgotten it."""
 
@@ -16,12 +14,16 @@ MARK = 1
 def targets(
     configuration: ServoConfiguration, spec: ServoSpec
 ) -> tuple[tuple[r.Register, int], ...]:
-    """Return each register that must be set before the motor runs, with its counts."""
-    gains = configuration.gains or PositionGains(proportional=spec.position_gain)
+    """Return each register that must be set before the motor runs, with its counts.
+
+    The position loop runs on the host, which sends duties. In a position mode the watchdog only
+    freezes the goal: the motor of a program that is gone would pull on for ever.
+    """
+    gains = PositionGains(proportional=spec.position_gain)
     return (
         (r.RETURN_DELAY, round(configuration.return_delay / r.RETURN_DELAY_UNIT)),
         (r.DRIVE_MODE, 0),  # positive winds in; profiles by velocity
-        (r.OPERATING_MODE, MODES[configuration.mode]),
+        (r.OPERATING_MODE, r.PWM_MODE),
         (r.PWM_LIMIT, round(configuration.duty_limit * spec.duty_counts)),
         (r.CURRENT_LIMIT, round(spec.current_limit / spec.current_unit)),
         (r.TEMPERATURE_LIMIT, round(spec.temperature_limit)),

@@ -31,10 +31,6 @@ class SpoolAngle:
         self._last = counts
         return (counts - self._home) * self._unit
 
-    def counts(self, angle: float) -> int:
-        """Return the counts of an angle [rad]."""
-        return round(angle / self._unit) + self._home
-
     def restore_turns(self, counts: int) -> None:
         """Put back the turns that a restart has made the servo forget.
 

@@ -184,7 +184,14 @@ class VirtualBench:
                 if answer:
                     late = USB_LATENCY + self._faults.extra_latency
                     replies.append(Reply(due=due + late, data=answer))
+                    if self._strikes(self._faults.doubled_replies):
+                        due += 10.0 / servo.baud * len(answer)
+                        replies.append(Reply(due=due + late, data=answer))
         return replies
+
+    def _strikes(self, chance: float) -> bool:
+        """Draw, where there is a chance at all: what else is drawn stays as it was without it."""
+        return chance > 0.0 and self._random.random() < chance
 
     def _on_the_line(self, answer: bytes) -> bytes:
         """Return an answer as it arrives, empty where it is dropped."""
@@ -224,6 +231,8 @@ class VirtualBench:
                 self._parser.reset()
             elif event.name == "cell_silence":
                 self._silent_until[place] = end
+            elif event.name.startswith("cell"):
+                line.load_cell.disturb(event.name, end, event.counts)
             elif event.name == "alert":
                 line.registers.raise_error(ALERT_BITS[event.alert])
             elif event.name == "reboot":

@@ -14,7 +14,14 @@ ALERT_BITS = {
     "overload": 0x20,
 }
 """Hardware errors by word; which of them switch the torque off is register 63's business."""
-EVENTS = ("unplug", "alert", "supply_dip", "cell_silence", "reboot")
+EVENTS = (
+    "unplug", "alert", "supply_dip", "reboot", "cell_silence", "cell_stuck", "cell_spike",
+    "cell_deaf",
+)  # fmt: skip
+"""A load cell may send nothing, always the same, one wrong reading, or noise about what it felt
+last."""
+COUNTS = (-(2**23), 2**23 - 1)
+"""Ends of a converter's range [counts]."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -22,7 +29,7 @@ class FaultEvent:
     """One mishap."""
 
     name: str
-    """One of ``unplug``, ``alert``, ``supply_dip``, ``cell_silence``, ``reboot``."""
+    """One of ``EVENTS``."""
     start: float = 0.0
     """When, on the bench's clock [s]; at once when that has passed."""
     duration: float = 1.0
@@ -32,7 +39,10 @@ class FaultEvent:
     alert: str = "overload"
     """Which hardware error an alert latches."""
     servo: int = 0
-    """Place of the servo whose alert, restart or silent cell it is; the rest strikes all."""
+    """Place of the servo whose alert, restart or load cell it is; the rest strikes all."""
+    counts: int | None = None
+    """What a stuck cell or a spike says [counts]; a stuck cell repeats its last one unless given,
+    and a spike says 1.5 million more than it should, some 35 N."""
 
     def __post_init__(self) -> None:
         if self.name not in EVENTS:
@@ -41,6 +51,8 @@ class FaultEvent:
             raise unknown_name("hardware error", self.alert, ALERT_BITS)
         if self.servo < 0:
             raise InvalidParameter(f"A fault's servo is counted from 0; it is {self.servo}")
+        if self.counts is not None and not COUNTS[0] <= self.counts <= COUNTS[1]:
+            raise InvalidParameter(f"A converter has 24 bits; counts must not be {self.counts}")
         if self.duration < 0.0 or self.start < 0.0 or self.voltage < 0.0:
             raise InvalidParameter(
                 f"A fault's start, duration and voltage must not be negative; {self.name} has "
@@ -64,6 +76,8 @@ class Faults:
     """Lines of the load cell that never come."""
     extra_latency: float = 0.0
     """Added to each answer [s]."""
+    doubled_replies: float = 0.0
+    """Answers that come twice, as from two servos with one ID."""
     events: tuple[FaultEvent, ...] = ()
 
     def __post_init__(self) -> None:

@@ -16,6 +16,8 @@ RATES = (80, 20, 10)
 conversions at 80, made by the microcontroller."""
 BANNER = b"\x00\xf8boot\r\n# tendon load cell, HX711 gain 128\n"
 GRAVITY = 9.80665  # [m/s^2] of the masses that an operator hangs on the hook
+SPIKE = 1_500_000
+"""What a spike adds to a reading [counts]: 35 N."""
 
 
 def crc8(data: bytes) -> int:
@@ -55,6 +57,21 @@ class LoadCellBoard:
         self._sequence = rng.randrange(0, 1000)
         self.mass: float | None = None
         """Hung on the hook in place of the tendon [kg]."""
+        self._fault = ""
+        self._fault_until = 0.0
+        self._fault_counts: int | None = None
+        self._felt = 0.0
+        self._last_counts = 0
+
+    def disturb(self, name: str, until: float, counts: int | None = None) -> None:
+        """Let something be wrong with the cell until an instant [s]: an event of a bench's faults.
+
+        Args:
+            name: ``cell_stuck``, ``cell_spike``, which lasts for one reading, or ``cell_deaf``.
+            until: When it is over [s].
+            counts: What it says then [counts].
+        """
+        self._fault, self._fault_until, self._fault_counts = name, until, counts
 
     def take(self, tension: float, time: float) -> bytes:
         """Take one millisecond's tension [N] and return the line that it completes, if any."""
@@ -63,6 +80,9 @@ class LoadCellBoard:
         if time < self._end:
             return b""
         mean = self._sum / self._ticks if self.mass is None else self.mass * GRAVITY
+        if self._fault == "cell_deaf" and time < self._fault_until:
+            mean = self._felt
+        self._felt = mean
         self._sum, self._ticks = 0.0, 0
         self._end += self._period
         self._periods.append(mean)
@@ -71,7 +91,18 @@ class LoadCellBoard:
             return b""
         counts = round(sum(self._group) / len(self._group))
         self._group.clear()
-        return self._line(counts, time)
+        self._last_counts = self._disturbed(counts, time)
+        return self._line(self._last_counts, time)
+
+    def _disturbed(self, counts: int, time: float) -> int:
+        """Return what the cell says in place of counts."""
+        told = self._fault_counts
+        if self._fault == "cell_spike":
+            self._fault = ""
+            return min(counts + SPIKE, FULL_SCALE) if told is None else told
+        if self._fault == "cell_stuck" and time < self._fault_until:
+            return self._last_counts if told is None else told
+        return counts
 
     def _convert(self, time: float) -> int:
         """Return the chip's counts."""

@@ -42,6 +42,9 @@ EXIT_BROKEN_PIPE = 141
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one verb and return the exit code; an error is one line and no traceback."""
     words = list(sys.argv[1:] if arguments is None else arguments)
+    if (closed := closed_stream()) is not None:
+        print(f"error: {closed} must be open, if on /dev/null; it is closed", file=sys.stderr)
+        return EXIT_MISUSE
     try:
         code = dispatch(words)
         sys.stdout.flush()  # here, where a closed pipe is still ours to handle
@@ -58,6 +61,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         return EXIT_INTERRUPTED
+
+
+def closed_stream() -> str | None:
+    """Return the standard stream that is closed, if any.
+
+    The next file that is opened would take its number, and what is read or printed by that.
+    """
+    streams = {"input": sys.stdin, "output": sys.stdout, "error": sys.stderr}
+    closed = [f"the standard {name}" for name, stream in streams.items() if stream is None]
+    return closed[0] if closed else None
 
 
 def one_line(message: str) -> str:

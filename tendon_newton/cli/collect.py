@@ -63,14 +63,10 @@ class CollectConfig:
     """Rate of the bus [1/s]."""
     retries: int | None = None
     """How often an instruction to the servo is sent again, 4 ms each; 2 unless given."""
-    mode: Literal["pwm", "position"] = "pwm"
-    """Where the position loop runs: pwm, here as on the paper's bench; position, in the servo."""
     rate: float = 80.0
     """Readings of the servo per second [Hz]."""
     command_rate: float | None = None
-    """Commands per second [Hz]; 20 in mode pwm and 80 in mode position unless given."""
-    duty_limit: float = 0.65
-    """Greatest duty of the servo's own loop in mode position [1]."""
+    """Commands per second [Hz]; 20 unless given."""
     force_limit: float = 30.0
     """Tension at which the motor is switched off [N]."""
     temperature_limit: float = 65.0
@@ -108,10 +104,8 @@ def main(config: CollectConfig) -> None:
         lockstep=config.faster_than_real_time,
     )
     settings = CollectSettings(
-        mode=config.mode,
         rate=config.rate,
         command_rate=config.command_rate,
-        duty_limit=config.duty_limit,
         limits=SafetyLimits(force=config.force_limit, temperature=config.temperature_limit),
         seed=config.seed,
         notes=config.notes,

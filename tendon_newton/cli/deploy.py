@@ -45,8 +45,9 @@ JOG_RANGE = (-pi, 2.0 * pi)
 """Spool angles that a hand may reach [rad]: a tendon that begins too tight is let out."""
 JOG_STEP = 0.1
 """By which a key moves the spool [rad]: 1.25 mm of tendon."""
-JOG_DUTY = 0.25
-"""Greatest duty under a hand [1]: some 18 N at standstill without friction."""
+JOG_GAIN, JOG_DUTY = 1.0, 0.25
+"""Stiffness [1/rad] and greatest duty [1] of the loop under a hand: a press of a key overcomes the
+gear's friction, and at standstill it pulls some 18 N at most."""
 ROWS_MIN = 80
 """Rows of a log that is worth listing: a second."""
 
@@ -63,6 +64,9 @@ class DeployConfig:
     goals: str = "keyboard"
     """Where goals come from: keyboard, stdin, udp:5005, udp:ADDRESS:PORT, stairs, a file of times
     [s] and angles [rad], or one angle [rad]."""
+    goals_key: Path | None = None
+    """File with a key of 16 bytes or more, with which goals over UDP are signed; those from other
+    computers must be."""
     duration: float | None = None
     """Length [s]; without it the run ends with a key."""
     out: Path = Path("deployments")
@@ -111,10 +115,6 @@ class DeployConfig:
     """Readings of the servo per second [Hz]; the policy's card must name the same."""
     policy_rate: float = 20.0
     """Policy steps per second [Hz]; the policy's card must name the same."""
-    mode: Literal["pwm", "position"] = "pwm"
-    """Where the position loop runs: pwm, here as on the paper's bench; position, in the servo."""
-    duty_limit: float = 0.65
-    """Greatest duty of the servo's own loop in mode position [1]."""
     force_limit: float = 30.0
     """Tension at which the tendon is let out [N]."""
     temperature_limit: float = 65.0
@@ -195,9 +195,14 @@ def bench_of(config: DeployConfig) -> str:
 def address_of(config: DeployConfig, servos: int) -> BenchAddress:
     """Return where the bench is, with as many servos as the policy drives."""
     from hardware.bench_address import BenchAddress
+    from tendon_newton.errors import unknown_name
+    from tendon_newton.mechanisms.asset_library import asset_files
 
+    bench = bench_of(config)
+    if bench not in (assets := asset_files()):
+        raise unknown_name("bench", bench, assets)
     return BenchAddress(
-        bench=bench_of(config),
+        bench=bench,
         further=further_drives(config, servos),
         port=config.port or "",
         load_cell_port=config.load_cell_port,
@@ -246,7 +251,9 @@ def settings_of(config: DeployConfig, policy: Policy | None) -> DeploySettings:
 
     if config.servo not in SERVOS:
         raise unknown_name("servo", config.servo, SERVOS)
-    by_hand = HostPositionLoop(position_range=JOG_RANGE)
+    by_hand = HostPositionLoop(
+        gain=JOG_GAIN, duty_limit=JOG_DUTY, offset=0.0, position_range=JOG_RANGE
+    )
     loop, *further = (by_hand,) if policy is None else loops_of(policy.card)
     limits = limits_for(
         SERVOS[config.servo],
@@ -255,13 +262,11 @@ def settings_of(config: DeployConfig, policy: Policy | None) -> DeploySettings:
         load_cell_rate=float(config.load_cell_rate),
     )
     return DeploySettings(
-        mode="position" if policy is None else config.mode,
         rate=config.rate,
         policy_rate=config.policy_rate,
         spool_radius=config.spool_radius,
         loop=loop,
         further_loops=tuple(further),
-        duty_limit=JOG_DUTY if policy is None else config.duty_limit,
         limits=limits,
         duration=config.duration,
         dry=config.dry_run,
@@ -288,7 +293,7 @@ def goals_of(config: DeployConfig, policy: Policy | None, settings: DeploySettin
 
     if policy is None:
         return FixedGoal(0.0, settings.loop.position_range, JOG_STEP)
-    return open_goals(config.goals, policy.card.goal_range)
+    return open_goals(config.goals, policy.card.goal_range, config.goals_key)
 
 
 def estimate_of(config: DeployConfig) -> ForceEstimate | None:
@@ -340,22 +345,33 @@ def compare(policy: Policy | None, path: Path) -> None:
 
 
 def conclude(config: DeployConfig, outcome: DeployOutcome) -> None:
-    """Say what came of it, and list the log as a recording."""
-    from tendon_newton.dataset import list_recording
+    """Say what came of it, and list the log as a recording; what ended it is said last."""
+    from tendon_newton.errors import TendonNewtonError
 
     trips = ", ".join(f"{name} {count}" for name, count in outcome.trips.items()) or "none"
     print(
         f"{outcome.path}: {outcome.rows} rows, {outcome.missed} missed, {outcome.steps} steps; "
         f"ended: {outcome.ended}\npacing: {outcome.pacing.text}\nsafety rules: {trips}"
     )
-    if outcome.path is not None and outcome.rows >= ROWS_MIN and not config.dry_run:
-        slow = config.calibration is not None or (config.port or "").startswith("virtual")
-        list_recording(
-            config.out, outcome.path.name, bench=bench_of(config), split=config.split,
-            start="first_row",
-            load_cell_rate=float(config.load_cell_rate)
-            if slow and config.load_cell_rate < 0.9 * config.rate
-            else None,
-        )  # fmt: skip
+    try:
+        if outcome.path is not None and outcome.rows >= ROWS_MIN and not config.dry_run:
+            enlist(config, outcome.path.name)
+    except TendonNewtonError as error:
+        if outcome.fault is None:
+            raise
+        print(f"!! {error}")
     if outcome.fault is not None:
         raise outcome.fault
+
+
+def enlist(config: DeployConfig, file: str) -> None:
+    """List a log as a recording of its folder."""
+    from tendon_newton.dataset import list_recording
+
+    slow = config.calibration is not None or (config.port or "").startswith("virtual")
+    list_recording(
+        config.out, file, bench=bench_of(config), split=config.split, start="first_row",
+        load_cell_rate=float(config.load_cell_rate)
+        if slow and config.load_cell_rate < 0.9 * config.rate
+        else None,
+    )  # fmt: skip

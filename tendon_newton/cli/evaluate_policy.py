@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
@@ -64,8 +64,6 @@ class EvaluatePolicyConfig:
     """Serial ports of the load cells of further servos on that bench."""
     further_calibrations: tuple[Path, ...] = ()
     """Calibrations of those load cells."""
-    mode: Literal["pwm", "position"] = "pwm"
-    """Where the position loop of that bench runs: pwm, here; position, in the servo."""
     faster_than_real_time: bool = False
     """Whether a virtual bench runs as fast as it can."""
     logs: tuple[Path, ...] = ()
@@ -196,7 +194,6 @@ def deployed(config: EvaluatePolicyConfig, policy: Path, folder: Path) -> Path:
             calibration=config.calibration,
             further_load_cell_ports=config.further_load_cell_ports,
             further_calibrations=config.further_calibrations,
-            mode=config.mode,
             faster_than_real_time=config.faster_than_real_time,
         )
     )

@@ -144,14 +144,12 @@ def test_the_same_seed_gives_the_same_files(tmp_path: Path) -> None:
     assert not np.array_equal(command, changed)
 
 
-@pytest.mark.parametrize(("mode", "rate"), [("pwm", 20.0), ("position", 80.0)])
-def test_a_command_comes_before_the_reading_that_follows_it(
-    tmp_path: Path, mode: str, rate: float
-) -> None:
+@pytest.mark.parametrize("rate", [20.0, 80.0])
+def test_a_command_comes_before_the_reading_that_follows_it(tmp_path: Path, rate: float) -> None:
     """Each reading follows its command at once, and commands come at their own rate."""
     trial = Trial(
         path=tmp_path / "run.mcap", duration=4.0, excitation="sine",
-        settings=CollectSettings(mode=mode),  # pyright: ignore
+        settings=CollectSettings(command_rate=rate),
     )  # fmt: skip
     trial.record()
     with trial.path.open("rb") as file:

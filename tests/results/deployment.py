@@ -1,10 +1,10 @@
 """Measure a deployment beside a virtual bench: steadiness, memory, start, cost of a policy.
 
-Usage: ``.venv/bin/python -m tests.results.deployment [steady|start|cost|rules] [--duration 600]``.
+Usage: ``.venv/bin/python -m tests.results.deployment [steady|start|cost] [--duration 600]``.
 ``steady`` runs in real time under 1 % of lost answers while a second process loads another core;
 on a machine that others use as well, put ``nice -n -10`` before it, as the service does: the bench
 is a process too, which a real one is not.
-``rules`` runs in lockstep, each fault twenty times.
+Faults and the rules against them are another exam: ``python -m tests.faults``.
 """
 
 import argparse
@@ -42,11 +42,11 @@ GOAL_PERIOD = 3.0
 def main() -> None:
     """Print what was asked for."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("parts", nargs="*", default=["cost", "start", "rules", "steady"])
+    parser.add_argument("parts", nargs="*", default=["cost", "start", "steady"])
     parser.add_argument("--duration", type=float, default=600.0)
     arguments = parser.parse_args()
     parts: dict[str, Callable[[Path], None]] = {
-        "cost": cost, "start": start, "rules": rules,
+        "cost": cost, "start": start,
         "steady": lambda policy: steady(policy, arguments.duration),
     }  # fmt: skip
     with tempfile.TemporaryDirectory() as folder:
@@ -178,24 +178,6 @@ def timed(run: Callable[[int], object], count: int) -> str:
         took[k] = time.perf_counter() - begin
     median, high = 1e6 * np.percentile(took, (50, 99))
     return f"{median:.0f} us median, {high:.0f} us 99 %"
-
-
-def rules(path: Path, count: int = 20) -> None:
-    """Break every rule several times and print from fault to action."""
-    from tests.hardware.deploy.faults import CASES
-    from tests.hardware.deploy.test_rules_on_a_bench import moments
-
-    print(f"{'fault':32s} {'rule':16s} {'action':7s} from fault to action [ms]")
-    for name, case in CASES.items():
-        took = []
-        for after in moments(count):
-            flight = case.flight(after)
-            flight.fly()
-            took.append(1e3 * flight.latency(case.rule))
-        print(
-            f"{name:32s} {case.rule:16s} {case.action:7s} median {statistics.median(took):5.1f}, "
-            f"longest {max(took):5.1f} of {count}"
-        )
 
 
 STATE = ServoState(time=0.0, position=0.5, velocity=0.0, current=0.0)

@@ -61,7 +61,7 @@ def run(bench: str, seed: int, command: Command, duration: float) -> Run:
     clock = twin.clock
     servo = DynamixelServo(SERVOS[SERVO], twin.servo_port(), clock=clock)
     servo.open()
-    servo.configure("pwm", position_range=REACH)
+    servo.configure()
     servo.enable_torque()
     loop = HostPositionLoop(position_range=REACH)
     start, rows, wanted = clock.now(), [], 0.0

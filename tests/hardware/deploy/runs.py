@@ -19,11 +19,14 @@ from hardware.load_cells.calibration_file import write_calibration
 from hardware.operator import Progress, SilentOperator
 from hardware.pilot import Pilot, PilotStep, PolicyPilot
 from hardware.policy_runner import Policy
-from hardware.safety import Trip
+from hardware.safety_guards import Trip
 from hardware.servos.base import ServoState
 from hardware.stop_request import StopRequest
 from hardware.virtual_calibration import calibrated_twins
 from tests.hardware.deploy.policies import policy_of
+
+WATCHDOG = 0.22
+"""Time after which a servo that hears nothing gives no duty [s]."""
 
 
 @functools.cache
@@ -49,16 +52,21 @@ class Disturbed:
         inner: Who decides.
         instant: When, on the bench's clock [s].
         act: What happens.
+        often: Whether in every step from then on.
     """
 
-    def __init__(self, inner: Pilot, instant: float, act: Callable[[], None]) -> None:
-        self.inner, self.instant, self.act = inner, instant, act
+    def __init__(
+        self, inner: Pilot, instant: float, act: Callable[[], None], *, often: bool = False
+    ) -> None:
+        self.inner, self.instant, self.act, self.often = inner, instant, act, often
         self.happened: float | None = None
 
     def step(self, states: Sequence[ServoState], goal: float) -> PilotStep:
         """Let it happen when it is time, then decide."""
         if self.happened is None and states[0].time >= self.instant:
             self.happened = states[0].time
+            self.act()
+        elif self.happened is not None and self.often:
             self.act()
         return self.inner.step(states, goal)
 
@@ -114,6 +122,8 @@ class Flight:
     """What happens."""
     in_step: bool = False
     """Whether it happens to the program, in a step of its pilot, and not to the bench."""
+    often: bool = False
+    """Whether it is let happen in every step from then on."""
     estimate: ForceEstimate | None = None
     keyboard: Keyboard = field(default_factory=lambda: Keyboard(-1))
     operator: Watching = field(default_factory=Watching)
@@ -122,6 +132,8 @@ class Flight:
     """When the fault began [s]."""
     torque_after: bool | None = None
     """Whether any servo drove its motor when the deployment had returned."""
+    duty_after: float = 0.0
+    """Greatest duty of any motor once its watchdog has had its time [1]."""
     angle_after: float = 0.0
     """True angle of the spool then [rad]."""
 
@@ -142,7 +154,9 @@ class Flight:
             if fault is not None:
                 self.begun = bench.clock.now() + self.after
                 if self.in_step or not self.lockstep:
-                    pilot = Disturbed(pilot, self.begun, lambda: fault(bench, stop))
+                    pilot = Disturbed(
+                        pilot, self.begun, lambda: fault(bench, stop), often=self.often
+                    )
                 else:
                     at_instant(bench, self.begun, lambda: fault(bench, stop))
             deployment = Deployment(
@@ -157,15 +171,22 @@ class Flight:
                 plant = bench.controls.bench.plant  # pyright: ignore
                 self.torque_after = any(line.registers.torque for line in plant.lines)
                 self.angle_after = plant.motor.angle
+                bench.clock.sleep_until(bench.clock.now() + WATCHDOG)
+                self.duty_after = max(abs(line.motor.duty) for line in plant.lines)
         self.acted = list(outcome.acted)
         return outcome
 
+    @property
+    def since(self) -> float:
+        """When the fault began, where there was one [s]."""
+        assert self.begun is not None
+        return self.begun
+
     def latency(self, rule: str) -> float:
         """Return the time from the fault to the end of the rule's action [s]."""
-        assert self.begun is not None
         done = [
             instant for trip, instant in self.acted
-            if trip.rule.name == rule and instant >= self.begun
+            if trip.rule.name == rule and instant >= self.since
         ]  # fmt: skip
         assert done, f"{rule} never came into effect; {[t.rule.name for t, _ in self.acted]}"
-        return done[0] - self.begun
+        return done[0] - self.since

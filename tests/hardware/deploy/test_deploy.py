@@ -168,13 +168,16 @@ def test_a_key_moves_the_spool_slowly() -> None:
     from hardware.goals import FixedGoal
     from hardware.pilot import JogPilot
     from hardware.servos.host_position_loop import HostPositionLoop
+    from tendon_newton.cli.deploy import JOG_DUTY, JOG_GAIN
 
     goal = FixedGoal(0.0, (-3.0, 6.0), 0.1)
     for _ in range(10):
         goal.key("up")
     settings = DeploySettings(
-        duration=3.0, mode="position", duty_limit=0.25, unwind=False,
-        loop=HostPositionLoop(position_range=(-3.0, 6.0)),
+        duration=3.0, unwind=False,
+        loop=HostPositionLoop(
+            gain=JOG_GAIN, duty_limit=JOG_DUTY, offset=0.0, position_range=(-3.0, 6.0)
+        ),
     )  # fmt: skip
     flight = Flight(pilot=JogPilot(20.0, (-3.0, 6.0)), goals=goal, settings=settings)
     flight.fly()
@@ -257,3 +260,21 @@ def test_a_second_signal_does_not_wait_for_the_tendon() -> None:
     flight.fault = twice
     with pytest.raises(KeyboardInterrupt):
         flight.fly()
+
+
+def test_what_ended_a_run_is_said_last(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Where the log cannot be listed either, that is told before; the file is named."""
+    from hardware.errors import SafetyStop
+    from tendon_newton.cli.deploy import DeployConfig, conclude
+    from tests.faults.injections import load
+
+    out = tmp_path / "gone"
+    out.mkdir()
+    flight = Flight(path=out / "run.mcap", settings=DeploySettings(duration=6.0), fault=load)
+    flight.after = 1.5
+    outcome = flight.fly()
+    (out / "run.mcap").unlink()
+    out.rmdir()
+    with pytest.raises(SafetyStop, match="the tension must stay below 30 N"):
+        conclude(DeployConfig(policy=Path("a.onnx"), port="virtual", out=out), outcome)
+    assert f"!! {out / 'dataset.toml'}: cannot be written" in capsys.readouterr().out

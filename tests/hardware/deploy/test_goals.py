@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hardware.datagram_goals import DatagramGoals
 from hardware.goals import (
-    DatagramGoals,
     FixedGoal,
     LineGoals,
     open_goals,
@@ -99,7 +99,7 @@ def test_datagrams_give_goals() -> None:
     sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     try:
         assert goals.value(0.0) == 0.1
-        for word in (b"0.3", b"what", b"0.4\n"):
+        for word in (b"0.3", b"0.4\n", b"what"):
             sender.sendto(word, ("127.0.0.1", goals.port))
         deadline = time.monotonic() + 5.0
         while goals.value(0.0) != 0.4 and time.monotonic() < deadline:

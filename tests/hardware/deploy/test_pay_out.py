@@ -20,7 +20,7 @@ from hardware.servos.host_position_loop import HostPositionLoop
 from tendon_newton.errors import InvalidParameter, InvalidPolicyFile
 from tendon_newton.policy_card import PolicyCard
 from tendon_newton.policy_observation import motor_command
-from tests.hardware.deploy.faults import silence
+from tests.faults.injections import silence
 from tests.hardware.deploy.policies import card_of, card_of_two, policy_of
 from tests.hardware.deploy.runs import Flight
 
@@ -123,13 +123,6 @@ def test_the_loop_on_the_host_keeps_the_rule_itself(command: float, position: fl
     if position <= RULE[1]:
         assert duty >= loop.gain * min(RULE[0] - position, 0.0) + loop.offset - 1e-12  # float64
     assert duty >= loop.gain * (RANGE[0] - position) + loop.offset - 1e-12 or position > 6.28
-
-
-def test_a_servos_own_loop_gets_no_command_below_the_range() -> None:
-    """It would follow the last one while nobody speaks to it."""
-    (loop,) = replace(SETTINGS, mode="position").loops
-    assert loop.allowed(-1.0, 3.0) == RULE[0]
-    assert SETTINGS.loops[0].allowed(-1.0, 3.0) == -1.0
 
 
 def test_the_spool_pays_out_sooner_and_stops_at_home(tmp_path: Path) -> None:

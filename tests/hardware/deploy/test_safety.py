@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from hardware.limits import SafetyLimits
-from hardware.safety import HARDNESS, SAFETY_RULES, Glance, SafetyGuard
+from hardware.safety import HARDNESS, SAFETY_RULES, Glance
+from hardware.safety_guards import SafetyGuard
 from hardware.safety_limits import DeployLimits, limits_for
 from hardware.servos import SERVOS
 from tendon_newton.errors import InvalidParameter
@@ -103,7 +104,7 @@ def test_limits_follow_from_servo_policy_and_load_cell() -> None:
 
 @pytest.mark.parametrize(
     "changes",
-    [{"voltage": (12.0, 6.0)}, {"current": 0.0}, {"output": float("inf")}, {"skipped_ticks": 9},
+    [{"voltage": (12.0, 6.0)}, {"current": 0.0}, {"output": float("inf")}, {"skipped_ticks": -1},
      {"command_rate": float("nan")}],
 )  # fmt: skip
 def test_limits_that_limit_nothing_are_refused(changes: dict) -> None:

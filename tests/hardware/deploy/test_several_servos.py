@@ -22,7 +22,7 @@ from tendon_newton.errors import InvalidParameter
 from tendon_newton.policy_card import FurtherServo
 from tendon_newton.policy_observation import ObservationHistory
 from tendon_newton.recording_formats.mcap_file import read_mcap, read_session
-from tests.hardware.deploy.faults import ALLOWED
+from tests.faults.cases import ALLOWED
 from tests.hardware.deploy.policies import TwoSided, card_of, card_of_two, policy_of, write_onnx
 from tests.hardware.deploy.runs import Flight
 

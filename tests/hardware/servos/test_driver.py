@@ -1,6 +1,6 @@
 """What the driver does with a servo that works."""
 
-from math import nan, pi
+from math import nan
 
 import pytest
 
@@ -15,7 +15,7 @@ from hardware.servos import SERVOS
 from hardware.servos.dynamixel_servo import DynamixelServo
 from hardware.virtual_bench import LockstepBench
 from hardware.virtual_bench.control_table import SERVO_MODELS
-from tests.hardware.servos.virtual_servo import VirtualServo
+from tests.hardware.servos.virtual_servo import LOOP, VirtualServo
 
 TORQUE, WATCHDOG, MODE, P_GAIN = 64, 98, 11, 84
 
@@ -26,33 +26,19 @@ def test_the_spool_goes_where_it_is_told() -> None:
     assert rig.servo.read_state().position == pytest.approx(0.0, abs=2e-3)  # one count
     states = rig.run(2.0, 2.0)
     state = states[-1]
-    assert state.position == pytest.approx(2.0, abs=0.1)  # the firmware's loop has no integral
+    assert state.position == pytest.approx(2.0, abs=0.1)  # the loop has no integral
     assert rig.bench.state().angle == pytest.approx(state.position, abs=0.05)  # home is as found
     assert (rig.servo.counters.reads, rig.servo.counters.missed) == (len(states) + 1, 0)
     assert rig.servo.close()
 
 
-def test_a_full_turn_is_within_reach() -> None:
-    """The range ends at one turn, which position mode would refuse."""
-    rig = VirtualServo("spring_weak")
-    assert rig.servo.command_position(2.0 * pi) == 2.0 * pi
-    assert rig.register(MODE) == 4
-
-
-def test_commands_beyond_the_range_are_cut_and_counted() -> None:
-    """Extended position has no limits of its own."""
-    rig = VirtualServo()
-    assert rig.servo.command_position(9.0) == 2.0 * pi
-    assert rig.servo.command_position(-1.0) == 0.0
-    assert rig.servo.counters.limited == 2
-    with pytest.raises(CommandNotFinite):
-        rig.servo.command_position(nan)
-
-
 def test_a_duty_winds_in_and_is_limited() -> None:
-    """In PWM mode the host decides; positive pulls the tendon in."""
-    rig = VirtualServo(mode="pwm")
+    """The host decides; positive pulls the tendon in; what is cut is counted, NaN refused."""
+    rig = VirtualServo()
     assert rig.servo.command_duty(2.0) == 1.0
+    assert rig.servo.counters.limited == 1
+    with pytest.raises(CommandNotFinite):
+        rig.servo.command_duty(nan)
     for _ in range(20):
         rig.servo.command_duty(0.2)
         rig.wait(0.05)
@@ -78,10 +64,11 @@ def test_the_watchdog_is_armed_before_the_motor_runs() -> None:
 
 
 def test_switching_on_moves_nothing() -> None:
-    """The first goal is where the spool stands."""
+    """The first goal is no duty."""
     rig = VirtualServo()
     rig.run(1.5, 1.5)
     rig.servo.disable_torque()
+    rig.wait(1.0)  # the tendon unwinds what it can
     before = rig.servo.read_state().position
     rig.servo.enable_torque()
     rig.wait(0.15)
@@ -115,12 +102,12 @@ def test_every_servo_in_the_table_is_driven(name: str) -> None:
     bench = LockstepBench("finger", 3, model=model)
     servo = DynamixelServo(SERVOS[name], bench.servo_port(), clock=bench.clock)
     servo.open()
-    settings = servo.configure("extended_position")
+    settings = servo.configure()
     assert settings.gains.proportional == SERVOS[name].position_gain
     assert settings.current_limit == pytest.approx(SERVOS[name].current_limit)
     servo.enable_torque()
     for _ in range(100):
-        servo.command_position(1.0)
+        servo.command_duty(LOOP.duty(1.0, servo.read_state().position))
         bench.clock.sleep_until(bench.clock.now() + 0.0125)
     assert servo.read_state().position == pytest.approx(1.0, abs=0.3)
     assert servo.close()
@@ -129,13 +116,13 @@ def test_every_servo_in_the_table_is_driven(name: str) -> None:
 def test_a_servo_that_another_program_left_is_taken_over() -> None:
     """Reversed, in another mode, answering pings alone, its motor on and its watchdog tripped."""
     rig = VirtualServo()
-    for address, counts in ((10, 1), (MODE, 16), (98, 255), (TORQUE, 1), (68, 0), (9, 250)):
+    for address, counts in ((10, 1), (MODE, 4), (98, 255), (TORQUE, 1), (68, 0), (9, 250)):
         rig.corrupt(address, counts)
     servo = DynamixelServo(SERVOS["xc330_t288_t"], rig.bench.servo_port(), clock=rig.clock)
     servo.open()
     assert rig.register(68) == 2
-    settings = servo.configure("extended_position")
-    assert (settings.operating_mode, settings.drive_mode, settings.return_delay) == (4, 0, 0.0)
+    settings = servo.configure()
+    assert (settings.operating_mode, settings.drive_mode, settings.return_delay) == (16, 0, 0.0)
     assert (rig.register(TORQUE), rig.register(WATCHDOG)) == (0, 0)
     servo.enable_torque()
     assert servo.check().torque_enabled
@@ -163,7 +150,7 @@ def test_settings_for_the_log_are_read_back() -> None:
     """All that decides the step response, in SI units."""
     rig = VirtualServo()
     settings = rig.servo.settings()
-    assert (settings.model, settings.operating_mode, settings.baud) == ("xc330_t288_t", 4, 10**6)
+    assert (settings.model, settings.operating_mode, settings.baud) == ("xc330_t288_t", 16, 10**6)
     assert settings.gains.proportional == 900
     assert settings.return_delay == 0.0
     assert settings.watchdog == pytest.approx(0.2)

@@ -100,13 +100,13 @@ def test_the_watchdog_stops_the_servo_and_says_so() -> None:
     rig.run(1.0, 0.5)
     rig.wait(0.3)
     with pytest.raises(WatchdogTripped, match=r"no instruction came for 0\.2 s"):
-        rig.servo.command_position(1.2)
+        rig.servo.command_duty(0.1)
     assert rig.servo.read_health().watchdog_tripped
     with pytest.raises(WatchdogTripped):
         rig.servo.check()
     rig.servo.clear_watchdog()
     assert rig.register(WATCHDOG) == 10
-    rig.servo.command_position(1.2)
+    rig.servo.command_duty(0.1)
     assert rig.servo.check().torque_enabled
 
 
@@ -135,7 +135,7 @@ def test_a_restart_between_two_configurations_loses_no_turn() -> None:
     rig.wait(2.0)  # the tendon has unwound what it can
     rig.let("reboot")
     rig.wait(0.5)
-    rig.servo.configure("pwm")
+    rig.servo.configure()
     assert rig.servo.counters.resets == 1
     position = rig.servo.read_state().position
     assert position == pytest.approx(rig.bench.state().angle, abs=0.05)  # backlash and home

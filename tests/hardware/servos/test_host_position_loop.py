@@ -38,7 +38,15 @@ def test_a_command_that_is_no_number_is_refused() -> None:
 
 
 @pytest.mark.parametrize(
-    "words", [{"gain": 0.0}, {"gain": nan}, {"duty_limit": 1.5}, {"offset": 1}]
+    "words",
+    [
+        {"gain": 0.0},
+        {"gain": nan},
+        {"duty_limit": 1.5},
+        {"offset": 1},
+        {"position_range": (1.0, 1.0)},
+        {"position_range": (0.0, nan)},
+    ],
 )
 def test_a_loop_that_cannot_hold_is_refused(words: dict) -> None:
     """A gain of zero, or an offset beyond the limit, holds nothing."""

@@ -40,13 +40,13 @@ def servo(ports: VirtualPorts) -> Iterator[DynamixelServo]:
 
 def test_the_sdk_drives_the_servo_over_a_port(servo: DynamixelServo, ports: VirtualPorts) -> None:
     """Set, switched on, moved, read and switched off."""
-    servo.configure("extended_position", watchdog_s=2.0)
+    servo.configure(watchdog_s=2.0)
     servo.enable_torque()
-    servo.command_position(1.0)
+    servo.command_duty(0.3)
     deadline = time.monotonic() + 5.0
     while servo.read_state().position < 0.8 and time.monotonic() < deadline:
         time.sleep(0.02)
-    assert servo.read_state().position == pytest.approx(1.0, abs=0.2)
+    assert servo.read_state().position >= 0.8
     assert servo.settings().latency_timer is None  # a pseudo-terminal has none
     assert servo.close()
 
@@ -93,7 +93,7 @@ def test_a_killed_program_gives_the_port_back(ports: VirtualPorts) -> None:
 
 def test_an_unplugged_adapter_is_lost_and_found(servo: DynamixelServo, ports: VirtualPorts) -> None:
     """The kernel's own error comes through, and the port works again afterwards."""
-    servo.configure("extended_position", watchdog_s=2.0)
+    servo.configure(watchdog_s=2.0)
     servo.enable_torque()
     ports.plan(FaultEvent(name="unplug", duration=0.6))
     with pytest.raises((PortLost, ServoSilent)):

@@ -50,7 +50,7 @@ def test_counts_become_the_units_of_the_data_sheet(name: str) -> None:
 def test_counts_to_si_and_back_lose_half_a_count(name: str, angle: float) -> None:
     """Rounding to counts moves an angle by half a count at most."""
     unit = SERVOS[name].position_unit
-    counts = r.GOAL_POSITION.decode(r.GOAL_POSITION.encode(round(angle / unit)))
+    counts = r.PRESENT_POSITION.decode(r.PRESENT_POSITION.encode(round(angle / unit)))
     assert counts * unit == pytest.approx(angle, abs=0.5001 * unit)
 
 
@@ -83,13 +83,11 @@ def test_alerts_have_words() -> None:
     [
         ({"watchdog": 0.0}, "0.02 to 2.54 s"),
         ({"watchdog": 3.0}, "0.02 to 2.54 s"),
-        ({"position_range": (1.0, 1.0)}, "low, high"),
-        ({"position_range": (0.0, float("nan"))}, "low, high"),
         ({"return_delay": 1.0}, "0 to 508 us"),
         ({"duty_limit": 0.0}, "above 0, up to 1"),
     ],
 )
 def test_a_configuration_without_watchdog_or_limits_is_refused(words: dict, said: str) -> None:
-    """Extended position knows no limits of its own, so there is no servo without ours."""
+    """Mode PWM knows no limits of its own, so there is no servo without ours."""
     with pytest.raises(InvalidParameter, match=said):
-        ServoConfiguration(mode="extended_position", **words)
+        ServoConfiguration(**words)

@@ -2,23 +2,26 @@
 
 from hardware.servos import SERVOS
 from hardware.servos.dynamixel_servo import DynamixelServo
+from hardware.servos.host_position_loop import HostPositionLoop
 from hardware.virtual_bench import FaultEvent, LockstepBench
 
 TICK = 0.0125
 """Period of a loop at 80 Hz [s]."""
+LOOP = HostPositionLoop(gain=6.0, offset=0.0)
+"""Stiff enough to hold a spring to some hundredths of a radian."""
 
 
 class VirtualServo:
-    """A bench and its driver, configured and holding where it stands."""
+    """A bench and its driver, configured and switched on, without duty."""
 
-    def __init__(self, bench: str = "finger", *, mode: str = "extended_position") -> None:
+    def __init__(self, bench: str = "finger") -> None:
         self.bench = LockstepBench(bench, 3)
         self.clock = self.bench.clock
         self.servo = DynamixelServo(
             SERVOS["xc330_t288_t"], self.bench.servo_port(), clock=self.clock
         )
         self.servo.open()
-        self.servo.configure(mode)
+        self.servo.configure()
         self.servo.enable_torque()
 
     def run(self, command: float, seconds: float) -> list:
@@ -26,8 +29,8 @@ class VirtualServo:
         states = []
         end = self.clock.now() + seconds
         while self.clock.now() < end:
-            self.servo.command_position(command)
             states.append(self.servo.read_state())
+            self.servo.command_duty(LOOP.duty(command, states[-1].position))
             self.wait(TICK)
         return states
 

@@ -1,0 +1,122 @@
+"""What can go wrong on a virtual bench in lockstep, as functions that let it happen now."""
+
+import os
+import signal
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from hardware.bench import Bench
+from hardware.stop_request import StopRequest
+from hardware.virtual_bench import FaultEvent, Faults
+
+FULL = 2**23 - 1
+"""Greatest counts of the load cell's converter."""
+LONG = 100.0
+"""Longer than any run [s]."""
+
+
+def plant(bench: Bench) -> Any:
+    """Return what the bench is made of."""
+    return bench.controls.bench.plant  # pyright: ignore
+
+
+def let(name: str, **words: Any) -> Callable[[Bench, StopRequest], None]:
+    """Let an event happen now."""
+
+    def happen(bench: Bench, stop: StopRequest) -> None:
+        bench.controls.plan(FaultEvent(name=name, start=bench.clock.now(), **words))  # pyright: ignore
+
+    return happen
+
+
+def slip(bench: Bench, stop: StopRequest) -> None:
+    """Let the spool spin out of its window, as it does when the tendon breaks."""
+    plant(bench).motor.angle = 7.5
+
+
+def sag(bench: Bench, stop: StopRequest) -> None:
+    """Let the supply sag below what the servo needs, but not so far that it restarts."""
+    plant(bench).motor.supply = 6.0
+
+
+def heat(bench: Bench, stop: StopRequest) -> None:
+    """Heat the motor."""
+    plant(bench).motor.temperature = 68.0
+
+
+def load(bench: Bench, stop: StopRequest) -> None:
+    """Hang four kilogrammes on the load cell."""
+    bench.controls.hang_mass(4.0)  # pyright: ignore
+
+
+def silence(bench: Bench, stop: StopRequest) -> None:
+    """Let no answer of the servo come through."""
+    bench.controls.set_faults(Faults(dropped_replies=1.0))  # pyright: ignore
+
+
+def stall(bench: Bench, stop: StopRequest) -> None:
+    """Let the computer be busy with something else for 75 ms."""
+    bench.clock.sleep_until(bench.clock.now() + 0.075)
+
+
+def terminate(bench: Bench, stop: StopRequest) -> None:
+    """Send what a shutdown sends."""
+    os.kill(os.getpid(), signal.SIGTERM)
+
+
+def hang_up(bench: Bench, stop: StopRequest) -> None:
+    """Send what a lost terminal sends."""
+    os.kill(os.getpid(), signal.SIGHUP)
+
+
+def interrupt(bench: Bench, stop: StopRequest) -> None:
+    """Send what Ctrl-C sends."""
+    os.kill(os.getpid(), signal.SIGINT)
+
+
+def overload(bench: Bench, stop: StopRequest) -> None:
+    """Hang forty kilogrammes on the load cell."""
+    bench.controls.hang_mass(40.0)  # pyright: ignore
+
+
+def surge(bench: Bench, stop: StopRequest) -> None:
+    """Let the supply rise beyond what the servo takes."""
+    plant(bench).motor.supply = 14.0
+
+
+def jam(bench: Bench, stop: StopRequest) -> None:
+    """Let the gear seize."""
+    motor = plant(bench).motor
+    motor._constants = replace(motor._constants, dry_friction=5.0)
+
+
+def hush(bench: Bench, stop: StopRequest) -> None:
+    """Take the noise from the load cell, all but a count or two."""
+    for line in plant(bench).lines:
+        cell = line.load_cell
+        cell._constants = replace(cell._constants, noise=2e-5, wander=0.0, drift=0.0)
+
+
+def worse(**chances: float) -> Callable[[Bench, StopRequest], None]:
+    """Let answers and lines get lost, broken or late."""
+
+    def happen(bench: Bench, stop: StopRequest) -> None:
+        bench.controls.set_faults(Faults(**chances))  # pyright: ignore
+
+    return happen
+
+
+def both(*faults: Callable[[Bench, StopRequest], None]) -> Callable[[Bench, StopRequest], None]:
+    """Let several things happen at once."""
+
+    def happen(bench: Bench, stop: StopRequest) -> None:
+        for fault in faults:
+            fault(bench, stop)
+
+    return happen
+
+
+def stuck(counts: int | None = None) -> Callable[[Bench, StopRequest], None]:
+    """Let the load cell repeat a value, its last one unless given [counts]."""
+    return let("cell_stuck", duration=LONG, counts=counts)

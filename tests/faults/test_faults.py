@@ -1,0 +1,28 @@
+"""The exam of faults in its small form; ``python -m tests.faults`` is the large one.
+
+Faults of a deployment stand in ``tests/hardware/deploy/test_rules_on_a_bench.py``, and kills in
+``tests/hardware/deploy/test_real_time.py``.
+"""
+
+import pytest
+
+from tests.faults.collecting import COLLECTING
+from tests.faults.outside import OUTSIDE
+from tests.faults.soak import soak
+
+
+@pytest.mark.parametrize("name", COLLECTING)
+def test_a_fault_ends_a_recording_in_time(name: str) -> None:
+    """The motor is off, and the reason names the load cell; a spike ends nothing."""
+    COLLECTING[name].examine(0.3)
+
+
+@pytest.mark.parametrize("name", OUTSIDE)
+def test_a_fault_around_a_run_is_acted_upon(name: str) -> None:
+    """Refused with its own words, or obeyed in time."""
+    OUTSIDE[name](1)
+
+
+def test_deployments_with_random_faults_leak_nothing() -> None:
+    """A simulated minute: the motor ends off, logs are complete, files are closed."""
+    soak(1.0 / 60.0, lambda text: None)

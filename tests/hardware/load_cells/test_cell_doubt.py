@@ -1,0 +1,108 @@
+"""A load cell that says the same whatever happens is not believed; a live one always is."""
+
+import random
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from hardware.cell_doubt import CALM_READINGS, CellDoubt, equal_max
+from hardware.collect_settings import CollectSettings
+from hardware.load_cells.base import LoadCellReading
+from hardware.servos import SERVOS
+from hardware.servos.base import ServoState
+from hardware.virtual_calibration import calibrated_twins
+from tests.hardware.recording import Trial
+
+SPEC = SERVOS["xc330_t288_t"]
+CALIBRATION = calibrated_twins("finger", 0, 80)[0]
+SIGMA = CALIBRATION.noise / abs(CALIBRATION.slope)
+
+
+def reading(counts: float, k: int = 0) -> LoadCellReading:
+    """Return a reading."""
+    return LoadCellReading(
+        sequence=k, device_time_us=12_500 * k, host_time=0.0125 * k, counts=round(counts)
+    )
+
+
+def heard(values: Iterator[float]) -> str | None:
+    """Return what a doubt says after readings."""
+    doubt = CellDoubt(CALIBRATION, SPEC)
+    for k, counts in enumerate(values):
+        doubt.hear(reading(counts, k))
+        if doubt.fault is not None:
+            break
+    return doubt.fault
+
+
+@pytest.mark.parametrize("share", [1.0, 0.5])
+def test_a_live_cell_is_believed_for_an_hour(share: float) -> None:
+    """No reading of its noise looks like a fault, nor where four are averaged into one."""
+    rng = random.Random(1)
+    assert heard(rng.gauss(1e5, share * SIGMA) for _ in range(288_000)) is None
+
+
+def test_a_cell_of_few_counts_of_noise_is_believed_too() -> None:
+    """Equal readings come by chance there; as many as count as a fault come once in 1e12."""
+    assert [equal_max(sigma) for sigma in (0.1, 1.0, 10.0, 100.0, 1000.0)] == [23, 23, 9, 6, 5]
+    rng = random.Random(2)
+    doubt = CellDoubt(None, SPEC)
+    for k in range(100_000):
+        doubt.hear(reading(rng.gauss(0.0, 1.0), k))
+    assert doubt.fault is None
+
+
+def test_a_cell_calmer_than_its_own_noise_is_not_believed() -> None:
+    """A value that toggles by one count is no converter's noise, though never equal in a row."""
+    fault = heard(1000.0 + k % 2 for k in range(CALM_READINGS))
+    assert fault is not None
+    assert "as noisy as when it was calibrated" in fault
+
+
+def test_two_saturated_readings_are_a_spike_and_three_a_fault() -> None:
+    """Whichever end of the range they are at."""
+    for end in (2**23 - 1, -(2**23)):
+        assert heard(iter([0.0, end, end, 50.0])) is None
+        assert "saturated" in (heard(iter([0.0, end, end, end])) or "")
+
+
+@pytest.mark.parametrize(
+    ("duty", "slope", "doubted"), [(0.15, 0.0, True), (0.15, 5.0, False), (0.05, 0.0, False)]
+)
+def test_a_tension_must_follow_a_motor_that_pulls(duty: float, slope: float, doubted: bool) -> None:
+    """Wound in slowly at 15 % of duty it must change; what turns freely may be slack."""
+    rng = random.Random(3)
+    doubt = CellDoubt(CALIBRATION, SPEC)
+    for k in range(400):
+        instant, angle = 0.0125 * k, 0.003 * k
+        doubt.feel(2.0 + slope * angle + rng.gauss(0.0, 0.01), instant)
+        doubt.move(ServoState(time=instant, position=angle, velocity=0.24, current=0.0), duty)
+    assert (doubt.fault is not None) is doubted
+
+
+def test_a_slow_cell_is_given_time_to_show_a_change() -> None:
+    """At 10 readings a second, settled after four, a spool has long been wound in before."""
+    doubt = CellDoubt(CALIBRATION, SPEC)
+    for k in range(240):  # one step of 0.6 rad within 0.2 s, after a second of rest
+        instant = 0.0125 * k
+        angle = min(max(instant - 1.0, 0.0) * 3.0, 0.6)
+        if k % 8 == 0:
+            doubt.feel(2.0 if instant < 1.6 else 5.0, instant)
+        doubt.move(ServoState(time=instant, position=angle, velocity=0.0, current=0.0), 0.9)
+    assert doubt.fault is None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("bench", ["finger", "spring_weak", "spring_strong"])
+@pytest.mark.parametrize("excitation", ["random_steps", "sine", "ramps", "contact_ramp"])
+@pytest.mark.parametrize("rate", [80, 20, 10])
+def test_no_recording_is_ended_by_a_live_cell(
+    bench: str, excitation: str, rate: int, tmp_path: Path
+) -> None:
+    """A minute of every kind of command on every bench, at every rate of the cell."""
+    trial = Trial(
+        path=tmp_path / "run.mcap", bench=bench, excitation=excitation, duration=60.0,
+        load_cell_rate=rate, settings=CollectSettings(),
+    )  # fmt: skip
+    assert trial.record().finished, trial.outcome
