@@ -128,9 +128,7 @@ def smooth_forces(
     if wp.static(FREE_SPOOL):
         for d in range(TENDONS):
             if modes.joint_sticks[LINKS + d] == real(0.0):
-                out = with_spool(
-                    mechanism, world, p, here, modes, d, q, v, arms, bow[d], out
-                )
+                out = with_spool(mechanism, world, p, here, modes, d, q, v, arms, bow[d], out)
     return out
 
 

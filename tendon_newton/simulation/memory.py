@@ -17,7 +17,7 @@ from tendon_newton.device_code.placeholders import (
     real,
 )
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.simulation.pipeline import flow_at, flow_memory, joint_state, spring_torque
+from tendon_newton.simulation.pipeline import flow_memory, joint_state, spring_torque
 from tendon_newton.simulation.routes import located
 from tendon_newton.simulation.tension import held_share
 from tendon_newton.simulation.world_drive import at_end

@@ -178,9 +178,7 @@ def pulling_spools(
     forces = smooth_forces(mechanism, world, p, drive, modes, q, v)
     taut = JointVector()
     rows = row_arms(mechanism, world, drive, modes)
-    acceleration = constrained_solve(
-        forces.mass_matrix, forces.torque, modes, rows, row_bow(drive)
-    )
+    acceleration = constrained_solve(forces.mass_matrix, forces.torque, modes, rows, row_bow(drive))
     for d in range(TENDONS):
         c = LINKS + d
         if modes.joint_sticks[c] > real(0.0):

@@ -143,9 +143,7 @@ class Rollout:
                 precision=precision,
                 driven_by=self.driven_by,
                 free_spool=(
-                    free_spools
-                    and self.driven_by == "command"
-                    and spools_are_free(model, actuator)
+                    free_spools and self.driven_by == "command" and spools_are_free(model, actuator)
                 ),
             )
         )

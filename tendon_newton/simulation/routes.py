@@ -296,7 +296,7 @@ def row_arms(mechanism: Mechanism, world: int, drive: Drive, modes: Modes) -> Ro
                 rows[TENDONS + d, j] = arms[d, j]
             rows[d, LINKS + d] = real(1.0) - modes.joint_sticks[LINKS + d]
         return rows
-    else:  # noqa: RET505 - known when compiled
+    else:
         return arms
 
 

@@ -92,7 +92,9 @@ def rests_on_string(
 
 
 @device_template
-def not_beyond_strings(mechanism: Mechanism, world: int, drive: Drive, q: JointVector) -> JointVector:
+def not_beyond_strings(
+    mechanism: Mechanism, world: int, drive: Drive, q: JointVector
+) -> JointVector:
     """Return coordinates in which no spool leads a string that does not stretch."""
     out = q
     if wp.static(FREE_SPOOL):
