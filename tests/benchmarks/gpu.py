@@ -4,7 +4,7 @@ Run from the root of the repository, on a machine with a GPU::
 
     python -m tests.benchmarks.gpu                      # everything
     python -m tests.benchmarks.gpu --parts network ppo  # some of it
-    python -m tests.benchmarks.gpu --figure             # only draw what was measured
+    python -m tests.benchmarks.gpu --figure             # only draw and list it
     python -m tests.benchmarks.gpu --device cpu --worlds 64 --parts mechanics network loop \
         --out build/dry_run.json                        # a dry run
 
@@ -20,6 +20,7 @@ learning.
 
 import argparse
 import json
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -63,6 +64,25 @@ def measure(
     return result
 
 
+def tell(result: dict[str, Any]) -> str:
+    """Return the rows that several engines share, as a table for `docs/speed.md`."""
+    lines = [
+        "| part | worlds | engine | step | error | control step |",
+        "|---|---|---|---|---|---|",
+    ]
+    for part in ("mechanics", "network", "loop"):
+        for row in result.get(part, {}).get("rows", []):
+            step, error = "", ""
+            if "error_rad" in row:
+                step = f"{row['step_milliseconds']:.2f} ms"
+                error = f"{1e3 * row['error_rad']:.1f} mrad"
+            elif "largest_error_n" in row:
+                error = f"{row['largest_error_n']:.2g} N"
+            cells = [part, f"{row['worlds']:,}", row["engine"], step, error]
+            lines.append(f"| {' | '.join(cells)} | {row['milliseconds']:.3g} ms |")
+    return "\n".join(lines)
+
+
 def draw(result: dict[str, Any]) -> None:
     """Draw the time of a control step against the number of worlds."""
     import matplotlib as mpl
@@ -93,10 +113,14 @@ def main() -> None:
     parser.add_argument("--worlds", nargs="*", type=int, default=WORLDS, help="how many")
     parser.add_argument("--device", default="cuda:0", help="Warp's name of it")
     parser.add_argument("--out", type=Path, default=RESULT)
-    parser.add_argument("--figure", action="store_true", help="only draw what was measured")
+    parser.add_argument(
+        "--figure", action="store_true", help="only draw and list what was measured"
+    )
     arguments = parser.parse_args()
     if arguments.figure:
-        draw(json.loads(arguments.out.read_text()))
+        result = json.loads(arguments.out.read_text())
+        sys.stdout.write(tell(result) + "\n")
+        draw(result)
         return
     with wp.ScopedDevice(arguments.device):
         parts = {name: PARTS[name] for name in arguments.parts}

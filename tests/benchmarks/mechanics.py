@@ -67,10 +67,11 @@ def mechanics(
             )
             substeps[name] = row["substeps"]
             yield row
-        others = [n for name, n in substeps.items() if name != OURS]
-        if others:
-            same, reference = min(others), references[True]
-            yield timed_when_sound(f"{OURS}, same step", worlds, TendonEngine, reference, same)
+        if worlds <= FOREIGN_WORLDS:
+            same = min(n for name, n in substeps.items() if name != OURS)
+            yield timed_when_sound(
+                f"{OURS}, same step", worlds, TendonEngine, references[True], same
+            )
 
 
 def timed_when_sound(

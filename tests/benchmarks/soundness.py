@@ -14,6 +14,7 @@ from functools import cache
 from typing import Protocol, TypeVar
 
 import numpy as np
+import warp as wp
 
 from tendon_newton.mechanisms.mechanism import load_mechanism
 
@@ -81,7 +82,9 @@ def path(engine: Engine) -> np.ndarray:
     engine.begin()
     rows = []
     for _ in range(ROWS):
+        wp.synchronize()  # torch's stream and Warp's are two
         engine.run()
+        wp.synchronize()
         rows.append(engine.joints().copy())
     return np.array(rows)
 
