@@ -217,7 +217,7 @@ class SubstepChain:
 
 def component_places(structure: Structure) -> list[tuple[int, int]]:
     """Return which array of the states holds each component of a state, and where in it."""
-    joints, numbers = range(structure.joint_count), range(structure.memory_count)
+    joints, numbers = range(structure.coordinate_count), range(structure.memory_count)
     return [
         *((0, joint) for joint in joints),
         *((1, joint) for joint in joints),

@@ -1,22 +1,17 @@
-"""What a force network costs in the loop: its module, its last query alone, its compiled twin.
+"""What a query of the authors' Transformer costs, in every form that a user would try.
 
-Run from the root of the repository::
-
-    python -m tests.benchmarks.network
-
-It writes ``tests/benchmarks/results/network_cpu.json`` (or ``_cuda``): milliseconds per query of W
-worlds, the best of several spans, by the time that the process itself computed (on CUDA by the
-clock), and control steps per second of a finger at 20 Hz in steps of 1 ms.
+All forms answer the same windows with the same weights. The error of each is its distance from the
+network in float64. On CUDA each form is one graph.
 """
 
-import json
-import platform
-import sys
-import time
-from collections.abc import Callable
-from datetime import UTC, datetime
-from pathlib import Path
-from typing import Any
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from copy import deepcopy
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, Literal
 
 import numpy as np
 import torch
@@ -26,18 +21,24 @@ from tendon_newton.actuators.networks.artifact import torchscript
 from tendon_newton.actuators.networks.history import History
 from tendon_newton.actuators.networks.torchscript import ForceQuery, TorchScriptQuery
 from tendon_newton.actuators.networks.twin_query import TwinQuery, forces_of
-from tendon_newton.mechanisms.mechanism import load_mechanism
-from tendon_newton.simulation.control_loop import ControlLoop
-from tests.benchmarks.engines import MujocoNetworkEngine
-from tests.benchmarks.speed import commit
-from tests.physics.networks import LIMIT, RATE, WINDOW, force_network, learned_model
-from tests.physics.runs import ideal_model
+from tendon_newton.simulation.torch_bridge import Graph
+from tests.benchmarks.timing import Row, best_time, memory_in_use, say
+from tests.physics.networks import GAIN, LIMIT, RATE, WINDOW, force_network
 
-RESULTS = Path(__file__).parent / "results"
-WORLDS = (1, 64, 1024)
-SPANS = 7
-SPAN = 0.2  # s
-STEP = 1.0e-3  # s
+Arithmetic = Literal["float32", "TF32", "bf16"]
+OPTIONS = {"window": WINDOW, "rate": RATE, "limit": LIMIT}
+COMPILED_WORLDS = (4096, 65536)
+"""Sizes for which torch compiles the network, which takes a while for each."""
+LESSONS = 300
+SPREAD = torch.tensor([4.2, 1.8, 10.0])
+"""Ranges of what the network is taught: command [rad], angle [rad], its rate [rad/s]."""
+SAMPLE_PRODUCTS = 3 * 16 + 3 * 48 + 4 * 30 * 8 + 16 * 16 + 2 * 16 * 64
+"""Multiplications of a sample's way through the first layer: as a token; as query, key and value;
+four heads that look at 30 samples; their mixture; the layers of 64."""
+LAST_PRODUCTS = 3 * 16 * 16 + 2 * 4 * 30 * 16 + 16 * 16 + 2 * 16 * 64 + 16 * 8 + 8 * 4 + 4
+"""Those of the last sample's way through the second layer and the perceptron."""
+NETWORK_OPERATIONS = 2 * (30 * SAMPLE_PRODUCTS + LAST_PRODUCTS)
+"""Multiplications and additions of one query of the Transformer; exponentials not counted."""
 
 
 class WholeNetwork(torch.nn.Module):
@@ -52,38 +53,109 @@ class WholeNetwork(torch.nn.Module):
         return self.network(window)
 
 
-def queries(device: Any, *, of_set: str = "paper") -> dict[str, ForceQuery]:
-    """Return the same Transformer in its forms."""
-    network = force_network(of_set=of_set).to(wp.device_to_torch(device))
-    options = {"window": WINDOW, "rate": RATE, "limit": LIMIT}
+class RoundedQuery(TorchScriptQuery):
+    """Runs a module in the arithmetic of a GPU's matrix units; sums stay in float32.
+
+    Args:
+        module: As for `TorchScriptQuery`.
+        arithmetic: What the factors of matrix products are rounded to.
+    """
+
+    def __init__(self, module: Any, arithmetic: Arithmetic) -> None:
+        super().__init__(module, **OPTIONS)
+        self._arithmetic: Arithmetic = arithmetic
+
+    def __call__(self, history: History, force: wp.array) -> None:
+        """Write the forces [N] of all servos, shape (N,)."""
+        with matrix_products(self._arithmetic):
+            super().__call__(history, force)
+
+
+@contextmanager
+def matrix_products(arithmetic: Arithmetic) -> Iterator[None]:
+    """Let torch's matrix products be as exact as named."""
+    before = torch.get_float32_matmul_precision()
+    torch.set_float32_matmul_precision("high" if arithmetic == "TF32" else "highest")
+    try:
+        with torch.autocast(
+            wp.device_to_torch(wp.get_device()).split(":")[0], torch.bfloat16,
+            enabled=arithmetic == "bf16", cache_enabled=False,
+        ):  # fmt: skip
+            yield
+    finally:
+        torch.set_float32_matmul_precision(before)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Form:
+    """One way to run the network."""
+
+    name: str
+    make: Callable[[Any], ForceQuery]
+    """Takes the network."""
+    compiled: bool = False
+    """Whether torch's compiler makes it."""
+
+
+def scripted(module: torch.nn.Module) -> Any:
+    """Return a TorchScript module."""
     with torchscript():
-        whole = torch.jit.script(WholeNetwork(network))
-        last = torch.jit.script(network)
-    return {
-        "torchscript_whole": TorchScriptQuery(whole, **options),
-        "torchscript": TorchScriptQuery(last, **options),
-        "twin": TwinQuery(network, rate=RATE, limit=LIMIT, device=device),
-    }
+        return torch.jit.script(module)
 
 
-def best_time(work: Callable[[], None], device: Any) -> float:
-    """Return the seconds of one run, the best of some spans of time, warm."""
-    clock = time.perf_counter if device.is_cuda else time.process_time
-    for _ in range(5):
-        work()
-    wp.synchronize_device(device)
-    start = clock()
-    work()
-    wp.synchronize_device(device)
-    count = max(1, int(SPAN / max(clock() - start, 1.0e-6)))
-    best = np.inf
-    for _ in range(SPANS):
-        start = clock()
-        for _ in range(count):
-            work()
-        wp.synchronize_device(device)
-        best = min(best, (clock() - start) / count)
-    return float(best)
+def compiled_query(network: Any, arithmetic: Arithmetic) -> ForceQuery:
+    """Return the last query as torch's compiler makes it for one size."""
+    torch.compiler.reset()
+    return RoundedQuery(torch.compile(network.last_query, dynamic=False), arithmetic)
+
+
+def twin(network: Any) -> TwinQuery:
+    """Return the network as kernels of ours."""
+    return TwinQuery(network, rate=RATE, limit=LIMIT, device=wp.get_device())
+
+
+def last_query(network: Any, arithmetic: Arithmetic = "float32") -> ForceQuery:
+    """Return TorchScript that computes no more than the last sample needs."""
+    return RoundedQuery(scripted(network), arithmetic)
+
+
+FORMS = (
+    Form(name="twin", make=twin),
+    Form(
+        name="TorchScript, all samples",
+        make=lambda n: TorchScriptQuery(scripted(WholeNetwork(n)), **OPTIONS),
+    ),
+    Form(name="TorchScript, last query", make=last_query),
+    Form(name="TorchScript, last query, TF32", make=lambda n: last_query(n, "TF32")),
+    Form(name="TorchScript, last query, bf16", make=lambda n: last_query(n, "bf16")),
+    Form(name="torch.compile", make=lambda n: compiled_query(n, "float32"), compiled=True),
+    Form(name="torch.compile, TF32", make=lambda n: compiled_query(n, "TF32"), compiled=True),
+    Form(name="torch.compile, bf16", make=lambda n: compiled_query(n, "bf16"), compiled=True),
+)
+
+
+@cache
+def taught_network() -> Any:
+    """Return the authors' Transformer, 6,801 numbers, after a short lesson in the ideal source.
+
+    So its fingers move like a servo's, and its errors are those of numbers that were trained.
+    """
+    network = force_network(of_set="authors").train()
+    generator = torch.Generator().manual_seed(0)
+    descent = torch.optim.Adam(network.parameters(), lr=3.0e-3)
+    for _ in range(LESSONS):
+        windows = torch.rand(128, WINDOW, 3, generator=generator) * SPREAD
+        windows[:, :, 2] -= 0.5 * SPREAD[2]
+        wanted = GAIN * (windows[:, -1, 0] - windows[:, -1, 1])
+        descent.zero_grad()
+        torch.nn.functional.mse_loss(network(windows), wanted).backward()
+        descent.step()
+    return network.eval()
+
+
+def authors_network() -> Any:
+    """Return a copy of the taught network on the present device."""
+    return deepcopy(taught_network()).to(wp.device_to_torch(wp.get_device()))
 
 
 def random_windows(worlds: int, device: Any) -> History:
@@ -95,61 +167,49 @@ def random_windows(worlds: int, device: Any) -> History:
     return history
 
 
-def query_times(worlds: int, device: Any) -> dict[str, float]:
-    """Return the milliseconds of a query, and how far the forms differ [N]."""
-    history = random_windows(worlds, device)
-    force = wp.zeros(worlds, dtype=wp.float32, device=device)
-    forms = queries(device)
-    out = {
-        f"{n}_ms": 1e3 * best_time(lambda q=q: q(history, force), device) for n, q in forms.items()
+def exact_forces(windows: History) -> np.ndarray:
+    """Return the forces [N] of the network in float64, shape (N,)."""
+    module = authors_network().double()
+    with torch.no_grad():
+        shown = wp.to_torch(windows.order()).double()
+        return module.last_query(shown).clamp(max=LIMIT).cpu().numpy()
+
+
+def network(worlds_asked: Sequence[int]) -> Iterator[Row]:
+    """Check and time all forms; those of torch's compiler last, and for some sizes only."""
+    sizes = [w for w in worlds_asked if w in COMPILED_WORLDS] or list(worlds_asked)[:1]
+    plain = [(form, w) for w in worlds_asked for form in FORMS if not form.compiled]
+    compiled = [(form, w) for w in sizes for form in FORMS if form.compiled]
+    for form, worlds in plain + compiled:
+        row = query_row(form, worlds)
+        say(row)
+        yield row
+
+
+def query_row(form: Form, worlds: int) -> Row:
+    """Return what a query of a form costs, and how far it is off."""
+    device, before = wp.get_device(), memory_in_use()
+    row: Row = {"engine": form.name, "worlds": worlds}
+    query = form.make(authors_network())
+    history, force = random_windows(worlds, device), wp.zeros(worlds, dtype=wp.float32)
+    ask = Graph(lambda: query(history, force), device, enabled=device.is_cuda)
+    error = forces_of(query, history) - exact_forces(history)
+    seconds = best_time(ask, device)
+    row |= {
+        "largest_error_n": float(np.abs(error).max()),
+        "rms_error_n": float(np.sqrt(np.mean(error**2))),
+        "milliseconds": 1.0e3 * seconds,
+        "world_steps_per_second": worlds / seconds,
+        "bytes_per_world": (memory_in_use() - before) / worlds,
     }
-    said = {name: forces_of(query, history) for name, query in forms.items()}
-    out["largest_difference_n"] = max(
-        float(np.abs(said[name] - said["torchscript_whole"]).max()) for name in said
-    )
-    return out
+    if device.is_cuda:
+        rate = NETWORK_OPERATIONS * worlds / seconds
+        row["share_of_arithmetic_limit"] = rate / arithmetic_peak()
+    return row
 
 
-def loop_rates(worlds: int, device: Any) -> dict[str, float]:
-    """Return control steps per second of all worlds together; SolverMuJoCo's as many substeps."""
-    mechanism = load_mechanism("finger")
-    command = torch.full((worlds, 1), 2.0, device=wp.device_to_torch(device))
-    loops = {"ideal": ControlLoop(mechanism, ideal_model(), worlds, max_step=STEP, device=device)}
-    for name, query in queries(device).items():
-        loops[name] = ControlLoop(
-            mechanism, learned_model(), worlds, max_step=STEP, query=query, device=device
-        )
-    module = queries(device)["torchscript_whole"]
-    out = {
-        "mujoco_torchscript_whole": worlds
-        / best_time(MujocoNetworkEngine(worlds, STEP, query=module, swings=True).run, device)
-    }
-    for name, loop in loops.items():
-        loop.reset(command, joint_position=torch.zeros_like(loop.reading.joint_position))
-        out[name] = worlds / best_time(lambda loop=loop: loop.step(command) and None, device)
-    return out
-
-
-def main() -> None:
-    """Measure and write one file per device."""
-    wp.config.quiet = True
-    torch.set_num_threads(1)
-    device = wp.get_device()
-    result = {
-        "command": "python -m tests.benchmarks.network",
-        "commit": commit(),
-        "date": datetime.now(UTC).isoformat(timespec="seconds"),
-        "device": device.name if device.is_cuda else f"{platform.machine()} ({device.name})",
-        "torch": torch.__version__,
-        "torch_threads": 1,
-        "query": {str(worlds): query_times(worlds, device) for worlds in WORLDS},
-        "control_steps_per_second": {str(worlds): loop_rates(worlds, device) for worlds in WORLDS},
-    }
-    RESULTS.mkdir(exist_ok=True)
-    path = RESULTS / f"network_{'cuda' if device.is_cuda else 'cpu'}.json"
-    path.write_text(json.dumps(result, indent=2) + "\n")
-    sys.stdout.write(path.read_text())
-
-
-if __name__ == "__main__":
-    main()
+def arithmetic_peak() -> float:
+    """Return the GPU's most single-precision operations per second, from its clock."""
+    properties = torch.cuda.get_device_properties(0)
+    clock = 1.0e3 * getattr(properties, "clock_rate", 1.98e6)  # Hz
+    return properties.multi_processor_count * 128 * 2 * clock

@@ -15,7 +15,9 @@ from pathlib import Path
 import torch
 import warp as wp
 
-from tests.benchmarks.gpu import ITERATION_STEPS, RESULT, circumstances, iteration_time, say
+from tests.benchmarks.gpu import RESULT
+from tests.benchmarks.learning import ITERATION_STEPS, iteration_time
+from tests.benchmarks.timing import circumstances, say
 from train.policy.environment_config import EnvironmentConfig
 from train.policy.process import Process
 

@@ -21,7 +21,7 @@ import time
 from datetime import UTC, datetime
 from pathlib import Path
 
-from tests.benchmarks.speed import RESULTS, commit
+from tests.benchmarks.timing import RESULTS, commit
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples" / "hidden_friction"

@@ -1,7 +1,6 @@
-"""Control steps per second, for pytest-benchmark; `speed.py` compares at equal accuracy too."""
+"""Control steps per second, for pytest-benchmark; `speed.py` compares at equal validity too."""
 
 import pytest
-import warp as wp
 
 from tests.benchmarks.engines import MujocoEngine, TendonEngine
 
@@ -15,7 +14,5 @@ def test_control_step(
 ) -> None:
     """50 ms of many fingers, as one graph."""
     engine = kind(worlds, STEP)
-    engine.command.fill_(1.0)
-    engine.settle()
-    engine.command.fill_(2.0)
-    benchmark(lambda: wp.capture_launch(engine.graph))
+    engine.begin()
+    benchmark(engine.run)
