@@ -269,11 +269,13 @@ def whole_kernel(
             renewed = MemoryVector()
             for j in range(JOINTS):
                 moved[j] = slope_sum(slope_q, slope_v, slope_memory, j, slot, x, xd, kept)
-                c = JOINTS + j
-                speed[j] = slope_sum(slope_q, slope_v, slope_memory, c, slot, x, xd, kept)
+                speed[j] = slope_sum(
+                    slope_q, slope_v, slope_memory, JOINTS + j, slot, x, xd, kept
+                )
             for s in range(wp.static(REMEMBERED)):
-                c = 2 * JOINTS + s
-                renewed[s] = slope_sum(slope_q, slope_v, slope_memory, c, slot, x, xd, kept)
+                # a name of its own: a long loop stays one, and would change what is read above
+                own = 2 * JOINTS + s
+                renewed[s] = slope_sum(slope_q, slope_v, slope_memory, own, slot, x, xd, kept)
             next_q[out, i] = moved
             next_v[out, i] = speed
             next_memory[out, i] = renewed
