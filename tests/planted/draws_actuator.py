@@ -71,6 +71,27 @@ def load_dependent_friction(rng: np.random.Generator, size: float) -> Planted:
     return single("coefficient", "load", size * float(rng.uniform(0.08, 0.20)))
 
 
+def voltage_sag(rng: np.random.Generator, size: float) -> Planted:
+    """A supply that gives way by 2 to 6 % per newton of motor force."""
+    return single("sag", "sag", size * float(rng.uniform(0.02, 0.06)))
+
+
+def torque_fade(rng: np.random.Generator, size: float) -> Planted:
+    """A motor that loses a fifth to a half of 5 N, within 0.4 to 1.5 s."""
+    fade, time = size * float(rng.uniform(0.01, 0.04)), float(rng.uniform(0.4, 1.5))
+    return planted({"fade": fade, "time_constant": time}, fade=fade, fade_time=time)
+
+
+def holding_friction(rng: np.random.Generator, size: float) -> Planted:
+    """A gear that keeps 15 to 35 % of a load that turns it backwards."""
+    return single("share", "holding", size * float(rng.uniform(0.15, 0.35)))
+
+
+def gear_load_friction(rng: np.random.Generator, size: float) -> Planted:
+    """Dry friction of 5 to 12 % of what motor and load press its teeth with."""
+    return single("coefficient", "gear_load", size * float(rng.uniform(0.05, 0.12)))
+
+
 ACTUATOR: Mapping[str, Draw] = MappingProxyType(
     {
         "gain_error": gain_error,
@@ -84,5 +105,9 @@ ACTUATOR: Mapping[str, Draw] = MappingProxyType(
         "stribeck_friction": stribeck_friction,
         "viscous_friction": viscous_friction,
         "load_dependent_friction": load_dependent_friction,
+        "gear_load_friction": gear_load_friction,
+        "holding_friction": holding_friction,
+        "voltage_sag": voltage_sag,
+        "torque_fade": torque_fade,
     }
 )
