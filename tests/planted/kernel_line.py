@@ -7,7 +7,7 @@ from tests.planted.kernel_servo import (
     Line,
     dry_friction,
     faded,
-    geared,
+    gear_slip,
     given,
     lagging,
     loaded_friction,
@@ -61,7 +61,8 @@ def stretched(p: Plant, s: Line, command: wp.float64) -> wp.float64:
             high = pull
         else:
             low = pull
-        left = ONE - wp.sign(pull - s.tension) * geared(p, s, pull)
+        slip = gear_slip(p, s, pull)
+        left = ONE - wp.sign(slip) * bend_after(s.gear, slip, p.bristle)
         dry = dry_friction(p, s, s.speed) + per_newton * pull
         pull -= off / (ONE + firm + dry * left * p.compliance / p.bristle)
         if low == ZERO:
@@ -128,7 +129,8 @@ def line_after(
     if p.rotor > ZERO:
         s = moved_rotor(p, before, command, pull)
     else:
-        s.gear = bend_after(geared(p, s, pull), slip + p.step * s.mount_speed, p.bristle)
+        s.gear = bend_after(s.gear, gear_slip(p, s, pull), p.bristle)
+        s.slid = slip + p.step * s.mount_speed
     if p.lag_share < ONE:
         s.motor += p.lag_share * (target - s.motor)
     if p.fade != ZERO:

@@ -14,7 +14,8 @@ class Line:
 
     excursion: wp.float64  # [m] wound in by the mechanism's end
     speed: wp.float64  # [m/s]
-    gear: wp.float64  # bend of the gear's bristles, as a share of their greatest
+    gear: wp.float64  # bend of the gear's bristles, as a share of their greatest, a step ago
+    slid: wp.float64  # [m] of the mechanism's end and the mount since then
     guide: wp.float64  # of those between string and guides
     motor: wp.float64  # [N] lagging motor force, half a step ago
     weakness: wp.float64  # of a motor that fades [1]
@@ -111,11 +112,9 @@ def faded(p: Plant, weakness: wp.float64, force: wp.float64) -> wp.float64:
 
 
 @wp.func
-def geared(p: Plant, s: Line, pull: wp.float64) -> wp.float64:
-    """Bend of the gear's bristles once the tendon has stretched to this tension."""
-    if p.compliance == ZERO:
-        return s.gear
-    return bend_after(s.gear, p.compliance * (pull - s.tension), p.bristle)
+def gear_slip(p: Plant, s: Line, pull: wp.float64) -> wp.float64:
+    """Travel of an ideal source since a step ago [m], if the tendon has this tension now."""
+    return s.slid + p.compliance * (pull - s.tension)
 
 
 @wp.func
@@ -125,7 +124,7 @@ def given(p: Plant, s: Line, command: wp.float64, pull: wp.float64) -> wp.float6
     rate = (s.speed + s.mount_speed + stretching) / p.radius
     motor = motor_force(p, s, command, source_angle(p, s, command, pull), rate)
     motor = lagging(p, s, motor)
-    bend = geared(p, s, pull)
+    bend = bend_after(s.gear, gear_slip(p, s, pull), p.bristle)
     left = motor - viscous_friction(p, rate) - dry_friction(p, s, s.speed) * bend
     sense = wp.sign(left)
     backwards = wp.min(bend * sense, ZERO)
