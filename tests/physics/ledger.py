@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
@@ -35,11 +36,7 @@ class Books:
     def stretches(self) -> Sequence[slice]:
         """Rows from one jump to the next, both included: position and speed have no jumps."""
         edges = np.unique(np.concatenate([[0], self.jumps, [len(self.time) - 1]]))
-        return [
-            slice(first, last + 1)
-            for first, last in zip(edges[:-1], edges[1:], strict=True)
-            if last - first > DEGREE
-        ]
+        return [slice(first, last + 1) for first, last in pairwise(edges) if last - first > DEGREE]
 
     def motion(self, rows: slice) -> tuple[Array, Array]:
         """Return speed [m/s] and acceleration [m/s2] between two jumps."""

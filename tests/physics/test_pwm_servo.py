@@ -1,4 +1,4 @@
-"""The DC servo against the text book: stall, no-load speed, the line between them, and its rotor."""
+"""The DC servo against the text book: stall, no-load speed, the line between them, its rotor."""
 
 import numpy as np
 import pytest

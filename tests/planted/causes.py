@@ -36,7 +36,7 @@ class Causes:
     holding: float = 0.0
     """The same, but only while the load turns the gear backwards [1]."""
     gear_load: float = 0.0
-    """Force at which they give way per newton that presses the teeth: motor and load together [1]."""
+    """The same per newton that presses the teeth, of motor and load together [1]."""
     bristle: float = 7e-6
     """Travel over which friction builds up to 63 % [m]; to 95 % over three times that."""
     sag: float = 0.0

@@ -12,7 +12,16 @@ from tests.planted.draws_outside import NEAR, OUTSIDE
 from tests.planted.draws_sensor import SENSOR
 from tests.planted.planted import Draw
 
-__all__ = ["COULOMB_KNOWN", "EFFECTS", "MIX_OF", "NEAR", "OUTSIDE", "SIDES", "VISCOUS_KNOWN", "base_causes"]
+__all__ = [
+    "COULOMB_KNOWN",
+    "EFFECTS",
+    "MIX_OF",
+    "NEAR",
+    "OUTSIDE",
+    "SIDES",
+    "VISCOUS_KNOWN",
+    "base_causes",
+]
 
 VISCOUS_KNOWN = 1.5  # [N s/rad] of a servo whose friction the model knows
 COULOMB_KNOWN = 0.8  # [N]

@@ -140,7 +140,7 @@ def test_a_motor_fades_towards_the_square_of_its_force() -> None:
 
 
 def test_play_leaves_the_shaft_to_its_command() -> None:
-    """theta = clip(theta_d, q - w/2, q + w/2), and no torque in between."""
+    """Theta = clip(theta_d, q - w/2, q + w/2), and no torque in between."""
     command = 1.2 * (STEPS / np.pi - 1.0)
     motion = run("pendulum", Causes(backlash=0.3), TIME, command)
     arm = motion.coordinates[:, 0]
