@@ -126,7 +126,7 @@ def _in_shares(rng: np.random.Generator, plan: ExamPlan) -> Sequence[str]:
 def draw_pair(
     rng: np.random.Generator, effects: Sequence[str], *, alike: bool = False
 ) -> tuple[str, str]:
-    """Draw two causes that one bench shows, mostly from different sides; alike or to be told apart."""
+    """Draw two causes that one bench shows, alike or not, mostly from different sides."""
     pairs = [(a, b) for i, a in enumerate(effects) for b in effects[i + 1 :] if on_one_bench(a, b)]
     pairs = [pair for pair in pairs if are_alike(pair) == alike]
     if not pairs:
@@ -142,7 +142,7 @@ def are_alike(pair: Collection[str]) -> bool:
 
 
 def on_one_bench(first: str, second: str) -> bool:
-    """Tell whether a bench can show both: play needs a shaft, and most else a string or a spring."""
+    """Tell whether a bench can show both: play needs a shaft, most else a string or a spring."""
     both = {first, second}
     return not both & set(MIX_OF) or both <= ON_SHAFT
 
@@ -179,7 +179,7 @@ def _circumstances(
 
 
 def draw_mix(rng: np.random.Generator, mixes: Sequence[str], effects: Sequence[str]) -> str:
-    """Draw the benches; a cause that needs the finger gets it in five cases of six, play a shaft."""
+    """Draw the benches: play gets a shaft, what needs the finger gets it in five of six cases."""
     for name in set(effects) & set(MIX_OF):
         return MIX_OF[name]
     mixes = [mix for mix in mixes if mix in MIX_SHARES]

@@ -41,7 +41,7 @@ def taut_angle(p: Plant, s: Line, tension: wp.float64) -> wp.float64:
 def motor_force(
     p: Plant, s: Line, command: wp.float64, angle: wp.float64, rate: wp.float64
 ) -> wp.float64:
-    """Force of the motor [N] at an angle [rad] and a rate [rad/s], at most its limit, either way."""
+    """Force of the motor [N] at an angle [rad] and a rate [rad/s], limited either way."""
     error = s.gain * beyond(command - angle, p.deadband)
     force = p.gain * error
     if p.rotor > ZERO:
