@@ -31,6 +31,8 @@ class Books:
     """Rows at which the force may jump, because a command or an answer changes."""
     speed: Array | None = None
     """Of the slide [m/s], shape (T,); by default its spline's."""
+    unread: int = 0
+    """Rows after a jump whose force was not read."""
 
     @property
     def stretches(self) -> Sequence[slice]:
@@ -53,7 +55,7 @@ class Books:
             speed, acceleration = self.motion(rows)
             carried = MASS * acceleration + DAMPING * speed
             carried += STIFFNESS[self.bench] * self.slide[rows]
-            left.append((self.force[rows] - carried)[:-1])
+            left.append((self.force[rows] - carried)[self.unread : -1])
         return np.concatenate(left)
 
     def work(self) -> tuple[float, float]:
@@ -61,7 +63,8 @@ class Books:
         done = kept = 0.0
         for rows in self.stretches:
             time, slide = self.time[rows], self.slide[rows]
-            speed, _ = self.motion(rows)
+            # of the slide itself: in a first-order step the speed is ahead of it
+            speed = make_interp_spline(time, slide, k=DEGREE)(time, 1)
             force = self.force[rows].copy()
             force[-1] = 3.0 * force[-2] - 3.0 * force[-3] + force[-4]  # before the jump, not after
             power = make_interp_spline(time, force * speed, k=DEGREE)

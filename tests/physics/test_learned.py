@@ -128,9 +128,7 @@ def test_a_motor_that_is_asked_now_and_then_moves_like_one_that_always_acts(
     its back-EMF comes 50 ms late. A weaker motor, which is scaled, is weaker between queries too.
     """
     recording = run_of(stairs(rng, 161, 0.8, 2.0, 20))
-    viscous = NamedValues(
-        name="viscous_friction", values={"coefficient": strength * HOLD.damping}
-    )
+    viscous = NamedValues(name="viscous_friction", values={"coefficient": strength * HOLD.damping})
     values = {"gain": strength * HOLD.stiffness, "spool_radius": RADIUS}
     motor = Model(actuator=NamedValues(name="ideal", values=values), effects=(viscous,))
     (expected,) = simulate([recording], motor, time_step=1.25e-4)

@@ -37,6 +37,8 @@ class Causes:
     """The same, but only while the load turns the gear backwards [1]."""
     gear_load: float = 0.0
     """The same per newton that presses the teeth, of motor and load together [1]."""
+    gear_static: float = 0.0
+    """What that is more at rest; it falls with speed as ``static`` does [1]."""
     bristle: float = 7e-6
     """Travel over which friction builds up to 63 % [m]; to 95 % over three times that."""
     sag: float = 0.0

@@ -92,6 +92,19 @@ def gear_load_friction(rng: np.random.Generator, size: float) -> Planted:
     return single("coefficient", "gear_load", size * float(rng.uniform(0.05, 0.12)))
 
 
+def load_stribeck_friction(rng: np.random.Generator, size: float) -> Planted:
+    """The same of 4 to 8 %, 1.5 to 2.5 times that at rest, less within 1 to 2.5 rad/s."""
+    sliding = size * float(rng.uniform(0.04, 0.08))
+    static = sliding * float(rng.uniform(1.5, 2.5))
+    speed = float(rng.uniform(1.0, 2.5))
+    return planted(
+        {"coefficient": sliding, "static_coefficient": static, "stribeck_velocity": speed},
+        gear_load=sliding,
+        gear_static=static - sliding,
+        stribeck_speed=speed,
+    )
+
+
 ACTUATOR: Mapping[str, Draw] = MappingProxyType(
     {
         "gain_error": gain_error,
@@ -106,6 +119,7 @@ ACTUATOR: Mapping[str, Draw] = MappingProxyType(
         "viscous_friction": viscous_friction,
         "load_dependent_friction": load_dependent_friction,
         "gear_load_friction": gear_load_friction,
+        "load_stribeck_friction": load_stribeck_friction,
         "holding_friction": holding_friction,
         "voltage_sag": voltage_sag,
         "torque_fade": torque_fade,

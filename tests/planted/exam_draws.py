@@ -52,6 +52,7 @@ ALIKE = (
             "stribeck_friction",
             "load_dependent_friction",
             "gear_load_friction",
+            "load_stribeck_friction",
             "holding_friction",
         }
     ),
@@ -64,6 +65,7 @@ ALIKE = (
     frozenset({"routing_friction", "joint_dry_friction", "coulomb_friction"}),
     frozenset({"routing_friction", "stribeck_friction", "load_dependent_friction"}),
     frozenset({"routing_friction", "gear_load_friction", "holding_friction"}),
+    frozenset({"routing_friction", "load_stribeck_friction"}),
     frozenset({"gain_error", "gain_drift", "deadband", "force_saturation", "voltage_sag"}),
     frozenset({"gain_error", "gain_drift", "voltage_sag", "torque_fade"}),
     frozenset({"load_cell_bias", "load_cell_gain", "load_cell_drift"}),

@@ -45,7 +45,7 @@ def tension(p: Plant, s: Line, command: wp.float64) -> wp.float64:
 def stretched(p: Plant, s: Line, command: wp.float64) -> wp.float64:
     """Tension at which a tendon that stretches and an ideal source agree [N]: kept in a bracket."""
     rounds = ROUNDS
-    per_newton = p.load + p.holding + TWO * p.gear_load
+    per_newton = p.load + p.holding + TWO * (p.gear_load + p.gear_static)
     if p.coulomb + p.excess + s.dry + per_newton != ZERO:
         rounds = STUCK_ROUNDS
     share = ONE
@@ -106,7 +106,7 @@ def moved_rotor(p: Plant, before: Line, command: wp.float64, pull: wp.float64) -
     s = before
     motor = lagging(p, s, motor_force(p, s, command, s.angle + p.offset, s.rate))
     kept = viscous_friction(p, s.rate) + dry_friction(p, s, p.radius * s.rate) * s.gear
-    kept += loaded_friction(p, motor, pull, s.gear)
+    kept += loaded_friction(p, motor, pull, s.gear, p.radius * s.rate)
     s.turning = (motor - kept - pull) * p.radius / p.rotor
     s.half_rate += p.step * s.turning
     s.angle += p.step * s.half_rate

@@ -60,6 +60,7 @@ class Plant:
     load: wp.float64
     holding: wp.float64
     gear_load: wp.float64
+    gear_static: wp.float64
     sag: wp.float64
     fade: wp.float64
     fade_share: wp.float64  # of the way that the weakness goes in one step

@@ -86,23 +86,34 @@ def viscous_friction(p: Plant, rate: wp.float64) -> wp.float64:
 @wp.func
 def dry_friction(p: Plant, s: Line, speed: wp.float64) -> wp.float64:
     """Force at which the gear's bristles give way at this speed [N], load aside."""
-    force = p.coulomb + s.dry
-    if p.excess != ZERO:
-        pace = speed / (p.nominal_radius * p.stribeck_speed)
-        force += p.excess * wp.exp(-pace * pace)
-    return force
+    return p.coulomb + s.dry + at_low_speed(p, p.excess, speed)
+
+
+@wp.func
+def at_low_speed(p: Plant, excess: wp.float64, speed: wp.float64) -> wp.float64:
+    """What is left at this speed of what bristles hold more at rest."""
+    if excess == ZERO:
+        return ZERO
+    pace = speed / (p.nominal_radius * p.stribeck_speed)
+    return excess * wp.exp(-pace * pace)
+
+
+@wp.func
+def gear_load(p: Plant, speed: wp.float64) -> wp.float64:
+    """Friction per newton that presses the teeth [1]."""
+    return p.gear_load + at_low_speed(p, p.gear_static, speed)
 
 
 @wp.func
 def loaded_friction(
-    p: Plant, motor: wp.float64, tension: wp.float64, bend: wp.float64
+    p: Plant, motor: wp.float64, tension: wp.float64, bend: wp.float64, speed: wp.float64
 ) -> wp.float64:
     """What the gear keeps because it is loaded [N], positive against winding in."""
     backwards = wp.min(bend, ZERO)
     if tension < ZERO:
         backwards = wp.max(bend, ZERO)
     kept = (p.load * bend + p.holding * backwards) * wp.abs(tension)
-    return kept + p.gear_load * wp.abs(motor + tension) * bend
+    return kept + gear_load(p, speed) * wp.abs(motor + tension) * bend
 
 
 @wp.func
@@ -128,8 +139,9 @@ def given(p: Plant, s: Line, command: wp.float64, pull: wp.float64) -> wp.float6
     left = motor - viscous_friction(p, rate) - dry_friction(p, s, s.speed) * bend
     sense = wp.sign(left)
     backwards = wp.min(bend * sense, ZERO)
-    drawn = ONE + (p.load + p.gear_load) * bend * sense + p.holding * backwards
-    return (left - p.gear_load * bend * sense * motor) / drawn
+    toothed = gear_load(p, s.speed)
+    drawn = ONE + (p.load + toothed) * bend * sense + p.holding * backwards
+    return (left - toothed * bend * sense * motor) / drawn
 
 
 @wp.func

@@ -78,7 +78,8 @@ def _fill_servo(plant: Plant, bench: Bench, causes: Causes, step: float) -> None
     plant.lag_share = _share(causes.lag, step)
     plant.viscous, plant.curvature = causes.viscous, causes.viscous_curvature
     plant.coulomb, plant.excess, plant.load = causes.coulomb, causes.static, causes.load
-    plant.holding, plant.gear_load = causes.holding, causes.gear_load
+    plant.holding = causes.holding
+    plant.gear_load, plant.gear_static = causes.gear_load, causes.gear_static
     plant.stribeck_speed = causes.stribeck_speed
     # a direct drive's gear slips by the angle at which a spool's slips by that travel
     plant.bristle = causes.bristle * bench.spool_radius / SPOOL_RADIUS
