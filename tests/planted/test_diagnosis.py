@@ -32,6 +32,7 @@ HIDDEN = {
 # every other effect of the table: the slow test finds it in recordings of full length
 BENCHES = {
     "backlash": "P",
+    "sample_period_error": "A",
     **dict.fromkeys(NEEDS_FINGER, "A"),
     **dict.fromkeys(("routing_friction", "joint_dry_friction", "spring_stiffening"), "A"),
 }
