@@ -157,9 +157,7 @@ def test_the_derivatives_of_a_force_are_right(kind: str, network_path: Path) -> 
     pull = wp.zeros(5, dtype=types["Jet"], device="cpu")
     parameters = rollout.array(rollout.base_vectors(model), types["ParameterVector"])
     spools = np.zeros((5, structure.spool_count))  # none leads its mechanism
-    joints = [
-        rollout.array(np.hstack([values, spools]), types["JointVector"]) for values in (q, v)
-    ]
+    joints = [rollout.array(np.hstack([values, spools]), types["JointVector"]) for values in (q, v)]
     wp.launch(
         kernel, 5, inputs=[rollout.numbers, parameters, 1.0, *joints], outputs=[pull], device="cpu"
     )
