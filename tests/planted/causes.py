@@ -33,8 +33,22 @@ class Causes:
     """Motor speed at which this has fallen to 37 % [rad/s]."""
     load: float = 0.0
     """Force at which they give way per newton of tendon tension [1]."""
+    holding: float = 0.0
+    """The same, but only while the load turns the gear backwards [1]."""
+    gear_load: float = 0.0
+    """The same per newton that presses the teeth, of motor and load together [1]."""
+    gear_static: float = 0.0
+    """What that is more at rest; it falls with speed as ``static`` does [1]."""
     bristle: float = 7e-6
-    """Tendon travel over which friction builds up to 63 % [m]; to 95 % over three times that."""
+    """Travel over which friction builds up to 63 % [m]; to 95 % over three times that."""
+    sag: float = 0.0
+    """Share by which the supply gives way per newton of motor force [1/N]."""
+    fade: float = 0.0
+    """Weakness that a motor force builds up, per its square [1/N^2]."""
+    fade_time: float = 1.0
+    """Time in which it does [s]."""
+    backlash: float = 0.0
+    """Angle through which the shaft turns without touching what it drives [rad]."""
 
     slack: float = 0.0
     """Loose tendon between spool and mechanism [m]."""
@@ -42,6 +56,8 @@ class Causes:
     """Stretch of the tendon [m/N]."""
     routing: float = 0.0
     """Logarithm of the tension's loss along the guides [1]."""
+    guide_bristle: float = 7e-6
+    """Travel of the string in its guides over which that builds up to 63 % [m]."""
     radius_scale: float = 1.0
     """Spool radius against nominal [1]."""
 
@@ -78,6 +94,8 @@ class Causes:
     """Time constant of the load cell [s]."""
     cell_delay: float = 0.0
     """How late the load cell's clock is [s]."""
+    period_scale: float = 1.0
+    """Time between two rows against what the log says [1]."""
 
     cogging: float = 0.0
     """Amplitude of the motor force's ripple [N], in sin(cogging_rate * angle + phase)."""

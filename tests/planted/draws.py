@@ -12,11 +12,22 @@ from tests.planted.draws_outside import NEAR, OUTSIDE
 from tests.planted.draws_sensor import SENSOR
 from tests.planted.planted import Draw
 
-__all__ = ["COULOMB_KNOWN", "EFFECTS", "NEAR", "OUTSIDE", "SIDES", "VISCOUS_KNOWN", "base_causes"]
+__all__ = [
+    "COULOMB_KNOWN",
+    "EFFECTS",
+    "MIX_OF",
+    "NEAR",
+    "OUTSIDE",
+    "SIDES",
+    "VISCOUS_KNOWN",
+    "base_causes",
+]
 
 VISCOUS_KNOWN = 1.5  # [N s/rad] of a servo whose friction the model knows
 COULOMB_KNOWN = 0.8  # [N]
 BRISTLES = (5e-6, 40e-6)  # [m] range of pre-sliding travels, drawn evenly in the logarithm
+MIX_OF: Mapping[str, str] = MappingProxyType({"backlash": "P"})
+"""Benches that a cause needs: a string under tension closes every play."""
 
 SIDES: Mapping[str, Mapping[str, Draw]] = MappingProxyType(
     {
@@ -44,9 +55,14 @@ def base_causes(rng: np.random.Generator, *, known_friction: bool, imperfection:
     return Causes(
         viscous=VISCOUS_KNOWN if known_friction else 0.0,
         coulomb=COULOMB_KNOWN if known_friction else 0.0,
-        bristle=float(np.exp(rng.uniform(*np.log(BRISTLES)))),
+        bristle=_bristle(rng),
+        guide_bristle=_bristle(rng.spawn(1)[0]),
         mass_scale=1.0 + 0.003 * float(faults[0]),
         damper_scale=1.0 + 0.01 * float(faults[1]),
         viscous_curvature=0.03 * float(faults[2]),
         cogging=0.005 * imperfection,
     )
+
+
+def _bristle(rng: np.random.Generator) -> float:
+    return float(np.exp(rng.uniform(*np.log(BRISTLES))))

@@ -71,6 +71,40 @@ def load_dependent_friction(rng: np.random.Generator, size: float) -> Planted:
     return single("coefficient", "load", size * float(rng.uniform(0.08, 0.20)))
 
 
+def voltage_sag(rng: np.random.Generator, size: float) -> Planted:
+    """A supply that gives way by 2 to 6 % per newton of motor force."""
+    return single("sag", "sag", size * float(rng.uniform(0.02, 0.06)))
+
+
+def torque_fade(rng: np.random.Generator, size: float) -> Planted:
+    """A motor that loses a fifth to a half of 5 N, within 0.4 to 1.5 s."""
+    fade, time = size * float(rng.uniform(0.01, 0.04)), float(rng.uniform(0.4, 1.5))
+    return planted({"fade": fade, "time_constant": time}, fade=fade, fade_time=time)
+
+
+def holding_friction(rng: np.random.Generator, size: float) -> Planted:
+    """A gear that keeps 15 to 35 % of a load that turns it backwards."""
+    return single("share", "holding", size * float(rng.uniform(0.15, 0.35)))
+
+
+def gear_load_friction(rng: np.random.Generator, size: float) -> Planted:
+    """Dry friction of 5 to 12 % of what motor and load press its teeth with."""
+    return single("coefficient", "gear_load", size * float(rng.uniform(0.05, 0.12)))
+
+
+def load_stribeck_friction(rng: np.random.Generator, size: float) -> Planted:
+    """The same of 4 to 8 %, 1.5 to 2.5 times that at rest, less within 1 to 2.5 rad/s."""
+    sliding = size * float(rng.uniform(0.04, 0.08))
+    static = sliding * float(rng.uniform(1.5, 2.5))
+    speed = float(rng.uniform(1.0, 2.5))
+    return planted(
+        {"coefficient": sliding, "static_coefficient": static, "stribeck_velocity": speed},
+        gear_load=sliding,
+        gear_static=static - sliding,
+        stribeck_speed=speed,
+    )
+
+
 ACTUATOR: Mapping[str, Draw] = MappingProxyType(
     {
         "gain_error": gain_error,
@@ -84,5 +118,10 @@ ACTUATOR: Mapping[str, Draw] = MappingProxyType(
         "stribeck_friction": stribeck_friction,
         "viscous_friction": viscous_friction,
         "load_dependent_friction": load_dependent_friction,
+        "gear_load_friction": gear_load_friction,
+        "load_stribeck_friction": load_stribeck_friction,
+        "holding_friction": holding_friction,
+        "voltage_sag": voltage_sag,
+        "torque_fade": torque_fade,
     }
 )

@@ -13,6 +13,11 @@ def tendon_slack(rng: np.random.Generator, size: float) -> Planted:
     return single("length", "slack", size * float(rng.uniform(1e-3, 3e-3)))
 
 
+def backlash(rng: np.random.Generator, size: float) -> Planted:
+    """A play of 0.15 to 0.4 rad."""
+    return single("width", "backlash", size * float(rng.uniform(0.15, 0.4)))
+
+
 def tendon_compliance(rng: np.random.Generator, size: float) -> Planted:
     """A tendon of 3 to 11 N/mm."""
     stiffness = float(np.exp(rng.uniform(*np.log([3e3, 11e3])))) / size
@@ -83,6 +88,7 @@ def gravity_misalignment(rng: np.random.Generator, size: float) -> Planted:
 TRANSMISSION: Mapping[str, Draw] = MappingProxyType(
     {
         "tendon_slack": tendon_slack,
+        "backlash": backlash,
         "tendon_compliance": tendon_compliance,
         "routing_friction": routing_friction,
         "spool_radius_error": spool_radius_error,

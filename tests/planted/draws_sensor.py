@@ -5,7 +5,12 @@ from types import MappingProxyType
 
 import numpy as np
 
+from tests.planted.commands import ROW_RATE
+from tests.planted.plant import STEP
 from tests.planted.planted import Draw, Planted, either, scale, single
+
+PLANT_STEPS = round(1.0 / (ROW_RATE * STEP))
+"""Steps of the plant in a row."""
 
 
 def position_offset(rng: np.random.Generator, size: float) -> Planted:
@@ -38,6 +43,12 @@ def load_cell_delay(rng: np.random.Generator, size: float) -> Planted:
     return single("delay", "cell_delay", size * float(rng.uniform(0.02, 0.11)))
 
 
+def sample_period_error(rng: np.random.Generator, size: float) -> Planted:
+    """Rows 4 to 15 % closer or further apart than the log says; whole steps of the plant."""
+    away = round(PLANT_STEPS * size * either(rng, 0.04, 0.15))
+    return single("scale", "period_scale", 1.0 + away / PLANT_STEPS)
+
+
 SENSOR: Mapping[str, Draw] = MappingProxyType(
     {
         "position_offset": position_offset,
@@ -46,5 +57,6 @@ SENSOR: Mapping[str, Draw] = MappingProxyType(
         "load_cell_drift": load_cell_drift,
         "load_cell_lag": load_cell_lag,
         "load_cell_delay": load_cell_delay,
+        "sample_period_error": sample_period_error,
     }
 )

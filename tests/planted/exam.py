@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.planted.draws import EFFECTS
-from tests.planted.exam_draws import FAMILIES, ExamPlan, recipes
+from tests.planted.exam_draws import FAMILIES, ExamPlan, are_alike, recipes
 from tests.planted.generator import Recipe, make_dataset, starting_model
 from tests.planted.recordings import MIXES
 from tests.planted.truth import Truth
@@ -29,12 +29,13 @@ def write_exam(out: Path, plan: ExamPlan, prefix: str = "p") -> None:
 
 def told(name: str, recipe: Recipe, truth: Truth) -> dict[str, Any]:
     """Tell a truth with the circumstances under which it has to be found."""
-    known = starting_model(known_friction=recipe.known_friction).effects
+    known = starting_model(known_friction=recipe.known_friction, mix=recipe.mix).effects
     return {
         "id": name,
         "realistic": recipe.known_friction,
         "mix": recipe.mix,
         **truth.to_json(),
+        "alike": len(recipe.effects) == 2 and are_alike(recipe.effects),
         "known_effects": [
             {"name": effect.name, "parameters": dict(effect.values)} for effect in known
         ],
@@ -59,7 +60,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--effects", nargs="+", choices=list(EFFECTS), default=plan.effects)
     parser.add_argument("--mixes", nargs="+", choices=list(MIXES), default=plan.mixes)
     parser.add_argument("--colours", nargs="+", type=float, default=plan.colours)
-    for share in ("known-friction", "cell-rate-share", "gaps-share", "weak-share"):
+    for share in ("known-friction", "alike-share", "cell-rate-share", "gaps-share", "weak-share"):
         default = getattr(plan, share.replace("-", "_"))
         parser.add_argument(f"--{share}", type=float, default=default, help="of the cases [1]")
     parser.add_argument("--off-nominal", type=float, default=plan.off_nominal)

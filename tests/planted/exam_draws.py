@@ -1,12 +1,12 @@
 """What an exam asks: cases of every family, each with its own circumstances."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import cycle
 
 import numpy as np
 
-from tests.planted.draws import EFFECTS, OUTSIDE, SIDES
+from tests.planted.draws import EFFECTS, MIX_OF, OUTSIDE, SIDES
 from tests.planted.generator import Recipe
 from tests.planted.recordings import MIXES
 from tests.planted.sensors import FORCE_NOISE
@@ -14,6 +14,22 @@ from tests.planted.sensors import FORCE_NOISE
 FAMILIES = ("single", "pair", "clean", "outside")
 SHARES = {"single": 0.55, "pair": 0.15, "clean": 0.15, "outside": 0.15}
 MIX_SHARES = {"A": 0.65, "F": 0.19, "S": 0.08, "W": 0.08}
+# what a pendulum on a servo's shaft, without string, spring or stops, can show beside its play
+ON_SHAFT = frozenset(
+    {
+        "backlash",
+        "gain_error",
+        "command_delay",
+        "actuator_lag",
+        "position_offset",
+        "load_cell_bias",
+        "load_cell_gain",
+        "load_cell_lag",
+        "load_cell_delay",
+        "joint_damping_error",
+        "inertia_error",
+    }
+)
 WEAK_SIZE = 0.1
 REALISTIC_NOISE = (0.05, 0.09)  # [N] of the load cell where the friction is known
 
@@ -28,18 +44,30 @@ NEEDS_FINGER = frozenset(
         "tendon_slack",
     }
 )
-# what imitates what, at any strength: two of a set make no pair that could be found again
+# what imitates what, at any strength: two of a set are a pair that is hard to find again
 ALIKE = (
-    frozenset({"coulomb_friction", "stribeck_friction", "load_dependent_friction"}),
+    frozenset(
+        {
+            "coulomb_friction",
+            "stribeck_friction",
+            "load_dependent_friction",
+            "gear_load_friction",
+            "load_stribeck_friction",
+            "holding_friction",
+        }
+    ),
     frozenset({"spool_radius_error", "joint_stiffness_error", "tendon_compliance", "obstruction"}),
     frozenset({"gravity_misalignment", "tendon_slack", "joint_stiffness_error"}),
     frozenset({"joint_damping_error", "viscoelastic_spring"}),
-    frozenset({"command_delay", "actuator_lag", "viscous_friction"}),
+    frozenset({"command_delay", "actuator_lag", "viscous_friction", "sample_period_error"}),
     frozenset({"load_cell_lag", "load_cell_delay", "command_delay", "actuator_lag"}),
     frozenset({"spring_stiffening", "obstruction", "joint_stiffness_error"}),
     frozenset({"routing_friction", "joint_dry_friction", "coulomb_friction"}),
     frozenset({"routing_friction", "stribeck_friction", "load_dependent_friction"}),
-    frozenset({"gain_error", "gain_drift", "deadband", "force_saturation"}),
+    frozenset({"routing_friction", "gear_load_friction", "holding_friction"}),
+    frozenset({"routing_friction", "load_stribeck_friction"}),
+    frozenset({"gain_error", "gain_drift", "deadband", "force_saturation", "voltage_sag"}),
+    frozenset({"gain_error", "gain_drift", "voltage_sag", "torque_fade"}),
     frozenset({"load_cell_bias", "load_cell_gain", "load_cell_drift"}),
     # the plant limits the speed of the tendon, and so of the motor only if the tendon is stiff
     frozenset({"speed_limit", "tendon_compliance", "tendon_slack"}),
@@ -67,6 +95,8 @@ class ExamPlan:
     off_nominal: float = 0.0
     """Share by which the benches may differ from the model's [1]."""
     imperfection: float = 0.0
+    alike_share: float = 0.25
+    """Share of the pairs whose causes imitate each other [1]."""
     weak_share: float = 0.0
     """Share of the cases with a cause too weak to be expected [1]."""
 
@@ -82,7 +112,7 @@ def recipes(plan: ExamPlan) -> Iterator[Recipe]:
         if family == "single":
             effects = (str(next(singles)),)
         elif family == "pair":
-            effects = draw_pair(rng, plan.effects)
+            effects = draw_pair(rng, plan.effects, alike=bool(rng.random() < plan.alike_share))
         elif family == "outside":
             effects = (str(next(outside)),)
         yield _circumstances(rng, plan, effects, number)
@@ -95,14 +125,28 @@ def _in_shares(rng: np.random.Generator, plan: ExamPlan) -> Sequence[str]:
     return [plan.families[i] for i in rng.permutation(places)]
 
 
-def draw_pair(rng: np.random.Generator, effects: Sequence[str]) -> tuple[str, str]:
-    """Draw two causes that can be told apart, mostly from different sides."""
-    pairs = [(a, b) for i, a in enumerate(effects) for b in effects[i + 1 :]]
-    pairs = [pair for pair in pairs if not any(set(pair) <= alike for alike in ALIKE)]
+def draw_pair(
+    rng: np.random.Generator, effects: Sequence[str], *, alike: bool = False
+) -> tuple[str, str]:
+    """Draw two causes that one bench shows, alike or not, mostly from different sides."""
+    pairs = [(a, b) for i, a in enumerate(effects) for b in effects[i + 1 :] if on_one_bench(a, b)]
+    pairs = [pair for pair in pairs if are_alike(pair) == alike]
     if not pairs:
-        raise ValueError(f"no two of {', '.join(effects)} can be told apart.")
+        kind = "imitate each other" if alike else "can be told apart"
+        raise ValueError(f"no two of {', '.join(effects)} {kind}.")
     weights = np.array([1.0 if _side(a) != _side(b) else 0.25 for a, b in pairs])
     return pairs[int(rng.choice(len(pairs), p=weights / weights.sum()))]
+
+
+def are_alike(pair: Collection[str]) -> bool:
+    """Tell whether two causes imitate each other."""
+    return any(set(pair) <= alike for alike in ALIKE)
+
+
+def on_one_bench(first: str, second: str) -> bool:
+    """Tell whether a bench can show both: play needs a shaft, most else a string or a spring."""
+    both = {first, second}
+    return not both & set(MIX_OF) or both <= ON_SHAFT
 
 
 def _side(effect: str) -> str:
@@ -112,7 +156,9 @@ def _side(effect: str) -> str:
 def _circumstances(
     rng: np.random.Generator, plan: ExamPlan, effects: tuple[str, ...], number: int
 ) -> Recipe:
-    known = bool(rng.random() < plan.known_friction)
+    on_shaft = bool(set(effects) & set(MIX_OF))
+    # the friction that a servo on a spool has would hold a pendulum where it is
+    known = bool(rng.random() < plan.known_friction) and not on_shaft
     slow, gaps, weak = (
         bool(draw < share)
         for draw, share in zip(
@@ -135,7 +181,10 @@ def _circumstances(
 
 
 def draw_mix(rng: np.random.Generator, mixes: Sequence[str], effects: Sequence[str]) -> str:
-    """Draw the benches; a cause that needs the finger gets it in five cases of six."""
+    """Draw the benches: play gets a shaft, what needs the finger gets it in five of six cases."""
+    for name in set(effects) & set(MIX_OF):
+        return MIX_OF[name]
+    mixes = [mix for mix in mixes if mix in MIX_SHARES]
     weights = np.array([MIX_SHARES[mix] for mix in mixes])
     if NEEDS_FINGER & set(effects) and rng.random() < 5.0 / 6.0:
         with_finger = np.array([mix in ("A", "F") for mix in mixes])

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tendon_newton.bench_overrides import BenchOverrides
 from tendon_newton.dataset import write_dataset
 from tendon_newton.errors import unknown_name
 from tendon_newton.model_file import Model, NamedValues, write_model
@@ -92,7 +93,8 @@ def make_dataset(out: Path, recipe: Recipe) -> Truth:
         for slot, run, motion in zip(slots, runs, motions[: len(runs)], strict=True)
     )
     write_dataset(out, recordings[:TRAIN_COUNT], recordings[TRAIN_COUNT:])
-    write_model(out / "model.toml", starting_model(known_friction=recipe.known_friction))
+    model = starting_model(known_friction=recipe.known_friction, mix=recipe.mix)
+    write_model(out / "model.toml", model)
     force, theta = changes(true, spared)
     return Truth(
         effects=recipe.effects,
@@ -130,15 +132,20 @@ def held_out_motions(motions: Sequence[Motion]) -> tuple[Sequence[Motion], ...]:
     return true, rest[:TEST_COUNT], rest[-TEST_COUNT:]
 
 
-def starting_model(*, known_friction: bool) -> Model:
+def starting_model(*, known_friction: bool, mix: str = "A") -> Model:
     """Build the model that a diagnosis starts from."""
     known = (
         NamedValues(name="viscous_friction", values={"coefficient": VISCOUS_KNOWN}),
         NamedValues(name="coulomb_friction", values={"force": COULOMB_KNOWN}),
     )
     source = NamedValues(name="ideal", values={"gain": GAIN, "spool_radius": SPOOL_RADIUS})
+    told = {
+        name: BenchOverrides(damping=(BENCHES[name].damping[0],))
+        for name in MIXES[mix]
+        if BENCHES[name].direct
+    }
     return Model(
-        actuator=source, effects=known if known_friction else (), bench_overrides={}, fit=()
+        actuator=source, effects=known if known_friction else (), bench_overrides=told, fit=()
     )
 
 

@@ -8,17 +8,11 @@ jumps and delays fall between steps exactly. Of second order, explicit, double p
 import warp as wp
 
 from tests.planted.kernel_bench import acceleration, contact, relaxed
-from tests.planted.kernel_plant import HALF, ONE, PI, TWO, ZERO, Plant, bend_after
-from tests.planted.kernel_servo import (
-    Line,
-    motor_angle,
-    motor_force,
-    taut_angle,
-    tension,
-)
+from tests.planted.kernel_line import first_line, line_after, motor_angle, tension
+from tests.planted.kernel_plant import HALF, ONE, PI, ZERO, Plant, bend_after
+from tests.planted.kernel_servo import Line
 
 SIMULTANEOUS = wp.constant(wp.float64(1.0e-6))  # [steps] rounding of delay / step
-MOUNT_DAMPING = wp.constant(wp.float64(0.1))  # of the critical
 
 
 @wp.func
@@ -102,37 +96,6 @@ def level_at(
     return table[i, before] * (ONE - way) + table[i, row] * way
 
 
-@wp.func
-def line_after(
-    p: Plant, before: Line, command: wp.float64, pull: wp.float64, slip: wp.float64
-) -> Line:
-    """State of servo and tendon a step later, in which the tendon slips that far [m]."""
-    s = before
-    if p.lag_share < ONE:
-        target = motor_force(p, s, command, taut_angle(p, s, pull))
-        s.motor += p.lag_share * (target - s.motor)
-    s.tension = pull
-    if p.mount_compliance != ZERO:
-        spring = p.mount_rate * p.mount_rate * (p.mount_compliance * pull - s.mount)
-        damper = TWO * MOUNT_DAMPING * p.mount_rate * s.mount_speed
-        s.mount_speed += p.step * (spring - damper)
-        s.mount += p.step * s.mount_speed
-    s.bend = bend_after(s.bend, slip, p.bristle)
-    return s
-
-
-@wp.func
-def first_line(p: Plant, command: wp.float64) -> Line:
-    """Servo and tendon at rest under the first command."""
-    s = Line()
-    s.excursion = wp.dot(p.arm, p.start)
-    s.tension = p.start_tension
-    s.mount = p.mount_compliance * p.start_tension
-    s.gain = p.gain
-    s.motor = motor_force(p, s, command, taut_angle(p, s, p.start_tension))
-    return s
-
-
 @wp.kernel(enable_backward=False)
 def drive(
     plants: wp.array[Plant],
@@ -175,7 +138,8 @@ def drive(
         s.speed = wp.dot(p.arm, v)
         mean, just, jumps = heard(due, command, i, held_row, count, now)
         held_row += jumps
-        s.gain = p.gain * (ONE - p.gain_drift * now * p.step)
+        s.rate = s.half_rate + HALF * p.step * s.turning
+        s.gain = ONE - p.gain_drift * now * p.step
         if p.disturbed != 0:
             level = level_at(rows, disturbance, i, wp.min(row, count - 1), now)
             s.gain *= level[0]
@@ -188,7 +152,7 @@ def drive(
                 knock += 1
         share = ONE
         if p.routing != ZERO:
-            share = wp.exp(-p.routing * s.bend)
+            share = wp.exp(-p.routing * s.guide)
         pull = tension(p, s, mean)
         if p.speed_limit > ZERO:
             pull = within_speed(p, s, q, v, half_v, held, elsewhere, share, pull)
@@ -210,7 +174,9 @@ def drive(
         if due_now:
             angle = motor_angle(p, s, just, shown)
             rate = (s.speed + s.mount_speed + p.compliance * stretching) / p.radius
-            if angle == just and p.slack != ZERO:
+            if p.rotor > ZERO:
+                rate = s.rate
+            elif angle == just and p.slack + p.backlash != ZERO:
                 rate = ZERO  # loose, and where its command is
             coordinates[i, row] = q
             motor[i, row] = wp.vec2d(angle, rate)

@@ -1,4 +1,4 @@
-"""Equations of motion of the plant's benches: two links in a vertical plane, or a slider."""
+"""Equations of motion of the plant's benches: two links in a plane, a slider, a pendulum."""
 
 import warp as wp
 
@@ -65,8 +65,13 @@ def acceleration(p: Plant, q: wp.vec2d, v: wp.vec2d, pull: wp.float64, held: wp.
     if p.joints == 2:
         return finger_acceleration(p, q, v, pull, held)
     force = p.arm[0] * pull + passive(p, 0, q[0], v[0]) - held[0]
-    force += p.mass[0] * p.gravity * wp.sin(p.tilt)
-    return wp.vec2d(force / (p.inertia * p.mass[0]), ZERO)
+    inertia = p.inertia * p.mass[0]
+    if p.direct != 0:
+        force -= p.mass[0] * p.gravity * p.length[0] * wp.sin(q[0] + p.tilt)
+        inertia *= p.length[0] * p.length[0]
+    else:
+        force += p.mass[0] * p.gravity * wp.sin(p.tilt)
+    return wp.vec2d(force / inertia, ZERO)
 
 
 @wp.func

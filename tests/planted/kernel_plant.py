@@ -15,6 +15,7 @@ class Plant:
 
     step: wp.float64
     joints: wp.int32
+    direct: wp.int32  # the shaft is the joint: it pushes as well as pulls
     mass: wp.vec2d
     length: wp.vec2d
     stiffness: wp.vec2d
@@ -42,6 +43,8 @@ class Plant:
     slack: wp.float64
     compliance: wp.float64
     routing: wp.float64
+    guide_bristle: wp.float64
+    backlash: wp.float64
     gain: wp.float64
     gain_drift: wp.float64
     limit: wp.float64
@@ -55,6 +58,12 @@ class Plant:
     excess: wp.float64
     stribeck_speed: wp.float64
     load: wp.float64
+    holding: wp.float64
+    gear_load: wp.float64
+    gear_static: wp.float64
+    sag: wp.float64
+    fade: wp.float64
+    fade_share: wp.float64  # of the way that the weakness goes in one step
     bristle: wp.float64
     cogging: wp.float64
     cogging_rate: wp.float64
@@ -62,11 +71,25 @@ class Plant:
     dead_spot: wp.float64
     dead_spot_at: wp.float64
     dead_spot_width: wp.float64
+    rotor: wp.float64  # [kg m^2]; 0 is the ideal source
+    duty_per_rad: wp.float64
+    greatest_duty: wp.float64
+    supply: wp.float64
+    torque_constant: wp.float64
+    resistance: wp.float64
+    string: wp.float64  # [N/m] between a rotor and the mechanism
+    string_damping: wp.float64  # [N s/m]
     mount_compliance: wp.float64
     mount_rate: wp.float64
     cell_share: wp.float64  # of the way that the cell's reading goes in one step; 1 is no lag
     cell_delay: wp.float64
     disturbed: wp.int32
+
+
+@wp.func
+def beyond(error: wp.float64, gap: wp.float64) -> wp.float64:
+    """What an error exceeds a gap by, either way."""
+    return wp.sign(error) * wp.max(ZERO, wp.abs(error) - gap)
 
 
 @wp.func

@@ -1,7 +1,8 @@
 """The plant: benches in closed loop with a servo, with or without a hidden cause.
 
-It shares no physics with ``tendon_newton``: the equations are typed in by hand, friction is a
-field of bristles and not Coulomb's law, and delays fall between samples.
+It shares no code with ``tendon_newton``: the equations are typed in by hand, friction is a field
+of bristles and not Coulomb's law, each gear and each guide has bristles of its own, a rotor is a
+body on an elastic string, and delays fall between samples.
 """
 
 from collections.abc import Sequence
@@ -25,6 +26,7 @@ from tests.planted.plant_arrays import (
     plant_of,
     row_steps,
 )
+from tests.planted.servo import DcServo
 
 Array = NDArray[np.float64]
 
@@ -38,9 +40,16 @@ class Run(Disturbances):
     bench: Bench
     causes: Causes
     time: Array
-    """Row instants [s], from 0, whole multiples of the step, shape (T,)."""
+    """Row instants of the log [s], from 0; really whole multiples of the step, shape (T,)."""
     command: Array
     """Commanded motor angle [rad], each held until the next row, shape (T,)."""
+    servo: DcServo | None = None
+    """What pulls; None is the ideal source, a force without inertia."""
+
+    @property
+    def true_time(self) -> Array:
+        """When the rows really are [s], shape (T,); the log may have it otherwise."""
+        return self.time * self.causes.period_scale
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,7 +111,7 @@ def _motion(run: Run, coordinates: Array, motor: Array, force: Array, cell: Arra
     causes = run.causes
     if run.logged is not None:
         motor = motor[run.logged]
-    said = causes.cell_gain * cell + causes.cell_bias + causes.cell_drift * run.time
+    said = causes.cell_gain * cell + causes.cell_bias + causes.cell_drift * run.true_time
     return Motion(
         angle=motor[:, 0],
         speed=motor[:, 1],

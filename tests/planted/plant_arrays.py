@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tests.planted.bench import FORCE_LIMIT, GAIN, GRAVITY, SPOOL_RADIUS, Bench
 from tests.planted.causes import Causes
-from tests.planted.equilibrium import equilibrium, tendon_force
+from tests.planted.equilibrium import Drive, equilibrium, tendon_force
 from tests.planted.kernel_plant import Plant
 
 if TYPE_CHECKING:
@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 CONTACT_TIME = 0.005  # [s] damping of the obstruction over its stiffness
+STRING = 5.0e6  # [N/m] between a rotor and the mechanism: 4 um under 20 N
+SHAFT = 2.0e3  # [N m/rad] the same of a direct drive: 0.5 mrad under 1 N m
+STRING_TIME = 4.0e-5  # [s] its damping over its stiffness
 
 
 def plant_of(run: Run, step: float) -> Plant:
@@ -27,19 +30,22 @@ def plant_of(run: Run, step: float) -> Plant:
     plant = Plant()
     plant.step = step
     _fill_bench(plant, run.bench, run.causes)
-    _fill_servo(plant, run.causes, step)
+    _fill_servo(plant, run.bench, run.causes, step)
+    if run.servo is not None:
+        _fill_rotor(plant, run)
     plant.disturbed = int(run.gain is not None or run.friction is not None)
     gain = 1.0 if run.gain is None else float(run.gain[0])
-    command = float(heard(run)[0])
-    rest = equilibrium(run.bench, run.causes, command, gain)
+    drive = Drive(command=float(heard(run)[0]), gain=gain, servo=run.servo)
+    rest = equilibrium(run.bench, run.causes, drive)
     plant.start = wp.vec2d(*rest)
-    plant.start_tension = tendon_force(run.bench, run.causes, command, rest, gain)
+    plant.start_tension = tendon_force(run.bench, run.causes, drive, rest)
     return plant
 
 
 def _fill_bench(plant: Plant, bench: Bench, causes: Causes) -> None:
     nominal = np.array(bench.stiffness)
     plant.joints = 2 if bench.kind == "finger" else 1
+    plant.direct = int(bench.direct)
     plant.mass = wp.vec2d(*(causes.mass_scale * m for m in bench.mass))
     plant.length = wp.vec2d(*bench.length)
     plant.stiffness = wp.vec2d(*(causes.stiffness_scale * nominal))
@@ -57,20 +63,28 @@ def _fill_bench(plant: Plant, bench: Bench, causes: Causes) -> None:
     plant.relaxation = causes.relaxation if causes.maxwell_ratio else 0.0
     plant.obstruction = causes.obstruction
     plant.contact_damping = CONTACT_TIME * causes.obstruction
-    plant.obstruction_at = causes.obstruction_at * SPOOL_RADIUS
+    plant.obstruction_at = causes.obstruction_at * bench.spool_radius
 
 
-def _fill_servo(plant: Plant, causes: Causes, step: float) -> None:
-    plant.radius, plant.nominal_radius = causes.radius_scale * SPOOL_RADIUS, SPOOL_RADIUS
+def _fill_servo(plant: Plant, bench: Bench, causes: Causes, step: float) -> None:
+    plant.nominal_radius = bench.spool_radius
+    plant.radius = causes.radius_scale * bench.spool_radius
     plant.offset, plant.slack = causes.offset, causes.slack
-    plant.compliance, plant.routing = causes.compliance, causes.routing
+    plant.compliance, plant.backlash = causes.compliance, causes.backlash
+    plant.routing, plant.guide_bristle = causes.routing, causes.guide_bristle
     plant.gain, plant.gain_drift = causes.gain_scale * GAIN, causes.gain_drift
     plant.limit, plant.saturation = FORCE_LIMIT, causes.saturation
     plant.deadband, plant.speed_limit = causes.deadband, causes.speed_limit
     plant.lag_share = _share(causes.lag, step)
     plant.viscous, plant.curvature = causes.viscous, causes.viscous_curvature
     plant.coulomb, plant.excess, plant.load = causes.coulomb, causes.static, causes.load
-    plant.stribeck_speed, plant.bristle = causes.stribeck_speed, causes.bristle
+    plant.holding = causes.holding
+    plant.gear_load, plant.gear_static = causes.gear_load, causes.gear_static
+    plant.stribeck_speed = causes.stribeck_speed
+    # a direct drive's gear slips by the angle at which a spool's slips by that travel
+    plant.bristle = causes.bristle * bench.spool_radius / SPOOL_RADIUS
+    plant.sag, plant.fade = causes.sag, causes.fade
+    plant.fade_share = _share(causes.fade_time, step)
     plant.cogging, plant.cogging_rate = causes.cogging, causes.cogging_rate
     plant.cogging_phase = causes.cogging_phase
     plant.dead_spot, plant.dead_spot_at = causes.dead_spot, causes.dead_spot_at
@@ -78,6 +92,19 @@ def _fill_servo(plant: Plant, causes: Causes, step: float) -> None:
     plant.mount_compliance, plant.mount_rate = causes.mount_compliance, causes.mount_rate
     plant.cell_share = _share(causes.cell_lag, step)
     plant.cell_delay = causes.cell_delay / step
+
+
+def _fill_rotor(plant: Plant, run: Run) -> None:
+    servo, causes = run.servo, run.causes
+    assert servo is not None
+    if causes.speed_limit or causes.mount_compliance:
+        raise ValueError("a servo with a rotor has neither a speed limit nor a swinging mount.")
+    plant.rotor, plant.duty_per_rad = servo.inertia, servo.duty_per_rad
+    plant.greatest_duty, plant.supply = servo.greatest_duty, servo.supply
+    plant.torque_constant, plant.resistance = servo.torque_constant, servo.resistance
+    firm = SHAFT if run.bench.direct else STRING
+    plant.string = 1.0 / (1.0 / firm + causes.compliance)
+    plant.string_damping = STRING_TIME * plant.string
 
 
 def _share(time_constant: float, step: float) -> float:
@@ -93,7 +120,7 @@ def heard(run: Run) -> Array:
 
 def due_steps(run: Run, step: float) -> Array:
     """Steps at which each row's command takes effect, in the order of the rows."""
-    due = run.time + run.causes.delay
+    due = run.true_time + run.causes.delay
     if run.lateness is not None:
         due = np.maximum.accumulate(due + run.lateness)
         due += 2.0 * step * np.arange(due.size) / due.size  # no two at once
@@ -102,8 +129,9 @@ def due_steps(run: Run, step: float) -> Array:
 
 def row_steps(run: Run, step: float) -> NDArray[np.int32]:
     """Steps of the rows."""
-    steps = np.round(run.time / step)
-    if run.time[0] != 0.0 or np.any(np.abs(steps * step - run.time) > 1e-9):
+    time = run.true_time
+    steps = np.round(time / step)
+    if time[0] != 0.0 or np.any(np.abs(steps * step - time) > 1e-9):
         raise ValueError(f"rows must begin at 0 and fall on whole steps of {step} s.")
     return steps.astype(np.int32)
 

@@ -29,8 +29,11 @@ MIXES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "F": ("finger",),
         "S": ("spring_strong",),
         "W": ("spring_weak",),
+        "P": ("pendulum",),
     }
 )
+SWING = 1.2
+"""Greatest command of a pendulum, either way [rad]; the others are asked for 0 to 2 pi."""
 KINDS = ("steps", "sine", "ramp", "stairs", "steps")
 
 
@@ -65,7 +68,10 @@ def draw_run(
 ) -> Run:
     """Draw the command of a recording, and what befalls it."""
     time = row_times(rng, duration)
-    command = np.round(COMMANDS[slot.kind](rng, time.size), 6)  # as the file has it
+    command = COMMANDS[slot.kind](rng, time.size)
+    if benches[slot.bench].direct:
+        command = SWING * (command / np.pi - 1.0)
+    command = np.round(command, 6)  # as the file has it
     befalling = draw_disturbances(rng, causes, time)
     return Run(
         **vars(befalling), bench=benches[slot.bench], causes=causes, time=time, command=command

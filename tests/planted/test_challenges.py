@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from tests.planted.bench import BENCHES
 from tests.planted.causes import Causes
 from tests.planted.plant import Motion, Run, simulate
+from tests.planted.truth import rms
 
 Array = NDArray[np.float64]
 
@@ -24,18 +25,29 @@ CHALLENGES = Path(
 )
 ROW_RATE = 80.0  # [Hz]
 
-# case: greatest RMS difference of angle [mrad] and force [N]. Encoder and cell alone leave
-# 0.45 mrad and 0.05 N. What is above comes from form: bristles stick elsewhere than Coulomb's
-# law, and the other plant's saturation, speed limit, contact and tendon are softer or damped.
-ALIKE = {
-    "c002": (0.6, 0.06), "c003": (0.6, 0.06), "c004": (5.0, 0.06), "c005": (0.6, 0.06),
-    "c006": (0.6, 0.06), "c009": (10.0, 0.15), "c010": (1.5, 0.06), "c012": (0.6, 0.06),
-    "c013": (0.6, 0.06), "c014": (4.0, 0.06), "c015": (0.6, 0.06), "c016": (0.6, 0.06),
-    "c017": (0.6, 0.06), "c018": (2.5, 0.12), "c019": (0.6, 0.06), "c020": (0.6, 0.06),
-    "c022": (0.6, 0.06), "c023": (30.0, 0.2), "c024": (5.0, 0.06), "c025": (6.0, 0.06),
-    "c026": (8.0, 0.5), "c027": (0.6, 0.06), "c028": (8.0, 0.3), "c029": (0.6, 0.06),
-    "c030": (0.6, 0.06), "c032": (3.0, 0.06), "c033": (0.6, 0.06), "c034": (0.6, 0.06),
-}  # fmt: skip
+SENSORS = (0.48, 0.053)
+"""Greatest RMS difference of angle [mrad] and force [N] where both plants have one law: encoder
+and cell alone leave 0.45 mrad and 0.050 N."""
+ALIKE = (
+    "c002", "c003", "c005", "c006", "c012", "c013", "c015", "c016", "c017", "c019", "c020", "c022",
+    "c027", "c029", "c030", "c033", "c034",
+)  # fmt: skip
+MOVING = 0.3  # [rad/s] above which dry friction is what its law says, and not what holds
+# case: the same over all rows, and the force while the motor moves [N]. Each is what comes out
+# and at most a tenth more; the reason stands behind it.
+OTHERWISE = {
+    "c004": (2.5, 0.053, 0.055),  # obstruction: another damping of the contact
+    "c009": (7.5, 0.105, 0.140),  # gain_error beside a known dry friction: bristles stick elsewhere
+    "c010": (1.2, 0.053, 0.053),  # actuator_lag: the other plant's lag has its own steps
+    "c014": (2.5, 0.053, 0.053),  # joint_dry_friction: bristles stick elsewhere
+    "c018": (1.75, 0.105, 0.085),  # speed_limit: the other plant's is soft
+    "c023": (24.0, 0.165, 0.160),  # stribeck_friction: breaks away by how fast it is loaded
+    "c024": (3.8, 0.059, 0.057),  # force_saturation: another knee
+    "c025": (4.8, 0.057, 0.053),  # routing_friction: bristles stick elsewhere
+    "c026": (4.4, 0.450, 0.090),  # load_dependent_friction: read while stuck against an end stop
+    "c028": (4.4, 0.200, 0.055),  # coulomb_friction: the same
+    "c032": (2.5, 0.060, 0.063),  # tendon_compliance: the other plant's string is damped
+}
 FIELDS = {
     "gain_error": {"scale": "gain_scale"},
     "gain_drift": {"rate": "gain_drift"},
@@ -92,7 +104,7 @@ def replay(case: str) -> list[tuple[Array, Motion]]:
         table = np.genfromtxt(CHALLENGES / case / entry["file"], delimiter=",", names=True)
         rows = np.arange(round(table["t"][-1] * ROW_RATE) + 1)
         given = np.searchsorted(np.round(table["t"] * ROW_RATE), rows, side="right") - 1
-        causes = Causes(bristle=2e-6, **changed)
+        causes = Causes(bristle=2e-6, guide_bristle=2e-6, **changed)
         bench, command = BENCHES[entry["bench"]], table["theta_d"][given]
         tables.append(table)
         runs.append(Run(bench=bench, causes=causes, time=rows / ROW_RATE, command=command))
@@ -100,18 +112,20 @@ def replay(case: str) -> list[tuple[Array, Motion]]:
 
 
 @pytest.mark.skipif(not (CHALLENGES / "truth").is_dir(), reason="no outside data here")
-@pytest.mark.parametrize("case", ALIKE)
+@pytest.mark.parametrize("case", [*ALIKE, *OTHERWISE])
 def test_another_plant_with_the_same_cause_moves_the_same(case: str) -> None:
-    """RMS over all rows of all recordings."""
-    force, theta, tip = [], [], []
+    """RMS over all rows of all recordings, and over those in which the motor moves."""
+    force, theta, tip, moving = [], [], [], []
     for table, motion in replay(case):
         rows = np.round(table["t"] * ROW_RATE).astype(int)
         theta.append(table["theta"] - motion.angle[rows])
         force.append(table["force"] - motion.cell[rows])
+        moving.append(force[-1][np.abs(motion.speed[rows]) > MOVING])
         if motion.tip is not None and "tip_z" in (table.dtype.names or ()):
             tip.append(table["tip_z"] - motion.tip[rows, 1])
-    most_theta, most_force = ALIKE[case]
-    assert 1e3 * np.sqrt(np.mean(np.concatenate(theta) ** 2)) < most_theta
-    assert np.sqrt(np.mean(np.concatenate(force) ** 2)) < most_force
+    most_theta, most_force, most_moving = OTHERWISE.get(case, (*SENSORS, SENSORS[1]))
+    assert 1e3 * rms(theta) < most_theta
+    assert rms(force) < most_force
+    assert rms(moving) < most_moving
     if tip:
-        assert np.sqrt(np.mean(np.concatenate(tip) ** 2)) < 0.22e-3 + 1e-5 * most_theta
+        assert rms(tip) < 0.22e-3 + 1e-5 * most_theta

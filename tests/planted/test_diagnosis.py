@@ -9,7 +9,10 @@ from pathlib import Path
 import pytest
 
 from tendon_newton.diagnosis.exam import answer_one
+from tendon_newton.effects import EFFECTS
+from tests.planted.exam_draws import NEEDS_FINGER
 from tests.planted.generator import Recipe, make_dataset
+from tests.planted.truth import Truth
 
 SHORT = (4.0, 5.0)  # [s] of each recording, so that the whole gate takes a few minutes
 LARGEST_CLASS = 3  # names that an answer may leave open, its own included
@@ -26,23 +29,63 @@ HIDDEN = {
 }
 
 
-def diagnosed(folder: Path, recipe: Recipe) -> dict:
+# every other effect of the table: the slow test finds it in recordings of full length
+BENCHES = {
+    "backlash": "P",
+    "sample_period_error": "A",
+    **dict.fromkeys(NEEDS_FINGER, "A"),
+    **dict.fromkeys(("routing_friction", "joint_dry_friction", "spring_stiffening"), "A"),
+}
+CLOSE = 0.1  # [1] a number's error over its distance from nothing, where no other is stated
+LOOSE = {
+    # bristles break away at a force that depends on how fast they are loaded: the law is found,
+    # its three numbers are not, and a wrong triple fits better than the true one (docs)
+    "stribeck_friction": None,
+}
+"""Other tolerances [1]; None asks for the name alone."""
+
+
+def diagnosed(folder: Path, recipe: Recipe) -> tuple[dict, Truth]:
     """Make a dataset and diagnose it."""
-    make_dataset(folder / "dataset", recipe)
+    truth = make_dataset(folder / "dataset", recipe)
     answer = answer_one(folder / "dataset", folder / "answer", None)
     assert answer is not None, (folder / "answer" / "error.txt").read_text()
-    return answer
+    return answer, truth
 
 
-@pytest.mark.parametrize(("hidden", "mix"), HIDDEN.items())
-def test_diagnosis_names_the_hidden_cause(hidden: str, mix: str, tmp_path: Path) -> None:
-    """The strongest named effect is the planted one, or not to be told from it on these benches."""
-    recipe = Recipe(effects=(hidden,), seed=1, mix=mix, duration=SHORT)
-    answer = diagnosed(tmp_path, recipe)
+def assert_found(answer: dict, truth: Truth) -> None:
+    """The first named effect is the planted one with its numbers, or not to be told from it."""
+    (hidden,) = truth.effects
     assert answer["verdict"] in ("explained", "partly_explained")
     first = answer["effects"][0]
     names = [first["name"], *first["indistinguishable_from"]]
-    assert hidden in names[:1] or (hidden in names and len(names) <= LARGEST_CLASS)
+    assert hidden in names[:1] or (hidden in names and len(names) <= LARGEST_CLASS), names
+    close = LOOSE.get(hidden, CLOSE)
+    if first["name"] != hidden or close is None:
+        return
+    nulls = {parameter.name: parameter.null for parameter in EFFECTS[hidden].parameters}
+    for name, true in truth.parameters[hidden].items():
+        found = first["parameters"][name]
+        assert abs(found["value"] - true) < close * abs(true - nulls[name]), (name, found, true)
+        lower, upper = found["ci95"]
+        assert lower <= true <= upper, (name, found, true)
+
+
+@pytest.mark.parametrize(("hidden", "mix"), HIDDEN.items())
+def test_diagnosis_names_and_measures_the_hidden_cause(
+    hidden: str, mix: str, tmp_path: Path
+) -> None:
+    """The strongest named effect is the planted one within 10 %, its interval holds the truth."""
+    recipe = Recipe(effects=(hidden,), seed=1, mix=mix, duration=SHORT)
+    assert_found(*diagnosed(tmp_path, recipe))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("hidden", EFFECTS)
+def test_every_effect_of_the_table_is_found_when_it_is_planted(hidden: str, tmp_path: Path) -> None:
+    """The same for each, unasked, with full recordings of all benches or of one that shows it."""
+    recipe = Recipe(effects=(hidden,), seed=2, mix=BENCHES.get(hidden, "S"))
+    assert_found(*diagnosed(tmp_path, recipe))
 
 
 @pytest.mark.parametrize("known_friction", [False, True])
@@ -52,5 +95,5 @@ def test_diagnosis_is_silent_where_nothing_is_hidden(known_friction: bool, tmp_p
     The recordings have full length: how much bristles leave of Coulomb's law is judged by many
     reversals.
     """
-    answer = diagnosed(tmp_path, Recipe(seed=1, mix="A", known_friction=known_friction))
+    answer, _ = diagnosed(tmp_path, Recipe(seed=1, mix="A", known_friction=known_friction))
     assert (answer["verdict"], answer["effects"]) == ("no_gap", [])

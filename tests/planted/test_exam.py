@@ -3,8 +3,10 @@
 import json
 from collections import Counter
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tendon_newton.dataset import load_dataset
@@ -13,30 +15,49 @@ from tendon_newton.diagnosis.exam_score import judge
 from tendon_newton.model_file import load_model
 from tests.planted.draws import EFFECTS, OUTSIDE
 from tests.planted.exam import main
-from tests.planted.exam_draws import ALIKE, NEEDS_FINGER, ExamPlan, recipes
+from tests.planted.exam_draws import (
+    NEEDS_FINGER,
+    ExamPlan,
+    are_alike,
+    on_one_bench,
+    recipes,
+)
 
 
 def test_every_cause_comes_up_as_often_as_any_other() -> None:
     """Singles and outside causes take turns; half the cases are singles."""
-    drawn = list(recipes(ExamPlan(cases=240)))
-    assert len({recipe.seed for recipe in drawn}) == 240
+    drawn = list(recipes(ExamPlan(cases=300)))
+    assert len({recipe.seed for recipe in drawn}) == 300
     singles = Counter(r.effects[0] for r in drawn if len(r.effects) == 1)
     effects = [singles[name] for name in EFFECTS]
     outside = [singles[name] for name in OUTSIDE]
     assert min(effects) >= 4
     assert max(effects) - min(effects) <= 1
     assert max(outside) - min(outside) <= 1
-    assert sum(not r.effects for r in drawn) == 36
-    assert sum(effects) == 132
+    assert sum(not r.effects for r in drawn) == 45
+    assert sum(effects) == 165
 
 
-def test_a_pair_can_be_told_apart() -> None:
-    """No two of a set of likenesses, and mostly from different sides."""
-    drawn = [r.effects for r in recipes(ExamPlan(cases=100, families=("pair",)))]
-    assert not [pair for pair in drawn if any(set(pair) <= alike for alike in ALIKE)]
-    assert len(set(drawn)) > 60
+def test_pairs_are_alike_as_often_as_asked_for() -> None:
+    """A quarter imitate each other, the others do not; most are from different sides."""
+    drawn = [r.effects for r in recipes(ExamPlan(cases=200, families=("pair",)))]
+    assert np.mean([are_alike(pair) for pair in drawn]) == pytest.approx(0.25, abs=0.09)
+    assert len(set(drawn)) > 120
+    alone = ExamPlan(families=("pair",), effects=("load_cell_lag", "load_cell_delay"))
     with pytest.raises(ValueError, match="told apart"):
-        list(recipes(ExamPlan(families=("pair",), effects=("load_cell_lag", "load_cell_delay"))))
+        list(recipes(replace(alone, alike_share=0.0)))
+    assert {r.effects for r in recipes(replace(alone, alike_share=1.0))} == {alone.effects}
+
+
+def test_every_pair_that_one_bench_shows_can_come_up() -> None:
+    """Left out are only those of a play in a shaft with what needs a string or a spring."""
+    pairs = list(combinations(EFFECTS, 2))
+    left_out = [pair for pair in pairs if not on_one_bench(*pair)]
+    assert (len(pairs), len(left_out)) == (630, 25)
+    assert all("backlash" in pair for pair in left_out)
+    drawn = {r.effects: r.mix for r in recipes(ExamPlan(cases=800, families=("pair",)))}
+    assert {mix for pair, mix in drawn.items() if "backlash" in pair} == {"P"}
+    assert "P" not in {mix for pair, mix in drawn.items() if "backlash" not in pair}
 
 
 def test_what_one_spring_cannot_show_is_mostly_shown_to_the_finger() -> None:

@@ -12,7 +12,7 @@ from tendon_newton.dataset import Dataset, load_dataset
 from tendon_newton.errors import UnknownName
 from tendon_newton.model_file import load_model
 from tests.planted.commands import COMMANDS
-from tests.planted.draws import EFFECTS, OUTSIDE
+from tests.planted.draws import EFFECTS, MIX_OF, OUTSIDE
 from tests.planted.generator import Recipe, main, make_dataset
 from tests.planted.sensors import Sensors, coloured_noise, encoder, load_cell, speed_register
 
@@ -45,7 +45,9 @@ def test_the_same_seed_gives_the_same_files(tmp_path: Path) -> None:
 @pytest.mark.parametrize("cause", [*EFFECTS, *OUTSIDE])
 def test_every_cause_stands_out_of_the_noise(cause: str, tmp_path: Path) -> None:
     """Held-out force or angle moves by several floors; the folder does not say why."""
-    truth = make_dataset(tmp_path, Recipe(effects=(cause,), seed=5, duration=(6.0, 7.0)))
+    mix = MIX_OF.get(cause, "A")
+    recipe = Recipe(effects=(cause,), seed=5, mix=mix, duration=(6.0, 7.0))
+    truth = make_dataset(tmp_path, recipe)
     assert truth.family == ("outside" if cause in OUTSIDE else "single")
     assert truth.parameters[cause]
     assert truth.strength > 2.0 or truth.strength_theta > 10.0

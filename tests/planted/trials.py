@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from tests.planted.bench import BENCHES, GAIN, SPOOL_RADIUS
 from tests.planted.causes import Causes
 from tests.planted.plant import STEP, Motion, Run, simulate
+from tests.planted.servo import DcServo
 
 Array = NDArray[np.float64]
 
@@ -35,6 +36,7 @@ def run(
     gain: Array | None = None,
     friction: Array | None = None,
     lateness: Array | None = None,
+    servo: DcServo | None = None,
 ) -> Motion:
     """Simulate one recording."""
     made = Run(
@@ -42,6 +44,7 @@ def run(
         causes=causes,
         time=time,
         command=command,
+        servo=servo,
         gain=gain,
         friction=friction,
         lateness=lateness,
