@@ -21,7 +21,7 @@ PACKAGED = {
 }
 """Networks that come with the program, in `assets/networks`: whoever runs the program runs them. A
 file that differs from its hash here is a stranger like any other."""
-HASH = re.compile(r"\b[0-9a-f]{64}\b")
+HASH = re.compile(r"[0-9a-f]{64}")
 
 
 def content_hash(content: bytes) -> str:
@@ -39,7 +39,10 @@ def trusted_hashes() -> frozenset[str]:
     """Return the hashes of the list and of the environment."""
     listed = trust_file()
     text = listed.read_text(encoding="utf-8", errors="replace") if listed.is_file() else ""
-    return frozenset(HASH.findall(f"{text} {os.environ.get(VARIABLE, '')}"))
+    # only the first word of a line: what follows is the name that a stranger gave the file
+    first = [line.split(maxsplit=1)[0] for line in text.splitlines() if line.strip()]
+    own = [word.strip() for word in os.environ.get(VARIABLE, "").split(",")]
+    return frozenset(word for word in (*first, *own) if HASH.fullmatch(word))
 
 
 def is_trusted(digest: str) -> bool:
