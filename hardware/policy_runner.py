@@ -10,10 +10,7 @@ from __future__ import annotations
 import importlib
 import io
 import re
-import struct
 import warnings
-import zipfile
-import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,23 +26,19 @@ from tendon_newton.errors import (
     UntrustedNetworkFile,
 )
 from tendon_newton.guarded import TooMuch, guarded
-from tendon_newton.policy_card import CARD_KEY, CARD_NAME, CARD_SIZE_LIMIT, PolicyCard
+from tendon_newton.policy_card import CARD_KEY, CARD_NAME, PolicyCard
 from tendon_newton.text_file import absence
+from tendon_newton.torchscript_archive import START, read_extra, refuse_damage
 from tendon_newton.trust import VARIABLE, content_hash, is_trusted, trust_content
 
 Observation = NDArray[np.float32]
 FILE_SIZE_LIMIT = 1 << 26
 """Bytes; a policy has about 1 << 17."""
-ZIP_START = b"PK"
-"""First bytes of a TorchScript file, which is a zip archive."""
 EXTERNAL = re.compile(rb"(?:\x0a|\x8a\x80*\x00)(?:\x08|\x88\x80*\x00)location")
 """How an ONNX file says that weights stand in another file: a protobuf entry with this key, its
 numbers in the shortest form or in a longer one."""
 TRIALS = (0.0, 1.0, -1.0, 1.0e3)
 """Numbers of which observations are made to try a network."""
-DAMAGE = (ValueError, NotImplementedError, EOFError, RuntimeError, OSError, zlib.error,
-          struct.error, zipfile.BadZipFile)  # fmt: skip
-"""What Python's zip reader raises at bytes that are none of an archive."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,7 +73,7 @@ def load_policy(path: Path, *, trust: bool = False) -> Policy:
         UntrustedNetworkFile: It is a TorchScript file that the user has not said to trust.
     """
     content = read_content(path)
-    scripted = content.startswith(ZIP_START)
+    scripted = content.startswith(START)
     known = scripted and is_trusted(content_hash(content))
     if scripted and not known and not trust:
         refuse_untrusted(content, path)
@@ -97,7 +90,7 @@ def load_policy(path: Path, *, trust: bool = False) -> Policy:
 
 def open_content(content: bytes) -> tuple[PolicyCard, str, Callable[..., Any]]:
     """Return a policy's card, what runs it, and how."""
-    if content.startswith(ZIP_START):
+    if content.startswith(START):
         return torchscript_policy(content)
     metadata, run = onnx_session(content)
     if CARD_KEY not in metadata:
@@ -176,7 +169,8 @@ def onnx_session(content: bytes) -> tuple[Mapping[str, str], Callable[[NDArray[A
 
 def torchscript_policy(content: bytes) -> tuple[PolicyCard, str, Callable[..., Any]]:
     """Read card and network of a TorchScript file."""
-    card = PolicyCard.from_json(zipped_card(content))
+    card = PolicyCard.from_json(read_extra(content, CARD_NAME, "a policy", InvalidPolicyFile))
+    refuse_damage(content, InvalidPolicyFile)
     try:
         torch: Any = importlib.import_module("torch")
     except ModuleNotFoundError as error:
@@ -188,7 +182,7 @@ def torchscript_policy(content: bytes) -> tuple[PolicyCard, str, Callable[..., A
         warnings.filterwarnings("ignore", r"`torch\.jit\.\w+` is deprecated", DeprecationWarning)
         try:
             module = torch.jit.load(io.BytesIO(content), map_location="cpu").eval()
-        except (RuntimeError, ValueError, AttributeError, EOFError) as error:
+        except Exception as error:  # its reader of damaged bytes fails in any way
             raise InvalidPolicyFile(
                 f"a TorchScript file that torch can read; it says: {first_line(error)}"
             ) from error
@@ -199,38 +193,6 @@ def torchscript_policy(content: bytes) -> tuple[PolicyCard, str, Callable[..., A
             return module(torch.from_numpy(observation)).numpy()
 
     return card, "torch", run
-
-
-def zipped_card(content: bytes) -> str:
-    """Return the card in the zip archive that a TorchScript file is."""
-    try:
-        with zipfile.ZipFile(io.BytesIO(content)) as archive:
-            cards = [i for i in archive.infolist() if i.filename.endswith(f"/extra/{CARD_NAME}")]
-            if len(cards) != 1 or cards[0].file_size > CARD_SIZE_LIMIT:
-                raise InvalidPolicyFile(
-                    f"a policy has one card, extra/{CARD_NAME}, of at most {CARD_SIZE_LIMIT:,} "
-                    f"bytes; this archive has {len(cards)} of "
-                    f"{sum(card.file_size for card in cards):,}"
-                )
-            refuse_packed(archive, len(content))
-            if (broken := archive.testzip()) is not None:  # torch itself may crash on one
-                raise zipfile.BadZipFile(f"{broken} has the wrong checksum")
-            return archive.read(cards[0]).decode("utf-8")
-    except UnicodeDecodeError as error:
-        raise InvalidPolicyFile("card: must be UTF-8 text") from error
-    except DAMAGE as error:
-        raise InvalidPolicyFile(
-            f"a TorchScript file is a zip archive; this one is damaged ({first_line(error)})"
-        ) from error
-
-
-def refuse_packed(archive: zipfile.ZipFile, size: int) -> None:
-    """Refuse an archive that holds more than its file; torch packs nothing."""
-    claimed = sum(entry.file_size for entry in archive.infolist())
-    if claimed > size:
-        raise InvalidPolicyFile(
-            f"a TorchScript file packs nothing; this archive of {size:,} bytes claims {claimed:,}"
-        )
 
 
 def try_observation(card: PolicyCard, run: Callable[..., Any], level: float) -> None:

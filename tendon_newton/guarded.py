@@ -61,7 +61,7 @@ def guarded(
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,
                 cwd=empty,
-                env=os.environ | {"OMP_NUM_THREADS": "1"},
+                env=os.environ | {"OMP_NUM_THREADS": "1", "TMPDIR": empty},
                 timeout=PATIENCE + seconds,
             )
         except subprocess.TimeoutExpired as error:
@@ -105,6 +105,7 @@ def serve() -> None:
 def bound(memory: int, seconds: int) -> None:
     """Bound this process from now on."""
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (memory, memory))
     used = resource.getrusage(resource.RUSAGE_SELF)
     limit = int(used.ru_utime + used.ru_stime) + 1 + seconds
     resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 1))

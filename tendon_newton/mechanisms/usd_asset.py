@@ -54,7 +54,19 @@ def open_stage(path: Path) -> Any:
         stage.Reload()  # USD keeps layers in memory; one may have been edited since
     if sum(1 for _ in islice(stage.Traverse(), PRIM_LIMIT + 1)) > PRIM_LIMIT:
         raise InvalidAsset(f"An asset has at most {PRIM_LIMIT} prims; {path} has more.")
+    refuse_other_text(stage)
     return stage
+
+
+def refuse_other_text(stage: Any) -> None:
+    """Refuse layers with names or values that Python cannot read as text."""
+    for layer in stage.GetUsedLayers():
+        try:
+            layer.ExportToString()
+        except UnicodeDecodeError as error:
+            raise InvalidAsset(
+                f"An asset must be a USD file; {layer.realPath} holds text that is not UTF-8."
+            ) from error
 
 
 @contextmanager
@@ -66,7 +78,10 @@ def usd_errors(path: Path) -> Iterator[None]:
     try:
         yield
     except Tf.ErrorException as error:
-        reason = " ".join(str(error.args[0].commentary).split())[:REASON_LENGTH]
+        try:
+            reason = " ".join(str(error.args[0].commentary).split())[:REASON_LENGTH]
+        except UnicodeDecodeError:  # it repeats the bytes that it cannot read
+            reason = "it holds text that is not UTF-8"
         raise InvalidAsset(f"An asset must be a USD file; {path} is unreadable: {reason}") from None
     finally:
         del listener

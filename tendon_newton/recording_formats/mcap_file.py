@@ -216,6 +216,7 @@ class McapReading:
                 continue
             try:
                 plain = unpacked(record, self.unpacked_limit)  # pyright: ignore
+                self.unpacked_limit -= len(plain.data)
                 parts = breakup_chunk(plain, validate_crc=True)
             except TooLarge as error:
                 raise InvalidRecording(
@@ -225,7 +226,6 @@ class McapReading:
             except Exception:  # the same, inside a compressed chunk
                 self.damage.chunks += 1
                 continue
-            self.unpacked_limit -= len(plain.data)
             yield from parts
 
     def warn(self) -> None:

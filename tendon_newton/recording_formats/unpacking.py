@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from mcap.records import Chunk
 
-PACKING = 50
+PACKING = 25
 """Most that compression may have saved [1]; logs of servos are packed to a fifth or a tenth."""
-UNPACKED_AT_LEAST = 1 << 24
+UNPACKED_AT_LEAST = 1 << 23
 """Bytes that any file may unpack to: a small one may hold little else than repetitions."""
 CHUNK_LIMIT = 1 << 26
 """Bytes of one group; writers make them of 4 KB to 4 MB."""

@@ -97,6 +97,21 @@ CASES: dict[str, tuple[Damage, int, str]] = {
     "zero bytes": (content("finger.usda", bytes(1000)), 2, "must be a USD file"),
     "junk": (content("finger.usda", bytes(range(256)) * 50), 2, "must be a USD file"),
     "UTF-16": (content("finger.usda", HEAD.encode("utf-16")), 2, "must be a USD file"),
+    "a name in another encoding": (
+        content("finger.usda", b'#usda 1.0\ndef "a\xff" {}\n'),
+        2,
+        "text that is not UTF-8",
+    ),
+    "a value in another encoding": (
+        content("finger.usda", HEAD.encode() + b'def Xform "finger" { string note = "\xff" }\n'),
+        2,
+        "text that is not UTF-8",
+    ),
+    "a reference in another encoding": (
+        content("finger.usda", HEAD.encode() + b'def "finger" (references = @./a\xff.usda@) {}\n'),
+        2,
+        "text that is not UTF-8",
+    ),
     "a picture": (
         content("finger.usd", b"\x89PNG\r\n\x1a\n" + bytes(500)),
         2,

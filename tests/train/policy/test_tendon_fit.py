@@ -20,7 +20,7 @@ from tests.train.policy.small import environment
 from train.policy.taut_rows import TautRows
 from train.policy.tendon_fit import as_effects, fit_tendon, line_through, solve, sums_of
 
-NETWORK = asset_folder() / "networks" / "transformer-simulation-paper-0.pt"
+NETWORK = asset_folder() / "networks" / "transformer-simulation-paper-0.safetensors"
 IDEAL = Model(actuator=NamedValues(name="ideal", values={"gain": 4.2, "spool_radius": 0.0125}))
 STRING = (7000.0, 4.0e-4)  # [N/m], [m]
 
