@@ -65,6 +65,8 @@ def try_content(content: bytes, rate: float) -> None:
     estimate = open_content(content, rate)
     try:
         estimate(0.0, 0.0, 0.0)
+    except MemoryError:
+        raise
     except Exception as error:  # the engine fails in its own ways
         raise InvalidNetworkFile(
             f"must take windows of {estimate.card.window} samples, as its card says; a test call "

@@ -37,6 +37,8 @@ FILE_SIZE_LIMIT = 1 << 26
 EXTERNAL = re.compile(rb"(?:\x0a|\x8a\x80*\x00)(?:\x08|\x88\x80*\x00)location")
 """How an ONNX file says that weights stand in another file: a protobuf entry with this key, its
 numbers in the shortest form or in a longer one."""
+ALLOCATION = "Failed to allocate memory"
+"""What onnxruntime says where there is none left."""
 TRIALS = (0.0, 1.0, -1.0, 1.0e3)
 """Numbers of which observations are made to try a network."""
 
@@ -162,7 +164,12 @@ def onnx_session(content: bytes) -> tuple[Mapping[str, str], Callable[[NDArray[A
         raise InvalidPolicyFile(f"a network of one input; this one has {len(names)}")
 
     def run(values: NDArray[Any]) -> Any:
-        return session.run(None, {names[0]: values})[0]
+        try:
+            return session.run(None, {names[0]: values})[0]
+        except Exception as error:  # its exceptions have no common base
+            if ALLOCATION in str(error):
+                raise MemoryError(first_line(error)) from error
+            raise
 
     return metadata, run
 
@@ -201,7 +208,7 @@ def try_observation(card: PolicyCard, run: Callable[..., Any], level: float) -> 
     try:
         with np.errstate(all="ignore"):
             output = np.asarray(run(observation))
-    except TendonNewtonError:
+    except (TendonNewtonError, MemoryError):
         raise
     except Exception as error:  # each engine fails in its own ways
         raise InvalidPolicyFile(
