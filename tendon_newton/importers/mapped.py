@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tendon_newton.errors import InvalidMapping, InvalidRecording, TendonNewtonError
+from tendon_newton.errors import InvalidMapping, InvalidRecording, TendonNewtonError, shown
 from tendon_newton.importers.column_mapping import ColumnMapping, read_mapping
 from tendon_newton.importers.imported import Imported, ImportedLog
 from tendon_newton.importers.mapped_rows import read_mapped_columns
@@ -43,7 +43,12 @@ def find_logs(folder: Path, mapping: ColumnMapping) -> list[Path]:
         raise InvalidMapping(
             f"{mapping.path}: files must be a pattern inside the folder; it is {mapping.files!r}"
         )
-    found = sorted(path for path in folder.glob(mapping.files) if path.is_file() or is_ros(path))
+    try:
+        found = sorted(p for p in folder.glob(mapping.files) if p.is_file() or is_ros(p))
+    except (OSError, ValueError) as error:  # such as a name longer than any file's
+        raise InvalidMapping(
+            f"{mapping.path}: files must be a pattern of names; it is {shown(mapping.files)}"
+        ) from error
     if mapping.topics is not None:
         found = [path for path in found if is_ros(path)]
     elif foreign := [path for path in found if is_ros(path)]:

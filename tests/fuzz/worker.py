@@ -87,11 +87,12 @@ def examine(target: Target, path: Path, canary: Canary) -> dict[str, Any]:
             if len(said) > MESSAGE_LIMIT:
                 outcome = "told at length"
         except Exception:  # whatever else comes is what is looked for
-            outcome, said = "traceback", traceback.format_exc()[-MESSAGE_LIMIT:]
+            lines = [line[:200] for line in traceback.format_exc().splitlines()]
+            outcome, said = "traceback", "\n".join(lines)
     if canary.was_opened() or "canary" in said:
         outcome = "opened a foreign file"
     return {
-        "outcome": outcome, "said": said[:MESSAGE_LIMIT],
+        "outcome": outcome, "said": said[-MESSAGE_LIMIT:],
         "seconds": core_time() - began, "megabytes": peak.size / 1e6,
     }  # fmt: skip
 
