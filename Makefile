@@ -21,9 +21,11 @@ $(BIN)/python:
 	@test -n "$(PYTHON)" || { echo "needs Python 3.11, 3.12 or 3.13 on the PATH"; exit 1; }
 	$(PYTHON) -m venv .venv
 
-# torch stands here by name so that a CPU or CUDA build that is already installed is kept
-$(STAMP): $(BIN)/python pyproject.toml constraints.txt
-	$(BIN)/python -m pip install --quiet torch==2.13.0 -c constraints.txt -e ".[$(EXTRAS)]"
+# Every file must have its hash, but for torch: a CPU or CUDA build that is already installed is kept.
+$(STAMP): $(BIN)/python pyproject.toml constraints.txt requirements-hashes.txt
+	$(BIN)/python -m pip install --quiet --no-deps --require-hashes -r requirements-hashes.txt
+	$(BIN)/python -m pip install --quiet torch==2.13.0 -c constraints.txt
+	$(BIN)/python -m pip install --quiet -c constraints.txt -e ".[$(EXTRAS)]"
 	@touch $@
 
 demo: setup  ## find the friction that a bundled dataset hides; the report is in build/demo

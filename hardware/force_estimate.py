@@ -10,11 +10,10 @@ from typing import Any
 import numpy as np
 
 from hardware.errors import PolicyFailure
-from hardware.numpy_network import NumpyNetwork, UnsupportedOperation
-from hardware.onnx_file import parse_onnx
 from hardware.policy_runner import first_line, onnx_session, read_content
 from tendon_newton.errors import InvalidNetworkFile, InvalidPolicyFile
 from tendon_newton.force_network_card import ForceNetworkCard
+from tendon_newton.guarded import TooMuch, guarded
 from tendon_newton.policy_card import CARD_KEY
 
 
@@ -64,31 +63,35 @@ def load_estimate(path: Path, rate: float) -> ForceEstimate:
     """
     try:
         content = read_content(path)
-        file = parse_onnx(content)
-    except InvalidPolicyFile as error:
+        guarded(try_content, content, rate)
+        return open_content(content, rate)
+    except (InvalidPolicyFile, InvalidNetworkFile, TooMuch) as error:
         raise InvalidNetworkFile(f"{path}: {error}") from error
-    if CARD_KEY not in file.metadata:
-        raise InvalidNetworkFile(f"{path}: a force network's metadata has its card; there is none")
+
+
+def try_content(content: bytes, rate: float) -> None:
+    """Refuse a file that is no force network for this rate [Hz], or does not run."""
+    estimate = open_content(content, rate)
     try:
-        card = ForceNetworkCard.from_json(file.metadata[CARD_KEY])
-    except InvalidNetworkFile as error:
-        raise InvalidNetworkFile(f"{path}: {error}") from error
+        estimate(0.0, 0.0, 0.0)
+    except MemoryError:
+        raise
+    except Exception as error:  # the engine fails in its own ways
+        raise InvalidNetworkFile(
+            f"must take windows of {estimate.card.window} samples, as its card says; a test call "
+            f"failed: {first_line(error)}"
+        ) from error
+
+
+def open_content(content: bytes, rate: float) -> ForceEstimate:
+    """Read card and network."""
+    metadata, run = onnx_session(content)
+    if CARD_KEY not in metadata:
+        raise InvalidNetworkFile("a force network's metadata has its card; there is none")
+    card = ForceNetworkCard.from_json(metadata[CARD_KEY])
     if card.streaming or abs(card.rate - rate) > 1e-6:
         kind = "keeps a state" if card.streaming else f"runs at {card.rate:g} Hz"
         raise InvalidNetworkFile(
-            f"{path}: a force network that guards a run takes windows at {rate:g} Hz; this one "
-            f"{kind}"
+            f"a force network that guards a run takes windows at {rate:g} Hz; this one {kind}"
         )
-    try:
-        run: Callable[..., Any] = NumpyNetwork(file)
-    except UnsupportedOperation:
-        run = onnx_session(content, file)
-    estimate = ForceEstimate(card, run)
-    try:
-        estimate(0.0, 0.0, 0.0)
-    except Exception as error:  # each engine fails in its own ways
-        raise InvalidNetworkFile(
-            f"{path}: must take windows of {card.window} samples, as its card says; a test call "
-            f"failed: {first_line(error)}"
-        ) from error
     return ForceEstimate(card, run)

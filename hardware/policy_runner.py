@@ -1,47 +1,47 @@
 """A policy from its file: the card checked, the network tried, ready for one observation a step.
 
-An ONNX file is run by NumPy where that knows all its operations and by onnxruntime where not; a
-TorchScript file by torch, where that is installed.
+An ONNX file is run by onnxruntime, a TorchScript file by torch, where that is installed. A file
+that comes from somebody else is first tried in a process of its own, where it can do no harm by
+its size.
 """
 
 from __future__ import annotations
 
 import importlib
 import io
-import struct
+import re
 import warnings
-import zipfile
-import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hardware.errors import PolicyFailure
-from hardware.numpy_network import NumpyNetwork, UnsupportedOperation
-from hardware.onnx_file import OnnxFile, parse_onnx
 from tendon_newton.errors import (
     InvalidPolicyFile,
     MissingDependency,
     TendonNewtonError,
     UntrustedNetworkFile,
 )
-from tendon_newton.policy_card import CARD_KEY, CARD_NAME, CARD_SIZE_LIMIT, PolicyCard
+from tendon_newton.guarded import TooMuch, guarded
+from tendon_newton.policy_card import CARD_KEY, CARD_NAME, PolicyCard
 from tendon_newton.text_file import absence
-from tendon_newton.trust import VARIABLE, content_hash, trust_content, trusted_hashes
+from tendon_newton.torchscript_archive import START, read_extra, refuse_damage
+from tendon_newton.trust import VARIABLE, content_hash, is_trusted, trust_content
 
-Engine = Literal["auto", "numpy", "onnxruntime"]
 Observation = NDArray[np.float32]
 FILE_SIZE_LIMIT = 1 << 26
 """Bytes; a policy has about 1 << 17."""
-ZIP_START = b"PK"
-"""First bytes of a TorchScript file, which is a zip archive."""
-DAMAGE = (ValueError, NotImplementedError, EOFError, RuntimeError, OSError, zlib.error,
-          struct.error, zipfile.BadZipFile)  # fmt: skip
-"""What Python's zip reader raises at bytes that are none of an archive."""
+EXTERNAL = re.compile(rb"(?:\x0a|\x8a\x80*\x00)(?:\x08|\x88\x80*\x00)location")
+"""How an ONNX file says that weights stand in another file: a protobuf entry with this key, its
+numbers in the shortest form or in a longer one."""
+ALLOCATION = "Failed to allocate memory"
+"""What onnxruntime says where there is none left."""
+TRIALS = (0.0, 1.0, -1.0, 1.0e3)
+"""Numbers of which observations are made to try a network."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,7 +52,7 @@ class Policy:
     sha256: str
     card: PolicyCard
     engine: str
-    """What runs it: numpy, onnxruntime or torch."""
+    """What runs it: onnxruntime or torch."""
     run: Callable[[Observation], Any]
     """Gives the output of an observation of shape (1, N)."""
 
@@ -76,32 +76,54 @@ class Policy:
         return output
 
 
-def load_policy(path: Path, *, engine: Engine = "auto", trust: bool = False) -> Policy:
+def load_policy(path: Path, *, trust: bool = False) -> Policy:
     """Read a policy and make sure that it does what its card says.
 
     Args:
         path: The ONNX or TorchScript file.
-        engine: What runs an ONNX file; ``auto`` is NumPy where it can.
         trust: Whether to trust a TorchScript file from now on: its code runs with the user's
             rights.
 
     Raises:
-        InvalidPolicyFile: The file is damaged, has no card, or its network and card disagree.
+        InvalidPolicyFile: The file is damaged, has no card, takes more memory or time than any
+            policy, or its network and card disagree.
         MissingDependency: It needs a package that is not installed.
         UntrustedNetworkFile: It is a TorchScript file that the user has not said to trust.
     """
     content = read_content(path)
+    scripted = content.startswith(START)
+    known = scripted and is_trusted(content_hash(content))
+    if scripted and not known and not trust:
+        refuse_untrusted(content, path)
     try:
-        if content.startswith(ZIP_START):
-            refuse_untrusted(content, path, trust=trust)
-            card, name, run = torchscript_policy(content)
-        else:
-            card, name, run = onnx_policy(content, engine)
-        policy = Policy(path=path, sha256=content_hash(content), card=card, engine=name, run=run)
-        try_policy(policy)
-    except InvalidPolicyFile as error:
+        if not known:
+            guarded(try_content, content)
+        card, engine, run = open_content(content)
+    except (InvalidPolicyFile, TooMuch) as error:
         raise InvalidPolicyFile(f"{path}: {error}") from error
-    return policy
+    if scripted and not known:
+        trust_content(content, path.name)
+    return Policy(path=path, sha256=content_hash(content), card=card, engine=engine, run=run)
+
+
+def open_content(content: bytes) -> tuple[PolicyCard, str, Callable[..., Any]]:
+    """Return a policy's card, what runs it, and how."""
+    if content.startswith(START):
+        return torchscript_policy(content)
+    metadata, run = onnx_session(content)
+    if CARD_KEY not in metadata:
+        raise InvalidPolicyFile(
+            f"a policy's metadata has the key {CARD_KEY!r} with its card; this file has "
+            f"{', '.join(metadata) or 'none'}: was it written by `tendon-newton train-policy`?"
+        )
+    return PolicyCard.from_json(metadata[CARD_KEY]), "onnxruntime", run
+
+
+def try_content(content: bytes) -> None:
+    """Refuse a network that does not take the card's observations or act on its servos."""
+    card, _, run = open_content(content)
+    for level in TRIALS:
+        try_observation(card, run, level)
 
 
 def read_content(path: Path) -> bytes:
@@ -120,45 +142,27 @@ def read_content(path: Path) -> bytes:
         raise InvalidPolicyFile(f"{path}: cannot be read: {error.strerror or error}") from error
 
 
-def refuse_untrusted(content: bytes, path: Path, *, trust: bool) -> None:
-    """Refuse a TorchScript file, which is a program, unless the user trusts it."""
-    if trust:
-        trust_content(content, path.name)
-    elif content_hash(content) not in trusted_hashes():
-        raise UntrustedNetworkFile(
-            f"{path}: a TorchScript file is a program, and this one (SHA-256 "
-            f"{content_hash(content)}) is not trusted; if you know where it comes from, add "
-            f"--trust or set {VARIABLE} to its hash; an ONNX file needs no trust"
-        )
+def refuse_untrusted(content: bytes, path: Path) -> None:
+    """Refuse a TorchScript file, which is a program."""
+    raise UntrustedNetworkFile(
+        f"{path}: a TorchScript file is a program, and this one (SHA-256 "
+        f"{content_hash(content)}) is not trusted; if you know where it comes from, add "
+        f"--trust or set {VARIABLE} to its hash; an ONNX file needs no trust"
+    )
 
 
-def onnx_policy(content: bytes, engine: Engine) -> tuple[PolicyCard, str, Callable[..., Any]]:
-    """Read card and network of an ONNX file."""
-    file = parse_onnx(content)
-    if CARD_KEY not in file.metadata:
+def onnx_session(content: bytes) -> tuple[Mapping[str, str], Callable[[NDArray[Any]], Any]]:
+    """Let onnxruntime read a network: its metadata, and how to run it on the loop's own core."""
+    if EXTERNAL.search(content):
         raise InvalidPolicyFile(
-            f"a policy's metadata has the key {CARD_KEY!r} with its card; this file has "
-            f"{', '.join(file.metadata) or 'none'}: was it written by `tendon-newton train-policy`?"
+            "one file with everything in it; some of its weights stand in another file: export "
+            "with external_data=False"
         )
-    card = PolicyCard.from_json(file.metadata[CARD_KEY])
-    if engine != "onnxruntime":
-        try:
-            return card, "numpy", NumpyNetwork(file)
-        except UnsupportedOperation as error:
-            if engine == "numpy":
-                raise InvalidPolicyFile(
-                    f"NumPy is not taught: {error}; let onnxruntime run it"
-                ) from error
-    return card, "onnxruntime", onnx_session(content, file)
-
-
-def onnx_session(content: bytes, file: OnnxFile) -> Callable[[Observation], Any]:
-    """Let onnxruntime run a network, on the loop's own core."""
     try:
-        import onnxruntime  # large, and only where NumPy does not do
+        import onnxruntime  # large, and only where there is a network
     except ModuleNotFoundError as error:
         raise MissingDependency(
-            "this policy needs the package 'onnxruntime', which is not installed; "
+            "this needs the package 'onnxruntime', which is not installed; "
             "pip install 'tendon-newton[hardware]'"
         ) from error
     options = onnxruntime.SessionOptions()
@@ -166,21 +170,30 @@ def onnx_session(content: bytes, file: OnnxFile) -> Callable[[Observation], Any]
     options.log_severity_level = 4  # what is wrong comes as an exception
     try:
         session = onnxruntime.InferenceSession(content, options, ["CPUExecutionProvider"])
+        metadata = dict(session.get_modelmeta().custom_metadata_map)
     except Exception as error:  # its exceptions have no common base
         raise InvalidPolicyFile(
             f"a network that onnxruntime can run; it says: {first_line(error)}"
         ) from error
-    (name,) = file.inputs or ("",)
+    names = [each.name for each in session.get_inputs()]
+    if len(names) != 1:
+        raise InvalidPolicyFile(f"a network of one input; this one has {len(names)}")
 
-    def run(observation: Observation) -> Any:
-        return session.run(None, {name: observation})[0]
+    def run(values: NDArray[Any]) -> Any:
+        try:
+            return session.run(None, {names[0]: values})[0]
+        except Exception as error:  # its exceptions have no common base
+            if ALLOCATION in str(error):
+                raise MemoryError(first_line(error)) from error
+            raise
 
-    return run
+    return metadata, run
 
 
 def torchscript_policy(content: bytes) -> tuple[PolicyCard, str, Callable[..., Any]]:
     """Read card and network of a TorchScript file."""
-    card = PolicyCard.from_json(zipped_card(content))
+    card = PolicyCard.from_json(read_extra(content, CARD_NAME, "a policy", InvalidPolicyFile))
+    refuse_damage(content, InvalidPolicyFile)
     try:
         torch: Any = importlib.import_module("torch")
     except ModuleNotFoundError as error:
@@ -192,7 +205,7 @@ def torchscript_policy(content: bytes) -> tuple[PolicyCard, str, Callable[..., A
         warnings.filterwarnings("ignore", r"`torch\.jit\.\w+` is deprecated", DeprecationWarning)
         try:
             module = torch.jit.load(io.BytesIO(content), map_location="cpu").eval()
-        except (RuntimeError, ValueError, AttributeError, EOFError) as error:
+        except Exception as error:  # its reader of damaged bytes fails in any way
             raise InvalidPolicyFile(
                 f"a TorchScript file that torch can read; it says: {first_line(error)}"
             ) from error
@@ -205,50 +218,27 @@ def torchscript_policy(content: bytes) -> tuple[PolicyCard, str, Callable[..., A
     return card, "torch", run
 
 
-def zipped_card(content: bytes) -> str:
-    """Return the card in the zip archive that a TorchScript file is."""
+def try_observation(card: PolicyCard, run: Callable[..., Any], level: float) -> None:
+    """Refuse a network that does not answer to an observation of equal numbers."""
+    observation = np.full((1, card.observation_size), level, dtype=np.float32)
     try:
-        with zipfile.ZipFile(io.BytesIO(content)) as archive:
-            cards = [i for i in archive.infolist() if i.filename.endswith(f"/extra/{CARD_NAME}")]
-            if len(cards) != 1 or cards[0].file_size > CARD_SIZE_LIMIT:
-                raise InvalidPolicyFile(
-                    f"a policy has one card, extra/{CARD_NAME}, of at most {CARD_SIZE_LIMIT:,} "
-                    f"bytes; this archive has {len(cards)} of "
-                    f"{sum(card.file_size for card in cards):,}"
-                )
-            if (broken := archive.testzip()) is not None:  # torch itself may crash on one
-                raise zipfile.BadZipFile(f"{broken} has the wrong checksum")
-            return archive.read(cards[0]).decode("utf-8")
-    except UnicodeDecodeError as error:
-        raise InvalidPolicyFile("card: must be UTF-8 text") from error
-    except DAMAGE as error:
+        with np.errstate(all="ignore"):
+            output = np.asarray(run(observation))
+    except (TendonNewtonError, MemoryError):
+        raise
+    except Exception as error:  # each engine fails in its own ways
         raise InvalidPolicyFile(
-            f"a TorchScript file is a zip archive; this one is damaged ({first_line(error)})"
+            f"must take observations of {card.observation_size} numbers, as its card says; a test "
+            f"call failed: {first_line(error)}"
         ) from error
-
-
-def try_policy(policy: Policy) -> None:
-    """Refuse a network that does not take the card's observations or act on its servos."""
-    size, servos = policy.card.observation_size, policy.card.servo_count
-    for level in (0.0, 1.0):
-        observation = np.full((1, size), level, dtype=np.float32)
-        try:
-            with np.errstate(all="ignore"):
-                output = np.asarray(policy.run(observation))
-        except TendonNewtonError:
-            raise
-        except Exception as error:  # each engine fails in its own ways
-            raise InvalidPolicyFile(
-                f"must take observations of {size} numbers, as its card says; a test call "
-                f"failed: {first_line(error)}"
-            ) from error
-        if output.size != servos or not np.issubdtype(output.dtype, np.floating):
-            promise = "one action" if servos == 1 else f"{servos} actions, one for each servo,"
-            raise InvalidPolicyFile(
-                f"must give {promise} per observation; it gives an array of shape {output.shape}"
-            )
-        if not np.isfinite(output).all():
-            raise InvalidPolicyFile("must give finite actions; a test call gave NaN or infinity")
+    servos = card.servo_count
+    if output.size != servos or not np.issubdtype(output.dtype, np.floating):
+        promise = "one action" if servos == 1 else f"{servos} actions, one for each servo,"
+        raise InvalidPolicyFile(
+            f"must give {promise} per observation; it gives an array of shape {output.shape}"
+        )
+    if not np.isfinite(output).all():
+        raise InvalidPolicyFile("must give finite actions; a test call gave NaN or infinity")
 
 
 def first_line(error: Exception) -> str:

@@ -162,22 +162,42 @@ def check_entry(entry: Entry, where: str) -> None:
         raise InvalidDataset(
             f"{where}: split must be 'train' or 'test'; it is {shown(entry['split'])}"
         )
-    if len(entry["file"]) > PATH_LIMIT or not entry["file"].isprintable():
+    for key in ("file", "mapping"):
+        if key in entry:
+            check_path(key, entry[key], where)
+
+
+def check_path(key: str, name: str, where: str) -> None:
+    """Refuse a path that leads out of the dataset's folder by its words."""
+    if len(name) > PATH_LIMIT or not name.isprintable():
         raise InvalidDataset(
-            f"{where}: file must be a path of at most {PATH_LIMIT} printable characters"
+            f"{where}: {key} must be a path of at most {PATH_LIMIT} printable characters"
         )
-    file = os.path.normpath(entry["file"])
-    if not entry["file"] or Path(file).is_absolute() or Path(file).parts[:1] in ((), ("..",)):
+    path = os.path.normpath(name)
+    if not name or Path(path).is_absolute() or Path(path).parts[:1] in ((), ("..",)):
+        raise InvalidDataset(f"{where}: {key} must lie inside the dataset's folder; it is {name!r}")
+
+
+def inside(folder: Path, name: str, where: str) -> Path:
+    """Return a file of a dataset; one that links lead out of its folder is not opened."""
+    path = folder / name
+    try:
+        home, real = os.path.realpath(folder), os.path.realpath(path)
+    except (OSError, ValueError):  # such as a name that is too long: opening it says so
+        return path
+    if os.path.commonpath((home, real)) != home:
         raise InvalidDataset(
-            f"{where}: file must lie inside the dataset's folder; it is {entry['file']!r}"
+            f"{where}: a file must lie inside the dataset's folder; {shown(name)} is a link that "
+            "leads out of it: copy the file"
         )
+    return path
 
 
 def read_recording(path: Path, entry: Entry) -> Recording:
     """Read the recording that an entry lists."""
     name = entry["file"]
-    file = path / name
     where = f"{path / FILE_NAME}: {name}"
+    file = inside(path, name, where)
     try:
         overrides = read_bench_overrides(entry.get("bench_overrides", {}))
     except TendonNewtonError as error:
@@ -188,7 +208,9 @@ def read_recording(path: Path, entry: Entry) -> Recording:
             file,
             name=name,
             bench=entry["bench"],
-            mapping=read_mapping(path / entry["mapping"]) if "mapping" in entry else None,
+            mapping=read_mapping(inside(path, entry["mapping"], where))
+            if "mapping" in entry
+            else None,
             start=start,
             bench_overrides=overrides,
             actuator_overrides=read_numbers(entry.get("actuator_overrides", {}), where),

@@ -20,8 +20,6 @@ CARD_NAME = "card.json"
 """Name among the extra files of a TorchScript file."""
 CARD_KEY = "card"
 """Key in the metadata of an ONNX file."""
-CARD_SIZE_LIMIT = 1 << 20
-"""Bytes; a card has about a thousandth of it."""
 ACTION_UNIT, ACTION_MEANING = "rad", "motor position offset"
 NORMALISATIONS = ("in_network", "none")
 RATE_TOLERANCE = 1e-9

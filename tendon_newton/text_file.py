@@ -1,15 +1,20 @@
 """Text files: reading those from outside without trusting them, and writing ours whole."""
 
+import codecs
 import os
 from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 from tendon_newton.errors import InvalidOutput, TendonNewtonError
 
 SIZE_LIMIT = 4_000_000
 """Bytes of a settings file that we read; the largest of ours, a dataset of thousands of recordings,
 has a tenth of it, and parsing more would look like a hang."""
+LOG_SIZE_LIMIT = 1 << 28
+"""Bytes of a log of rows that we read: seven hours of ten columns at 80 Hz."""
+BLOCK = 1 << 20
+"""Bytes that are looked at together."""
 
 
 def read_text(
@@ -24,11 +29,7 @@ def read_text(
         size_limit: Bytes beyond which the file cannot be what it should be.
     """
     try:
-        if not path.is_file():
-            raise fault(f"{path}: {promise}; {absence(path)}")
-        size = path.stat().st_size
-        if size_limit is not None and size > size_limit:
-            raise fault(f"{path}: {promise} of at most {size_limit} bytes; it has {size}")
+        refuse_size(path, fault, promise, size_limit)
         text = path.read_bytes().decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise fault(f"{path}: {promise}, which must be UTF-8; byte {error.start} is not") from error
@@ -57,6 +58,50 @@ def write_text(path: Path, text: str) -> None:
             beside.unlink(missing_ok=True)
     except OSError as error:
         raise InvalidOutput(f"{path}: cannot be written: {error.strerror or error}") from error
+
+
+def open_text(
+    path: Path, fault: type[TendonNewtonError], promise: str, *, size_limit: int
+) -> TextIO:
+    """Open a UTF-8 text file to be read line by line, after a look at all of its bytes.
+
+    The arguments and errors are those of `read_text`.
+    """
+    try:
+        refuse_size(path, fault, promise, size_limit)
+        refuse_bytes(path, fault, promise)
+        return path.open(encoding="utf-8-sig", newline="")
+    except OSError as error:
+        raise fault(f"{path}: {promise}; it cannot be read: {error.strerror or error}") from error
+
+
+def refuse_size(
+    path: Path, fault: type[TendonNewtonError], promise: str, size_limit: int | None
+) -> None:
+    """Refuse what is no file, and a file beyond a number of bytes."""
+    if not path.is_file():
+        raise fault(f"{path}: {promise}; {absence(path)}")
+    size = path.stat().st_size
+    if size_limit is not None and size > size_limit:
+        raise fault(f"{path}: {promise} of at most {size_limit} bytes; it has {size}")
+
+
+def refuse_bytes(path: Path, fault: type[TendonNewtonError], promise: str) -> None:
+    """Refuse a file with bytes that are no text."""
+    decoder = codecs.getincrementaldecoder("utf-8-sig")()
+    place = characters = 0
+    with path.open("rb") as file:
+        while block := file.read(BLOCK):
+            kept = len(decoder.getstate()[0])  # the begin of a character that the last block cut
+            try:
+                text = decoder.decode(block, final=len(block) < BLOCK)
+            except UnicodeDecodeError as error:
+                at = place - kept + error.start
+                raise fault(f"{path}: {promise}, which must be UTF-8; byte {at} is not") from error
+            if "\0" in text:
+                at = characters + text.index("\0")
+                raise fault(f"{path}: {promise}; it holds a zero byte at character {at}")
+            place, characters = place + len(block), characters + len(text)
 
 
 def absence(path: Path) -> str:

@@ -1,5 +1,6 @@
 """TOML files as tables, with errors that name the file."""
 
+import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -10,6 +11,10 @@ import tomli_w
 from tendon_newton.errors import TendonNewtonError, listed, shown
 from tendon_newton.text_file import SIZE_LIMIT, read_text, write_text
 
+KEY_PARTS = 32
+"""Most parts of a dotted key, as in ``a.b.c``. The parser takes time with their square."""
+KEY = r"""(?:[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')"""
+LONG_KEY = re.compile(rf"(?<![A-Za-z0-9_.-]){KEY}(?:[ \t]*+\.[ \t]*+{KEY}){{{KEY_PARTS},}}+")
 MESSAGE_LENGTH = 300
 """Longest message of the parser that is repeated in full [characters]."""
 
@@ -25,6 +30,12 @@ def read_toml(
         promise: What the file should be, in words ("a model is a TOML file").
     """
     text = read_text(path, fault, promise, size_limit=SIZE_LIMIT)
+    if (key := LONG_KEY.search(text)) is not None:
+        line = text.count("\n", 0, key.start()) + 1
+        raise fault(
+            f"{path}: {promise}; line {line} has a name of more than {KEY_PARTS} parts with dots "
+            "between them"
+        )
     try:
         return tomllib.loads(text)
     except RecursionError as error:

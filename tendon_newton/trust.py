@@ -1,7 +1,9 @@
 """Which network files may run their code: those whose SHA-256 the user has said to trust.
 
-A TorchScript file is a program. The list is a text file in the user's own configuration folder, one
-hash a line; ``TENDON_NEWTON_TRUST`` adds hashes for one process, separated by commas.
+A TorchScript file is a program: what is trusted may do whatever the user may, such as write any
+file, and stays trusted. Weights alone (safetensors, ONNX) need no trust. The list is a text file in
+the user's own configuration folder, one hash a line; ``TENDON_NEWTON_TRUST`` adds hashes for one
+process, separated by commas.
 """
 
 from __future__ import annotations
@@ -14,14 +16,7 @@ from pathlib import Path
 from tendon_newton.errors import InvalidOutput
 
 VARIABLE = "TENDON_NEWTON_TRUST"
-PACKAGED = {
-    "transformer-simulation-paper-0.pt": (
-        "b0f0b5a353b56491660b936f2d6cdf6101de06a1d3d00534f02ce3589be22643"
-    ),
-}
-"""Networks that come with the program, in `assets/networks`: whoever runs the program runs them. A
-file that differs from its hash here is a stranger like any other."""
-HASH = re.compile(r"\b[0-9a-f]{64}\b")
+HASH = re.compile(r"[0-9a-f]{64}")
 
 
 def content_hash(content: bytes) -> str:
@@ -39,12 +34,15 @@ def trusted_hashes() -> frozenset[str]:
     """Return the hashes of the list and of the environment."""
     listed = trust_file()
     text = listed.read_text(encoding="utf-8", errors="replace") if listed.is_file() else ""
-    return frozenset(HASH.findall(f"{text} {os.environ.get(VARIABLE, '')}"))
+    # only the first word of a line: what follows is the name that a stranger gave the file
+    first = [line.split(maxsplit=1)[0] for line in text.splitlines() if line.strip()]
+    own = [word.strip() for word in os.environ.get(VARIABLE, "").split(",")]
+    return frozenset(word for word in (*first, *own) if HASH.fullmatch(word))
 
 
 def is_trusted(digest: str) -> bool:
-    """Say whether a file of this SHA-256 may run: it came with the program, or the user said so."""
-    return digest in PACKAGED.values() or digest in trusted_hashes()
+    """Say whether a file of this SHA-256 may run: it was made here, or the user said so."""
+    return digest in trusted_hashes()
 
 
 def trust_content(content: bytes, name: str) -> None:

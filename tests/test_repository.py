@@ -93,3 +93,15 @@ def test_every_direct_dependency_is_pinned() -> None:
     assert [line for line in pins if not re.fullmatch(r"[\w.-]+==[\w.]+", line)] == []
     pinned = {canonicalize_name(Requirement(line).name) for line in pins}
     assert wanted - pinned == {"tendon-newton"}
+
+
+def test_every_version_that_is_pinned_has_its_hashes() -> None:
+    """`requirements-hashes.txt` has the versions of `constraints.txt`, all but torch's."""
+    pinned = set(re.findall(r"^(\S+==\S+)$", read("constraints.txt"), re.MULTILINE))
+    hashed = re.findall(
+        r"^(\S+==\S+) \\\n    --hash=sha256:", read("requirements-hashes.txt"), re.M
+    )
+    torch = {line for line in pinned if line.startswith("torch==")}
+    assert {canonicalize_name(line) for line in hashed} == {
+        canonicalize_name(line) for line in pinned - torch
+    }

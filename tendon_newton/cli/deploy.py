@@ -79,8 +79,6 @@ class DeployConfig:
     """Move the spool by hand with the arrow keys, without a policy; home is where it stands."""
     replay: Path | None = None
     """Log whose observations are given to the policy again, to compare its actions."""
-    engine: Literal["auto", "numpy", "onnxruntime"] = "auto"
-    """What runs an ONNX file; auto is NumPy where it can."""
     trust: bool = False
     """Trust this TorchScript policy from now on; it is a program."""
     force_network: Path | None = None
@@ -181,7 +179,7 @@ def read_policy(config: DeployConfig) -> Policy | None:
         raise InvalidParameter("a deployment needs --port; without hardware: --port virtual")
     if config.policy is None:
         return None
-    return load_policy(config.policy, engine=config.engine, trust=config.trust)
+    return load_policy(config.policy, trust=config.trust)
 
 
 def bench_of(config: DeployConfig) -> str:

@@ -67,7 +67,8 @@ def main(config: TrainForceConfig) -> None:
     assert exported is not None
     card = exported.card
     print(
-        f"\nwrote {exported.torchscript} and {exported.onnx.name}: {card.parameter_count} numbers"
+        f"\nwrote {exported.weights}, to use and to share, {exported.torchscript.name} and "
+        f"{exported.onnx.name}: {card.parameter_count} numbers"
     )
     print(
         f"in a simulation its force answers to the shaft by {card.hold.stiffness:.1f} N/rad and "

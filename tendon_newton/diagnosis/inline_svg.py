@@ -45,7 +45,7 @@ def svg(name: str, label: str, size: tuple[float, float], draw: Draw) -> str:
         "axes.facecolor": "none", "grid.color": GRID, "grid.linewidth": 0.8,
         "xtick.color": GREY, "ytick.color": GREY, "xtick.labelcolor": INK,
         "ytick.labelcolor": INK, "lines.linewidth": 1.4, "path.simplify_threshold": 0.3,
-        "legend.frameon": False, "axes.unicode_minus": True,
+        "legend.frameon": False, "axes.unicode_minus": True, "text.parse_math": False,
     }  # fmt: skip
     out = io.StringIO()
     with mpl.rc_context(style):

@@ -7,14 +7,15 @@ from pathlib import Path
 
 import numpy as np
 
-from tendon_newton.errors import InvalidMapping, InvalidRecording, TendonNewtonError
+from tendon_newton.errors import InvalidMapping, InvalidRecording, TendonNewtonError, shown
 from tendon_newton.importers.column_mapping import ColumnMapping, read_mapping
 from tendon_newton.importers.imported import Imported, ImportedLog
-from tendon_newton.importers.mapped_rows import mapped_column, read_rows
+from tendon_newton.importers.mapped_rows import read_mapped_columns
 from tendon_newton.model_file import Model, NamedValues, read_actuator, read_fit
 from tendon_newton.recording import Array, Recording
 from tendon_newton.recording_formats.any_file import read_recording_file
 from tendon_newton.recording_formats.rosbag import METADATA_FILE
+from tendon_newton.text_file import BLOCK
 
 NOMINAL = {"gain": 4.2, "spool_radius": 0.0125}
 """The force source of the paper, where a mapping states no model."""
@@ -43,7 +44,12 @@ def find_logs(folder: Path, mapping: ColumnMapping) -> list[Path]:
         raise InvalidMapping(
             f"{mapping.path}: files must be a pattern inside the folder; it is {mapping.files!r}"
         )
-    found = sorted(path for path in folder.glob(mapping.files) if path.is_file() or is_ros(path))
+    try:
+        found = sorted(p for p in folder.glob(mapping.files) if p.is_file() or is_ros(p))
+    except (OSError, ValueError) as error:  # such as a name longer than any file's
+        raise InvalidMapping(
+            f"{mapping.path}: files must be a pattern of names; it is {shown(mapping.files)}"
+        ) from error
     if mapping.topics is not None:
         found = [path for path in found if is_ros(path)]
     elif foreign := [path for path in found if is_ros(path)]:
@@ -101,7 +107,12 @@ def read_log(folder: Path, path: Path, mapping: ColumnMapping) -> ImportedLog:
 def digest(path: Path) -> str:
     """Return the digest of a file, or of all files in a folder."""
     files = sorted(file for file in path.rglob("*") if file.is_file()) if path.is_dir() else [path]
-    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
+    digest = hashlib.sha256()
+    for each in files:
+        with each.open("rb") as file:
+            while block := file.read(BLOCK):
+                digest.update(block)
+    return digest.hexdigest()
 
 
 def messages_recording(path: Path, name: str, mapping: ColumnMapping) -> Recording:
@@ -124,15 +135,7 @@ def messages_recording(path: Path, name: str, mapping: ColumnMapping) -> Recordi
 
 def rows_recording(path: Path, name: str, mapping: ColumnMapping) -> Recording:
     """Read a file of rows."""
-    rows = read_rows(path, mapping)
-    columns = {
-        column_name: mapped_column(path, rows, column)
-        for column_name, column in mapping.columns.items()
-        if column.source is not None
-    }
-    if "t" not in columns:
-        assert mapping.rate is not None
-        columns["t"] = np.arange(len(rows)) / mapping.rate
+    columns = read_mapped_columns(path, mapping)
     try:
         return make_recording(name, columns, mapping, path.name)
     except TendonNewtonError as error:

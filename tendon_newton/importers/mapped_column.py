@@ -100,8 +100,10 @@ def read_size(where: str, name: str, row: dict[str, Any]) -> tuple[float, float]
     if "unit" in row and "scale" in row:
         raise InvalidMapping(f"{where}: give a unit or a scale, not both")
     unit = row.get("unit", next(iter(UNITS[name])))
+    if not isinstance(unit, str):
+        raise InvalidMapping(f"{where}: unit must be a word; it is {shown(unit)}")
     if unit not in UNITS[name]:
-        raise InvalidMapping(f"{where}: {unknown_name('unit', str(unit), UNITS[name])}")
+        raise InvalidMapping(f"{where}: {unknown_name('unit', unit, UNITS[name])}")
     sign = row.get("sign", 1)
     if sign not in (1, -1):
         raise InvalidMapping(f"{where}: sign must be 1 or -1; it is {shown(sign)}")

@@ -1,10 +1,10 @@
 """Rows of anybody's CSV and JSON files, and numbers in them."""
 
 import csv
-import io
 import json
 import re
-from collections.abc import Mapping
+from array import array
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,39 +14,58 @@ from tendon_newton.errors import InvalidRecording, listed, shown
 from tendon_newton.importers.column_mapping import ColumnMapping
 from tendon_newton.importers.mapped_column import MappedColumn
 from tendon_newton.recording import Array
-from tendon_newton.text_file import finite_number, read_text
+from tendon_newton.text_file import LOG_SIZE_LIMIT, finite_number, open_text, read_text
 
 STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
 """One step of a path into a row: a key, or the place in a list."""
 LINES = (".jsonl", ".ndjson")
 """Suffixes of files with one JSON object per line."""
+JSON_SIZE_LIMIT = 1 << 25
+"""Bytes of a JSON log, whose rows take twenty times as much in memory."""
 Row = Mapping[str, Any]
 
 
-def read_rows(path: Path, mapping: ColumnMapping) -> list[Row]:
-    """Read the rows of a file, by the suffix of its name."""
+def read_mapped_columns(path: Path, mapping: ColumnMapping) -> dict[str, Array]:
+    """Read the columns that a mapping names, in our units, shape (T,) each."""
+    wanted = {name: column for name, column in mapping.columns.items() if column.source is not None}
+    numbers = {name: array("d") for name in wanted}
+    count = 0
+    for count, row in enumerate(read_rows(path, mapping), start=1):
+        for name, column in wanted.items():
+            numbers[name].append(number_of(path, count - 1, row, column))
+    if count < 2:
+        raise InvalidRecording(f"{path}: a log has two rows or more; it has {count}")
+    columns = {
+        name: column.scale * np.frombuffer(numbers[name]) + column.offset
+        for name, column in wanted.items()
+    }
+    if "t" not in columns:
+        assert mapping.rate is not None
+        columns["t"] = np.arange(count) / mapping.rate
+    return columns
+
+
+def read_rows(path: Path, mapping: ColumnMapping) -> Iterator[Row]:
+    """Read the rows of a file one by one, by the suffix of its name."""
     if path.suffix in (".json", *LINES):
-        rows = json_rows(path, mapping.rows)
+        yield from json_rows(path, mapping.rows)
     else:
-        rows = csv_rows(path, mapping.delimiter)
-    if len(rows) < 2:
-        raise InvalidRecording(f"{path}: a log has two rows or more; it has {len(rows)}")
-    return rows
+        yield from csv_rows(path, mapping.delimiter)
 
 
-def csv_rows(path: Path, delimiter: str) -> list[Row]:
+def csv_rows(path: Path, delimiter: str) -> Iterator[Row]:
     """Read the rows of a CSV file with a header."""
-    text = read_text(path, InvalidRecording, "a log is a CSV file with a header line")
-    file = io.StringIO(text, newline="")
-    try:
-        return list(csv.DictReader(file, skipinitialspace=True, delimiter=delimiter))
-    except csv.Error as error:
-        raise InvalidRecording(f"{path}: a log must be CSV: {error}") from error
+    promise = "a log is a CSV file with a header line"
+    with open_text(path, InvalidRecording, promise, size_limit=LOG_SIZE_LIMIT) as file:
+        try:
+            yield from csv.DictReader(file, skipinitialspace=True, delimiter=delimiter)
+        except csv.Error as error:
+            raise InvalidRecording(f"{path}: a log must be CSV: {error}") from error
 
 
 def json_rows(path: Path, key: str | None) -> list[Row]:
     """Read the rows of a JSON file: a list of objects or an object of lists, maybe below a key."""
-    text = read_text(path, InvalidRecording, "a log is a JSON file")
+    text = read_text(path, InvalidRecording, "a log is a JSON file", size_limit=JSON_SIZE_LIMIT)
     try:
         content = (
             [json.loads(line) for line in text.splitlines() if line.strip()]
@@ -79,20 +98,17 @@ def lists_of(table: Mapping[str, Any]) -> dict[str, list[Any]]:
     return {} if holds_rows else columns
 
 
-def mapped_column(path: Path, rows: list[Row], column: MappedColumn) -> Array:
-    """Return one column in our unit, shape (T,)."""
+def number_of(path: Path, place: int, row: Row, column: MappedColumn) -> float:
+    """Return one number of a row, as it stands there."""
     assert column.source is not None
-    values = np.empty(len(rows))
-    for place, row in enumerate(rows):
-        found = cell(row, column.source)
-        number = number_in(found)
-        if number is None:
-            known = "" if column.source in row else f"; there are {listed(map(str, row))}"
-            raise InvalidRecording(
-                f"{path}: {column.source} must be a number; row {place} has {shown(found)}{known}"
-            )
-        values[place] = number
-    return column.scale * values + column.offset
+    found = cell(row, column.source)
+    number = number_in(found)
+    if number is None:
+        known = "" if column.source in row else f"; there are {listed(map(str, row))}"
+        raise InvalidRecording(
+            f"{path}: {column.source} must be a number; row {place} has {shown(found)}{known}"
+        )
+    return number
 
 
 def cell(row: Row, source: str) -> Any:

@@ -6,20 +6,29 @@ brackets lists one number per joint. Every joint of every motion becomes one rec
 ``servo``. Source of the format: isaac-sim2real/sage.
 """
 
+from __future__ import annotations
+
 import csv
 import hashlib
 import json
+from array import array
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from tendon_newton.errors import InvalidRecording, TendonNewtonError, shown
+from tendon_newton.errors import InvalidRecording, TendonNewtonError, listed, shown
 from tendon_newton.importers.imported import Imported, ImportedLog
 from tendon_newton.importers.so101_findings import folder_findings, joint_findings
 from tendon_newton.model_file import Model, NamedValues
 from tendon_newton.recording import Array, Recording
-from tendon_newton.text_file import finite_number
+from tendon_newton.text_file import (
+    LOG_SIZE_LIMIT,
+    SIZE_LIMIT,
+    finite_number,
+    open_text,
+    read_text,
+)
 
 MICROSECOND = 1.0e-6  # [s]
 TORQUE_UNIT = 0.022814  # ``torques`` per count of the current register, as the source states it
@@ -56,7 +65,11 @@ def read_motion(folder: Path) -> list[ImportedLog]:
             raise InvalidRecording(
                 f"{folder}: an SO-101 motion holds {', '.join(FILES)}; no {name}"
             )
-    joints = (folder / "joint_list.txt").read_text(encoding="utf-8").split()
+    promise = "a list of joints is a text file"
+    text = read_text(folder / "joint_list.txt", InvalidRecording, promise, size_limit=SIZE_LIMIT)
+    joints = text.split()
+    if not joints:
+        raise InvalidRecording(f"{folder}: joint_list.txt must name the joints; it names none")
     control = read_table(folder / "control.csv", len(joints))
     state = read_table(folder / "state_motor.csv", len(joints))
     if not np.array_equal(control["timestamp"], state["timestamp"]):
@@ -99,23 +112,32 @@ def joint_recording(
 
 def read_table(path: Path, joints: int) -> dict[str, Array]:
     """Read a file's time stamps, shape (T,), and its lists of numbers, shape (T, joints)."""
-    times: list[float] = []
-    columns: dict[str, list[list[float]]] = {name: [] for name in COLUMNS[path.name]}
-    with path.open(newline="", encoding="utf-8") as file:
-        reader = csv.DictReader(file)
-        missing = {"timestamp", *columns} - set(reader.fieldnames or ())
-        if missing:
-            raise InvalidRecording(
-                f"{path}: columns {', '.join(sorted(missing))} are missing; there are "
-                f"{', '.join(reader.fieldnames or ()) or 'none'}"
-            )
-        for row, cells in enumerate(reader):
-            times.append(read_cell(path, row, "timestamp", cells["timestamp"], None)[0])
-            for name, column in columns.items():
-                column.append(read_cell(path, row, name, cells[name], joints))
+    promise = "a log of an SO-101 is a CSV file"
+    with open_text(path, InvalidRecording, promise, size_limit=LOG_SIZE_LIMIT) as file:
+        try:
+            return read_cells(path, csv.DictReader(file), joints)
+        except csv.Error as error:
+            raise InvalidRecording(f"{path}: a log must be CSV: {error}") from error
+
+
+def read_cells(path: Path, reader: csv.DictReader[str], joints: int) -> dict[str, Array]:
+    """Read the rows of a table."""
+    times = array("d")
+    columns = {name: array("d") for name in COLUMNS[path.name]}
+    missing = {"timestamp", *columns} - set(reader.fieldnames or ())
+    if missing:
+        raise InvalidRecording(
+            f"{path}: columns {', '.join(sorted(missing))} are missing; there are "
+            f"{listed(reader.fieldnames or ())}"
+        )
+    for row, cells in enumerate(reader):
+        times.extend(read_cell(path, row, "timestamp", cells["timestamp"], None))
+        for name, column in columns.items():
+            column.extend(read_cell(path, row, name, cells[name], joints))
     if not times:
         raise InvalidRecording(f"{path}: a log has rows; this one has none")
-    return {"timestamp": np.array(times), **{n: np.array(rows) for n, rows in columns.items()}}
+    rows = {name: np.frombuffer(column).reshape(-1, joints) for name, column in columns.items()}
+    return {"timestamp": np.frombuffer(times), **rows}
 
 
 def read_cell(

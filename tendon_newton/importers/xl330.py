@@ -8,20 +8,21 @@ V, ``temp`` degC, ``goal_position`` rad and ``torque_enable``. Source of the for
 import hashlib
 import json
 from collections.abc import Sequence
-from math import isfinite, pi
+from math import pi
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from tendon_newton.bench_overrides import BenchOverrides
-from tendon_newton.errors import InvalidRecording, TendonNewtonError
+from tendon_newton.errors import InvalidRecording, TendonNewtonError, listed, shown
 from tendon_newton.finding import Finding
 from tendon_newton.importers.imported import Imported, ImportedLog
 from tendon_newton.importers.xl330_findings import dataset_findings, log_findings
 from tendon_newton.model_file import Model, NamedValues
 from tendon_newton.recording import Array, Recording
 from tendon_newton.registers import unwrap_register, wrap_period
+from tendon_newton.text_file import finite_number
 
 FULL_DUTY = 885.0  # counts of the PWM and load registers at full duty (ROBOTIS e-manual)
 COUNTS_PER_RAD = 4096.0 / (2.0 * pi)  # encoder resolution (ROBOTIS e-manual)
@@ -40,6 +41,8 @@ ENTRY_KEYS = (
     "timestamp", "position", "speed", "load", "input_volts", "temp", "goal_position",
     "torque_enable",
 )  # fmt: skip
+SIZE_LIMIT = 1 << 25
+"""Bytes of a log, whose entries take twenty times as much in memory."""
 FILE_KEYS = ("mass", "length", "kp", "vin", "entries")
 
 
@@ -90,6 +93,11 @@ def start_model(logs: Sequence[ImportedLog]) -> Model:
 
 def read_log(path: Path) -> tuple[ImportedLog, list[Finding]]:
     """Read one log and say what was found in its registers."""
+    size = path.stat().st_size
+    if size > SIZE_LIMIT:
+        raise InvalidRecording(
+            f"{path}: an XL330 log has at most {SIZE_LIMIT} bytes; it has {size}"
+        )
     content = path.read_bytes()
     table = read_json(content, path)
     columns = read_entries(table["entries"], path)
@@ -145,21 +153,22 @@ def read_json(content: bytes, path: Path) -> dict[str, Any]:
     for key in FILE_KEYS:
         if key not in table:
             raise InvalidRecording(
-                f"{path}: an XL330 log must state {key!r}; it states {', '.join(table)}"
+                f"{path}: an XL330 log must state {key!r}; it states {listed(table)}"
             )
     motor = str(table.get("motor", "xl330"))
     if not motor.startswith("xl330"):
-        raise InvalidRecording(f"{path}: the motor must be an xl330; it is {motor!r}")
+        raise InvalidRecording(f"{path}: the motor must be an xl330; it is {shown(motor)}")
     return table
 
 
 def read_number(table: dict[str, Any], key: str, path: Path) -> float:
     """Read a positive number that a file states once."""
-    value = table[key]
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    if not is_number or not isfinite(value) or value <= 0.0:
-        raise InvalidRecording(f"{path}: {key} must be a positive number; it is {value!r}")
-    return float(value)
+    value = finite_number(table[key])
+    if value is None or value <= 0.0:
+        raise InvalidRecording(
+            f"{path}: {key} must be a positive number; it is {shown(table[key])}"
+        )
+    return value
 
 
 def read_entries(entries: Any, path: Path) -> dict[str, Array]:
@@ -170,11 +179,12 @@ def read_entries(entries: Any, path: Path) -> dict[str, Array]:
     for row, entry in enumerate(entries):
         for key, column in columns.items():
             value = entry.get(key) if isinstance(entry, dict) else None
-            if not isinstance(value, int | float):
+            number = float(value) if isinstance(value, bool) else finite_number(value)
+            if number is None:
                 raise InvalidRecording(
-                    f"{path}: {key} must be a number in every entry; entry {row} has {value!r}"
+                    f"{path}: {key} must be a number in every entry; entry {row} has {shown(value)}"
                 )
-            column.append(float(value))
+            column.append(number)
     return {key: np.array(column) for key, column in columns.items()}
 
 

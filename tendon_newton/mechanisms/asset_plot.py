@@ -61,7 +61,7 @@ def plot_asset(mechanism: Mechanism, path: Path) -> None:
         axes.grid(color="#e4e6ea", linewidth=0.8)
         axes.set_axisbelow(True)
         axes.spines[["top", "right"]].set_visible(False)
-    figure.suptitle(_title(mechanism), fontsize=13)
+    figure.suptitle(_title(mechanism), fontsize=13, parse_math=False)
     try:
         figure.savefig(path, dpi=130)
     except OSError as error:

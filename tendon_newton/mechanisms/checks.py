@@ -13,8 +13,8 @@ from tendon_newton.mechanisms.asset_library import asset_path
 from tendon_newton.mechanisms.findings import AssetFinding
 from tendon_newton.mechanisms.mechanism import load_mechanism
 from tendon_newton.mechanisms.mechanism_rules import mechanism_findings
+from tendon_newton.mechanisms.stage_file import open_stage, usd_errors
 from tendon_newton.mechanisms.stage_rules import stage_findings
-from tendon_newton.mechanisms.usd_asset import open_stage, usd_errors
 
 
 def check_asset(name_or_file: str | Path) -> tuple[AssetFinding, ...]:

@@ -13,7 +13,8 @@ import numpy as np
 from tendon_newton.errors import InvalidAsset, listed
 from tendon_newton.mechanisms.asset_plan import NAME
 from tendon_newton.mechanisms.parts import Joint
-from tendon_newton.mechanisms.usd_asset import REASON_LENGTH, read_gravity, read_joints
+from tendon_newton.mechanisms.stage_file import REASON_LENGTH
+from tendon_newton.mechanisms.usd_asset import read_gravity, read_joints
 from tendon_newton.mechanisms.usd_tendon import register_tendon_attributes
 from tendon_newton.recording import Array
 

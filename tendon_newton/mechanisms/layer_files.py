@@ -18,19 +18,24 @@ LAYER_LIMIT = 200
 REFERENCE = re.compile(rb"@([^@\n]{1,1000})@")
 
 
-def check_layers(path: Path) -> None:
+def check_layers(path: Path) -> bool:
     """Refuse an asset whose text layers cannot be parsed within reason.
+
+    Returns:
+        Whether all layers that were seen are text; binary ones are not looked into.
 
     Raises:
         InvalidAsset: A layer cannot be read, is empty, or has more prims than any bench.
     """
     waiting, seen = [path], {path}
+    all_text = True
     while waiting and len(seen) < LAYER_LIMIT:
         layer = waiting.pop()
         text = read_layer(layer)
         if not text:
             raise InvalidAsset(f"An asset must be a USD file; {layer} is empty.")
         if not text.startswith(b"#usda"):
+            all_text = False
             continue
         if text.count(b"{") > BRACE_LIMIT:
             raise InvalidAsset(
@@ -42,6 +47,7 @@ def check_layers(path: Path) -> None:
             if below not in seen and is_file(below):
                 seen.add(below)
                 waiting.append(below)
+    return all_text and not waiting
 
 
 def read_layer(path: Path) -> bytes:

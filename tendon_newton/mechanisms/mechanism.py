@@ -15,6 +15,7 @@ from tendon_newton.mechanisms.asset_library import asset_path
 from tendon_newton.mechanisms.obstacles import Obstacle
 from tendon_newton.mechanisms.overrides import override_mechanism
 from tendon_newton.mechanisms.parts import Joint, JointKind, Tendon, Tip, freeze_arrays
+from tendon_newton.mechanisms.stage_file import open_stage, usd_errors
 from tendon_newton.mechanisms.stage_rules import stage_findings
 from tendon_newton.mechanisms.usd_obstacle import read_obstacles
 from tendon_newton.recording import Array, BenchOverrides
@@ -132,8 +133,8 @@ def load_mechanism(name_or_file: str | Path) -> Mechanism:
         InvalidAsset: The file is unreadable, or its mechanism cannot exist.
     """
     path = asset_path(name_or_file)
-    stage = usd_asset.open_stage(path)
-    with usd_asset.usd_errors(path):
+    stage = open_stage(path)
+    with usd_errors(path):
         findings = stage_findings(stage)
     for finding in findings:
         if finding.severity == "error":

@@ -6,9 +6,6 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
-from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +15,8 @@ import warp as wp
 from newton.usd import SchemaResolverMjc, SchemaResolverNewton
 
 from tendon_newton.errors import InvalidAsset
-from tendon_newton.mechanisms.layer_files import check_layers
 from tendon_newton.mechanisms.parts import Joint, JointKind, Tendon, Tip
+from tendon_newton.mechanisms.stage_file import REASON_LENGTH
 from tendon_newton.mechanisms.usd_route import is_routed, read_route
 from tendon_newton.mechanisms.usd_tendon import (
     NOMINAL_FORCE_LIMIT,
@@ -31,45 +28,12 @@ from tendon_newton.mechanisms.usd_tendon import (
 )
 from tendon_newton.recording import Array
 
-PRIM_LIMIT = 5000
-"""Prims of a stage that we read; a hand has some hundreds, and validators take 0.2 ms for each."""
-REASON_LENGTH = 500
-"""Most that is repeated of what USD says [characters]."""
-
 _KINDS: dict[int, JointKind] = {
     int(newton.JointType.REVOLUTE): "revolute",
     int(newton.JointType.PRISMATIC): "prismatic",
 }
 _UNLIMITED = 1.0e6
 """Newton writes a joint without limits as +-1e10 [rad]; no bench turns this far."""
-
-
-def open_stage(path: Path) -> Any:
-    """Open a USD stage, or say why it cannot be read."""
-    from pxr import Usd
-
-    check_layers(path)
-    with usd_errors(path):
-        stage = Usd.Stage.Open(str(path))
-        stage.Reload()  # USD keeps layers in memory; one may have been edited since
-    if sum(1 for _ in islice(stage.Traverse(), PRIM_LIMIT + 1)) > PRIM_LIMIT:
-        raise InvalidAsset(f"An asset has at most {PRIM_LIMIT} prims; {path} has more.")
-    return stage
-
-
-@contextmanager
-def usd_errors(path: Path) -> Iterator[None]:
-    """Turn an error of USD's into one line of ours, and keep what it writes off the terminal."""
-    from pxr import Tf, UsdUtils
-
-    listener = UsdUtils.CoalescingDiagnosticDelegate()
-    try:
-        yield
-    except Tf.ErrorException as error:
-        reason = " ".join(str(error.args[0].commentary).split())[:REASON_LENGTH]
-        raise InvalidAsset(f"An asset must be a USD file; {path} is unreadable: {reason}") from None
-    finally:
-        del listener
 
 
 def asset_name(stage: Any, path: Path) -> str:

@@ -1,6 +1,7 @@
 """Recordings as MCAP files of ROS 2 messages, those of killed processes included."""
 
 import logging
+import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Set
 from dataclasses import dataclass, field
@@ -16,11 +17,21 @@ from tendon_newton.recording_formats.topic_mapping import (
     SESSION_RECORD,
     TopicMapping,
 )
+from tendon_newton.recording_formats.unpacking import (
+    PACKING,
+    UNPACKED_AT_LEAST,
+    TooLarge,
+    unpacked,
+)
+from tendon_newton.text_file import absence
 
 if TYPE_CHECKING:
     from mcap.records import Channel, McapRecord, Message, Schema
 
 log = logging.getLogger(__name__)
+ENDLESS = re.compile(rb"\b(?:byte|char|u?int8)\[\d+\]|\[0+\]")
+"""Fields that take nothing from the end of a message: a list of such, of a claimed length of
+billions, would be read for ever."""
 
 
 def read_mcap(
@@ -47,7 +58,7 @@ def read_mcap(
     """
     name = name or path.name
     if not path.is_file():
-        raise InvalidRecording(f"{name}: no such file ({path})")
+        raise InvalidRecording(f"{name}: {absence(path)} ({path})")
     wanted = {source.topic for source in mapping.sources.values()}
     with path.open("rb") as file:
         reading = McapReading(file, name)
@@ -113,6 +124,7 @@ class McapReading:
         self.messages_read = 0
         self.schemas: dict[int, Schema] = {}
         self.channels: dict[int, Channel] = {}
+        self.unpacked_limit = 0
 
     def messages(self, wanted: Set[str]) -> Iterator[TimedMessage]:
         """Decode the messages of some topics."""
@@ -150,6 +162,11 @@ class McapReading:
         from mcap_ros2.decoder import DecoderFactory
 
         schema = self.schemas.get(channel.schema_id)
+        if schema and ENDLESS.search(schema.data):
+            raise InvalidRecording(
+                f"{self.name}: topic {channel.topic!r} must come with a ROS 2 message definition "
+                "that can be read; arrays of bytes of fixed length cannot"
+            )
         try:
             decoder = DecoderFactory().decoder_for(channel.message_encoding, schema)
         except Exception as error:  # a foreign or damaged definition of a message
@@ -176,6 +193,7 @@ class McapReading:
             ) from error
         size = self.file.seek(0, 2)
         self.file.seek(0)
+        self.unpacked_limit = UNPACKED_AT_LEAST + PACKING * size
         stream = StreamReader(self.file, emit_chunks=True, record_size_limit=size)
         records = iter(stream.records)
         started = False
@@ -197,7 +215,14 @@ class McapReading:
                 yield record
                 continue
             try:
-                parts = breakup_chunk(record, validate_crc=True)  # pyright: ignore
+                plain = unpacked(record, self.unpacked_limit)  # pyright: ignore
+                self.unpacked_limit -= len(plain.data)
+                parts = breakup_chunk(plain, validate_crc=True)
+            except TooLarge as error:
+                raise InvalidRecording(
+                    f"{self.name}: its messages must unpack to at most {PACKING} times the file; "
+                    f"{error}"
+                ) from error
             except Exception:  # the same, inside a compressed chunk
                 self.damage.chunks += 1
                 continue

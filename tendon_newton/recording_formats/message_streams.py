@@ -1,5 +1,6 @@
 """ROS 2 messages, whatever decoded them, as time series of numbers."""
 
+import sys
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -12,6 +13,8 @@ from tendon_newton.recording import Array
 from tendon_newton.recording_formats.topic_mapping import Source, TopicMapping, field_steps
 
 Nanoseconds = NDArray[np.int64]
+TIME_LIMIT = 1 << 62
+"""Nanoseconds, 146 years, since the epoch of any clock."""
 TimedMessage = tuple[str, int, Any]
 """(topic, time of recording [ns], decoded message)."""
 Getter = Callable[[Any], list[float]]
@@ -84,9 +87,22 @@ class Collector:
             values = self.pick(list(names), values)
         elif self.source.joints:
             raise InvalidRecording(f"{self.where}: joints are given, but its messages name none")
-        self.times.append(stamp(message, log_time) if self.header else log_time)
+        self.times.append(self.time_of(message, log_time))
         self.rows.append(values)
-        self.frames.append(frame(message))
+        self.frames.append(sys.intern(frame(message)))
+
+    def time_of(self, message: Any, log_time: int) -> int:
+        """Return the time of a message [ns] on the clock that is wanted."""
+        try:
+            time = stamp(message, log_time) if self.header else log_time
+        except (AttributeError, TypeError, ValueError, OverflowError) as error:
+            raise InvalidRecording(
+                f"{self.where}: a header must have a stamp of sec and nanosec; these messages' "
+                f"definition has another one ({error})"
+            ) from error
+        if abs(time) >= TIME_LIMIT:
+            raise InvalidRecording(f"{self.where}: a message has the impossible time {time} ns")
+        return time
 
     def follow(self, message: Any) -> Any:
         """Follow the field's path into a message."""
@@ -172,8 +188,7 @@ def stamp(message: Any, log_time: int) -> int:
 
 def frame(message: Any) -> str:
     """Return the frame that a message names, or nothing."""
-    header = getattr(message, "header", None)
-    return "" if header is None else str(header.frame_id)
+    return str(getattr(getattr(message, "header", None), "frame_id", ""))
 
 
 def fields_of(message: Any) -> list[str]:

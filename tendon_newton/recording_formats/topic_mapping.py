@@ -7,7 +7,7 @@ from math import isfinite
 from pathlib import Path
 from types import MappingProxyType
 
-from tendon_newton.errors import InvalidMapping, unknown_name
+from tendon_newton.errors import InvalidMapping, shown, unknown_name
 
 STATE_TOPIC = "/servo/state"
 COMMAND_TOPIC = "/servo/command"
@@ -99,7 +99,9 @@ class TopicMapping:
                 f"{', '.join(sorted(present)) or 'nothing'}"
             )
         if self.clock not in CLOCKS:
-            raise InvalidMapping(f"{where}clock must be 'header' or 'log'; it is {self.clock!r}")
+            raise InvalidMapping(
+                f"{where}clock must be 'header' or 'log'; it is {shown(self.clock)}"
+            )
         object.__setattr__(self, "sources", MappingProxyType(dict(self.sources)))
 
 

@@ -269,9 +269,7 @@ def whole_kernel(
             renewed = MemoryVector()
             for j in range(JOINTS):
                 moved[j] = slope_sum(slope_q, slope_v, slope_memory, j, slot, x, xd, kept)
-                speed[j] = slope_sum(
-                    slope_q, slope_v, slope_memory, JOINTS + j, slot, x, xd, kept
-                )
+                speed[j] = slope_sum(slope_q, slope_v, slope_memory, JOINTS + j, slot, x, xd, kept)
             for s in range(wp.static(REMEMBERED)):
                 # a name of its own: a long loop stays one, and would change what is read above
                 own = 2 * JOINTS + s

@@ -46,7 +46,8 @@ def plot_trajectory(path: Path, recording: Recording, trajectory: Trajectory) ->
         axes.set_axisbelow(True)
         axes.spines[["top", "right"]].set_visible(False)
         axes.margins(x=0.0)
-    figure.suptitle(f"{recording.name}: {recording.bench}, measured and simulated", fontsize=13)
+    title = f"{recording.name}: {recording.bench}, measured and simulated"
+    figure.suptitle(title, fontsize=13, parse_math=False)  # names are no formulas
     try:
         figure.savefig(path, dpi=110)
     except OSError as error:

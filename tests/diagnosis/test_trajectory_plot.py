@@ -1,5 +1,6 @@
 """The picture beside a simulated recording shows what there is, and nothing needs a display."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -63,6 +64,13 @@ def test_every_tendon_has_its_own_column(tmp_path: Path) -> None:
     one = picture(tmp_path / "one.png", recording())
     two = picture(tmp_path / "two.png", recording(tendons=2))
     assert two.shape[1] == 2 * one.shape[1]
+
+
+@pytest.mark.parametrize("name", [r"a$\frac{x$.csv", "a$b$.csv", "100%_{a}^.csv"])
+def test_the_name_of_a_recording_is_no_formula(name: str, tmp_path: Path) -> None:
+    """Whatever a file is called stands above its picture as it is."""
+    shown = picture(tmp_path / "named.png", replace(recording(), name=name))
+    assert shown.shape == picture(tmp_path / "plain.png", recording()).shape
 
 
 @pytest.mark.parametrize("name", ["picture.svg", "no_such_folder/picture.png"])

@@ -65,12 +65,21 @@ DATASETS: dict[str, tuple[Damage, tuple[str, ...]]] = {
     "a pipe for a recording": (replaced("train.csv", os.mkfifo), ("train.csv", "a pipe")),
     "a device for a recording": (
         replaced("train.csv", lambda path: path.symlink_to("/dev/zero")),
-        ("train.csv", "it is a device or a pipe"),
+        ("'train.csv' is a link that leads out of it",),
     ),
-    "an unreadable recording": (
-        replaced("train.csv", unreadable),
-        ("train.csv", "a recording is a CSV file; it cannot be read"),
+    "a link to a foreign text": (
+        replaced("train.csv", lambda path: path.symlink_to("/etc/passwd")),
+        ("'train.csv' is a link that leads out of it",),
     ),
+    "a mapping outside": (
+        entry('mapping = "/etc/passwd"'),
+        ("mapping must lie inside the dataset's folder; it is '/etc/passwd'",),
+    ),
+    "a mapping above": (
+        entry('mapping = "a/../../mapping.toml"'),
+        ("mapping must lie inside the dataset's folder",),
+    ),
+    "a number for a mapping": (entry("mapping = 3"), ("mapping must be a string; it is 3",)),
     "TOML of 10 MB": (
         text("dataset.toml", "# " + 10_000_000 * "x"),
         ("dataset.toml", "at most 4000000 bytes; it has 10000002"),
@@ -86,6 +95,14 @@ DATASETS: dict[str, tuple[Damage, tuple[str, ...]]] = {
     "deep TOML": (
         text("dataset.toml", "a = " + 5000 * "["),
         ("dataset.toml", "nested too deeply"),
+    ),
+    "a table of 80,000 parts": (  # 61 s before there was a limit
+        text("dataset.toml", "\n[" + ".".join(80_000 * ["a"]) + "]"),
+        ("dataset.toml", "line 2 has a name of more than 32 parts"),
+    ),
+    "a quoted key of many parts": (
+        text("dataset.toml", "x = {" + " . ".join(20_000 * ["'a'", '"b"']) + " = 1}"),
+        ("dataset.toml", "line 1 has a name of more than 32 parts"),
     ),
     "a number of 5000 digits": (
         entry("load_cell_rate = " + 5000 * "9"),

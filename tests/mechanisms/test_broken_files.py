@@ -9,7 +9,7 @@ import pytest
 
 from tendon_newton.cli import main
 from tendon_newton.mechanisms.asset_library import asset_path
-from tendon_newton.mechanisms.usd_asset import open_stage
+from tendon_newton.mechanisms.stage_file import open_stage
 from tests.mechanisms.flat_assets import flat_text
 
 LIMIT = 10.0
@@ -97,6 +97,21 @@ CASES: dict[str, tuple[Damage, int, str]] = {
     "zero bytes": (content("finger.usda", bytes(1000)), 2, "must be a USD file"),
     "junk": (content("finger.usda", bytes(range(256)) * 50), 2, "must be a USD file"),
     "UTF-16": (content("finger.usda", HEAD.encode("utf-16")), 2, "must be a USD file"),
+    "a name in another encoding": (
+        content("finger.usda", b'#usda 1.0\ndef "a\xff" {}\n'),
+        2,
+        "text that is not UTF-8",
+    ),
+    "a value in another encoding": (
+        content("finger.usda", HEAD.encode() + b'def Xform "finger" { string note = "\xff" }\n'),
+        2,
+        "text that is not UTF-8",
+    ),
+    "a reference in another encoding": (
+        content("finger.usda", HEAD.encode() + b'def "finger" (references = @./a\xff.usda@) {}\n'),
+        2,
+        "text that is not UTF-8",
+    ),
     "a picture": (
         content("finger.usd", b"\x89PNG\r\n\x1a\n" + bytes(500)),
         2,

@@ -9,9 +9,9 @@ from tendon_newton.actuators.networks.artifact import write_network
 from tendon_newton.actuators.networks.query import with_hold
 from tendon_newton.actuators.networks.torchscript import TorchScriptQuery
 from tendon_newton.force_network_card import PLAIN_HOLD, ForceNetworkCard, HoldLaw, Training
+from tendon_newton.force_networks.force_network import ForceNetwork
 from tendon_newton.model_file import Model, NamedValues
 from tests.physics.runs import RADIUS
-from train.actuator.force_network import ForceNetwork
 from train.actuator.network_sets import build_network
 
 WINDOW = 30

@@ -14,6 +14,7 @@ from tendon_newton.actuators.networks.query import open_query, query_of
 from tendon_newton.actuators.networks.torchscript import StreamingQuery, TorchScriptQuery
 from tendon_newton.actuators.networks.twin_query import TwinQuery, forces_of
 from tendon_newton.errors import UnknownName
+from tendon_newton.force_networks.force_network import ForceNetwork
 from tendon_newton.mechanisms.mechanism import load_mechanism
 from tendon_newton.simulation.control_loop import ControlLoop
 from tests.conftest import SEED
@@ -25,7 +26,6 @@ from tests.physics.networks import (
     learned_model,
     write_force_network,
 )  # fmt: skip
-from train.actuator.force_network import ForceNetwork
 
 WINDOWS = 10_000
 

@@ -18,11 +18,11 @@ import numpy as np
 import torch
 
 from tendon_newton.dataset import Dataset, load_dataset
+from tendon_newton.force_networks.force_network import ForceNetwork
 from tendon_newton.recording import Recording
 from train.actuator.export import make_card
 from train.actuator.folds import Fold
 from train.actuator.force_data import ForceData, prepare
-from train.actuator.force_network import ForceNetwork
 from train.actuator.prediction import Prediction, predict
 from train.actuator.protocol import experiment_of
 from train.actuator.scores import score

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import pickle
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -17,7 +16,7 @@ from tendon_newton.errors import InvalidNetworkFile
 from train.actuator.descent import Descent
 
 if TYPE_CHECKING:
-    from train.actuator.force_network import ForceNetwork
+    from tendon_newton.force_networks.force_network import ForceNetwork
     from train.actuator.training_config import TrainingConfig
     from train.actuator.windows import Windows
 
@@ -125,14 +124,9 @@ def load_checkpoint(path: Path, settings: Mapping[str, Any], state: TrainingStat
         torch.set_rng_state(table["random"].cpu())
         done = table["done"]
         return Checkpoint(**done | {"history": tuple(map(tuple, done["history"]))})
-    except (
-        RuntimeError,
-        KeyError,
-        TypeError,
-        ValueError,
-        EOFError,
-        pickle.UnpicklingError,
-    ) as error:
+    except InvalidNetworkFile:
+        raise
+    except Exception as error:  # torch's reader of damaged bytes fails in any way
         raise InvalidNetworkFile(
             f"{path}: a checkpoint of a training; it is damaged or of another version "
             f"({type(error).__name__}); delete it to start again"

@@ -12,16 +12,16 @@ import numpy as np
 
 from tendon_newton import __version__
 from tendon_newton.force_network_card import INPUTS, ForceNetworkCard, HeldOut, Training
+from tendon_newton.force_networks.force_network import parameter_count
 from train.actuator.folds import SPLIT_WORDS, recorded_fold
-from train.actuator.force_network import parameter_count
 from train.actuator.ideal import SERVO_LIMIT
 from train.actuator.prediction import predict
 from train.actuator.servo_law import fit_servo_law
 
 if TYPE_CHECKING:
     from tendon_newton.dataset import Dataset
+    from tendon_newton.force_networks.force_network import ForceNetwork
     from train.actuator.force_data import ForceData
-    from train.actuator.force_network import ForceNetwork
     from train.actuator.training_config import TrainingConfig
 HEADROOM = 1.05
 """Above the largest force in training [1]."""
@@ -31,6 +31,8 @@ HEADROOM = 1.05
 class Exported:
     """The files of a network."""
 
+    weights: Path
+    """Numbers alone: the form to share."""
     torchscript: Path
     onnx: Path
     card: ForceNetworkCard
@@ -48,14 +50,17 @@ def export_network(
     # imported here, so that a machine without Warp can train: actuators load it
     from tendon_newton.actuators.networks.artifact import write_network
     from tendon_newton.actuators.networks.onnx_file import write_onnx
+    from tendon_newton.force_networks.weights_file import SUFFIX, write_weights
 
     card = make_card(network, config, dataset, data, split)
     if data.test:
         card = dataclasses.replace(card, held_out=measure(network, card, data))
     torchscript = out / f"{config.name}.pt"
-    write_onnx(torchscript.with_suffix(".onnx"), network, card)
+    weights, onnx = torchscript.with_suffix(SUFFIX), torchscript.with_suffix(".onnx")
+    write_onnx(onnx, network, card)
     write_network(torchscript, network, card)
-    return Exported(torchscript=torchscript, onnx=torchscript.with_suffix(".onnx"), card=card)
+    write_weights(weights, network, card)
+    return Exported(weights=weights, torchscript=torchscript, onnx=onnx, card=card)
 
 
 def make_card(

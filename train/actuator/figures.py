@@ -133,9 +133,11 @@ def colour(place: int, model: Compared) -> str:
 
 def new_figure(width: float, height: float) -> Any:
     """Return a figure of a size [in] that needs no display."""
+    import matplotlib as mpl
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
+    mpl.rcParams["text.parse_math"] = False  # names of files stand here, and no formulas
     figure = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
     return figure

@@ -11,6 +11,7 @@ import numpy as np
 
 from tendon_newton.actuators.networks.artifact import NetworkFile, load_network
 from tendon_newton.errors import InvalidNetworkFile
+from tendon_newton.force_networks.weights_file import SUFFIX
 from train.actuator.folds import file_hash
 from train.actuator.ideal import PAPER_GAIN, SERVO_LIMIT, ideal_force, refitted_gain
 from train.actuator.prediction import Prediction, predict
@@ -44,9 +45,11 @@ def load_networks(paths: Sequence[Path], *, trust: bool) -> tuple[NetworkFile, .
     """
     files: list[Path] = []
     for path in paths:
-        found = sorted(path.glob("*.pt")) if path.is_dir() else [path]
+        # of a network in both forms the one that holds no code
+        forms = {file.stem: file for suffix in (".pt", SUFFIX) for file in path.glob(f"*{suffix}")}
+        found = [forms[stem] for stem in sorted(forms)] if path.is_dir() else [path]
         if not found:
-            raise InvalidNetworkFile(f"{path}: no force network (*.pt) in this folder")
+            raise InvalidNetworkFile(f"{path}: no force network (*{SUFFIX}, *.pt) in this folder")
         files += found
     return tuple(load_network(file, trust=trust) for file in files)
 

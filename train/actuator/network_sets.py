@@ -11,10 +11,10 @@ from collections.abc import Callable
 from functools import partial
 
 from tendon_newton.errors import unknown_name
-from train.actuator.force_network import ForceNetwork
-from train.actuator.mlp import Mlp
-from train.actuator.rnn import Rnn
-from train.actuator.transformer import Transformer
+from tendon_newton.force_networks.force_network import ForceNetwork
+from tendon_newton.force_networks.mlp import Mlp
+from tendon_newton.force_networks.rnn import Rnn
+from tendon_newton.force_networks.transformer import Transformer
 
 Maker = Callable[[int], ForceNetwork]
 """(samples in a window) -> an untrained network."""

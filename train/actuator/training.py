@@ -18,6 +18,8 @@ import torch
 from torch import Tensor
 
 from tendon_newton.errors import InvalidParameter
+from tendon_newton.force_networks.rnn import Rnn
+from tendon_newton.force_networks.transformer import Transformer
 from train.actuator.changed_windows import changed_batch
 from train.actuator.checkpoint import (
     Checkpoint,
@@ -27,14 +29,12 @@ from train.actuator.checkpoint import (
     training_settings,
 )
 from train.actuator.network_sets import build_network
-from train.actuator.rnn import Rnn
 from train.actuator.servo_law import ServoLaw, fit_servo_law
 from train.actuator.training_config import TrainingConfig
-from train.actuator.transformer import Transformer
 from train.actuator.window_tensors import WindowTensors, to_device
 
 if TYPE_CHECKING:
-    from train.actuator.force_network import ForceNetwork
+    from tendon_newton.force_networks.force_network import ForceNetwork
     from train.actuator.windows import Windows
 
 VALIDATION_STRIDE = 4

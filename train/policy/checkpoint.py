@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import pickle
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -17,7 +16,6 @@ from train.policy.training_config import PolicyTrainingConfig
 
 FREE_KEYS = ("iterations", "checkpoint_every", "device", "threads")
 """What may change when a training goes on."""
-DAMAGE = (RuntimeError, KeyError, TypeError, ValueError, EOFError, pickle.UnpicklingError)
 
 
 def training_settings(config: PolicyTrainingConfig, files: Mapping[str, str]) -> dict[str, Any]:
@@ -71,7 +69,9 @@ def load_checkpoint(
         refuse_other_settings(path, table["settings"], settings)
         algorithm.load(table["algorithm"], None, True)
         return read_curve(table["curve"])
-    except DAMAGE as error:
+    except InvalidPolicyFile:
+        raise
+    except Exception as error:  # torch's reader of damaged bytes fails in any way
         raise InvalidPolicyFile(
             f"{path}: a checkpoint of a training; it is damaged or of another version "
             f"({type(error).__name__}); delete it to go on from the one before"
@@ -92,7 +92,7 @@ def load_start(file: Path, algorithm: Any, device: str) -> None:
     try:
         table = torch.load(file, map_location=device, weights_only=True)["algorithm"]
         algorithm.load(table, {"actor": True, "critic": True}, True)
-    except (*DAMAGE, OSError) as error:
+    except Exception as error:  # torch's reader of damaged bytes fails in any way
         raise InvalidPolicyFile(
             f"{file}: a training that starts from another one needs its checkpoint, with layers "
             f"of the same widths ({type(error).__name__})"

@@ -25,6 +25,7 @@ from train.policy.obstacle import ObstaclePlacer, with_obstacle
 from train.policy.randomisation import Randomiser, further_effects, ranges_of
 from train.policy.reward import step_reward
 from train.policy.training_config import OBSERVED
+from train.policy.world_draws import WorldDraws
 
 PHASES = 4
 """Groups of worlds whose episodes end at different times, so that no iteration sees starts alone.
@@ -58,7 +59,7 @@ class FingerEnvironment(VecEnv):
 
     Everything is a torch tensor on one device; a step brings one flag to the host, whether any
     world begins anew. The tensors that a step returns are fresh. `torch.manual_seed` does not
-    matter here: all draws come from `seed`.
+    matter here: all draws come from `seed`, and each world has its own.
 
     Args:
         config: What decides it.
@@ -86,16 +87,16 @@ class FingerEnvironment(VecEnv):
             effects=further_effects(ranges), network=self.force.form,
             device=str(wp.device_from_torch(self.device)),
         )  # fmt: skip
-        self._generator = torch.Generator(self.device)
+        self._draws = WorldDraws(config.worlds, self.device)
         self.randomiser = Randomiser(
-            self.loop, ranges, joint_friction=config.joint_friction, generator=self._generator
+            self.loop, ranges, joint_friction=config.joint_friction, draws=self._draws
         )
         self.obstacle: ObstaclePlacer | None = None
         """What puts something in the fingers' way, where the config asks for it."""
         if config.obstacle != "none":
             self.obstacle = ObstaclePlacer(
                 self.loop, config.obstacle, self.path, goals=config.goals,
-                chance=config.obstacle_chance, spread=config.spread, generator=self._generator,
+                chance=config.obstacle_chance, spread=config.spread, draws=self._draws,
             )  # fmt: skip
         self.command_ranges = self.path.of_each_servo(config.command_range, self.spool_radius)
         """Least and greatest command of each servo [rad]."""
@@ -134,7 +135,7 @@ class FingerEnvironment(VecEnv):
             seed: Of all that is drawn from now on; the draws go on without one.
         """
         if seed is not None:
-            self._generator.manual_seed(seed)
+            self._draws.manual_seed(seed)
         everywhere = torch.ones(self.num_envs, dtype=torch.bool, device=self.device)
         self._begin(everywhere)
         places = torch.arange(self.num_envs, device=self.device)
@@ -209,25 +210,24 @@ class FingerEnvironment(VecEnv):
         self.randomiser.draw(worlds)
         if self.obstacle is not None:
             self.obstacle.draw(worlds)
-        share = self._uniform(self.num_actions).square()
+        share = self._draws.uniform(self.num_actions, worlds=worlds).square()
         least, greatest = self._least_at_rest, self._ends[1]
         self.loop.reset(least + (greatest - least) * share, worlds)
         self.history.reset(worlds)
-        self.goal.copy_(torch.where(worlds, self._draw_goals(), self.goal))
+        goals = self._goals_at(self._draws.uniform(worlds=worlds))
+        self.goal.copy_(torch.where(worlds, goals, self.goal))
         self.episode_length_buf.masked_fill_(worlds, 0)
 
     def _renew_goals(self, dones: Tensor) -> None:
         """Give some of the worlds that go on a new goal."""
-        renewed = (self._uniform()[:, 0] < self.config.goal_change) & ~dones
-        self.goal.copy_(torch.where(renewed, self._draw_goals(), self.goal))
+        chance, share = self._draws.uniform(2).unbind(dim=1)
+        renewed = (chance < self.config.goal_change) & ~dones
+        self.goal.copy_(torch.where(renewed, self._goals_at(share), self.goal))
 
-    def _draw_goals(self) -> Tensor:
+    def _goals_at(self, share: Tensor) -> Tensor:
+        """Return the goals [rad] at some shares of their range."""
         low, high = self.config.goals
-        return low + (high - low) * self._uniform()[:, 0]
-
-    def _uniform(self, count: int = 1) -> Tensor:
-        """Return some numbers between 0 and 1 for each world, shape (W, count)."""
-        return torch.rand(self.num_envs, count, generator=self._generator, device=self.device)
+        return low + (high - low) * share
 
     def _columns(self, angles: Sequence[Any]) -> tuple[Tensor, Tensor]:
         """Return two angles [rad] of each servo as two tensors, shape (D,)."""

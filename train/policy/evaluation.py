@@ -27,6 +27,7 @@ from train.policy.environment_config import EnvironmentConfig
 from train.policy.force_model import open_force_model
 from train.policy.goal_path import GoalPath
 from train.policy.randomisation import Randomiser, further_effects, ranges_of
+from train.policy.world_draws import WorldDraws
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,21 +88,18 @@ def climb_stairs(
     """
     climbs = []
     for policy in policies:
-        generator = torch.Generator().manual_seed(seed)
         if policy.card.rate != config.rate:
             raise InvalidParameter(
                 f"{policy.name}: the stairs are walked at {config.rate:g} Hz; the policy was "
                 f"trained at {policy.card.rate:g} Hz"
             )
-        climbs.append(climb(policy, goals, config, generator))
+        climbs.append(climb(policy, goals, config, seed))
     return climbs
 
 
-def climb(
-    policy: RunnablePolicy, goals: Array, config: EnvironmentConfig, generator: torch.Generator
-) -> Climb:
+def climb(policy: RunnablePolicy, goals: Array, config: EnvironmentConfig, seed: int) -> Climb:
     """Run one policy from rest with the motor at home."""
-    loop, mechanism, place = make_worlds(config, generator)
+    loop, mechanism, place = make_worlds(config, seed)
     card = policy.card
     if loop.tendon_count != card.servo_count:
         raise InvalidParameter(
@@ -143,9 +141,7 @@ def climb(
     )
 
 
-def make_worlds(
-    config: EnvironmentConfig, generator: torch.Generator
-) -> tuple[ControlLoop, Mechanism, str]:
+def make_worlds(config: EnvironmentConfig, seed: int) -> tuple[ControlLoop, Mechanism, str]:
     """Return the worlds of an evaluation, on the CPU: the first nominal, the others drawn."""
     mechanism = load_mechanism(config.finger)
     force = open_force_model(config.force, mechanism)
@@ -156,7 +152,8 @@ def make_worlds(
     )  # fmt: skip
     others = torch.ones(config.worlds, dtype=torch.bool)
     others[0] = False
-    randomiser = Randomiser(loop, ranges, joint_friction=config.joint_friction, generator=generator)
+    draws = WorldDraws(config.worlds, seed=seed)
+    randomiser = Randomiser(loop, ranges, joint_friction=config.joint_friction, draws=draws)
     randomiser.draw(others)
     return loop, mechanism, f"simulation, {force.name}"
 

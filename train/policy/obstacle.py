@@ -18,6 +18,7 @@ from tendon_newton.mechanisms.obstacles import (
 from tendon_newton.simulation.control_loop import ControlLoop
 from train.policy.environment_config import ObstacleChoice
 from train.policy.goal_path import GoalPath
+from train.policy.world_draws import WorldDraws
 
 SIZES = (0.006, 0.020)
 """Least and greatest radius of a ball, or half of a box's edges [m]: a marble to an egg."""
@@ -65,7 +66,7 @@ class ObstaclePlacer:
         goals: Least and greatest goal angle [rad].
         chance: Share of the episodes with it [1].
         spread: Most that its stiffness and friction differ from their defaults, as a share [1].
-        generator: Where the numbers come from, on the device of the worlds.
+        draws: Where the numbers come from, on the device of the worlds.
     """
 
     def __init__(
@@ -77,11 +78,11 @@ class ObstaclePlacer:
         goals: tuple[float, float],
         chance: float,
         spread: float,
-        generator: torch.Generator,
+        draws: WorldDraws,
     ) -> None:
         self._shape, self._path, self._goals = shape, path, goals
         self._chance, self._spread = chance, spread
-        self._generator = generator
+        self._draws = draws
         names = ("position", "rotation", "size", "stiffness", "friction")
         self._numbers = {name: loop.bench_numbers(f"obstacle_{name}")[:, 0] for name in names}
         self._thickness = loop.bench_numbers("capsule_radius").amax(dim=1).float()
@@ -93,38 +94,40 @@ class ObstaclePlacer:
 
     def draw(self, worlds: Tensor) -> None:
         """Give some worlds, a mask of shape (W,), an obstacle anew, or none."""
-        position, rotation, size = self._place()
+        position, rotation, size = self._place(worlds)
         clear = self._is_clear(position, rotation, size)
         for _ in range(TRIES - 1):
-            again = self._place()
+            again = self._place(worlds)
             kept = clear.reshape(-1, 1)
             position = torch.where(kept, position, again[0])
             rotation = torch.where(kept[..., None], rotation, again[1])
             size = torch.where(kept, size, again[2])
             clear = self._is_clear(position, rotation, size)
-        there = clear & (self._uniform() < self._chance)
+        there = clear & (self._draws.uniform(worlds=worlds) < self._chance)
         drawn = {
             "position": position,
             "rotation": rotation,
             "size": size,
-            "stiffness": STIFFNESS * self._factor() * there,
-            "friction": FRICTION * self._factor(),
+            "stiffness": STIFFNESS * self._factor(worlds) * there,
+            "friction": FRICTION * self._factor(worlds),
         }
         for name, values in drawn.items():
             own = self._numbers[name]
             chosen = worlds.reshape(-1, *[1] * (own.ndim - 1))
             own.copy_(torch.where(chosen, values.to(own.dtype), own))
 
-    def _place(self) -> tuple[Tensor, Tensor, Tensor]:
+    def _place(self, worlds: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """Draw position [m], (W, 3), rotation, (W, 3, 3), and size [m], (W, 3)."""
         low, high = self._goals
-        tip, direction, side = self._meeting(low + (high - low) * self._uniform())
-        size = SIZES[0] + (SIZES[1] - SIZES[0]) * self._uniform(3)
+        tip, direction, side = self._meeting(
+            low + (high - low) * self._draws.uniform(worlds=worlds)
+        )
+        size = SIZES[0] + (SIZES[1] - SIZES[0]) * self._draws.uniform(3, worlds=worlds)
         if self._shape == "sphere":
             size = size[:, 2:].expand(-1, 3)
         if self._shape == "plane":
             size = torch.zeros_like(size)
-        aside = size[:, :1] * ASIDE * (2.0 * self._uniform(1) - 1.0)
+        aside = size[:, :1] * ASIDE * (2.0 * self._draws.uniform(1, worlds=worlds) - 1.0)
         position = tip + (self._thickness[:, None] + size[:, 2:]) * direction + aside * side
         rotation = torch.stack([side, torch.linalg.cross(-direction, side), -direction], dim=-1)
         return position, rotation, size
@@ -150,12 +153,6 @@ class ObstaclePlacer:
             distance = local[..., 2]
         return (distance > self._thickness[:, None]).all(dim=-1)
 
-    def _factor(self) -> Tensor:
+    def _factor(self, worlds: Tensor) -> Tensor:
         """Return a factor about one for each world, shape (W,)."""
-        return 1.0 + self._spread * (2.0 * self._uniform() - 1.0)
-
-    def _uniform(self, count: int | None = None) -> Tensor:
-        """Return numbers between 0 and 1, shape (W,), or some for each world, (W, count)."""
-        worlds = len(self._thickness)
-        shape = (worlds,) if count is None else (worlds, count)
-        return torch.rand(shape, generator=self._generator, device=self._generator.device)
+        return 1.0 + self._spread * (2.0 * self._draws.uniform(worlds=worlds) - 1.0)

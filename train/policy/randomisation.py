@@ -17,6 +17,7 @@ from tendon_newton.model_file import Model
 from tendon_newton.simulation.control_loop import ControlLoop
 from train.policy.environment_config import EnvironmentConfig
 from train.policy.force_model import moves_finger
+from train.policy.world_draws import WorldDraws
 
 BENCH = "bench"
 """Owner of the numbers of the mechanism."""
@@ -141,7 +142,7 @@ class Randomiser:
         ranges: What differs.
         joint_friction: Dry friction that `joint_friction` is drawn about [1], where the model has
             none of its own.
-        generator: Where the numbers come from, on the device of the worlds.
+        draws: Where the numbers come from, on the device of the worlds.
     """
 
     def __init__(
@@ -150,10 +151,10 @@ class Randomiser:
         ranges: Sequence[NumberRange],
         *,
         joint_friction: float,
-        generator: torch.Generator,
+        draws: WorldDraws,
     ) -> None:
         self.ranges = tuple(ranges)
-        self._generator = generator
+        self._draws = draws
         self._loop = loop
         if any(r.owner == BENCH and r.name == "joint_friction" for r in ranges):
             make_friction_own(loop, joint_friction)
@@ -172,23 +173,21 @@ class Randomiser:
             else:
                 values = self._loop.numbers(number.owner, number.name)
                 chosen = worlds.reshape(-1, *[1] * (values.ndim - 1))
-                values.copy_(torch.where(chosen, self._uniform(number, values), values))
+                values.copy_(torch.where(chosen, self._uniform(number, values, worlds), values))
 
     def _draw_bench(self, number: NumberRange, worlds: Tensor) -> None:
         """Multiply nominal numbers of the mechanism, shape (W, J, ...) or (W, D)."""
         factor: Tensor | None = None
         for array in BENCH_NUMBERS[number.name]:
             values, nominal = self._loop.bench_numbers(array), self._nominal[array]
-            factor = self._uniform(number, nominal) if factor is None else factor
+            factor = self._uniform(number, nominal, worlds) if factor is None else factor
             spread = factor.reshape(*factor.shape, *[1] * (nominal.ndim - factor.ndim))
             chosen = worlds.reshape(-1, *[1] * (nominal.ndim - 1))
             values.copy_(torch.where(chosen, nominal * spread, values))
 
-    def _uniform(self, number: NumberRange, like: Tensor) -> Tensor:
+    def _uniform(self, number: NumberRange, like: Tensor, worlds: Tensor) -> Tensor:
         """Return numbers of a range with the shape and kind of others."""
-        share = torch.rand(
-            like.shape, generator=self._generator, device=like.device, dtype=like.dtype
-        )
+        share = self._draws.uniform(*like.shape[1:], worlds=worlds).to(like.dtype)
         return number.low + (number.high - number.low) * share
 
 

@@ -1,38 +1,39 @@
-"""The file of a force network; the only place that knows its format.
+"""The file of a force network: weights alone, or a TorchScript program.
 
-A TorchScript archive, which is a zip file, with the card as the extra file ``card.json``; and an
-ONNX file of the same network with the card in its metadata, for programs without torch. The card is
-read without running anything; a TorchScript file runs its code only if the user trusts its hash.
+A safetensors file holds numbers and no code (`weights_file`): it is the form to share. A
+TorchScript file, a zip archive, has the card as the extra file ``card.json``; it runs its code only
+if the user trusts its hash. An ONNX file of the same network is for programs without torch. Reading
+a card runs nothing.
 """
 
 from __future__ import annotations
 
 import io
-import struct
 import warnings
-import zipfile
-import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import torch
 from torch import Tensor, nn
 
 from tendon_newton.errors import InvalidNetworkFile, InvalidOutput, UntrustedNetworkFile
 from tendon_newton.force_network_card import INPUTS, ForceNetworkCard
+from tendon_newton.force_networks.weights_file import (
+    SUFFIX,
+    card_of_weights,
+    network_of_weights,
+)
+from tendon_newton.guarded import TooMuch, guarded
+from tendon_newton.text_file import absence
+from tendon_newton.torchscript_archive import START, read_extra, refuse_damage
 from tendon_newton.trust import VARIABLE, content_hash, is_trusted, trust_content
 
 CARD_NAME = "card.json"
-CARD_SIZE_LIMIT = 1 << 20
-"""Bytes; a card with a thousand recordings has a tenth of it."""
 FILE_SIZE_LIMIT = 1 << 28
 """Bytes; a force network has about 1 << 17."""
-DAMAGE = (zipfile.BadZipFile, NotImplementedError, EOFError, RuntimeError, ValueError, zlib.error,
-          struct.error)  # fmt: skip
-"""What Python's zip reader raises at bytes that are none of an archive."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,7 +84,7 @@ def write_network(path: Path, network: nn.Module, card: ForceNetworkCard) -> Non
 
 
 def read_card(path: Path) -> ForceNetworkCard:
-    """Read the card of a TorchScript file without running the file's code.
+    """Read the card of a force network without running any code of its file.
 
     Raises:
         InvalidNetworkFile: The file is none, is damaged, or has no card of ours.
@@ -95,8 +96,9 @@ def load_network(path: Path, *, trust: bool = False, device: str = "cpu") -> Net
     """Read a force network and check that it does what its card says.
 
     Args:
-        path: The TorchScript file.
-        trust: Whether to trust the file from now on: its code runs with the user's rights.
+        path: The safetensors or TorchScript file.
+        trust: Whether to trust a TorchScript file from now on: its code runs with the user's
+            rights.
         device: Where the weights go.
 
     Raises:
@@ -106,31 +108,53 @@ def load_network(path: Path, *, trust: bool = False, device: str = "cpu") -> Net
     content = read_content(path)
     card = card_in(content, path)
     digest = content_hash(content)
-    if trust:
-        trust_content(content, path.name)
-    elif not is_trusted(digest):
+    scripted = content.startswith(START)
+    known = scripted and is_trusted(digest)
+    if scripted and not (known or trust):
         raise UntrustedNetworkFile(
-            f"{path}: a network file is a program, and this one (SHA-256 {digest}) is not trusted; "
-            f"if you know where it comes from, add --trust or set {VARIABLE} to its hash"
+            f"{path}: a TorchScript file is a program, and this one (SHA-256 {digest}) is not "
+            f"trusted; if you know where it comes from, add --trust or set {VARIABLE} to its hash; "
+            f"a {SUFFIX} file needs no trust"
         )
     try:
-        with torchscript():
-            module = torch.jit.load(io.BytesIO(content), map_location=device).eval()
+        if scripted and not known:
+            guarded(try_content, content, card)
+            trust_content(content, path.name)
+        module = open_module(content, card, device)
         check_network(module, card, device)
-    except InvalidNetworkFile as error:
+    except (InvalidNetworkFile, TooMuch) as error:
         raise InvalidNetworkFile(f"{path}: {error}") from error
-    except (RuntimeError, ValueError, AttributeError, EOFError) as error:
-        raise InvalidNetworkFile(
-            f"{path}: a TorchScript file that torch can read; it says: {first_line(error)}"
-        ) from error
     return NetworkFile(path=path, sha256=digest, card=card, module=module)
+
+
+def open_module(content: bytes, card: ForceNetworkCard, device: str) -> torch.jit.ScriptModule:
+    """Return the network of a file's bytes as a TorchScript module."""
+    try:
+        with torchscript():
+            if not content.startswith(START):
+                network = network_of_weights(content, card).to(device)
+                return cast(torch.jit.ScriptModule, torch.jit.script(network))
+            refuse_damage(content, InvalidNetworkFile)
+            return torch.jit.load(io.BytesIO(content), map_location=device).eval()
+    except InvalidNetworkFile:
+        raise
+    except Exception as error:  # torch's reader of damaged bytes fails in any way
+        raise InvalidNetworkFile(
+            f"a TorchScript file that torch can read; it says: {first_line(error)}"
+        ) from error
+
+
+def try_content(content: bytes, card: ForceNetworkCard) -> None:
+    """Try a network that the user has begun to trust, on the CPU."""
+    check_network(open_module(content, card, "cpu"), card, "cpu")
 
 
 def read_content(path: Path) -> bytes:
     """Read a file's bytes; the same bytes are hashed and run."""
     if not path.is_file():
-        came = "it is a folder" if path.is_dir() else "no such file"
-        raise InvalidNetworkFile(f"{path}: a force network is a TorchScript file; {came}")
+        raise InvalidNetworkFile(
+            f"{path}: a force network is a safetensors or TorchScript file; {absence(path)}"
+        )
     size = path.stat().st_size
     if size > FILE_SIZE_LIMIT:
         raise InvalidNetworkFile(
@@ -140,32 +164,13 @@ def read_content(path: Path) -> bytes:
 
 
 def card_in(content: bytes, path: Path) -> ForceNetworkCard:
-    """Read the card out of the zip archive that a TorchScript file is."""
+    """Read the card out of a file's bytes."""
     try:
-        with zipfile.ZipFile(io.BytesIO(content)) as archive:
-            cards = [i for i in archive.infolist() if i.filename.endswith(f"/extra/{CARD_NAME}")]
-            if len(cards) != 1:
-                raise InvalidNetworkFile(
-                    f"{path}: a force network has one card, extra/{CARD_NAME}; this archive has "
-                    f"{len(cards)}: it was not written by `tendon-newton train-force`"
-                )
-            if cards[0].file_size > CARD_SIZE_LIMIT:
-                raise InvalidNetworkFile(
-                    f"{path}: a card has at most {CARD_SIZE_LIMIT:,} bytes; "
-                    f"this one has {cards[0].file_size:,}"
-                )
-            if (broken := archive.testzip()) is not None:  # torch itself may crash on one
-                raise zipfile.BadZipFile(f"{broken} has the wrong checksum")
-            text = archive.read(cards[0]).decode("utf-8")
-    except UnicodeDecodeError as error:
-        raise InvalidNetworkFile(f"{path}: card: must be UTF-8 text") from error
-    except DAMAGE as error:
-        raise InvalidNetworkFile(
-            f"{path}: a TorchScript file is a zip archive; this one is damaged, cut short or "
-            f"something else ({error})"
-        ) from error
-    try:
-        return ForceNetworkCard.from_json(text)
+        if not content.startswith(START):
+            return card_of_weights(content)
+        return ForceNetworkCard.from_json(
+            read_extra(content, CARD_NAME, "a force network", InvalidNetworkFile)
+        )
     except InvalidNetworkFile as error:
         raise InvalidNetworkFile(f"{path}: {error}") from error
 

@@ -1,4 +1,4 @@
-"""Two thousand broken inputs: each is refused or survived, and nothing moves out of its limits."""
+"""A thousand broken inputs: each is refused or survived, and nothing moves out of its limits."""
 
 import json
 import os
@@ -6,68 +6,16 @@ import random
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from hardware.deploy_settings import DeploySettings
 from hardware.goals import LineGoals, parse_goal, read_goals
 from hardware.keyboard import split_keys
-from hardware.policy_runner import load_policy
 from hardware.virtual_bench import Faults
 from tendon_newton.errors import TendonNewtonError
 from tendon_newton.policy_card import PolicyCard
-from tests.hardware.deploy.policies import card_of, network, write_onnx, write_torchscript
+from tests.fuzz.mutations import flip
+from tests.hardware.deploy.policies import card_of
 from tests.hardware.deploy.runs import Flight
-
-
-def mutated(data: bytes, rng: random.Random) -> bytes:
-    """Return bytes that are cut, changed, doubled or filled with others, at random places."""
-    broken = bytearray(data)
-    for _ in range(rng.choice((1, 1, 2, 8, 64))):
-        kind, place = rng.randrange(5), rng.randrange(len(broken) + 1)
-        if kind == 0 and broken:
-            broken[min(place, len(broken) - 1)] = rng.randrange(256)
-        elif kind == 1:
-            del broken[place : place + rng.randrange(1, 50)]
-        elif kind == 2:
-            broken[place:place] = rng.randbytes(rng.randrange(1, 20))
-        elif kind == 3:
-            broken[place:place] = broken[max(0, place - 30) : place]
-        else:
-            del broken[max(place, 1) :]
-    return bytes(broken)
-
-
-def survives(path: Path, data: bytes, **words) -> bool:
-    """Load a file; return whether it was taken, in which case its actions are numbers."""
-    path.write_bytes(data)
-    try:
-        policy = load_policy(path, trust=True, **words)
-    except TendonNewtonError:
-        return False
-    observation = np.zeros((1, policy.card.observation_size), dtype=np.float32)
-    assert np.isfinite(policy(observation)).all()
-    return True
-
-
-@pytest.mark.filterwarnings("ignore::RuntimeWarning")  # a changed weight may overflow
-def test_broken_policy_files_are_refused_or_harmless(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """700 ONNX files, half of them broken at their front where the structure is, and 100 others."""
-    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
-    rng = random.Random(0)
-    whole = write_onnx(tmp_path / "a.onnx", network(), card_of().to_json()).read_bytes()
-    taken = 0
-    for count in range(700):
-        if count % 2:
-            cut = len(whole) - 4000  # nodes, names and metadata stand behind the weights
-            data = whole[:cut] + mutated(whole[cut:], rng)
-        else:
-            data = mutated(whole, rng)
-        taken += survives(tmp_path / "b.onnx", data, engine="auto" if count % 10 else "onnxruntime")
-    assert 0 < taken < 350, "a changed weight is no damage that can be seen"
-    script = write_torchscript(tmp_path / "a.pt", network(), card_of().to_json()).read_bytes()
-    assert sum(survives(tmp_path / "b.pt", mutated(script, rng)) for _ in range(100)) < 50
 
 
 def test_broken_cards_are_refused_or_still_true() -> None:
@@ -81,7 +29,7 @@ def test_broken_cards_are_refused_or_still_true() -> None:
             key = rng.choice(list(table))
             broken = json.dumps(table | {key: rng.choice(values)})
         else:
-            broken = mutated(text.encode(), rng).decode("utf-8", errors="replace")
+            broken = flip(text.encode(), rng).decode("utf-8", errors="replace")
         try:
             card = PolicyCard.from_json(broken)
         except TendonNewtonError:
@@ -93,14 +41,14 @@ def test_broken_goals_change_nothing(tmp_path: Path) -> None:
     """Of 570 broken lines, files and keys each gives a number, an error of ours, or nothing."""
     rng = random.Random(2)
     for _ in range(270):
-        line = mutated(b"0.7854", rng).decode("latin-1")
+        line = flip(b"0.7854", rng).decode("latin-1")
         try:
             assert np.isfinite(parse_goal(line))
         except TendonNewtonError:
             continue
     path = tmp_path / "goals.txt"
     for _ in range(100):
-        path.write_bytes(mutated(b"0 0.1\n1.5, 0.9\n3 0\n# end\n", rng))
+        path.write_bytes(flip(b"0 0.1\n1.5, 0.9\n3 0\n# end\n", rng))
         try:
             read_goals(path)
         except TendonNewtonError:
@@ -108,9 +56,9 @@ def test_broken_goals_change_nothing(tmp_path: Path) -> None:
     read_end, write_end = os.pipe()
     goals = LineGoals(0.3, read_end)
     for _ in range(200):
-        os.write(write_end, mutated(b"0.5\n0.7\n", rng))
+        os.write(write_end, flip(b"0.5\n0.7\n", rng))
         assert np.isfinite(goals.value(0.0))
-        split_keys(mutated(b"\x1b[A\x1b[B q5", rng))
+        split_keys(flip(b"\x1b[A\x1b[B q5", rng))
     assert len(goals.notes) <= 1, "a flood of nonsense is told once"
     os.close(read_end)
     os.close(write_end)

@@ -31,7 +31,7 @@ def no_list_of_trusted_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 @pytest.mark.parametrize("activation", [nn.ELU, nn.ReLU, nn.Tanh, nn.Sigmoid])
 def test_every_engine_gives_the_actions_of_torch(tmp_path: Path, activation: type) -> None:
-    """NumPy, onnxruntime and TorchScript agree with the module itself within 1e-5 rad."""
+    """ONNX and TorchScript agree with the module itself within 1e-5 rad."""
     module = network(activation)
     card = card_of()
     path = write_onnx(tmp_path / "policy.onnx", module, card.to_json())
@@ -39,9 +39,8 @@ def test_every_engine_gives_the_actions_of_torch(tmp_path: Path, activation: typ
     observations = np.random.default_rng(0).normal(0.0, 3.0, (200, 1, 150)).astype(np.float32)
     with torch.no_grad():
         expected = module(torch.from_numpy(observations[:, 0])).numpy()[:, 0]
-    policies = [load_policy(path, engine="numpy"), load_policy(path, engine="onnxruntime"),
-                load_policy(script, trust=True)]  # fmt: skip
-    assert [policy.engine for policy in policies] == ["numpy", "onnxruntime", "torch"]
+    policies = [load_policy(path), load_policy(script, trust=True)]
+    assert [policy.engine for policy in policies] == ["onnxruntime", "torch"]
     for policy in policies:
         assert policy.card == card
         actions = [policy(observation)[0] for observation in observations]
@@ -120,9 +119,8 @@ def test_a_file_without_a_card_is_refused(tmp_path: Path) -> None:
 def test_a_network_that_contradicts_its_card_is_refused(tmp_path: Path) -> None:
     """Thirty samples on the card and ten in the network do not go together."""
     path = write_onnx(tmp_path / "a.onnx", network(size=50), card_of().to_json(), size=50)
-    for engine in ("numpy", "onnxruntime"):
-        with pytest.raises(InvalidPolicyFile, match="observations of 150 numbers"):
-            load_policy(path, engine=engine)
+    with pytest.raises(InvalidPolicyFile, match="observations of 150 numbers"):
+        load_policy(path)
     two = write_onnx(tmp_path / "b.onnx", nn.Linear(150, 2), card_of().to_json())
     with pytest.raises(InvalidPolicyFile, match="one action per observation"):
         load_policy(two)
@@ -139,15 +137,6 @@ def test_weights_in_another_file_are_refused(tmp_path: Path) -> None:
     onnx.save(model, path, save_as_external_data=True, location="weights.data", size_threshold=0)
     with pytest.raises(InvalidPolicyFile, match="export with external_data=False"):
         load_policy(path)
-
-
-def test_what_numpy_is_not_taught_goes_to_onnxruntime(tmp_path: Path) -> None:
-    """An operation outside the table is no error as long as another engine knows it."""
-    path = write_onnx(tmp_path / "policy.onnx", nn.Sequential(nn.Linear(150, 1), nn.Softplus()),
-                      card_of().to_json())  # fmt: skip
-    assert load_policy(path).engine == "onnxruntime"
-    with pytest.raises(InvalidPolicyFile, match="NumPy is not taught: Softplus"):
-        load_policy(path, engine="numpy")
 
 
 def test_a_torchscript_policy_must_be_trusted(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from tendon_newton.force_network_card import (
     Training,
     TrainingRecording,
 )
-from train.actuator.force_network import parameter_count
+from tendon_newton.force_networks.force_network import parameter_count
 from train.actuator.network_sets import build_network
 
 

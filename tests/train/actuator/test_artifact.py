@@ -1,7 +1,9 @@
 """A network file says what it is, is refused where it is wrong, and runs only if it is trusted."""
 
 import json
+import zipfile
 from pathlib import Path
+from time import process_time
 
 import numpy as np
 import pytest
@@ -13,11 +15,12 @@ from tendon_newton.actuators.networks.onnx_file import write_onnx
 from tendon_newton.errors import InvalidNetworkFile, UntrustedNetworkFile
 from tendon_newton.force_network_card import PLAIN_HOLD, ForceNetworkCard
 from tendon_newton.mechanisms.asset_library import asset_folder
-from tendon_newton.trust import PACKAGED, trust_file, trusted_hashes
+from tendon_newton.trust import content_hash, trust_content, trust_file, trusted_hashes
 from tests.train.actuator.network_files import card_of, with_card, write_file, write_foreign
 from train.actuator.network_sets import build_network
 
 KINDS = ("mlp", "rnn", "transformer")
+PACKAGED = tuple((asset_folder() / "networks").glob("*.safetensors"))
 
 
 class Constant(nn.Module):
@@ -108,31 +111,35 @@ def test_a_changed_file_is_no_longer_trusted(tmp_path: Path) -> None:
         load_network(path)
 
 
-def test_a_network_of_the_program_runs_at_once_and_another_in_its_place_does_not(
-    tmp_path: Path, own_trust: Path
-) -> None:
-    """What is shipped is known by its hash, wherever it lies; its name makes nothing trusted."""
-    folder = asset_folder() / "networks"
-    assert sorted(PACKAGED) == sorted(path.name for path in folder.glob("*.pt"))
-    for name in PACKAGED:
-        file = load_network(folder / name)
+def test_a_network_of_the_program_runs_without_trust(own_trust: Path) -> None:
+    """What is shipped holds weights alone, so that there is nothing to trust."""
+    files = sorted((asset_folder() / "networks").glob("*"))
+    assert {path.suffix for path in files} == {".onnx", ".safetensors"}
+    for path in PACKAGED:
+        file = load_network(path)
         assert file.card.purpose == "simulation"
         assert file.card.hold.damping > 0.0
         assert file.card.held_out is not None
-        changed = tmp_path / name
-        changed.write_bytes((folder / name).read_bytes())
-        with_card(changed, file.card.to_json().replace('"seed": 0', '"seed": 1'))
-        with pytest.raises(UntrustedNetworkFile):
-            load_network(changed)
     assert not trust_file().exists()
 
 
-@pytest.mark.parametrize("name", PACKAGED)
-def test_the_onnx_file_of_a_network_of_the_program_is_the_same_network(name: str) -> None:
+def test_the_name_of_a_trusted_file_trusts_nothing(tmp_path: Path, own_trust: Path) -> None:
+    """A harmless file may be named as the hash of another: only the first word of a line counts."""
+    path = write_file(tmp_path / "network.pt")
+    digest = load_network(path).sha256
+    trust_file().unlink()
+    trust_content(b"harmless", f"{digest}.pt")
+    trust_content(b"harmless too", f"a\n{digest} .pt")
+    assert trusted_hashes() == {content_hash(b"harmless"), content_hash(b"harmless too")}
+    with pytest.raises(UntrustedNetworkFile):
+        load_network(path)
+
+
+@pytest.mark.parametrize("path", PACKAGED)
+def test_the_onnx_file_of_a_network_of_the_program_is_the_same_network(path: Path) -> None:
     """The same card, and the same tensions to rounding."""
     import onnxruntime
 
-    path = asset_folder() / "networks" / name
     file = load_network(path)
     session = onnxruntime.InferenceSession(path.with_suffix(".onnx"))
     text = session.get_modelmeta().custom_metadata_map["card"]
@@ -153,14 +160,29 @@ def test_a_file_cut_short_is_named(tmp_path: Path) -> None:
             load_network(path, trust=True)
 
 
+def test_an_archive_that_claims_more_than_it_has_is_refused_before_it_is_unpacked(
+    tmp_path: Path,
+) -> None:
+    """16 MB of zeros packed a thousandfold: 90 s of unpacking, before the question of trust."""
+    path = write_file(tmp_path / "network.pt")
+    with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("network/data/bomb", bytes(1 << 28))
+    began = process_time()
+    with pytest.raises(UntrustedNetworkFile):
+        load_network(path)
+    with pytest.raises(InvalidNetworkFile, match=r"network\.pt: .* packs to a 10th at most"):
+        load_network(path, trust=True)
+    assert process_time() - began < 1.0
+
+
 def test_flipped_bytes_never_give_a_traceback_of_another_library(
     tmp_path: Path, rng: np.random.Generator
 ) -> None:
-    """Two hundred files with one wrong byte: each loads, or is an error of ours."""
+    """Twenty files with one wrong byte: each loads, or is an error of ours."""
     path = write_file(tmp_path / "network.pt", "rnn")
     content = path.read_bytes()
     refused = 0
-    for place in rng.integers(0, len(content), 200).tolist():
+    for place in rng.integers(0, len(content), 20).tolist():
         damaged = bytearray(content)
         damaged[place] ^= 0xFF
         path.write_bytes(damaged)

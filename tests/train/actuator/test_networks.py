@@ -5,10 +5,10 @@ import torch
 
 from tendon_newton.actuators.networks.artifact import torchscript
 from tendon_newton.errors import UnknownName
-from train.actuator.force_network import ForceNetwork, parameter_count
+from tendon_newton.force_networks.force_network import ForceNetwork, parameter_count
+from tendon_newton.force_networks.rnn import Rnn
+from tendon_newton.force_networks.transformer import Transformer
 from train.actuator.network_sets import NETWORK_SETS, build_network
-from train.actuator.rnn import Rnn
-from train.actuator.transformer import Transformer
 
 EVERY = [(of_set, kind) for of_set, kinds in NETWORK_SETS.items() for kind in kinds]
 every_network = pytest.mark.parametrize(("of_set", "kind"), EVERY)

@@ -27,7 +27,7 @@ from train.policy.tendon_fit import (
     unseen_error,
 )
 
-NETWORK = asset_folder() / "networks" / "transformer-simulation-paper-0.pt"
+NETWORK = asset_folder() / "networks" / "transformer-simulation-paper-0.safetensors"
 IDEAL = Model(actuator=NamedValues(name="ideal", values={"gain": 4.2, "spool_radius": 0.0125}))
 STRING = (7000.0, 4.0e-4)  # [N/m], [m]
 

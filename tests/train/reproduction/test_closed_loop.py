@@ -13,7 +13,7 @@ from train.reproduction.tip_stage import SINES
 from train.reproduction.trainings import learned_model
 from train.reproduction.unit import Unit
 
-NETWORK = asset_folder() / "networks" / "transformer-simulation-paper-0.pt"
+NETWORK = asset_folder() / "networks" / "transformer-simulation-paper-0.safetensors"
 TIME_STEP = 5.0e-4  # s
 
 

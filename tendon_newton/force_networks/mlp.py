@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from torch import Tensor, nn
 
-from train.actuator.force_network import INPUT_COUNT, ForceNetwork
+from tendon_newton.force_networks.force_network import INPUT_COUNT, ForceNetwork
 
 ACTIVATIONS: dict[str, type[nn.Module]] = {"relu": nn.ReLU, "tanh": nn.Tanh}
 

@@ -9,7 +9,7 @@ import math
 import torch
 from torch import Tensor, nn
 
-from train.actuator.force_network import INPUT_COUNT, ForceNetwork
+from tendon_newton.force_networks.force_network import INPUT_COUNT, ForceNetwork
 
 
 class EncoderLayer(nn.Module):

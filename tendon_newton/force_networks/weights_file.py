@@ -1,0 +1,153 @@
+"""A force network as weights alone: a safetensors file, which holds numbers and no program.
+
+The metadata has the card, as in the other formats, and under ``network`` what the shapes of the
+weights do not tell: the heads of a Transformer, the activation of a perceptron. The program that
+reads it builds the network from its own classes, so that nobody needs to be trusted.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from tendon_newton.errors import InvalidNetworkFile, InvalidOutput
+from tendon_newton.force_network_card import ForceNetworkCard
+from tendon_newton.force_networks.force_network import INPUT_COUNT, ForceNetwork
+from tendon_newton.force_networks.mlp import ACTIVATIONS, Mlp
+from tendon_newton.force_networks.rnn import Rnn
+from tendon_newton.force_networks.transformer import Transformer
+
+SUFFIX = ".safetensors"
+CARD_KEY, NETWORK_KEY = "card", "network"
+HEADER_LIMIT = 1 << 20
+"""Bytes of names, shapes and metadata; safetensors itself allows a hundred times as many."""
+ATTENTION_LIMIT = 1 << 24
+"""Heads times the square of the window of a Transformer: numbers that one layer holds at once."""
+
+Shapes = Mapping[str, tuple[int, ...]]
+
+
+def write_weights(path: Path, network: ForceNetwork, card: ForceNetworkCard) -> None:
+    """Write a network, not a scripted one, as a safetensors file.
+
+    Raises:
+        InvalidOutput: The file cannot be written.
+    """
+    from safetensors.torch import save
+
+    weights = {name: value.detach().cpu().contiguous() for name, value in state_of(network).items()}
+    metadata = {CARD_KEY: card.to_json(), NETWORK_KEY: json.dumps(settings_of(network))}
+    try:
+        path.write_bytes(save(weights, metadata))
+    except OSError as error:
+        raise InvalidOutput(f"{path}: {error.strerror or error}") from error
+
+
+def state_of(network: ForceNetwork) -> dict[str, Tensor]:
+    """Return all numbers of a network by name."""
+    return dict(network.state_dict())
+
+
+def settings_of(network: ForceNetwork) -> dict[str, Any]:
+    """Return what the shapes of a network's weights do not tell."""
+    if isinstance(network, Transformer):
+        return {"heads": network.encoder[0].heads}
+    if isinstance(network, Mlp):
+        kinds = {kind: name for name, kind in ACTIVATIONS.items()}
+        return {"activation": kinds[type(network.layers[1])]}
+    return {}
+
+
+def card_of_weights(content: bytes) -> ForceNetworkCard:
+    """Return the card in a safetensors file's bytes.
+
+    Raises:
+        InvalidNetworkFile: They are none, or have no card.
+    """
+    metadata = metadata_of(content)
+    if CARD_KEY not in metadata:
+        raise InvalidNetworkFile(
+            f"a force network's metadata has the key {CARD_KEY!r} with its card; this file has none"
+        )
+    return ForceNetworkCard.from_json(metadata[CARD_KEY])
+
+
+def metadata_of(content: bytes) -> dict[str, str]:
+    """Return the texts in the head of a safetensors file."""
+    size = int.from_bytes(content[:8], "little")
+    if not 2 <= size <= min(HEADER_LIMIT, len(content) - 8):
+        raise InvalidNetworkFile(
+            "a force network is a safetensors or TorchScript file; this one is damaged, cut short "
+            "or something else"
+        )
+    try:
+        head = json.loads(content[8 : 8 + size])
+        metadata = head.get("__metadata__", {})
+        return {str(key): str(value) for key, value in metadata.items()}
+    except (ValueError, AttributeError, RecursionError) as error:
+        raise InvalidNetworkFile(f"the head of a safetensors file must be JSON: {error}") from error
+
+
+def network_of_weights(content: bytes, card: ForceNetworkCard) -> ForceNetwork:
+    """Build the network of a safetensors file from this program's own classes.
+
+    Raises:
+        InvalidNetworkFile: The file is damaged, or is none of the networks that the card can name.
+    """
+    from safetensors import SafetensorError
+    from safetensors.torch import load
+
+    try:
+        weights = load(content)
+        settings = json.loads(metadata_of(content).get(NETWORK_KEY, "{}"))
+        shapes = {name: tuple(value.shape) for name, value in weights.items()}
+        with torch.device("meta"):  # no memory is taken before the shapes are known to agree
+            network = build(card, settings, shapes)
+        expected = {name: tuple(value.shape) for name, value in state_of(network).items()}
+    except (SafetensorError, KeyError, IndexError, TypeError, ValueError, AttributeError,
+            RuntimeError, ZeroDivisionError, RecursionError) as error:  # fmt: skip
+        raise InvalidNetworkFile(
+            f"must hold the weights of a {card.kind}, by their names; it does not "
+            f"({type(error).__name__}: {str(error)[:200]})"
+        ) from error
+    if shapes != expected:
+        wrong = sorted(name for name in shapes.keys() | expected if
+                       shapes.get(name) != expected.get(name))  # fmt: skip
+        raise InvalidNetworkFile(
+            f"must hold the weights of a {card.kind}, by their names; {wrong[0]} has the shape "
+            f"{shapes.get(wrong[0])}, and {expected.get(wrong[0])} is needed"
+        )
+    network.load_state_dict({name: value.float() for name, value in weights.items()}, assign=True)
+    return network.requires_grad_(False).eval()
+
+
+def build(card: ForceNetworkCard, settings: Mapping[str, Any], shapes: Shapes) -> ForceNetwork:
+    """Return a network of a card's kind, its sizes read off the shapes of its weights."""
+    window = card.window
+    if card.kind == "rnn":
+        return Rnn(window, width=shapes["readout.weight"][1])
+    if card.kind == "mlp":
+        layers = sorted(
+            (int(name.split(".")[1]), shape[0])
+            for name, shape in shapes.items()
+            if name.startswith("layers.") and name.endswith(".weight")
+        )
+        if shapes["layers.0.weight"][1] != window * INPUT_COUNT:
+            raise ValueError(f"its card has a window of {window} samples")
+        widths = [width for _, width in layers[:-1]]
+        return Mlp(window, widths=widths, activation=str(settings["activation"]))
+    heads, width = int(settings["heads"]), shapes["positions"][1]
+    if heads < 1 or width % heads or heads * window**2 > ATTENTION_LIMIT:
+        raise ValueError(f"{heads} heads on {width} numbers of {window} samples")
+    return Transformer(
+        window,
+        width=width,
+        layers=len({name.split(".")[1] for name in shapes if name.startswith("encoder.")}),
+        heads=heads,
+        feed_forward=shapes["encoder.0.feed_1.bias"][0],
+    )

@@ -1,0 +1,95 @@
+"""Sound logs of other programs to spoil, and how they are read."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import numpy as np
+import tomli_w
+
+from tendon_newton.importers.mapped import read_mapped
+from tendon_newton.importers.so101 import read_so101
+from tendon_newton.importers.xl330 import read_xl330
+from tests.formats.logs import xl330_log
+from tests.formats.test_import_so101 import write_motion
+from tests.fuzz.mutations import change_lines, change_table, flip
+
+MAPPING: dict[str, Any] = {
+    "bench": "spring_weak",
+    "files": "run*",
+    "columns": {
+        "t": {"column": "time_ms", "unit": "ms"},
+        "theta_d": {"column": "goal", "unit": "deg", "sign": -1},
+        "theta": {"column": "angle", "unit": "deg", "sign": -1, "offset": 0.1},
+        "theta_dot": {"derive": "theta"},
+        "force": {"column": "grams", "unit": "g"},
+    },
+    "model": {"kind": "ideal", "gain": 4.0, "spool_radius": 0.0125},
+    "fit": ["gain"],
+}
+NAMES = ("time_ms", "goal", "angle", "grams")
+TIME = np.arange(40) / 100.0
+VALUES = np.stack([1e3 * TIME, 33.0 * np.sin(TIME), 30.0 * np.sin(TIME), 100.0 + TIME], axis=1)
+JSON_ROWS: list[dict[str, float]] = [dict(zip(NAMES, row, strict=True)) for row in VALUES.tolist()]
+
+
+def mapping_file(folder: Path) -> Path:
+    """Write a mapping beside a folder with a log."""
+    (folder / "logs").mkdir()
+    lines = [",".join(NAMES), *(",".join(map(str, row)) for row in VALUES.tolist())]
+    (folder / "logs" / "run_1.csv").write_text("\n".join(lines) + "\n")
+    (folder / "mapping.toml").write_text(tomli_w.dumps(MAPPING))
+    return folder / "mapping.toml"
+
+
+def read_with_mapping(path: Path) -> None:
+    """Read the logs by a spoilt mapping."""
+    read_mapped(path.parent / "logs", path)
+
+
+def mapped_csv(folder: Path) -> Path:
+    """Write a CSV log that a mapping explains."""
+    return mapping_file(folder).parent / "logs" / "run_1.csv"
+
+
+def mapped_json(folder: Path) -> Path:
+    """Write a JSON log that a mapping explains."""
+    mapped_csv(folder).unlink()
+    (folder / "logs" / "run_1.json").write_text(json.dumps(JSON_ROWS))
+    return folder / "logs" / "run_1.json"
+
+
+def read_mapped_folder(path: Path) -> None:
+    """Read a spoilt log by its mapping."""
+    read_mapped(path.parent, path.parents[1] / "mapping.toml")
+
+
+def xl330_file(folder: Path) -> Path:
+    """Write a log of a servo on a pendulum."""
+    return xl330_log(folder / "logs" / "a_sin.json")
+
+
+def change_xl330(content: bytes, rng: Random) -> bytes:
+    """Change a value of the log, or its text."""
+    if rng.random() < 0.5:
+        return rng.choice((flip, change_lines))(content, rng)
+    return json.dumps(change_table(json.loads(content), rng)).encode()
+
+
+def read_xl330_folder(path: Path) -> None:
+    """Read the folder of a spoilt log."""
+    read_xl330(path.parent)
+
+
+def so101_file(folder: Path) -> Path:
+    """Write a motion of an arm."""
+    write_motion(folder / "logs" / "slow")
+    return folder / "logs" / "slow" / "state_motor.csv"
+
+
+def read_so101_folder(path: Path) -> None:
+    """Read the folder of a spoilt motion."""
+    read_so101(path.parents[1])

@@ -1,0 +1,121 @@
+"""Models that would take the machine down, or look into other files: refused, quickly, by name."""
+
+from collections.abc import Callable
+from pathlib import Path
+from time import monotonic
+
+import numpy as np
+import onnx
+import pytest
+from onnx import TensorProto, helper, numpy_helper
+
+from hardware.force_estimate import load_estimate
+from hardware.policy_runner import load_policy
+from tendon_newton.errors import InvalidNetworkFile, InvalidPolicyFile
+from tendon_newton.policy_card import CARD_KEY
+from tests.formats.memory import peak_memory
+from tests.hardware.deploy.policies import card_of
+
+QUICK = 30.0
+"""Longest answer by the clock [s], on a busy machine; alone it takes 1 to 5 s."""
+MEMORY = 300 << 20
+"""Most that a refusal may take in the parent [bytes]."""
+
+
+def model_of(path: Path, nodes: list, weights: dict[str, np.ndarray]) -> Path:
+    """Write a policy of some operations, from ``obs`` to ``action``."""
+    graph = helper.make_graph(
+        nodes, "policy",
+        [helper.make_tensor_value_info("obs", TensorProto.FLOAT, [1, 150])],
+        [helper.make_tensor_value_info("action", TensorProto.FLOAT, None)],
+        [numpy_helper.from_array(values, name) for name, values in weights.items()],
+    )  # fmt: skip
+    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=8)
+    model.metadata_props.add(key=CARD_KEY, value=card_of().to_json())
+    path.write_bytes(model.SerializeToString())
+    return path
+
+
+def outer_product(path: Path) -> Path:
+    """A column times a row of 40,000 numbers each: 6.4 GB out of 0.3 MB."""
+    nodes = [
+        helper.make_node("ReduceSum", ["obs"], ["sum"]),
+        helper.make_node("Mul", ["column", "sum"], ["tall"]),
+        helper.make_node("MatMul", ["tall", "row"], ["huge"]),
+        helper.make_node("ReduceSum", ["huge"], ["action"]),
+    ]
+    line = np.ones(40_000, dtype=np.float32)
+    return model_of(path, nodes, {"column": line[:, None], "row": line[None]})
+
+
+def constant_of_shape(path: Path) -> Path:
+    """Nine gigabytes of ones, by a shape of two numbers."""
+    nodes = [
+        helper.make_node("ConstantOfShape", ["shape"], ["huge"]),
+        helper.make_node("ReduceSum", ["huge"], ["action"]),
+    ]
+    return model_of(path, nodes, {"shape": np.array([50_000, 50_000], dtype=np.int64)})
+
+
+def endless_loop(path: Path) -> Path:
+    """A loop of a billion billion turns."""
+    body = helper.make_graph(
+        [helper.make_node("Identity", ["on"], ["go"]), helper.make_node("Sin", ["x"], ["y"])],
+        "body",
+        [helper.make_tensor_value_info("turn", TensorProto.INT64, []),
+         helper.make_tensor_value_info("on", TensorProto.BOOL, []),
+         helper.make_tensor_value_info("x", TensorProto.FLOAT, None)],
+        [helper.make_tensor_value_info("go", TensorProto.BOOL, []),
+         helper.make_tensor_value_info("y", TensorProto.FLOAT, None)],
+    )  # fmt: skip
+    nodes = [
+        helper.make_node("ReduceSum", ["obs"], ["sum"]),
+        helper.make_node("Loop", ["count", "yes", "sum"], ["action"], body=body),
+    ]
+    weights = {"count": np.array(10**18, dtype=np.int64), "yes": np.array(True)}
+    return model_of(path, nodes, weights)
+
+
+def foreign_weights(path: Path, place: str) -> Path:
+    """Weights that stand in a file of the machine."""
+    nodes = [helper.make_node("MatMul", ["obs", "weights"], ["action"])]
+    model_of(path, nodes, {"weights": np.ones((150, 1), dtype=np.float32)})
+    model = onnx.load(path)
+    (tensor,) = model.graph.initializer
+    tensor.ClearField("raw_data")
+    tensor.data_location = TensorProto.EXTERNAL
+    tensor.external_data.add(key="location", value=place)
+    path.write_bytes(model.SerializeToString())
+    return path
+
+
+# how a model is made -> what is said
+BOMBS: dict[str, tuple[Callable[[Path], Path], str]] = {
+    "an outer product": (outer_product, "takes more than 1024 MiB of memory"),
+    "a constant of a shape": (constant_of_shape, "takes more than 1024 MiB of memory"),
+    "a loop without end": (endless_loop, "takes more than 3 s of a core"),
+    "weights of a system file": (
+        lambda path: foreign_weights(path, "/etc/passwd"),
+        "weights stand in another file",
+    ),
+    "weights beside it": (
+        lambda path: foreign_weights(path, "policy.onnx"),
+        "weights stand in another file",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", BOMBS)
+def test_a_model_bomb_ends_a_child_and_not_the_machine(case: str, tmp_path: Path) -> None:
+    """As a policy and as a force network, with one line that says what it did."""
+    make, said = BOMBS[case]
+    path = make(tmp_path / "policy.onnx")
+    assert path.stat().st_size < 500_000
+    began = monotonic()
+    with peak_memory() as peak:
+        with pytest.raises(InvalidPolicyFile, match=rf"policy\.onnx: .*({said})"):
+            load_policy(path)
+        with pytest.raises(InvalidNetworkFile, match=r"policy\.onnx: "):
+            load_estimate(path, 20.0)
+    assert monotonic() - began < QUICK
+    assert peak.size < MEMORY
