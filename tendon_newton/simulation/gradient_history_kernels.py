@@ -22,14 +22,13 @@ from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.history_kernels import all_present, servo_sample, with_held
 from tendon_newton.simulation.modes import choose_modes
 from tendon_newton.simulation.pipeline import excursion, flow_at
-from tendon_newton.simulation.rollout_kernels import find_row
+from tendon_newton.simulation.rollout_kernels import acting_row
 from tendon_newton.simulation.routes import located, tendon_arms
 from tendon_newton.simulation.substep_kernels import row_drive, with_command
 
 Commands = Placeholder
 Drive = Placeholder
 Mechanism = Placeholder
-clock_effects: Any = None
 period_effects: Any = None
 
 
@@ -42,8 +41,7 @@ def query_drive(
     first = commands.first[i]
     scale = period_effects(real(1.0), p)
     now = commands.time[first + row] * scale
-    instant = clock_effects(now, p) / scale
-    acting = find_row(commands, first, commands.count[i], instant, row)
+    acting = acting_row(commands, first, commands.count[i], now, scale, p, row)
     plain = row_drive(mechanism, i, p, commands, first + row, now, memory)
     return with_command(plain, commands.angle[first + acting], real(0.0))
 

@@ -28,7 +28,7 @@ from tendon_newton.simulation.forces import smooth_forces
 from tendon_newton.simulation.memory import remembered
 from tendon_newton.simulation.modes import SWEEPS, choose_modes, row_force
 from tendon_newton.simulation.pipeline import excursion, flow_at
-from tendon_newton.simulation.rollout_kernels import find_row
+from tendon_newton.simulation.rollout_kernels import acting_row
 from tendon_newton.simulation.routes import (
     located,
     route_stiffness,
@@ -52,7 +52,6 @@ Modes = Placeholder
 cell_effects: Any = None
 chain_terms: Any = None
 contact_terms: Any = None
-clock_effects: Any = None
 period_effects: Any = None
 radius_effects: Any = None
 HAS_MEMORY = False
@@ -275,8 +274,7 @@ def reading_kernel(
     p = parameters[i]
     scale = period_effects(real(1.0), p)
     now = commands.time[out] * scale
-    instant = clock_effects(now, p) / scale
-    acting = find_row(commands, first, commands.count[i], instant, out - first)
+    acting = acting_row(commands, first, commands.count[i], now, scale, p, out - first)
     row = row_drive(mechanism, i, p, commands, out, now, memory[at, i])
     x = q[at, i]
     xd = v[at, i]

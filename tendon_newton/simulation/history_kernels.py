@@ -21,7 +21,7 @@ from tendon_newton.device_code.placeholders import (
 )
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.pipeline import tendon_flow, tendon_state
-from tendon_newton.simulation.rollout_kernels import find_row
+from tendon_newton.simulation.rollout_kernels import acting_row
 from tendon_newton.simulation.routes import located
 from tendon_newton.simulation.sensors import read_sensors
 from tendon_newton.simulation.world_drive import world_drive
@@ -31,7 +31,6 @@ Drive = Placeholder
 Mechanism = Placeholder
 Reading = Placeholder
 Jet = Placeholder
-clock_effects: Any = None
 error_effects: Any = None
 period_effects: Any = None
 HELD_MEMORY = 0
@@ -154,8 +153,8 @@ def sense_rows_kernel(
         drive.memory = memory[i]
         drive.voltage = commands.voltage[first + row]
         drive.enabled = commands.enabled[first + row]
-        instant = clock_effects(drive.time, p) / scale
-        acting = find_row(commands, first, commands.count[recording], instant, row)
+        count = commands.count[recording]
+        acting = acting_row(commands, first, count, drive.time, scale, p, row)
         drive.command = commands.angle[first + acting]
         reading = read_sensors(mechanism, world, p, drive, q[i], v[i])
         push_samples(

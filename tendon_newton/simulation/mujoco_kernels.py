@@ -32,7 +32,7 @@ from tendon_newton.simulation.pipeline import (
     joint_state,
     spring_torque,
 )
-from tendon_newton.simulation.rollout_kernels import command_mean, find_row
+from tendon_newton.simulation.rollout_kernels import acting_row, command_mean, find_row
 from tendon_newton.simulation.routes import located, tendon_arms, tendon_bow
 from tendon_newton.simulation.sensors import INSTANT
 from tendon_newton.simulation.spools import rotor_inertia
@@ -225,7 +225,8 @@ def track_reading_kernel(
     drive.memory = track.memory[n, i]
     drive.voltage = commands.voltage[out]
     drive.enabled = commands.enabled[out]
-    acting = find_row(commands, first, commands.count[i], clock_effects(now, p), out - first)
+    count = commands.count[i]
+    acting = acting_row(commands, first, count, now, real(1.0), p, out - first)
     drive.command = commands.angle[first + acting]
     joint_position[out] = q
     drive = located(mechanism, i, drive, q, v)

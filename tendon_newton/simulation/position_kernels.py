@@ -23,7 +23,7 @@ from tendon_newton.device_code.placeholders import (
     real,
 )
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.simulation.rollout_kernels import command_mean, find_row
+from tendon_newton.simulation.rollout_kernels import acting_row, command_mean
 from tendon_newton.simulation.world_drive import UNBOUNDED
 
 Commands = Placeholder
@@ -143,7 +143,7 @@ def position_kernel(
     for row in range(begin, wp.min(rows_to[recording], count)):
         now = commands.time[first + row] * scale
         enabled = commands.enabled[first + row] > real(0.0)
-        acting = find_row(commands, first, count, clock_effects(now, p) / scale, acting)
+        acting = acting_row(commands, first, count, now, scale, p, acting)
         if enabled and row > 0:
             drive = followed(p, drive, commands.angle[first + acting][0], real(0.0))
             shaft = carried(p, shaft, drive)

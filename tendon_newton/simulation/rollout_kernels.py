@@ -52,6 +52,19 @@ def find_row(commands: Commands, first: int, count: int, instant: real, guess: i
 
 
 @device_template
+def acting_row(
+    commands: Commands, first: int, count: int, time: real, scale: real, p: ParameterVector,
+    guess: int,
+) -> int:  # fmt: skip
+    """Return the row whose command the servo acts on just after an instant [s] of the simulation.
+
+    A row's own instant belongs to it, however its product with the log's clock is rounded.
+    """
+    instant = clock_effects(time, p) / scale + real(INSTANT)
+    return find_row(commands, first, count, instant, guess)
+
+
+@device_template
 def command_mean(
     commands: Commands, first: int, count: int, row: int, start: real, end: real
 ) -> TendonVector:
@@ -115,7 +128,7 @@ def rollout_kernel(
         drive.time = now
         drive.voltage = commands.voltage[first + row]
         drive.enabled = commands.enabled[first + row]
-        acting = find_row(commands, first, count, clock_effects(now, p) / scale, acting)
+        acting = acting_row(commands, first, count, now, scale, p, acting)
         drive.command = commands.angle[first + acting]
         reading = read_sensors(mechanism, world, p, drive, x, xd)
         joint_position[out + row] = x
