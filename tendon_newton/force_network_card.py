@@ -17,6 +17,8 @@ INPUTS = ("theta_d", "theta", "theta_dot")
 UNITS = ("rad", "rad", "rad/s", "N")
 """Of the inputs, then of the output."""
 KINDS = ("mlp", "rnn", "transformer")
+REASON_LENGTH = 200
+"""Most that is repeated of what Python says of a value [characters]."""
 PURPOSES = ("prediction", "simulation")
 HOLD_LIMIT = 1000.0
 """Largest stiffness [N/rad] and damping [N s/rad] of a card: a hundred times a hobby servo's."""
@@ -175,8 +177,9 @@ class ForceNetworkCard:
             return read_card(table)
         except KeyError as error:
             raise InvalidNetworkFile(f"card: key {error.args[0]!r} is missing") from error
-        except (TypeError, ValueError, AttributeError) as error:
-            raise InvalidNetworkFile(f"card: a value has the wrong type: {error}") from error
+        except (TypeError, ValueError, AttributeError, IndexError, OverflowError) as error:
+            reason = str(error)[:REASON_LENGTH]
+            raise InvalidNetworkFile(f"card: a value has the wrong type: {reason}") from error
 
 
 FILE_KEYS = {"rate": "rate_hz", "force_limit": "force_limit_n"}
