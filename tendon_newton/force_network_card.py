@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass, fields
 from math import isfinite
 from typing import Any, Literal
 
-from tendon_newton.errors import InvalidNetworkFile
+from tendon_newton.errors import InvalidNetworkFile, shown
 
 SCHEMA = 1
 INPUTS = ("theta_d", "theta", "theta_dot")
@@ -137,7 +137,7 @@ class ForceNetworkCard:
         for name, came, kept, promised in promises:
             if not kept:
                 came = list(came) if isinstance(came, tuple) else came
-                raise InvalidNetworkFile(f"card: {name} must be {promised}; it is {came!r}")
+                raise InvalidNetworkFile(f"card: {name} must be {promised}; it is {shown(came)}")
         for name in INPUTS:
             low, high = self.bounds.get(name, (1.0, 0.0))
             if not (isfinite(low) and isfinite(high) and low <= high):
