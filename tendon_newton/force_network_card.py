@@ -10,13 +10,15 @@ from dataclasses import asdict, dataclass, fields
 from math import isfinite
 from typing import Any, Literal
 
-from tendon_newton.errors import InvalidNetworkFile
+from tendon_newton.errors import InvalidNetworkFile, shown
 
 SCHEMA = 1
 INPUTS = ("theta_d", "theta", "theta_dot")
 UNITS = ("rad", "rad", "rad/s", "N")
 """Of the inputs, then of the output."""
 KINDS = ("mlp", "rnn", "transformer")
+REASON_LENGTH = 200
+"""Most that is repeated of what Python says of a value [characters]."""
 PURPOSES = ("prediction", "simulation")
 HOLD_LIMIT = 1000.0
 """Largest stiffness [N/rad] and damping [N s/rad] of a card: a hundred times a hobby servo's."""
@@ -135,7 +137,7 @@ class ForceNetworkCard:
         for name, came, kept, promised in promises:
             if not kept:
                 came = list(came) if isinstance(came, tuple) else came
-                raise InvalidNetworkFile(f"card: {name} must be {promised}; it is {came!r}")
+                raise InvalidNetworkFile(f"card: {name} must be {promised}; it is {shown(came)}")
         for name in INPUTS:
             low, high = self.bounds.get(name, (1.0, 0.0))
             if not (isfinite(low) and isfinite(high) and low <= high):
@@ -175,8 +177,9 @@ class ForceNetworkCard:
             return read_card(table)
         except KeyError as error:
             raise InvalidNetworkFile(f"card: key {error.args[0]!r} is missing") from error
-        except (TypeError, ValueError, AttributeError) as error:
-            raise InvalidNetworkFile(f"card: a value has the wrong type: {error}") from error
+        except (TypeError, ValueError, AttributeError, IndexError, OverflowError) as error:
+            reason = str(error)[:REASON_LENGTH]
+            raise InvalidNetworkFile(f"card: a value has the wrong type: {reason}") from error
 
 
 FILE_KEYS = {"rate": "rate_hz", "force_limit": "force_limit_n"}

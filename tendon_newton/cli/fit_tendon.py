@@ -1,6 +1,6 @@
 """Find how much a tendon gives and how loose it is, from recordings that show the tip.
 
-  tendon-newton fit-tendon recordings --force networks/transformer-simulation-0.pt --out fitted
+  tendon-newton fit-tendon recordings --force networks/simulation-0.safetensors --out fitted
   tendon-newton train-policy --force fitted/model.toml --randomise none --device cuda --out policy
 
 A force network knows what a servo pulls with. Where the tip is at an angle of the motor, it does
@@ -34,7 +34,7 @@ class FitTendonConfig:
     out: Path
     """Folder for the results; made if it is not there."""
     force: str = "ideal"
-    """What the model pulls with: ideal, a model file (.toml), or a force network (.pt)."""
+    """What the model pulls with: ideal, a model file (.toml), or a force network (.safetensors)."""
 
 
 def main(config: FitTendonConfig) -> None:

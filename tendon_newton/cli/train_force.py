@@ -4,8 +4,9 @@
 
 It predicts the tension of a tendon from the last 1.5 s of commanded angle, angle and speed of its
 servo. Whole train recordings are held out to stop the training; test recordings only report.
-OUT gets the network (NAME.pt with its card, and NAME.onnx), how the training went (NAME.json, a
-TensorBoard log) and a checkpoint. The same command goes on with a training that was interrupted.
+OUT gets the network (NAME.safetensors to use and share, NAME.pt, NAME.onnx), how the training went
+(NAME.json, a TensorBoard log) and a checkpoint. The same command goes on with a training that was
+interrupted.
 
   tendon-newton train-force recordings --purpose simulation --out networks
 

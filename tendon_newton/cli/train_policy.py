@@ -5,7 +5,7 @@ On a GPU, the paper's budget of 105 million steps:
 
 On what a diagnosis made of the model, within its intervals, or on a force network:
   tendon-newton train-policy --force found/model.toml --randomise found/diagnosis.json --out policy
-  tendon-newton train-policy --force networks/transformer-paper-0.pt --device cuda --out policy
+  tendon-newton train-policy --force networks/paper-0.safetensors --device cuda --out policy
 
 With a ball in the way of half of the episodes, to learn holding:
   tendon-newton train-policy --obstacle sphere --device cuda --out holding

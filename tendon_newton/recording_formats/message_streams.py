@@ -82,9 +82,9 @@ class Collector:
         values = as_numbers(self.follow(message), self.where)
         if not values:
             return  # an empty array says that the sender does not measure this
-        names = getattr(message, "name", None)
+        names = joint_names(message)
         if names is not None and len(names) == len(values):
-            values = self.pick(list(names), values)
+            values = self.pick(names, values)
         elif self.source.joints:
             raise InvalidRecording(f"{self.where}: joints are given, but its messages name none")
         self.times.append(self.time_of(message, log_time))
@@ -176,6 +176,13 @@ def as_numbers(value: Any, where: str) -> list[float]:
         return [float(item) for item in items]
     except (TypeError, ValueError) as error:
         raise InvalidRecording(f"{where}: must hold numbers; it holds {value!r:.60}") from error
+
+
+def joint_names(message: Any) -> list[str] | None:
+    """Return the names of the joints that a message lists, or None where it lists none."""
+    names = getattr(message, "name", None)
+    is_list = isinstance(names, list) and all(isinstance(name, str) for name in names)
+    return names if is_list else None
 
 
 def stamp(message: Any, log_time: int) -> int:

@@ -151,20 +151,19 @@ def memory_of(process: int) -> float:
 
 
 def cost(path: Path, count: int = 20_000) -> None:
-    """Time one action of the policy by either engine, and a step with its history."""
+    """Time one action of the policy, and a step with its history."""
     rng = np.random.default_rng(0)
     observations = rng.normal(size=(100, 1, 150)).astype(np.float32)
-    for engine in ("numpy", "onnxruntime"):
-        before, begin = resident(), time.monotonic()
-        policy = load_policy(path, engine=engine)
-        loaded = time.monotonic() - begin
-        pilot = PolicyPilot(policy)
-        actions = timed(lambda k, run=policy: run(observations[k % 100]), count)
-        steps = timed(lambda k, fly=pilot: fly.step([STATE], 0.5), count)
-        print(
-            f"{engine}: action {actions}, step with history {steps}; loaded in "
-            f"{1e3 * loaded:.0f} ms, {resident() - before:.0f} MB more"
-        )
+    before, begin = resident(), time.monotonic()
+    policy = load_policy(path)
+    loaded = time.monotonic() - begin
+    pilot = PolicyPilot(policy)
+    actions = timed(lambda k: policy(observations[k % 100]), count)
+    steps = timed(lambda k: pilot.step([STATE], 0.5), count)
+    print(
+        f"action {actions}, step with history {steps}; loaded in "
+        f"{1e3 * loaded:.0f} ms, {resident() - before:.0f} MB more"
+    )
 
 
 def timed(run: Callable[[int], object], count: int) -> str:

@@ -34,7 +34,7 @@ def train_to_file(
     """Train a network and write its files; what is finished already is not done again.
 
     Writes NAME.checkpoint, NAME.json with the errors after each epoch, a TensorBoard log, and,
-    where it exports, NAME.pt and NAME.onnx.
+    where it exports, NAME.safetensors, NAME.pt and NAME.onnx.
 
     Args:
         dataset: Recordings, split.

@@ -23,7 +23,7 @@ class EnvironmentConfig:
     finger: str = "finger"
     """Finger with a tip and tendons that close it: a name under assets/, or a USD file."""
     force: str = "ideal"
-    """What the servo pulls with: ideal, a model file (.toml), or a force network (.pt)."""
+    """What the servo pulls with: ideal, a model file (.toml), or a force network (.safetensors)."""
     randomise: tuple[str, ...] = ("joint_friction", "link_mass", "spool_radius", "joint_spring")
     """What differs between worlds and is drawn anew for each episode: the names of the default;
     effects, whose numbers are drawn about the model's own (gain_error: the force times a factor

@@ -11,6 +11,7 @@ from tendon_newton.actuators.networks.artifact import load_network, read_card
 from tendon_newton.actuators.networks.query import NetworkForm, network_file
 from tendon_newton.effects import Stage, find_effect
 from tendon_newton.errors import InvalidModelFile
+from tendon_newton.force_networks.weights_file import SUFFIX
 from tendon_newton.mechanisms.mechanism import Mechanism
 from tendon_newton.model_file import Model, NamedValues, load_model
 from tendon_newton.trust import content_hash
@@ -63,7 +64,7 @@ def open_force_model(force: str, mechanism: Mechanism) -> ForceModel:
         ideal = NamedValues(name="ideal", values={"gain": IDEAL_GAIN, "spool_radius": radius})
         return ForceModel(name=IDEAL, model=Model(actuator=ideal), sha256=None, files={})
     path = Path(force)
-    if path.suffix == ".pt":
+    if path.suffix in (SUFFIX, ".pt"):
         values = {"file": str(path.resolve()), "spool_radius": radius}
         model = Model(actuator=NamedValues(name="learned", values=values))
         return ForceModel(name=path.name, model=model, sha256=None, files=hashes(path))

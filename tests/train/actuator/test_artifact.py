@@ -230,6 +230,8 @@ def test_a_foreign_file_is_refused(
         ("hold", [], "wrong type"),
         ("bounds", {}, "bounds must hold theta_d"),
         ("bounds", {"theta_d": [1.0, None]}, "wrong type"),
+        ("bounds", {"theta_d": [1.0]}, "wrong type"),
+        ("force_limit_n", 10**400, "wrong type"),
         ("training", None, "wrong type"),
         ("held_out", {"force_rmse": 1.0}, "wrong type|missing"),
     ],

@@ -67,8 +67,11 @@ def test_a_network_is_not_tested_on_what_it_was_trained_on(
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--networks", "none.pt"], "error: none.pt: a force network is a TorchScript file"),
-        (["--networks", "."], "no force network (*.pt) in this folder"),
+        (
+            ["--networks", "none.pt"],
+            "none.pt: a force network is a safetensors or TorchScript file",
+        ),
+        (["--networks", "."], "no force network (*.safetensors, *.pt) in this folder"),
     ],
 )
 def test_a_wrong_file_is_one_line(
