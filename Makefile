@@ -1,7 +1,7 @@
 # One door to everything; `make help` lists it.
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo check test bench
+.PHONY: help setup demo check test nightly bench
 
 BIN := .venv/bin
 STAMP := .venv/.installed
@@ -41,6 +41,16 @@ check: setup  ## lint, format, types, layers
 # One thread per process: torch and BLAS otherwise fight over the cores.
 test: setup  ## run the tests: CPU, offline
 	OMP_NUM_THREADS=1 $(BIN)/pytest
+
+# Hours: everything that a commit does not wait for.
+nightly: setup  ## run the long exams: slow tests, mutations, 10,000 damaged files, faults, kills, a soak
+	OMP_NUM_THREADS=1 $(BIN)/pytest -m slow
+	$(BIN)/python -m tests.mutations
+	$(BIN)/python -m tests.held_out
+	$(BIN)/python -m tests.fuzz --files 10000
+	$(BIN)/python -m tests.faults --runs 20
+	$(BIN)/python -m tests.faults kill --runs 20
+	$(BIN)/python -m tests.faults soak --hours 1
 
 bench: setup  ## measure speed; results per machine in build/benchmarks
 	OMP_NUM_THREADS=1 $(BIN)/pytest tests/benchmarks -o addopts="--strict-markers" \

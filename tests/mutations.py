@@ -156,12 +156,12 @@ MUTATIONS: tuple[Mutation, ...] = (
     ),
     # networks and policies
     Mutation(
-        name="network-input-unscaled", file="train/actuator/force_network.py",
+        name="network-input-unscaled", file="tendon_newton/force_networks/force_network.py",
         old="- self.input_mean) / self.input_scale", new="- self.input_mean)",
         tests="tests/train/actuator/test_networks.py -k 'normalisation or about_one'",
     ),
     Mutation(
-        name="network-scale-not-taken", file="train/actuator/force_network.py",
+        name="network-scale-not-taken", file="tendon_newton/force_networks/force_network.py",
         old="self.input_scale.copy_(inputs.std(dim=0).clamp_min(1.0e-6))",
         new="self.input_scale.fill_(1.0)",
         tests="tests/train/actuator/test_networks.py -k about_one",
@@ -202,8 +202,8 @@ MUTATIONS: tuple[Mutation, ...] = (
     ),
     Mutation(
         name="tension-rule-twice-as-high", file="hardware/safety.py",
-        old="bounds=lambda limits: (-limits.force, limits.force)",
-        new="bounds=lambda limits: (-limits.force, 2.0 * limits.force)",
+        old="bounds=at_most(lambda limits: limits.force), reach=lambda reach: reach.force",
+        new="bounds=at_most(lambda limits: 2.0 * limits.force), reach=lambda reach: reach.force",
         tests="tests/hardware/deploy/test_safety.py",
     ),
     Mutation(

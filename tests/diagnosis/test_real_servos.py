@@ -17,13 +17,14 @@ from tendon_newton.importers.xl330 import read_xl330
 from tendon_newton.model_file import NamedValues
 from tests.results.so101 import split
 
-MOTOR = {"torque_constant": 0.375, "resistance": 3.29, "armature": 0.00199}
+MOTOR = {"torque_constant": 0.3998, "resistance": 3.596, "armature": 0.001296}
 FADING = (
-    NamedValues(name="load_dependent_friction", values={"coefficient": 0.407}),
-    NamedValues(name="viscous_friction", values={"coefficient": 0.00736}),
-    NamedValues(name="torque_fade", values={"fade": 3.61, "time_constant": 0.713}),
+    NamedValues(name="load_dependent_friction", values={"coefficient": 0.3563}),
+    NamedValues(name="viscous_friction", values={"coefficient": 0.008167}),
+    NamedValues(name="torque_fade", values={"fade": 3.859, "time_constant": 0.7478}),
 )
-"""What a diagnosis of the gains 100 and 800 finds (docs/real_data.md)."""
+"""Fitted to the gains 100 and 800 by `python -m tests.results.xl330 LOGS --test 200`: the rotor's
+inertia acts before the gear, whose friction then sees less of it (docs/real_data.md)."""
 
 NEAR_MOTOR = {"torque_constant": 0.40, "resistance": 3.3, "armature": 0.0020}
 FROM_SMALL_GAINS = {
@@ -76,7 +77,7 @@ def test_a_position_servo_is_explained_on_motions_that_no_fit_has_seen(
 
 
 def test_a_fading_torque_predicts_a_gain_that_no_fit_has_seen(shared: Path) -> None:
-    """Found on the gains 100 and 800 alone, it leaves 28 mrad at the gain 200 (0.5: rounding)."""
+    """Fitted to the gains 100 and 800 alone, it leaves 31.5 mrad at the gain 200 (0.5: rounding)."""
     imported = read_xl330(data(shared, "xl330"))
     held = [log.recording for log in imported.logs if log.conditions["kp"] == 200]
     actuator = imported.model.actuator
@@ -84,7 +85,7 @@ def test_a_fading_torque_predicts_a_gain_that_no_fit_has_seen(shared: Path) -> N
     model = replace(imported.model, actuator=motor, effects=FADING)
     study = Study(held, model, tuple(effect.name for effect in FADING))
     (error,) = evaluate_models(study, [{}])
-    assert 1e3 * error.pooled().theta_mae == pytest.approx(28.1, abs=0.5)
+    assert 1e3 * error.pooled().theta_mae == pytest.approx(31.5, abs=0.5)
 
 
 def test_a_data_sheet_settles_whether_torque_fades(shared: Path) -> None:

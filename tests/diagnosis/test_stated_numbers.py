@@ -1,12 +1,17 @@
 """What a data sheet says of a motor may settle a doubt, but names no cause by itself."""
 
+from collections.abc import Sequence
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from tendon_newton.diagnosis.gate import Gate
 from tendon_newton.diagnosis.search import Fit, Round, Search
 from tendon_newton.identification.study import Study
+from tendon_newton.importers.imported import ImportedLog
 from tendon_newton.importers.xl330 import duty_per_rad, start_model
+from tendon_newton.model_file import Model
 from tendon_newton.recording import BenchOverrides, Recording
 
 MASS, ARM, ARMATURE, SUPPLY = 0.49, 0.1, 2.0e-3, 7.4  # [kg], [m], [kg m^2], [V]
@@ -45,17 +50,23 @@ def swing(kp: float, frequency: float) -> Recording:
     )
 
 
+def stated(logs: Sequence[Recording]) -> Model:
+    """Return the model from which an import of these logs starts."""
+    of_file = {"conditions": {"vin": SUPPLY}, "source": Path("made_up.json"), "sha256": ""}
+    return start_model([ImportedLog(recording=log, **of_file) for log in logs])
+
+
 @pytest.fixture(scope="module")
 def study() -> Study:
     """Four logs, and the model that the import of real ones begins with."""
     logs = [swing(kp, hertz) for kp in (100, 200) for hertz in (0.4, 0.9)]
-    return Study(logs, start_model(duty_per_rad(200), SUPPLY), CAUSES, time_step=1.0e-3)
+    return Study(logs, stated(logs), CAUSES, time_step=1.0e-3)
 
 
 @pytest.fixture(scope="module")
 def search(study: Study) -> Search:
     """Fits with torque constant, resistance and armature free."""
-    return Search(study, start_model(duty_per_rad(200), SUPPLY))
+    return Search(study, stated(study.recordings))
 
 
 def gate_and_round(search: Search) -> tuple[Gate, Round, Fit]:

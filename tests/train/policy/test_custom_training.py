@@ -10,7 +10,7 @@ EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "custom_training.py
 def test_the_example_of_an_own_training_loop_learns() -> None:
     """Evolution finds four numbers that cost less than half of what chance does."""
     train = runpy.run_path(str(EXAMPLE), run_name="example")["train"]
-    policy, rewards = train(worlds=64, generations=8, steps=80)
+    policy, rewards = train(worlds=64, generations=12, steps=80)
     assert rewards[-1] > 0.5 * rewards[0]  # rewards are negative
     assert float(policy[1]) > 0.0  # a greater goal asks for more pull
 
