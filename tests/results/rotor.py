@@ -1,8 +1,10 @@
-"""What a physical servo leaves of the force on virtual benches: ``python -m tests.results.rotor DATASETS``.
+"""What a physical servo leaves of the force on virtual benches.
+
+``python -m tests.results.rotor DATASETS``
 
 The servo of the data sheet with a rotor, gear friction and a string that gives is refitted to each
 dataset's train recordings. The held-out recordings then say how much force it leaves. A dataset is
-made by ``tendon-newton collect --plan quick --port virtual::UNIT --faster-than-real-time --out DATASET``.
+what ``tendon-newton collect --plan quick --port virtual::UNIT --faster-than-real-time`` records.
 """
 
 import argparse
