@@ -1,16 +1,18 @@
 """Gradients against central differences: right to 1e-3, and not silently zero."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.model_file import NamedValues
 from tendon_newton.recording import Array
 from tendon_newton.simulation import substep_chain
 from tendon_newton.simulation.differentiable import DifferentiableRollout
 from tests.conftest import SEED
-from tests.physics.runs import ROWS, ideal_model, run_of, stairs
+from tests.physics.runs import RADIUS, ROWS, ideal_model, run_of, stairs
 
 EFFECTS = {
     "command_delay": {"delay": 0.0312},
@@ -49,6 +51,14 @@ GEARS = (
         "coefficient": 0.08, "static_coefficient": 0.12, "stribeck_velocity": 2.0,
     }},
 )  # fmt: skip
+SERVO = {
+    "duty_per_rad": 1.1, "max_duty": 0.9, "supply_voltage": 5.0, "torque_constant": 0.4,
+    "resistance": 3.0, "armature": 0.002,
+}  # fmt: skip
+STRINGS = (
+    {"load_dependent_friction": {"coefficient": 0.1}},
+    {"tendon_compliance": {"stiffness": 8.0e3}, "tendon_slack": {"length": 1.0e-3}},
+)
 FRICTION = (1.0e-3, 5.0e-4)  # N m, at the joints
 DURATION = 2.0  # s
 NUDGE = 1.0e-7
@@ -167,6 +177,17 @@ def test_gradients_by_a_gear_under_load(gear: dict[str, dict[str, float]]) -> No
     It falls so slowly with speed that the finger does not chatter, where differences mean nothing.
     """
     check_gradients(make_rollout({"viscous_friction": {"coefficient": 0.3}, **gear}), ())
+
+
+@pytest.mark.parametrize("string", STRINGS, ids=["taut or slack", "elastic"])
+def test_gradients_by_a_motor_with_a_rotor(string: dict[str, dict[str, float]]) -> None:
+    """The rotor's inertia, and a spool that leads its finger or lags behind its slack string."""
+    rng = np.random.default_rng(SEED)
+    run = run_of(stairs(rng, int(DURATION * ROWS) + 1, -1.0, 5.0, 20))
+    effects = {"viscous_friction": {"coefficient": 0.3}, **string}
+    servo = NamedValues(name="pwm_servo", values={**SERVO, "spool_radius": RADIUS})
+    model = replace(ideal_model(**effects), actuator=servo)
+    check_gradients(DifferentiableRollout(load_mechanism("finger"), [run], model, device="cpu"), ())
 
 
 def test_gradients_by_the_commands() -> None:
