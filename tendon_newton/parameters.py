@@ -9,7 +9,7 @@ from tendon_newton.errors import InvalidParameter
 
 DIMENSIONS: dict[str, tuple[int, int, int]] = {
     "N": (1, 0, 0), "N/s": (1, 0, 0), "1/N": (-1, 0, 0), "1/N2": (-2, 0, 0),
-    "rad": (0, 1, 0), "rad/s": (0, 1, 0), "1/rad": (0, -1, 0),
+    "rad": (0, 1, 0), "rad/s": (0, 1, 0), "rad/s2": (0, 1, 0), "1/rad": (0, -1, 0),
     "N/rad": (1, -1, 0), "N s/rad": (1, -1, 0),
     "m": (0, 0, 1), "N/m": (1, 0, -1), "kg m2": (1, -2, 1),
 }  # fmt: skip

@@ -47,6 +47,7 @@ def kernel_types(structure: Structure) -> dict[str, Any]:
     t["MOVES"] = structure.moves()
     t["DRY_OFFSETS"] = structure.dry_offsets
     t["MAY_HOLD"] = bool(structure.dry_offsets) or structure.uses(Stage.SPEED)
+    t["HAS_DUTY"] = structure.uses(Stage.DUTY)
     t["HAS_MEMORY"] = bool(with_memory) or t["TOUCHES"]
     t["MEMORY_OFFSETS"] = tuple(structure.offsets[effect.name] for effect in with_memory)
     t["MEMORY_NULLS"] = tuple(effect.parameters[0].null for effect in with_memory)
@@ -155,14 +156,14 @@ def inner_structs(t: dict[str, Any], planar: bool) -> dict[str, Any]:
         "Tendon": {
             "index": wp.int32, "time": real, "elapsed": real, "memory": memory,
             "voltage": real, "enabled": real, "slack": real, "command": real, "error": real,
-            "tension": real,
+            "tension": real, "force_limit": real,
             "nominal_radius": real, "spool_radius": real, "inverse_radius": real, "length": real,
             "wound": real, "velocity": real, "acceleration": real, "side": real,
             "direction": real, "angle_rate": jet,
         },
         "Flow": {
-            "angle": jet, "motor_force": jet, "tension": jet, "pull": jet, "line": real,
-            "slack": real, "tension_gain": real, "pull_gain": real,
+            "angle": jet, "error": jet, "duty": jet, "motor_force": jet, "tension": jet,
+            "pull": jet, "line": real, "slack": real, "tension_gain": real, "pull_gain": real,
         },
         "Spool": {"inertia": real, "force": jet, "force_by_lead": real, "pull": jet,
                   "pull_by_lead": real, "tension": real},

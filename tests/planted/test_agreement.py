@@ -23,7 +23,7 @@ AT_REST = 0.05  # [rad/s] below which dry friction is whatever holds: two laws, 
 ENCODER, CELL = 0.44e-3, 0.05  # [rad], [N] floors of the sensors
 DRY = (
     "coulomb_friction", "stribeck_friction", "load_dependent_friction", "gear_load_friction",
-    "load_stribeck_friction", "holding_friction",
+    "load_stribeck_friction", "holding_friction", "asymmetric_friction",
 )  # fmt: skip
 
 SHARE = 0.01
