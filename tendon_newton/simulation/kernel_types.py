@@ -144,7 +144,7 @@ def inner_structs(t: dict[str, Any], planar: bool) -> dict[str, Any]:
             "time": real, "command": tendons, "voltage": real, "enabled": real,
             "elapsed": real, "acceleration": joints, "memory": memory, "remembers": real,
             "inertia": real, "gravity": place, "friction": joints, "dry": real,
-            "greatest_speed": tendons, "slack": tendons, "string": real,
+            "greatest_speed": tendons, "slack": tendons, "string": real, "carried": tendons,
         },
         "Reading": {"angle": tendons, "angle_rate": tendons, "force": tendons},
         "Cell": {"force": tendons, "due": wp.int32},
@@ -156,7 +156,7 @@ def inner_structs(t: dict[str, Any], planar: bool) -> dict[str, Any]:
         "Tendon": {
             "index": wp.int32, "time": real, "elapsed": real, "memory": memory,
             "voltage": real, "enabled": real, "slack": real, "command": real, "error": real,
-            "tension": real, "force_limit": real,
+            "tension": real, "force_limit": real, "carried": real,
             "nominal_radius": real, "spool_radius": real, "inverse_radius": real, "length": real,
             "wound": real, "velocity": real, "acceleration": real, "side": real,
             "direction": real, "angle_rate": jet,

@@ -114,6 +114,7 @@ def tendon_state(
     tendon.voltage = drive.voltage
     tendon.enabled = drive.enabled
     tendon.slack = drive.slack[d]
+    tendon.carried = drive.carried[d]
     tendon.command = drive.command[d]
     tendon.nominal_radius = mechanism.spool_radius[world][d]
     tendon.spool_radius = radius_effects(tendon.nominal_radius, p)
@@ -219,11 +220,15 @@ def rotor_flow(flow: Flow, tendon: Tendon, p: ParameterVector, least: real) -> F
     """Follow the motor's force through gear and guides, and how much of the rotor they pass on.
 
     What the motor gives may be negative where a string still pulls, as its rotor slows down. So
-    friction is taken as of a pulling force, and who knows the acceleration decides on slack.
+    friction is taken as of a pulling force, and who knows the acceleration decides on slack. A gear
+    of a shaft is loaded on the side of what it carries, which may be all rotor, as in a fall with
+    the motor off; where that is not known, on the side of the motor.
     """
     out = flow
     motor = flow.motor_force
     probe = motor[0]
+    if tendon.carried != real(0.0):
+        probe = tendon.carried
     if least == real(0.0):
         probe = wp.max(motor[0], real(PULLING))
     gear = gear_line(probe, tendon, p)

@@ -19,6 +19,13 @@ from tendon_newton.bench_overrides import BenchOverrides
 from tendon_newton.errors import InvalidRecording, TendonNewtonError, listed, shown
 from tendon_newton.finding import Finding
 from tendon_newton.importers.bam.failed_reads import without_failed_reads
+from tendon_newton.importers.bam.feetech import (
+    feetech_findings,
+    firmware_of,
+    goal_findings,
+    signed_duty,
+    unmeasured_load,
+)
 from tendon_newton.importers.bam.findings import dataset_findings, log_findings
 from tendon_newton.importers.bam.motors import BamMotor, motor_named
 from tendon_newton.importers.imported import Imported, ImportedLog
@@ -28,7 +35,7 @@ from tendon_newton.registers import unwrap_register, wrap_period
 from tendon_newton.text_file import finite_number
 
 REQUIRED = ("timestamp", "position", "goal_position", "torque_enable")
-OPTIONAL = ("speed", "load", "input_volts", "temp", "current")
+OPTIONAL = ("speed", "load", "torque", "input_volts", "temp", "current")
 SIZE_LIMIT = 1 << 25
 """Bytes of a log, whose entries take twenty times as much in memory."""
 FILE_KEYS = ("mass", "length", "kp", "vin", "entries")
@@ -78,7 +85,7 @@ def read_logs(folder: Path, kind: LogKind) -> Imported:
         logs=tuple(logs),
         start_model=lambda chosen: start_model_of(chosen, motor),
         limits={"duty": 1.0} if motor.full_duty else {},
-        findings=(*findings, *dataset_findings(logs)),
+        findings=(*findings, *dataset_findings(logs), *goal_findings(logs, motor)),
     )
 
 
@@ -96,6 +103,7 @@ def start_model_of(logs: Sequence[ImportedLog], motor: BamMotor) -> Model:
     }
     return Model(
         actuator=NamedValues(name="pwm_servo", values=values),
+        effects=firmware_of(logs, motor),
         fit=("torque_constant", "resistance", "armature"),
     )
 
@@ -118,7 +126,10 @@ def read_log(path: Path, kind: LogKind) -> tuple[ImportedLog, BamMotor, list[Fin
         source=path,
         sha256=hashlib.sha256(content).hexdigest(),
     )
-    return log, motor, [*kept_back, *log_findings(log, wraps)]
+    told = [*kept_back, *log_findings(log, wraps), *unmeasured_load(log.recording, columns)]
+    if motor.load_is_duty:
+        told += feetech_findings(log)
+    return log, motor, told
 
 
 def recording_of(
@@ -130,6 +141,8 @@ def recording_of(
     if "load" in columns and columns["load"].any():  # some programs log no load and write 0
         name, unit = ("duty", motor.full_duty) if motor.full_duty else ("load", 1.0)
         extra = {name: columns["load"] / unit}
+    elif "torque" in columns and motor.load_is_duty:
+        extra = {"duty": signed_duty(columns)}
     sizes = {key: (read_number(table, key, path),) for key in ("mass", "length")}
     gain = read_number(table, "kp", path) * motor.duty_per_gain
     speed = columns.get("speed")

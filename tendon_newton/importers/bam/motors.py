@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from math import pi
 from types import MappingProxyType
 
+from tendon_newton.model_file import NamedValues
+
 
 @dataclass(frozen=True, kw_only=True)
 class BamMotor:
@@ -31,6 +33,10 @@ class BamMotor:
     """Greatest duty [1]."""
     full_duty: float | None = None
     """Counts of full duty in the column ``load``; None where that column is something else."""
+    effects: tuple[NamedValues, ...] = ()
+    """What its firmware does from the factory besides that law."""
+    load_is_duty: bool = False
+    """Whether a column ``torque`` is its load register over 100: duty with the sign in bit 10."""
     speed_unit: float | None = None
     """One count of the speed register [rad/s], where it may have been read as unsigned."""
 
@@ -63,15 +69,26 @@ XC330 = BamMotor(  # M288 at 5 V: stall 0.93 N m at 1.8 A, 81 rev/min; gain / 12
     duty_per_gain=2.0 * XL330_DUTY, torque_constant=0.55, resistance=2.8, armature=2e-3,
     gain=1100.0, supply=5.1,
 )  # fmt: skip
-# Feetech at 12 V: stall 2.94 N m at 2.7 A, 45 rev/min. Owners measured 0.164 and 0.166.
+# Feetech's loop: kp / 4 thousandths of full duty per count of error, by its own load register.
+# Owners measured 0.164 and 0.166 with an oscilloscope.
+FEETECH_DUTY = COUNTS_PER_RAD / 4000.0
+# Feetech memory table, factory values: a dead zone of one count, a least duty of 16 thousandths.
+FEETECH_FIRMWARE = (
+    NamedValues(name="deadband", values={"width": 1.0 / COUNTS_PER_RAD}),
+    NamedValues(name="starting_duty", values={"duty": 0.016}),
+)
+# At 12 V: stall 2.94 N m at 2.7 A, 45 rev/min.
 STS3215 = BamMotor(
-    duty_per_gain=0.164, torque_constant=1.4, resistance=3.5, armature=0.02, gain=32.0, supply=12.0,
+    duty_per_gain=FEETECH_DUTY, torque_constant=1.4, resistance=3.5, armature=0.02, gain=32.0,
+    supply=12.0, effects=FEETECH_FIRMWARE, load_is_duty=True,
 )  # fmt: skip
-STS3250 = BamMotor(  # at 12 V: stall 4.9 N m; the law as the STS3215's, whose firmware it shares
-    duty_per_gain=0.164, torque_constant=1.4, resistance=2.5, armature=0.02, gain=32.0, supply=12.0,
+STS3250 = BamMotor(  # at 12 V: stall 4.9 N m
+    duty_per_gain=FEETECH_DUTY, torque_constant=1.4, resistance=2.5, armature=0.02, gain=32.0,
+    supply=12.0, effects=FEETECH_FIRMWARE, load_is_duty=True,
 )  # fmt: skip
 ST3025 = BamMotor(  # Waveshare, the same firmware; 0.88 N m/A and 4.4 A at 12 V by its data sheet
-    duty_per_gain=0.166, torque_constant=1.2, resistance=2.7, armature=0.02, gain=32.0, supply=12.0,
+    duty_per_gain=FEETECH_DUTY, torque_constant=1.2, resistance=2.7, armature=0.02, gain=32.0,
+    supply=12.0, effects=FEETECH_FIRMWARE, load_is_duty=True,
 )  # fmt: skip
 
 MOTORS: Mapping[str, BamMotor] = MappingProxyType(
