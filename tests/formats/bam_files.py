@@ -35,6 +35,7 @@ def bam_log(path: Path, *, kp: float = 16.0, motor: str = "sts3215", **changes: 
         "position": position,
         "speed": 1.5 * np.cos(3.0 * time),
         "load": np.zeros_like(time),
+        "torque": None,
         "input_volts": np.full_like(time, 11.9) + 0.1 * (position > 0.0),
         "temp": 30.0 + time,
         "torque_enable": time < 1.5,

@@ -9,6 +9,7 @@ import pytest
 
 from tendon_newton.cli import main
 from tendon_newton.dataset import load_dataset
+from tendon_newton.importers.bam.motors import STS3215
 from tendon_newton.importers.bam.parameters import read_parameters, two_sided
 from tendon_newton.model_file import load_model
 from tests.formats.bam_files import bam_log, bam_parameters
@@ -35,8 +36,8 @@ def test_a_log_comes_back_in_our_units(logs: Path, tmp_path: Path) -> None:
     (train,), (test,) = loaded.train, loaded.test
     assert (train.bench, train.start, train.force) == ("pendulum", "first_row", None)
     assert train.bench_overrides.given == {"mass": (0.5,), "length": (0.1,)}
-    assert train.actuator_overrides["duty_per_rad"] == pytest.approx(8 * 0.164)
-    assert test.actuator_overrides["duty_per_rad"] == pytest.approx(16 * 0.164)
+    assert train.actuator_overrides["duty_per_rad"] == pytest.approx(8 * STS3215.duty_per_gain)
+    assert test.actuator_overrides["duty_per_rad"] == pytest.approx(16 * STS3215.duty_per_gain)
     assert train.enabled.argmin() == 150
     assert train.extra == {}
     np.testing.assert_allclose(train.motor_position[:, 0], 0.5 * np.sin(3.0 * train.time))
@@ -117,11 +118,17 @@ def test_a_parameter_file_becomes_a_model(
     assert main(["import", "bam", str(source), "--out", str(out)]) == 0
     loaded = load_model(out / "model.toml")
     named = {effect.name: effect.values for effect in loaded.effects}
-    always = {"command_delay", "position_offset", "gain_error", "viscous_friction"}
+    always = {
+        "command_delay",
+        "command_rate_limit",
+        "position_offset",
+        "gain_error",
+        "viscous_friction",
+    }
     assert set(named) == always | effects
     assert named["position_offset"] == {"angle": 0.05}
     assert named["gain_error"] == {"scale": 1.1}
-    assert loaded.actuator.values["duty_per_rad"] == pytest.approx(32 * 0.164)
+    assert loaded.actuator.values["duty_per_rad"] == pytest.approx(32 * STS3215.duty_per_gain)
     assert loaded.fit == ()
 
 
@@ -167,7 +174,7 @@ def test_what_no_effect_says_is_said(tmp_path: Path) -> None:
     words = read_parameters(bam_parameters(tmp_path / "m6.json")).left_out
     names = [text.split(" ", 1)[0] for text in words]
     assert names == [
-        "load_friction_motor_stribeck", "load_friction_motor_quad", "alpha", "max_velocity",
+        "load_friction_motor_stribeck", "load_friction_motor_quad", "alpha",
     ]  # fmt: skip
 
 
@@ -191,6 +198,37 @@ def test_a_broken_parameter_file_is_refused(
     assert main(["import", "bam", str(path), "--out", str(tmp_path / "out")]) == 2
     assert said in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def feetech_log(path: Path, *, limit: float, kp: float = 8.0) -> None:
+    """Write a log whose load register follows a goal that moves at a limit [rad/s] at most."""
+    time = np.arange(200) / 100.0
+    command = np.where(time < 0.5, 0.0, 1.5)
+    goal = np.clip(limit * (time - 0.52), 0.0, 1.5)
+    position = 0.8 * np.clip(limit * (time - 0.6), 0.0, 1.5)
+    counts = np.round((goal - position) * 4096.0 / (2.0 * np.pi))
+    duty = np.where(np.abs(counts) > 1, np.sign(counts) * (kp / 4 * (np.abs(counts) - 1) + 16), 0)
+    register = np.where(duty > 0, 1024 + np.minimum(duty, 1000), -np.maximum(duty, -1000))
+    bam_log(
+        path, kp=kp, goal_position=command, position=position, speed=np.gradient(position, time),
+        torque=register / 100.0, torque_enable=np.ones(200),
+    )  # fmt: skip
+
+
+def test_the_load_register_tells_duty_and_goal(tmp_path: Path) -> None:
+    """Bit 10 is the sign; the goal moves at the limit that went into the register."""
+    for name in "ab":
+        feetech_log(tmp_path / "logs" / f"{name}.json", limit=4.0)
+    findings = run_import(tmp_path / "logs", tmp_path / "out", "--test", "file=b")
+    (log,) = load_dataset(tmp_path / "out").train
+    assert log.extra["duty"].max() > 0.3
+    assert log.extra["duty"].min() >= 0.0
+    effects = {e.name: e.values for e in load_model(tmp_path / "out" / "model.toml").effects}
+    assert effects["command_rate_limit"]["limit"] == pytest.approx(4.0, rel=0.02)
+    assert effects["starting_duty"] == {"duty": 0.016}
+    assert effects["deadband"]["width"] == pytest.approx(2.0 * np.pi / 4096.0)
+    assert any("as if the goal moved at" in f["evidence"] for f in findings)
+    assert any(f["channel"] == "load" and "not measured" in f["consequence"] for f in findings)
 
 
 def test_the_failed_reads_of_real_logs_are_found(shared: Path, tmp_path: Path) -> None:

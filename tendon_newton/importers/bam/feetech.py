@@ -105,5 +105,5 @@ def unmeasured_load(recording: Recording, columns: Mapping[str, Array]) -> Itera
             channel="load",
             severity="note",
             evidence=f"0 in all {recording.sample_count} rows",
-            consequence="the load was not measured; the column is left out",
+            consequence="the load was not measured: no column is made of it",
         )

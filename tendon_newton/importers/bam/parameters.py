@@ -92,6 +92,8 @@ def effects_of(
 
     if get("command_delay") > 0.0:
         yield "command_delay", {"delay": get("command_delay")}
+    if get("max_velocity"):
+        yield "command_rate_limit", {"limit": get("max_velocity")}
     if get("q_offset"):  # theirs from encoder to arm, ours from arm to encoder
         yield "position_offset", {"angle": -get("q_offset")}
     if get("error_gain_ratio"):
@@ -163,11 +165,6 @@ def left_out(values: Mapping[str, float], motor: BamMotor) -> Iterator[str]:
     curved = get("friction_stribeck") > worth or get("load_friction_stribeck") * torque > worth
     if curved and abs(get("alpha") - EXPONENT) > 0.05:
         yield f"alpha = {get('alpha'):.3g}: the exponent of our Stribeck curve is {EXPONENT:g}"
-    if "max_velocity" in values:
-        yield (
-            f"max_velocity = {get('max_velocity'):.3g} rad/s: a limit on how fast the goal moves; "
-            "speed_limit is one on the shaft"
-        )
 
 
 def read_table(path: Path) -> dict[str, Any]:
