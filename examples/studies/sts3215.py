@@ -3,7 +3,8 @@
 ``python examples/studies/sts3215.py LOGS`` with raw pendulum logs of kscalelabs/sysid, named
 ``m<grams>_l<mm>_kp<gain>_<trajectory>_<repeat>.json``. Each model of a list is fitted to the
 training logs and scored on conditions that are left out whole, one after the other, all from the
-training logs. The best of them is then tested on the rest.
+training logs. The model with the fewest numbers within one standard error of the best is then
+tested on the rest.
 """
 
 import argparse
@@ -144,16 +145,35 @@ def errors(logs: Sequence[ImportedLog], model: Model, values: dict[int, float]) 
     return np.array([1e3 * np.abs(r.theta[0, r.trusted]).mean() for r in residuals])
 
 
-def left_out_error(
+def left_out_errors(
     logs: Sequence[ImportedLog], split: Split, start: Model, terms: Sequence[str]
-) -> float:
-    """Return the mean absolute error [mrad] on conditions that were left out of fits in turn."""
+) -> Array:
+    """Return the mean absolute error [mrad] on each condition that was left out, shape (C,)."""
     model, out = model_of(start, terms), []
     for held in dict.fromkeys(condition for log in logs for condition in split.groups(log)):
         seen = [log for log in logs if held not in split.groups(log)]
         unseen = [log for log in logs if held in split.groups(log)]
         out.append(errors(unseen, model, fitted(seen, model, terms)).mean())
-    return float(np.mean(out))
+    return np.array(out)
+
+
+def simplest_of_the_best(scores: dict[str, Array]) -> str:
+    """Return the model of fewest numbers that is within one standard error of the best.
+
+    The error is that of the difference, over the conditions that were left out.
+    """
+    best = min(scores, key=lambda name: float(scores[name].mean()))
+    close = []
+    for name, own in scores.items():
+        worse = own - scores[best]
+        if worse.mean() <= worse.std(ddof=1) / np.sqrt(worse.size):
+            close.append(name)
+    return min(close, key=lambda name: (number_count(name), float(scores[name].mean())))
+
+
+def number_count(name: str) -> int:
+    """Return how many numbers of effects a model fits."""
+    return sum(len(TERMS[term]) for term in MODELS[name])
 
 
 def repeat_floor(logs: Sequence[ImportedLog]) -> float:
@@ -179,9 +199,16 @@ def report(logs: Sequence[ImportedLog], split: Split, start_of: Callable, names:
     )
     scores = {}
     for name in names:
-        scores[name] = left_out_error(train, split, start, MODELS[name])
-        print(f"  {name:34s} {scores[name]:6.1f} mrad on training conditions left out", flush=True)
-    best = min(scores, key=scores.__getitem__)
+        scores[name] = left_out_errors(train, split, start, MODELS[name])
+        row = " ".join(f"{error:5.1f}" for error in scores[name])
+        values = fitted(train, model_of(start, MODELS[name]), MODELS[name])
+        tested = errors(test, model_of(start, MODELS[name]), values).mean()
+        print(
+            f"  {name:34s} {scores[name].mean():5.1f} mrad left out ({row}), "
+            f"{tested:5.1f} on the test logs, which choose nothing",
+            flush=True,
+        )
+    best = simplest_of_the_best(scores)
     model = model_of(start, MODELS[best])
     values = fitted(train, model, MODELS[best])
     found = errors(test, model, values)
