@@ -29,11 +29,11 @@ class PdTorque(Actuator):
     rotor = True
     parameters = (
         Parameter(
-            name="kp", unit="N m/rad", null=0.0, nominal=20.0, lower=0.0, upper=2000.0,
-            source="20 to 100 N m/rad are usual for legs of 12 to 30 kg",
+            name="kp", unit="N m/rad", null=0.0, nominal=20.0, lower=0.0, upper=2.0e4,
+            source="20 to 100 N m/rad for legs of 12 to 30 kg; thousands for arms and carts",
         ),
         Parameter(
-            name="kd", unit="N m s/rad", null=0.0, nominal=0.5, lower=0.0, upper=100.0,
+            name="kd", unit="N m s/rad", null=0.0, nominal=0.5, lower=0.0, upper=2.0e3,
             source="0.5 to 2 N m s/rad are usual beside it",
         ),
         Parameter(
