@@ -42,6 +42,7 @@ class Mutation:
 
 HELD_OUT = "tests/test_held_out.py -k"
 PWM = "tests/physics/test_pwm_servo.py"
+FIRMWARE = "tests/physics/test_firmware_effects.py -k"
 PHYSICS = "tests/physics/test_effects_physics.py -k"
 
 MUTATIONS: tuple[Mutation, ...] = (
@@ -132,6 +133,19 @@ MUTATIONS: tuple[Mutation, ...] = (
     Mutation(
         name="rotor-twice", file="tendon_newton/actuators/pwm_servo.py",
         old="return p[5]", new="return real(2.0) * p[5]", tests=PWM,
+    ),
+    Mutation(
+        name="gear-on-the-motors-side", file="tendon_newton/simulation/pipeline.py",
+        old="probe = tendon.carried", new="probe = motor[0]", tests=f"{FIRMWARE} falling",
+    ),
+    Mutation(
+        name="overload-never-ends", file="tendon_newton/effects/overload_cut.py",
+        old="turned = duty[0] * lasted < real(0.0)", new="turned = duty[0] * lasted < real(-1.0e9)",
+        tests=f"{FIRMWARE} other_side",
+    ),
+    Mutation(
+        name="profile-of-half-the-brake", file="tendon_newton/effects/acceleration_limit.py",
+        old="last = top / a", new="last = real(0.5) * top / a", tests=f"{FIRMWARE} trapezoid",
     ),
     Mutation(
         name="heat-linear-in-force", file="tendon_newton/effects/torque_fade.py",

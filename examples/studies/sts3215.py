@@ -64,7 +64,7 @@ MODELS: dict[str, tuple[str, ...]] = {
 """Models that are compared, named before any was tested."""
 MOTOR = ("torque_constant", "resistance", "armature")
 SCALE = 0.015  # [rad] residuals beyond three times as much count as outliers
-PASSES = ((20, 2e-3), (6, 5e-4))
+PASSES = ((12, 2e-3), (4, 5e-4))
 """Iterations of a fit, and the step of the simulation [s]."""
 
 
