@@ -104,15 +104,30 @@ def unpack_one(path: Path) -> tuple[Array, Array, Array, Array]:
             )
         if rows > ROW_LIMIT:
             raise InvalidRecording(f"{path}: a dataset has at most {ROW_LIMIT} rows; it has {rows}")
+        refuse_long_lists(path, file.metadata)
         table = file.read(columns=list(COLUMNS), use_threads=False)
         lists = (lists_of(path, table, key) for key in (COMMAND, STATE))
         numbers = (numbers_of(path, table, key) for key in COLUMNS[:2])
         return (*numbers, *lists)
+    except MemoryError:  # which pyarrow's own is as well
+        raise
     except (pyarrow.ArrowException, OSError, ValueError, TypeError, KeyError) as error:
         raise InvalidRecording(
             f"{path}: must be a parquet file that pyarrow can read; it says "
             f"{type(error).__name__}: {' '.join(str(error).split())[:200]}"
         ) from error
+
+
+def refuse_long_lists(path: Path, metadata: Any) -> None:
+    """Refuse rows that say themselves that they hold more numbers than there are joints."""
+    for group in range(metadata.num_row_groups):
+        rows = metadata.row_group(group)
+        for place in range(rows.num_columns):
+            if rows.column(place).num_values > JOINT_LIMIT * rows.num_rows:
+                raise InvalidRecording(
+                    f"{path}: a row has lists of at most {JOINT_LIMIT} numbers; "
+                    f"{rows.column(place).path_in_schema} has more"
+                )
 
 
 def numbers_of(path: Path, table: Any, key: str) -> Array:
