@@ -25,6 +25,7 @@ from functools import cached_property
 
 import numpy as np
 
+from tendon_newton.data.recording import Array
 from tendon_newton.mechanisms.joint_frames import (
     Posture,
     frames_of,
@@ -32,7 +33,6 @@ from tendon_newton.mechanisms.joint_frames import (
     way_between,
 )
 from tendon_newton.mechanisms.parts import Joint, freeze_arrays
-from tendon_newton.recording import Array
 
 
 @dataclass(frozen=True, kw_only=True)

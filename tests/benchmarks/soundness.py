@@ -150,7 +150,9 @@ def largest_sound(
         verdict = judge(path(engine), reference)
         if verdict.sound:
             return engine, substeps, verdict
-        found.append(f"{1e3 * CONTROL_STEP / substeps:.3g} ms: {verdict.error:.2g} rad, "
-                     f"{verdict.escaped} worlds escaped")  # fmt: skip
+        found.append(
+            f"{1e3 * CONTROL_STEP / substeps:.3g} ms: {verdict.error:.2g} rad, "
+            f"{verdict.escaped} worlds escaped"
+        )
         del engine
     raise UnsoundEngine(f"{name} must be within {ACCURACY} rad at some step; " + "; ".join(found))
