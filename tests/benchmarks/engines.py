@@ -12,7 +12,8 @@ import warp as wp
 from newton.solvers import SolverFeatherstone, SolverMuJoCo
 
 from tendon_newton.data.model_file import Model, NamedValues
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
 from tendon_newton.simulation.mujoco.mujoco_rollout import STICKING_FRICTION
 from tests.benchmarks.soundness import CONTROL_STEP
@@ -36,7 +37,7 @@ default they are harder, and throw a link off at 2 ms."""
 @lru_cache(maxsize=1)
 def fingers(worlds: int) -> Any:
     """Return so many fingers. Building many takes longer than anything that is measured here."""
-    return load_mechanism("finger").build(worlds)
+    return build_model(load_mechanism("finger"), worlds)
 
 
 def rubbing(model: Any, friction: float) -> Any:
@@ -51,7 +52,7 @@ def rubbing(model: Any, friction: float) -> Any:
 @cache
 def rest() -> np.ndarray:
     """Return the joints of a finger at rest under the first command [rad], shape (J,)."""
-    model = load_mechanism("finger").build(1)
+    model = build_model(load_mechanism("finger"), 1)
     solver, state = TendonSolver(model, MODEL, update_bodies=False), model.state()
     solver.command.fill_(START)
     solver.settle(state)

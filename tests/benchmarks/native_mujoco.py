@@ -19,7 +19,8 @@ import warp as wp
 from newton.solvers import SolverMuJoCo
 
 from tendon_newton.mechanisms.authoring.mujoco_file import write_mujoco
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.mujoco.mujoco_rollout import STICKING_FRICTION
 from tests.benchmarks.engines import (
     CAPPED,
@@ -66,7 +67,7 @@ def finger_spec(friction: float, *, servo: bool = True) -> Any:
 @cache
 def stops() -> list[np.ndarray]:
     """Return MuJoCo's `solref` of each end stop, as Newton makes it of the asset's springs."""
-    model = rubbing(load_mechanism("finger").build(1, device="cpu"), 0.0)
+    model = rubbing(build_model(load_mechanism("finger"), 1, device="cpu"), 0.0)
     solver: Any = SolverMuJoCo(model, disable_contacts=True)
     return list(solver.mj_model.jnt_solref)
 

@@ -7,8 +7,9 @@ import pytest
 
 from tendon_newton.errors import InvalidAsset, UnknownName
 from tendon_newton.mechanisms.asset_library import asset_path
-from tendon_newton.mechanisms.mechanism import load_mechanism
-from tendon_newton.mechanisms.rules.checks import check_asset
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.checks import check_asset
+from tendon_newton.mechanisms.worlds import build_model
 from tests.mechanisms.flat_assets import write_changed
 
 PIP_BODY = "rel physics:body1 = </finger/middle_phalanx>"
@@ -157,7 +158,7 @@ def test_two_tendons_become_two_rows(tmp_path: Path) -> None:
     path = write_changed(tmp_path, "finger", ('def MjcTendon "flexor"', second))
     mechanism = load_mechanism(path)
     assert [tendon.name for tendon in mechanism.tendons] == ["extensor", "flexor"]
-    rows = mechanism.build(2, device="cpu").tendon
+    rows = build_model(mechanism, 2, device="cpu").tendon
     assert rows.arm_tendon.numpy().tolist() == [0, 1, 1, 2, 3, 3]
     assert rows.arm_joint.numpy().tolist() == [0, 0, 1, 2, 2, 3]
     assert rows.spool_radius.numpy() == pytest.approx([0.010, 0.0125] * 2)

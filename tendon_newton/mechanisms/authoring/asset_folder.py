@@ -31,7 +31,7 @@ def write_layers(
     from jinja2 import Environment, PackageLoader
 
     pages = Environment(
-        loader=PackageLoader("tendon_newton.mechanisms", templates),
+        loader=PackageLoader("tendon_newton.mechanisms.authoring", templates),
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,
