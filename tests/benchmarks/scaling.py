@@ -28,8 +28,8 @@ from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
-from tests.benchmarks.engines import CAPPED, GAIN, MODEL, RADIUS
-from tests.benchmarks.soundness import CONTROL_STEP, refuse_escaped
+from tests.benchmarks.engines_timed.engines import CAPPED, GAIN, MODEL, RADIUS
+from tests.benchmarks.engines_timed.soundness import CONTROL_STEP, refuse_escaped
 from tests.benchmarks.timing import RESULTS, best_time, commit
 
 STEP = 1.0e-3

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.train.actuator.servo_logs import servo_log
+from tests.train.actuator.without_cell.servo_logs import servo_log
 from train.actuator.prediction import Prediction
 from train.actuator.scoring.lag import lag
 

@@ -13,7 +13,12 @@ from tendon_newton.data.dataset import Dataset, write_dataset
 from tendon_newton.data.recording import BenchOverrides, Recording
 from tendon_newton.errors import InvalidDataset
 from tests.train.actuator.network_files import card_of
-from tests.train.actuator.pulled_benches import TRUE, pulled_log, pulled_logs, with_force
+from tests.train.actuator.without_cell.pulled_benches import (
+    TRUE,
+    pulled_log,
+    pulled_logs,
+    with_force,
+)
 from train.actuator.fitting.training import train_network
 from train.actuator.prediction import predict
 from train.actuator.samples.force_data import prepare

@@ -7,8 +7,8 @@ from time import process_time
 import pytest
 
 from tendon_newton.cli import VERBS
-from tests.formats.damage import Damage, cell, junk, refusal, replaced, swap, text
-from tests.formats.logs import dataset, model
+from tests.bad_input.damage import Damage, cell, junk, refusal, replaced, swap, text
+from tests.importers.logs import dataset, model
 
 HEADER = "t,theta,theta_dot,force\n"
 ENTRY = '[[recordings]]\nfile = "train.csv"\nbench = "finger"\nsplit = "train"\n'

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from tendon_newton.cli import main
-from tests.formats.damage import Damage, junk, refusal, replaced, swap, text
-from tests.formats.logs import dataset, model
+from tests.bad_input.damage import Damage, junk, refusal, replaced, swap, text
+from tests.importers.logs import dataset, model
 
 TRUTH: dict[str, Any] = {
     "id": "c001",

@@ -10,7 +10,7 @@ from tendon_newton.cli import main
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.importers.xl330 import duty_per_rad
 from tendon_newton.data.model_file import load_model
-from tests.formats.logs import xl330_log
+from tests.importers.logs import xl330_log
 
 
 def run_import(source: Path, out: Path, *options: str) -> list[dict]:

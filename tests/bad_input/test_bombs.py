@@ -15,7 +15,7 @@ from mcap.records import Chunk, Header
 from tendon_newton.data.formats import csv_columns
 from tendon_newton.data.formats.any_file import read_recording_file
 from tendon_newton.errors import InvalidRecording
-from tests.formats.memory import peak_memory
+from tests.bad_input.memory import peak_memory
 from tests.formats.sessions import write_session
 
 MEGABYTE = 1 << 20

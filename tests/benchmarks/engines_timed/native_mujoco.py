@@ -22,7 +22,7 @@ from tendon_newton.mechanisms.authoring.mujoco_file import write_mujoco
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.mujoco.mujoco_rollout import STICKING_FRICTION
-from tests.benchmarks.engines import (
+from tests.benchmarks.engines_timed.engines import (
     CAPPED,
     FORCE_LIMIT,
     GAIN,
@@ -35,7 +35,7 @@ from tests.benchmarks.engines import (
     rest,
     rubbing,
 )
-from tests.benchmarks.soundness import CONTROL_STEP
+from tests.benchmarks.engines_timed.soundness import CONTROL_STEP
 
 MOST_CONSTRAINTS = 4
 """Two joints that rub, two stops."""

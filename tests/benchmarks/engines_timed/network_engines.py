@@ -13,7 +13,7 @@ from tendon_newton.actuators.networks.torchscript import ForceQuery
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_newton.simulation.hosts.torch_bridge import Graph, torch_stream
-from tests.benchmarks.engines import (
+from tests.benchmarks.engines_timed.engines import (
     FORCE_LIMIT,
     JOINT_FRICTION,
     RADIUS,
@@ -22,7 +22,7 @@ from tests.benchmarks.engines import (
     Swing,
     rest,
 )
-from tests.benchmarks.native_mujoco import WarpMujocoEngine
+from tests.benchmarks.engines_timed.native_mujoco import WarpMujocoEngine
 from tests.physics.learned.networks import learned_model
 
 

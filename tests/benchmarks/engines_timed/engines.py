@@ -16,7 +16,7 @@ from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
 from tendon_newton.simulation.mujoco.mujoco_rollout import STICKING_FRICTION
-from tests.benchmarks.soundness import CONTROL_STEP
+from tests.benchmarks.engines_timed.soundness import CONTROL_STEP
 
 GAIN, RADIUS, FORCE_LIMIT = 4.2, 0.0125, 21.0  # N/rad, m, N
 MODEL = Model(

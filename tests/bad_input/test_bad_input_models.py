@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.formats.damage import Damage, junk, refusal, replaced, swap, text
-from tests.formats.logs import dataset, model
+from tests.bad_input.damage import Damage, junk, refusal, replaced, swap, text
+from tests.importers.logs import dataset, model
 
 ACTUATOR = '[actuator]\nkind = "ideal"\ngain = 4.2\nspool_radius = 0.0125\n'
 

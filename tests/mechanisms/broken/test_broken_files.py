@@ -10,7 +10,7 @@ import pytest
 from tendon_newton.cli import main
 from tendon_newton.mechanisms.asset_library import asset_path
 from tendon_newton.mechanisms.usd.stage_file import open_stage
-from tests.mechanisms.flat_assets import flat_text
+from tests.mechanisms.broken.flat_assets import flat_text
 
 LIMIT = 10.0
 """Time of a core in which an answer must come [s]."""

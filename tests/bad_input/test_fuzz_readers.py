@@ -18,10 +18,10 @@ from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.diagnosis_file import read_diagnosis
 from tendon_newton.errors import TendonNewtonError
 from tendon_newton.exam.truth_file import read_truth
-from tests.formats.logs import dataset
 from tests.fuzz.command import fuzz
 from tests.fuzz.mutations import REPLACEMENTS, replace_file
 from tests.fuzz.targets import GROUPS
+from tests.importers.logs import dataset
 
 FILES = 500
 

@@ -7,7 +7,7 @@ import pytest
 
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import load_dataset
-from tests.formats.test_rosbag import ROWS, Bag
+from tests.importers.test_rosbag import ROWS, Bag
 
 MAPPING = """
 bench = "finger"

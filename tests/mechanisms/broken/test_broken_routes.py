@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.checks import check_asset
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.rules.stage_rules import stage_findings
 from tendon_newton.mechanisms.usd.stage_file import open_stage
-from tests.mechanisms.flat_assets import write_changed
+from tests.mechanisms.broken.flat_assets import write_changed
 
 BASE, NEAR = "</finger_routed/base/", "</finger_routed/proximal_phalanx/"
 EXIT, PULLEY, FIRST = f"{BASE}flexor_exit>", f"{BASE}flexor_pulley>", f"{NEAR}flexor_a1>"

@@ -8,9 +8,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from tendon_newton.errors import InvalidAsset
-from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.checks import check_asset
-from tests.mechanisms.flat_assets import flat_text
+from tendon_newton.mechanisms.loading import load_mechanism
+from tests.mechanisms.broken.flat_assets import flat_text
 
 VALUES = (
     "0",

@@ -7,10 +7,10 @@ import pytest
 
 from tendon_newton.errors import InvalidAsset, UnknownName
 from tendon_newton.mechanisms.asset_library import asset_path
-from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.checks import check_asset
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.worlds import build_model
-from tests.mechanisms.flat_assets import write_changed
+from tests.mechanisms.broken.flat_assets import write_changed
 
 PIP_BODY = "rel physics:body1 = </finger/middle_phalanx>"
 PATH = (

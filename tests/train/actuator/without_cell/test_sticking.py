@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from tests.train.actuator.servo_logs import servo_log
+from tests.train.actuator.without_cell.servo_logs import servo_log
 from train.actuator.samples.servo_law import NO_LAW, ServoLaw, fit_servo_law
 from train.actuator.samples.sticking import FEWEST, SHARE, held_fast, resting
 from train.actuator.samples.window_tensors import to_device

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from tendon_newton.cli import VERBS, main
-from tests.formats.damage import Damage, cell, junk, refusal, swap, text
-from tests.formats.logs import dataset, model, xl330_log
+from tests.bad_input.damage import Damage, cell, junk, refusal, swap, text
+from tests.importers.logs import dataset, model, xl330_log
 
 HEADER = "t,theta,theta_dot,force\n"
 ENTRY = '[[recordings]]\nfile = "train.csv"\nbench = "finger"\nsplit = "train"\n'

@@ -6,9 +6,9 @@ from time import process_time
 import pytest
 
 from tendon_newton.errors import InvalidAsset
-from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.checks import check_asset
-from tests.mechanisms.flat_assets import write_changed
+from tendon_newton.mechanisms.loading import load_mechanism
+from tests.mechanisms.broken.flat_assets import write_changed
 
 LIMIT = 10.0
 """A check takes less of a core [s], whatever the asset holds."""
