@@ -66,6 +66,7 @@ def main(config: ImportConfig) -> None:
         print(f"{config.out / 'model.toml'}: {model.text}")
         return
     imported = read(config)
+    refuse_unknown_benches(imported)
     parts = imported.parts() if config.joint is None else {}
     if not parts:
         write(config, imported, config.out)
@@ -102,6 +103,15 @@ def read(config: ImportConfig) -> Imported:
         units = LeRobotUnits(unit=config.unit, calibration=config.calibration)
         return read_lerobot(config.source, config.joint, units)
     return IMPORTERS[config.format](config.source)
+
+
+def refuse_unknown_benches(imported: Imported) -> None:
+    """Refuse recordings of a bench that nothing could simulate."""
+    from tendon_newton.errors import unknown_name
+    from tendon_newton.mechanisms.asset_library import asset_names
+
+    for bench in {log.recording.bench for log in imported.logs} - set(asset_names()):
+        raise unknown_name("bench", bench, asset_names())
 
 
 def write(config: ImportConfig, imported: Imported, out: Path) -> None:
