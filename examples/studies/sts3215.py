@@ -14,13 +14,13 @@ from pathlib import Path
 
 import numpy as np
 
+from tendon_newton.data.importers.bam import read_bam
+from tendon_newton.data.importers.imported import ImportedLog
+from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.recording import Array, Indices
 from tendon_newton.identification.least_squares import Candidate, refine
 from tendon_newton.identification.objective import Scales, stack
 from tendon_newton.identification.study import Study
-from tendon_newton.importers.bam import read_bam
-from tendon_newton.importers.imported import ImportedLog
-from tendon_newton.model_file import Model, NamedValues
-from tendon_newton.recording import Array, Indices
 
 TERMS: dict[str, dict[str, float]] = {
     "command_delay": {"delay": 0.02},

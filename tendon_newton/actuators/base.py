@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
-from tendon_newton.parameters import Parameter
+from tendon_newton.data.parameters import Parameter
 
 
 class Actuator:
@@ -29,11 +29,12 @@ class Actuator:
     """Whether it has a rotor, whose inertia stands between the motor and the load cell."""
     stiffness: ClassVar[str | None] = None
     """Parameter by which it answers a small turn of its shaft [N/rad]; None where none tells."""
-    duty: ClassVar[Callable[..., Any] | None] = None
-    """Device function (error: Jet, tendon, p) -> Jet: the duty cycle that it asks for [1]; without
-    one a servo's duty is its force over its limit."""
+    modulated: ClassVar[bool] = False
+    """Whether it drives its motor by a duty cycle; else its force over its limit counts as one."""
+    duty: ClassVar[Callable[..., Any]]
+    """Device function (error: Jet, tendon, p) -> Jet: the duty cycle that it asks for [1]."""
     driven: ClassVar[Callable[..., Any]]
-    """Device function (duty: Jet, tendon, p) -> Jet: its force at a duty, where it has one."""
+    """Device function (duty: Jet, tendon, p) -> Jet: its force at a duty cycle."""
     armature: ClassVar[Callable[..., Any]]
     """Device function (p) -> real: inertia of rotor and gear at the spool [kg m2]."""
 

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from tendon_newton.actuators.base import Actuator
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, ParameterVector, real
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.parameters import Parameter
 
 
 class PdTorque(Actuator):

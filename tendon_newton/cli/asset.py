@@ -13,8 +13,8 @@ from tendon_newton.cli.asset_interchange import Export, Import, export_asset, im
 from tendon_newton.device_code.quiet import quiet_warp
 
 if TYPE_CHECKING:
-    from tendon_newton.mechanisms.direct_plan import DirectPlan
-    from tendon_newton.mechanisms.findings import AssetFinding
+    from tendon_newton.mechanisms.authoring.direct_plan import DirectPlan
+    from tendon_newton.mechanisms.rules.findings import AssetFinding
 
 FINGER = {
     "length": (0.030,), "mass": (0.010,), "stiffness": (0.045,), "range": (1.57,),
@@ -112,8 +112,8 @@ def main(config: Asset) -> None:
 def new(config: New) -> None:
     """Write a starting asset and print what to do with it."""
     from tendon_newton.mechanisms.asset_library import check_new_name
-    from tendon_newton.mechanisms.asset_plan import plan_asset, write_asset
-    from tendon_newton.mechanisms.direct_plan import write_direct_asset
+    from tendon_newton.mechanisms.authoring.asset_plan import plan_asset, write_asset
+    from tendon_newton.mechanisms.authoring.direct_plan import write_direct_asset
 
     check_new_name(config.name)
     if config.kind != "finger":
@@ -141,7 +141,7 @@ def direct_plan(config: New) -> DirectPlan:
         InvalidAsset: A number has several values, or belongs to a finger.
     """
     from tendon_newton.errors import InvalidAsset
-    from tendon_newton.mechanisms.direct_plan import DirectPlan
+    from tendon_newton.mechanisms.authoring.direct_plan import DirectPlan
 
     given = {key: getattr(config, key) for key in FINGER if getattr(config, key) is not None}
     for key, values in given.items():
@@ -188,14 +188,14 @@ def table(findings: Sequence[AssetFinding]) -> list[str]:
 
 def show(config: Show) -> None:
     """Draw an asset and print where the picture is."""
-    from tendon_newton.mechanisms.asset_plot import plot_asset
-    from tendon_newton.mechanisms.mechanism import load_mechanism
+    from tendon_newton.mechanisms.authoring.asset_plot import plot_asset
+    from tendon_newton.mechanisms.loading import load_mechanism
 
     mechanism = load_mechanism(config.asset)
     path = config.out or Path(f"{mechanism.name}.png")
     plot_asset(mechanism, path)
     print(path)
     if config.window:
-        from tendon_newton.mechanisms.asset_window import show_in_window
+        from tendon_newton.mechanisms.authoring.asset_window import show_in_window
 
         show_in_window(mechanism)

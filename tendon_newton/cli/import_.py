@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING
 import tyro
 
 if TYPE_CHECKING:
-    from tendon_newton.importers.imported import Imported
+    from tendon_newton.data.importers.imported import Imported
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,9 +53,9 @@ class ImportConfig:
 
 def main(config: ImportConfig) -> None:
     """Import, write and report."""
+    from tendon_newton.data.importers import IMPORTERS, MAPPED, MODEL_IMPORTERS
+    from tendon_newton.data.importers.writing import write_imported_model
     from tendon_newton.errors import unknown_name
-    from tendon_newton.importers import IMPORTERS, MAPPED, MODEL_IMPORTERS
-    from tendon_newton.importers.writing import write_imported_model
 
     if config.format not in (*IMPORTERS, MAPPED):
         raise unknown_name("log format", config.format, (*IMPORTERS, MAPPED))
@@ -66,6 +66,7 @@ def main(config: ImportConfig) -> None:
         print(f"{config.out / 'model.toml'}: {model.text}")
         return
     imported = read(config)
+    refuse_unknown_benches(imported)
     parts = imported.parts() if config.joint is None else {}
     if not parts:
         write(config, imported, config.out)
@@ -75,8 +76,8 @@ def main(config: ImportConfig) -> None:
 
 def refuse_foreign_options(config: ImportConfig) -> None:
     """Refuse options that belong to another format."""
+    from tendon_newton.data.importers import MAPPED
     from tendon_newton.errors import InvalidParameter
-    from tendon_newton.importers import MAPPED
 
     if (config.mapping is None) == (config.format == MAPPED):
         raise InvalidParameter(
@@ -92,9 +93,9 @@ def refuse_foreign_options(config: ImportConfig) -> None:
 
 def read(config: ImportConfig) -> Imported:
     """Read the logs."""
-    from tendon_newton.importers import IMPORTERS
-    from tendon_newton.importers.lerobot import LeRobotUnits, read_lerobot
-    from tendon_newton.importers.mapped import read_mapped
+    from tendon_newton.data.importers import IMPORTERS
+    from tendon_newton.data.importers.lerobot import LeRobotUnits, read_lerobot
+    from tendon_newton.data.importers.mapped import read_mapped
 
     if config.mapping is not None:
         return read_mapped(config.source, config.mapping)
@@ -104,10 +105,19 @@ def read(config: ImportConfig) -> Imported:
     return IMPORTERS[config.format](config.source)
 
 
+def refuse_unknown_benches(imported: Imported) -> None:
+    """Refuse recordings of a bench that nothing could simulate."""
+    from tendon_newton.errors import unknown_name
+    from tendon_newton.mechanisms.asset_library import asset_names
+
+    for bench in {log.recording.bench for log in imported.logs} - set(asset_names()):
+        raise unknown_name("bench", bench, asset_names())
+
+
 def write(config: ImportConfig, imported: Imported, out: Path) -> None:
     """Write a dataset and say what it is."""
-    from tendon_newton.importers.split import read_conditions, split_logs
-    from tendon_newton.importers.writing import write_import
+    from tendon_newton.data.importers.split import read_conditions, split_logs
+    from tendon_newton.data.importers.writing import write_import
 
     test = read_conditions(config.test, "--test")
     train = read_conditions(config.train, "--train")

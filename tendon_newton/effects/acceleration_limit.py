@@ -7,10 +7,10 @@ from typing import Any
 
 import warp as wp
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect, Stage
-from tendon_newton.parameters import Parameter
 
 UNLIMITED = 1.0e30
 """A limit [rad/s2] from which on there is none."""
@@ -28,7 +28,10 @@ def profile_after(goal: real, rate: real, command: real, elapsed: real, values: 
         side = real(-1.0)
     far = side * (command - goal)
     fast = side * rate
-    top = wp.min(wp.sqrt(wp.max(a * far + real(0.5) * fast * fast, real(0.0))), values[1])
+    reach = a * far + real(0.5) * fast * fast
+    if reach < real(0.0):
+        reach = real(0.0)
+    top = wp.min(wp.sqrt(reach), values[1])
     rising = a
     if top < fast:
         rising = -a

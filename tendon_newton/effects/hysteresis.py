@@ -6,10 +6,10 @@ from typing import Any
 
 import warp as wp
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect, Stage
-from tendon_newton.parameters import Parameter
 
 
 @device_template
@@ -25,7 +25,7 @@ def bent(before: real, tendon: Any, values: Values) -> Jet:
     if travel < real(0.0):
         side = real(-1.0)
     level = side * values[0]
-    kept = wp.exp(-wp.abs(travel) / values[1])
+    kept = wp.exp(-side * travel / values[1])
     away = (before - level) * kept
     return Jet(level + away, -side * away / values[1], real(0.0))
 

@@ -27,11 +27,11 @@ from typing import Any
 
 import warp as wp
 
+from tests.benchmarks.engines_timed.soundness import CONTROL_STEP
 from tests.benchmarks.learning import gradient, ppo
 from tests.benchmarks.loop import loop
 from tests.benchmarks.mechanics import mechanics
 from tests.benchmarks.network import network
-from tests.benchmarks.soundness import CONTROL_STEP
 from tests.benchmarks.timing import RESULTS, Row, circumstances
 
 RESULT = RESULTS / "gpu.json"
@@ -48,8 +48,10 @@ PARTS: dict[str, Callable[[Sequence[int]], Iterator[Row]]] = {
 
 def measure(
     parts: dict[str, Callable[[Sequence[int]], Iterator[Row]]],
-    worlds: Sequence[int], out: Path, command: str,
-) -> dict[str, Any]:  # fmt: skip
+    worlds: Sequence[int],
+    out: Path,
+    command: str,
+) -> dict[str, Any]:
     """Measure parts, write each row as it comes, and return all that the file holds."""
     wp.config.quiet = True
     result = json.loads(out.read_text()) if out.exists() else {}

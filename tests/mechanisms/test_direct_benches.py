@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from tendon_newton.cli import main
-from tendon_newton.mechanisms.mechanism import load_mechanism
-from tendon_newton.model_file import Model, NamedValues
-from tendon_newton.simulation.replay import rollout_of
-from tendon_newton.simulation.rollout import Trajectory
+from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.simulation.hosts.replay import rollout_of
+from tendon_newton.simulation.hosts.rollout import Trajectory
 from tests.physics.runs import run_of
 
 DRIVE = {"kp": 4000.0, "kd": 0.0, "max_torque": 50.0, "armature": 1e-8, "spool_radius": 1.0}

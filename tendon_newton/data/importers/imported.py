@@ -1,0 +1,79 @@
+"""What an importer gives: recordings, what they can be selected by, and a model to start from."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from tendon_newton.data.checks.finding import Finding
+from tendon_newton.data.model_file import Model
+from tendon_newton.data.recording import Recording
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImportedLog:
+    """One recording with the circumstances that its source states."""
+
+    recording: Recording
+    """The data in the names and units of our files."""
+    conditions: Mapping[str, float | str]
+    """Circumstances by which a split can select it (``kp``, ``trajectory``)."""
+    source: Path
+    """The file it came from."""
+    sha256: str
+    """Digest of that file."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Imported:
+    """Everything that one folder of foreign logs gave."""
+
+    logs: tuple[ImportedLog, ...]
+    """One per file, in the order of their names."""
+    start_model: Callable[[Sequence[ImportedLog]], Model]
+    """Makes the model to start from, with its unknown numbers listed in ``fit``, out of the logs
+    that may be fitted."""
+    limits: Mapping[str, float]
+    """Known limits by column [column's unit]."""
+    findings: tuple[Finding, ...]
+    """What only the importer could see, because it knows the source's registers."""
+
+    apart: str | None = None
+    """Condition whose values become a dataset each; None where all logs belong into one."""
+
+    @property
+    def model(self) -> Model:
+        """The model to start from where every log may be fitted."""
+        return self.start_model(self.logs)
+
+    def parts(self) -> dict[str, "Imported"]:
+        """Return what becomes a dataset each, by the name of its folder; empty for one dataset."""
+        if self.apart is None:
+            return {}
+        values = dict.fromkeys(str(log.conditions[self.apart]) for log in self.logs)
+        return {
+            value: replace(
+                self,
+                logs=tuple(log for log in self.logs if str(log.conditions[self.apart]) == value),
+                apart=None,
+            )
+            for value in values
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImportedModel:
+    """What a foreign parameter file became."""
+
+    model: Model
+    """To start from; nothing of it is left to be fitted."""
+    left_out: tuple[str, ...]
+    """What the file says and no effect of ours does, in words."""
+
+    @property
+    def text(self) -> str:
+        """What a reader must know of the model."""
+        names = ", ".join(effect.name for effect in self.model.effects) or "none"
+        lines = [f"actuator {self.model.actuator.name}; effects: {names}"]
+        if self.left_out:
+            lines += ["", "left out, for want of an effect that does it:"]
+        return "\n".join([*lines, *(f"  {words}" for words in self.left_out)])

@@ -1,0 +1,223 @@
+"""Rows of anybody's CSV and JSON files, and numbers in them."""
+
+import csv
+import json
+import re
+from array import array
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+from math import isnan
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tendon_newton.data.checks.finding import Finding
+from tendon_newton.data.files.text_file import LOG_SIZE_LIMIT, finite_number, open_text, read_text
+from tendon_newton.data.importers.column_mapping import ColumnMapping
+from tendon_newton.data.importers.csv_dialect import PROMISE, CsvDialect
+from tendon_newton.data.importers.mapped_column import MappedColumn
+from tendon_newton.data.recording import Array
+from tendon_newton.errors import InvalidRecording, listed, shown
+
+STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
+"""One step of a path into a row: a key, or the place in a list."""
+LINES = (".jsonl", ".ndjson")
+"""Suffixes of files with one JSON object per line."""
+JSON_SIZE_LIMIT = 1 << 25
+"""Bytes of a JSON log, whose rows take twenty times as much in memory."""
+Row = Mapping[str, Any]
+
+
+MISSING = frozenset({"", "nan", "na", "n/a", "null", "none", "-"})
+"""Cells that say that there is no number."""
+
+
+def read_mapped_columns(
+    path: Path, mapping: ColumnMapping, name: str
+) -> tuple[dict[str, Array], list[Finding]]:
+    """Read the columns that a mapping names, in our units, shape (T,) each.
+
+    Rows in which one of them has no number are left out.
+
+    Args:
+        path: The file.
+        mapping: Which of its columns is which of ours.
+        name: The recording, for what was found.
+    """
+    wanted = {ours: column for ours, column in mapping.columns.items() if column.source is not None}
+    numbers = {ours: array("d") for ours in wanted}
+    empty: Counter[str] = Counter()
+    places = array("d")
+    rows, dialect = read_rows(path, mapping)
+    count = 0
+    for count, row in enumerate(rows, start=1):
+        found = {
+            ours: number_of(path, count - 1, row, column, dialect.decimal == ",")
+            for ours, column in wanted.items()
+        }
+        absent = [wanted[ours].source or "" for ours, value in found.items() if value is None]
+        empty.update(absent)
+        if not absent:
+            places.append(count - 1)
+            for ours, value in found.items():
+                numbers[ours].append(value or 0.0)
+    if len(places) < 2:
+        lacking = f", {count - len(places)} of them lack {listed(empty)}" if empty else ""
+        raise InvalidRecording(f"{path}: a log has two rows or more; it has {count}{lacking}")
+    columns = {
+        ours: column.scale * np.frombuffer(numbers[ours]) + column.offset
+        for ours, column in wanted.items()
+    }
+    if "t" not in columns:
+        assert mapping.rate is not None
+        columns["t"] = np.frombuffer(places) / mapping.rate
+    told = [*guessed(name, dialect.text(mapping.dialect)), *left_out(name, empty, places, count)]
+    return columns, told
+
+
+def guessed(name: str, words: str) -> Iterator[Finding]:
+    """Say what was guessed of a file."""
+    if words:
+        yield Finding(
+            recording=name,
+            channel="all",
+            severity="note",
+            evidence=f"{words}, by its first lines",
+            consequence="seen, not stated; delimiter and decimal in the mapping say otherwise",
+        )
+
+
+def left_out(name: str, empty: Counter[str], places: array, count: int) -> Iterator[Finding]:
+    """Say how many rows lack a number, and in which columns."""
+    if empty:
+        cells = ", ".join(f"{column} {times}" for column, times in empty.items())
+        yield Finding(
+            recording=name,
+            channel="all",
+            severity="caution",
+            evidence=f"{count - len(places)} of {count} rows ({cells} empty cells)",
+            consequence="rows without a number in a mapped column are left out; a column that is "
+            "often empty is better not mapped",
+        )
+
+
+def read_rows(path: Path, mapping: ColumnMapping) -> tuple[Iterable[Row], CsvDialect]:
+    """Read the rows of a file one by one, by the suffix of its name."""
+    if path.suffix in (".json", *LINES):
+        return json_rows(path, mapping.rows), CsvDialect(delimiter=",", decimal=".")
+    sources = [column.source for column in mapping.columns.values() if column.source is not None]
+    wanted = {*sources, *(source.split("[", 1)[0] for source in sources)}  # paths into a cell
+    dialect = mapping.dialect.guessed(path, wanted)
+    return csv_rows(path, dialect.delimiter or ","), dialect
+
+
+def csv_rows(path: Path, delimiter: str) -> Iterator[Row]:
+    """Read the rows of a CSV file with a header."""
+    with open_text(path, InvalidRecording, PROMISE, size_limit=LOG_SIZE_LIMIT) as file:
+        try:
+            reader = csv.DictReader(file, skipinitialspace=True, delimiter=delimiter)
+            if reader.fieldnames is not None:
+                reader.fieldnames = [name.strip() for name in reader.fieldnames]
+            yield from reader
+        except csv.Error as error:
+            raise InvalidRecording(f"{path}: a log must be CSV: {error}") from error
+
+
+def json_rows(path: Path, key: str | None) -> list[Row]:
+    """Read the rows of a JSON file: a list of objects or an object of lists, maybe below a key."""
+    text = read_text(path, InvalidRecording, "a log is a JSON file", size_limit=JSON_SIZE_LIMIT)
+    try:
+        content = (
+            [json.loads(line) for line in text.splitlines() if line.strip()]
+            if path.suffix in LINES
+            else json.loads(text)
+        )
+    except (ValueError, RecursionError) as error:
+        raise InvalidRecording(f"{path}: a log must be JSON: {error}") from error
+    rows = content if key is None else content.get(key) if isinstance(content, dict) else None
+    if isinstance(rows, dict) and (columns := lists_of(rows)):
+        lengths = {name: len(values) for name, values in columns.items()}
+        if len(set(lengths.values())) > 1:
+            told = ", ".join(f"{name} {length}" for name, length in lengths.items())
+            raise InvalidRecording(f"{path}: columns must be equally long; they have {told} rows")
+        return [
+            dict(zip(columns, cells, strict=True)) for cells in zip(*columns.values(), strict=True)
+        ]
+    if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):
+        place = "it" if key is None else f"its key {key!r}"
+        raise InvalidRecording(
+            f"{path}: {place} must hold a list of objects, one per row, or one list per column"
+        )
+    return rows
+
+
+def lists_of(table: Mapping[str, Any]) -> dict[str, list[Any]]:
+    """Return the columns of an object of lists; none where a list holds objects."""
+    columns = {name: values for name, values in table.items() if isinstance(values, list)}
+    holds_rows = any(isinstance(item, dict) for values in columns.values() for item in values)
+    return {} if holds_rows else columns
+
+
+def number_of(path: Path, place: int, row: Row, column: MappedColumn, commas: bool) -> float | None:
+    """Return one number of a row, as it stands there; None where its cell is empty."""
+    assert column.source is not None
+    found = cell(row, column.source)
+    if found is None and place == 0 and column.source not in row:
+        first = next(iter(STEP.findall(column.source)), ("", ""))[0]
+        if first not in row:
+            raise InvalidRecording(
+                f"{path}: no column named {shown(column.source)}; there are {listed(map(str, row))}"
+            )
+    if is_missing(found):
+        return None
+    number = number_in(found.replace(",", ".") if commas and isinstance(found, str) else found)
+    if number is None:
+        raise InvalidRecording(
+            f"{path}: {column.source} must be a number; row {place} has {shown(found)}"
+        )
+    return number
+
+
+def is_missing(value: Any) -> bool:
+    """Tell whether a cell says that there is no number."""
+    if isinstance(value, str):
+        return value.strip().lower() in MISSING
+    return value is None or (isinstance(value, float) and isnan(value))
+
+
+def cell(row: Row, source: str) -> Any:
+    """Return what a row holds: a column of that very name, or what a path leads to."""
+    if source in row:
+        return row[source]
+    value: Any = row
+    for key, index in STEP.findall(source):
+        if isinstance(value, str):
+            value = list_in(value)
+        if key and isinstance(value, dict):
+            value = value.get(key)
+        elif index and isinstance(value, list) and int(index) < len(value):
+            value = value[int(index)]
+        else:
+            return None
+    return value
+
+
+def list_in(text: str) -> Any:
+    """Return the list that stands in a cell of text, as in ``"[0.1, 0.2]"``; None where none."""
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError):
+        return None
+
+
+def number_in(value: Any) -> float | None:
+    """Return a number, also one that stands in a text; None where it is none."""
+    if isinstance(value, bool):
+        return float(value)
+    if isinstance(value, str):
+        try:
+            value = float(value)
+        except ValueError:
+            return None
+    return finite_number(value)

@@ -1,0 +1,85 @@
+"""Opening a USD file that may be anybody's.
+
+The parser believes the sizes that a binary layer claims, and may take gigabytes or die of them, so
+that an asset with one is first opened in a process of its own.
+"""
+
+# The stubs of pxr leave out what its C++ modules define.
+# pyright: reportAttributeAccessIssue=false
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from tendon_newton.data.files.guarded import TooMuch, guarded
+from tendon_newton.errors import InvalidAsset
+from tendon_newton.mechanisms.usd.layer_files import check_layers
+
+MEMORY = 1 << 29
+"""Bytes that opening an asset with binary layers may take; those of a hand take a tenth."""
+PRIM_LIMIT = 5000
+"""Prims of a stage that we read; a hand has some hundreds, and validators take 0.2 ms for each."""
+REASON_LENGTH = 500
+"""Most that is repeated of what USD says [characters]."""
+
+
+def open_stage(path: Path) -> Any:
+    """Open a USD stage, or say why it cannot be read."""
+    if not check_layers(path):
+        try:
+            guarded(try_open, str(path.absolute()), memory=MEMORY)
+        except TooMuch as error:
+            raise InvalidAsset(f"An asset must be a USD file; opening {path} {error}.") from error
+    return opened(path)
+
+
+def try_open(path: str) -> None:
+    """Open a stage, for the errors that come of it."""
+    opened(Path(path))
+
+
+def opened(path: Path) -> Any:
+    """Return a stage whose names and values can be read."""
+    from pxr import Usd
+
+    with usd_errors(path):
+        stage = Usd.Stage.Open(str(path))
+        stage.Reload()  # USD keeps layers in memory; one may have been edited since
+    if sum(1 for _ in islice(stage.Traverse(), PRIM_LIMIT + 1)) > PRIM_LIMIT:
+        raise InvalidAsset(f"An asset has at most {PRIM_LIMIT} prims; {path} has more.")
+    refuse_other_text(stage)
+    return stage
+
+
+def refuse_other_text(stage: Any) -> None:
+    """Refuse layers with names or values that Python cannot read as text."""
+    for layer in stage.GetUsedLayers():
+        try:
+            with usd_errors(Path(layer.realPath)):
+                layer.ExportToString()
+        except UnicodeDecodeError as error:
+            raise InvalidAsset(
+                f"An asset must be a USD file; {layer.realPath} holds text that is not UTF-8."
+            ) from error
+
+
+@contextmanager
+def usd_errors(path: Path) -> Iterator[None]:
+    """Turn an error of USD's into one line of ours, and keep what it writes off the terminal."""
+    from pxr import Tf, UsdUtils
+
+    listener = UsdUtils.CoalescingDiagnosticDelegate()
+    try:
+        yield
+    except Tf.ErrorException as error:
+        try:
+            reason = " ".join(str(error.args[0].commentary).split())[:REASON_LENGTH]
+        except UnicodeDecodeError:  # it repeats the bytes that it cannot read
+            reason = "it holds text that is not UTF-8"
+        raise InvalidAsset(f"An asset must be a USD file; {path} is unreadable: {reason}") from None
+    finally:
+        del listener

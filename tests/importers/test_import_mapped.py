@@ -1,0 +1,273 @@
+"""Anybody's logs become recordings by a mapping file, and a wrong mapping says what is wrong."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tendon_newton.cli import main
+from tendon_newton.data.dataset import load_dataset
+from tendon_newton.data.importers.column_mapping import read_mapping
+from tendon_newton.data.model_file import load_model
+
+TIME = np.arange(200) / 100.0
+COLUMNS = """
+t = {column = "time_ms", unit = "ms"}
+theta_d = {column = "goal", unit = "deg", sign = -1}
+theta = {column = "angle", unit = "deg", sign = -1, offset = 0.1}
+theta_dot = {column = "rpm", unit = "rev/min", sign = -1}
+force = {column = "grams", unit = "g"}
+"""
+
+
+@pytest.fixture
+def logs(tmp_path: Path) -> Path:
+    """Two CSV logs in units of their own."""
+    folder = tmp_path / "logs"
+    folder.mkdir()
+    for k in (1, 2):
+        angle = 30.0 * np.sin(k * TIME)
+        rpm = 30.0 * k * np.cos(k * TIME) / 6.0
+        rows = zip(1e3 * TIME, 1.1 * angle, angle, rpm, 100.0 + angle, strict=True)
+        lines = [
+            "time_ms,goal,angle,rpm,grams",
+            *(",".join(map(repr, map(float, r))) for r in rows),
+        ]
+        (folder / f"run_{k}.csv").write_text("\n".join(lines) + "\n")
+    return folder
+
+
+def mapping(folder: Path, columns: str = COLUMNS, head: str = 'bench = "spring_weak"') -> Path:
+    """Write a mapping file."""
+    path = folder / "mapping.toml"
+    path.write_text(f"{head}\n[columns]\n{columns}")
+    return path
+
+
+def run_import(logs: Path, path: Path, out: Path) -> int:
+    """Run the command line."""
+    words = ["import", "mapped", str(logs), "--mapping", str(path), "--out", str(out)]
+    return main([*words, "--test", "part1=2"])
+
+
+def test_units_signs_and_offsets_are_applied(logs: Path, tmp_path: Path) -> None:
+    """Degrees, rev/min, grams and milliseconds become SI, to the rounding of a CSV file."""
+    assert run_import(logs, mapping(tmp_path), tmp_path / "out") == 0
+    loaded = load_dataset(tmp_path / "out")
+    assert [r.name for r in (*loaded.train, *loaded.test)] == ["run_1.csv", "run_2.csv"]
+    run = loaded.train[0]
+    angle = np.deg2rad(30.0 * np.sin(TIME))
+    assert run.command is not None
+    assert run.force is not None
+    np.testing.assert_allclose(run.time, TIME, atol=1e-9)
+    np.testing.assert_allclose(run.motor_position[:, 0], 0.1 - angle, atol=1e-8)
+    np.testing.assert_allclose(run.command[:, 0], -1.1 * angle, atol=1e-8)
+    speed = -np.deg2rad(30.0) * np.cos(TIME)
+    np.testing.assert_allclose(run.motor_velocity[:, 0], speed, atol=1e-8)
+    weight = (100.0 + 30.0 * np.sin(TIME)) * 9.80665e-3
+    np.testing.assert_allclose(run.force[:, 0], weight, atol=1e-8)
+    assert load_model(tmp_path / "out" / "model.toml").actuator.name == "ideal"
+
+
+def test_json_paths_rates_and_derived_speeds(tmp_path: Path) -> None:
+    """Rows below a key, a number inside lists and objects, no time and no speed."""
+    folder = tmp_path / "logs"
+    folder.mkdir()
+    rows = [{"goal": [0.0, float(a)], "state": {"q": [0.0, float(a)]}} for a in np.sin(TIME)]
+    for k in (1, 2):
+        (folder / f"run_{k}.json").write_text(json.dumps({"log": rows, "who": k}))
+    columns = """
+theta_d = {column = "goal[1]"}
+theta = {column = "state.q[1]"}
+theta_dot = {derive = "theta"}
+"""
+    head = 'bench = "servo"\nfiles = "*.json"\nrows = "log"\nrate = 100\nstart = "first_row"'
+    assert run_import(folder, mapping(tmp_path, columns, head), tmp_path / "out") == 0
+    run = load_dataset(tmp_path / "out").train[0]
+    assert run.start == "first_row"
+    np.testing.assert_allclose(run.time, TIME, atol=1e-9)
+    # central differences of a sine at 100 Hz; one-sided at the ends
+    np.testing.assert_allclose(run.motor_velocity[:, 0], np.cos(TIME), atol=1e-2)
+    assert load_model(tmp_path / "out" / "model.toml").actuator.name == "ideal_position"
+
+
+@pytest.mark.parametrize(
+    ("columns", "head", "words"),
+    [
+        (COLUMNS.replace("deg", "degree"), None, "No unit named 'degree'"),
+        (COLUMNS.replace('"angle"', '"angel"'), None, "no column named 'angel'"),
+        (COLUMNS.replace("theta_dot", "speed"), None, "No column named 'speed'"),
+        (COLUMNS.replace("sign = -1", "sign = 2"), None, "sign must be 1 or -1"),
+        (COLUMNS.replace('unit = "g"', 'unit = "g", scale = 2.0'), None, "not both"),
+        (COLUMNS.replace("\nt = ", "\n#"), None, "must say where 't' comes from"),
+        (COLUMNS, 'bench = "spring_weak"\nrate = -1', "rate must be a positive number"),
+        (COLUMNS, 'bench = "spring_weak"\nfiles = "*.json"', "no log matches"),
+        (COLUMNS, 'bench = "spring_weak"\nfit = 3', "fit must be a list"),
+        (COLUMNS, "rate = 100", "'bench' is missing"),
+        (COLUMNS.replace('ms"}', 's"}'), None, "t must be in seconds"),
+    ],
+)
+def test_a_wrong_mapping_is_one_line_that_says_so(
+    logs: Path, tmp_path: Path, capsys, columns: str, head: str | None, words: str
+) -> None:
+    """Exit code 2 and a message that names the fault; no traceback."""
+    path = mapping(tmp_path, columns, head or 'bench = "spring_weak"')
+    assert run_import(logs, path, tmp_path / "out") == 2
+    message = capsys.readouterr().err
+    assert words in message
+    assert message.count("\n") == 1
+
+
+def test_mapping_belongs_to_mapped_alone(logs: Path, tmp_path: Path, capsys) -> None:
+    """The option without the format, and the format without the option."""
+    out = ["--out", str(tmp_path / "out")]
+    assert main(["import", "mapped", str(logs), *out]) == 2
+    assert "needs it" in capsys.readouterr().err
+    assert main(["import", "xl330", str(logs), *out, "--mapping", str(mapping(tmp_path))]) == 2
+    assert "belongs to the format mapped" in capsys.readouterr().err
+
+
+def test_cells_may_be_lists_and_delimiters_semicolons(tmp_path: Path) -> None:
+    """A path reaches into a list that stands in a CSV cell; numbers by log are merged."""
+    folder = tmp_path / "logs"
+    folder.mkdir()
+    for k in (1, 2):
+        lines = [f'{t};"[0.0, {a}]"' for t, a in zip(TIME, np.sin(TIME), strict=True)]
+        (folder / f"run_{k}.csv").write_text("\n".join(["time;positions", *lines]) + "\n")
+    columns = """
+t = {column = "time"}
+theta_d = {column = "positions[1]"}
+theta = {column = "positions[1]"}
+theta_dot = {derive = "theta"}
+[logs."run_2.*"]
+bench_overrides = {mass = 0.7}
+"""
+    head = 'bench = "pendulum"\ndelimiter = ";"\nbench_overrides = {mass = 0.5, length = 0.1}'
+    assert run_import(folder, mapping(tmp_path, columns, head), tmp_path / "out") == 0
+    loaded = load_dataset(tmp_path / "out")
+    np.testing.assert_allclose(loaded.train[0].motor_position[:, 0], np.sin(TIME), atol=1e-8)
+    numbers = [r.bench_overrides.given for r in (loaded.train[0], loaded.test[0])]
+    assert numbers == [{"mass": (0.5,), "length": (0.1,)}, {"mass": (0.7,), "length": (0.1,)}]
+
+
+def test_json_may_hold_columns_or_lines(tmp_path: Path) -> None:
+    """One list per column, or one object per line, gives the same as a list of rows."""
+    folder = tmp_path / "logs"
+    folder.mkdir()
+    table = {"t": TIME.tolist(), "q": np.sin(TIME).tolist()}
+    rows = [dict(zip(table, cells, strict=True)) for cells in zip(*table.values(), strict=True)]
+    (folder / "run_1.json").write_text(json.dumps(table))
+    (folder / "run_2.jsonl").write_text("\n".join(map(json.dumps, rows)))
+    columns = """
+t = {column = "t"}
+theta_d = {column = "q"}
+theta = {column = "q"}
+theta_dot = {derive = "theta"}
+"""
+    head = 'bench = "servo"\nfiles = "*.json*"'
+    assert run_import(folder, mapping(tmp_path, columns, head), tmp_path / "out") == 0
+    loaded = load_dataset(tmp_path / "out")
+    for run in (loaded.train[0], loaded.test[0]):
+        np.testing.assert_allclose(run.motor_position[:, 0], np.sin(TIME), atol=1e-8)
+
+
+def test_the_mappings_of_the_documentation_are_mappings(tmp_path: Path) -> None:
+    """Every mapping file shown in docs/recordings_mapping.md can be read as it stands."""
+    page = Path(__file__).resolve().parents[2] / "docs" / "recordings_mapping.md"
+    blocks = page.read_text(encoding="utf-8").split("```toml\n")[1:]
+    whole = [block.split("```")[0] for block in blocks if "[columns]" in block]
+    assert len(whole) == 2
+    for block in whole:
+        path = tmp_path / "mapping.toml"
+        path.write_text(block)
+        assert read_mapping(path).bench in ("pendulum", "servo")
+
+
+LAB = """Zeit [ms];Soll [°];Ist [°];n [rpm];Kraft [N];Notiz
+0,0;10,0;9,5;0,0;1,5;an
+25,0;10,5;9,6;0,6;1,6;
+50,0;11,0;;0,7;1,7;
+75,0;11,5;9,9;0,8;NaN;
+100,0;12,0;10,1;0,9;1,9;aus
+"""
+LAB_COLUMNS = """
+t = {column = "Zeit [ms]", unit = "ms"}
+theta_d = {column = "Soll [°]", unit = "°"}
+theta = {column = "Ist [°]", unit = "deg"}
+theta_dot = {column = "n [rpm]", unit = "rpm"}
+force = {column = "Kraft [N]"}
+"""
+
+
+@pytest.fixture
+def lab(tmp_path: Path) -> Path:
+    """Two logs of a lab: semicolons, decimal commas, an empty cell and a NaN."""
+    folder = tmp_path / "lab"
+    folder.mkdir()
+    for name in ("sine_1", "sine_2"):
+        (folder / f"{name}.csv").write_text(LAB, encoding="utf-8")
+    return folder
+
+
+def test_a_labs_csv_needs_no_word_about_its_form(lab: Path, tmp_path: Path, capsys) -> None:
+    """Delimiter and decimals are guessed and said; rows without a number go, and are counted."""
+    assert run_import(lab, mapping(tmp_path, LAB_COLUMNS), tmp_path / "out") == 0
+    (run,) = load_dataset(tmp_path / "out").train
+    np.testing.assert_allclose(run.time, [0.0, 0.025, 0.1])
+    np.testing.assert_allclose(run.motor_position[:, 0], np.deg2rad([9.5, 9.6, 10.1]))
+    np.testing.assert_allclose(run.motor_velocity[:, 0], np.array([0.0, 0.6, 0.9]) * np.pi / 30.0)
+    assert run.force is not None
+    np.testing.assert_allclose(run.force[:, 0], [1.5, 1.6, 1.9])
+    said = capsys.readouterr().out
+    assert "cells separated by ';' and decimal commas, by its first lines" in said
+    assert "2 of 5 rows (Ist [°] 1, Kraft [N] 1 empty cells)" in said
+
+
+def test_rows_that_are_left_out_leave_their_time(lab: Path, tmp_path: Path) -> None:
+    """With a rate in place of a column, a row keeps its own instant."""
+    columns = "\n".join(LAB_COLUMNS.splitlines()[2:])
+    head = 'bench = "spring_weak"\nrate = 40'
+    assert run_import(lab, mapping(tmp_path, columns, head), tmp_path / "out") == 0
+    (run,) = load_dataset(tmp_path / "out").train
+    np.testing.assert_allclose(run.time, [0.0, 0.025, 0.1])
+
+
+@pytest.mark.parametrize(("delimiter", "quote"), [(";", ""), ("\t", ""), ("|", ""), (",", '"')])
+def test_any_delimiter_goes_with_decimal_commas(
+    delimiter: str, quote: str, lab: Path, tmp_path: Path
+) -> None:
+    """Where commas separate cells as well, a spreadsheet quotes the numbers; a mark leads it."""
+    for path in lab.glob("*.csv"):
+        rows = [[f"{quote}{cell}{quote}" for cell in line.split(";")] for line in LAB.splitlines()]
+        path.write_text("\n".join(delimiter.join(row) for row in rows), encoding="utf-8-sig")
+    assert run_import(lab, mapping(tmp_path, LAB_COLUMNS), tmp_path / "out") == 0
+    (run,) = load_dataset(tmp_path / "out").train
+    np.testing.assert_allclose(run.motor_position[:, 0], np.deg2rad([9.5, 9.6, 10.1]))
+
+
+@pytest.mark.parametrize(
+    ("head", "columns", "said"),
+    [
+        ("", LAB_COLUMNS.replace("Ist [°]", "Ist"), "no column named 'Ist'; there are Zeit [ms]"),
+        ("", LAB_COLUMNS.replace("Kraft [N]", "Notiz"), "Notiz must be a number; row 0 has 'an'"),
+        ('decimal = "."', LAB_COLUMNS, "must be a number; row 0 has '0,0'"),
+        ('decimal = "x"', LAB_COLUMNS, "decimal must be '.' or ','"),
+        ('delimiter = ","', LAB_COLUMNS, "no column named 'Zeit [ms]'"),
+    ],
+)
+def test_what_cannot_be_guessed_is_said(
+    head: str, columns: str, said: str, lab: Path, tmp_path: Path, capsys
+) -> None:
+    """A missing column is called that, a word is no number, and what is stated wins."""
+    path = mapping(tmp_path, columns, f'bench = "spring_weak"\n{head}')
+    assert run_import(lab, path, tmp_path / "out") == 2
+    assert said in capsys.readouterr().err
+
+
+def test_an_unknown_bench_is_refused_at_once(lab: Path, tmp_path: Path, capsys) -> None:
+    """Nothing is written of what nothing could simulate."""
+    path = mapping(tmp_path, LAB_COLUMNS, 'bench = "my_arm"')
+    assert run_import(lab, path, tmp_path / "out") == 2
+    assert "No bench named 'my_arm'; known:" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()

@@ -1,0 +1,322 @@
+"""Recordings as ROS 2 bags of other programs, with topics and fields mapped by a file."""
+
+import logging
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from tendon_newton.data.dataset import load_dataset
+from tendon_newton.data.formats.any_file import read_recording_file
+from tendon_newton.data.formats.topic_mapping_file import read_mapping
+from tendon_newton.data.recording import Recording
+from tendon_newton.errors import (
+    InvalidMapping,
+    InvalidRecording,
+    MissingDependency,
+    TendonNewtonError,
+)
+
+ROWS = 80
+PLUGINS = {"sqlite3": StoragePlugin.SQLITE3, "mcap": StoragePlugin.MCAP}
+DEGREE = float(np.pi / 180.0)
+
+MAPPING = """
+[theta]
+topic = "/joint_states"
+field = "position"
+joints = ["spool"]
+
+[theta_dot]
+topic = "/joint_states"
+field = "velocity"
+joints = ["spool"]
+
+[theta_d]
+topic = "/goal"
+field = "data[1]"
+scale = 0.017453292519943295
+offset = 0.5
+
+[force]
+topic = "/scale"
+field = "data"
+scale = 9.80665
+"""
+"""Speeds and angles of one of two joints, goals in degrees behind another number, force in kg."""
+
+
+@dataclass
+class Bag:
+    """What a foreign program writes."""
+
+    plugin: str = "sqlite3"
+    stamped: bool = True
+    velocity: bool = True
+    topics: dict[str, str] = field(
+        default_factory=lambda: {"state": "/joint_states", "goal": "/goal", "force": "/scale"}
+    )
+
+    def write(self, path: Path) -> Path:
+        """Write a second of two joints at 80 Hz, a goal, and a scale at 20 Hz."""
+        store = get_typestore(Stores.ROS2_HUMBLE)
+        kinds = {
+            "state": "sensor_msgs/msg/JointState",
+            "goal": "std_msgs/msg/Float64MultiArray",
+            "force": "std_msgs/msg/Float64",
+        }
+        with Writer(path, version=9, storage_plugin=PLUGINS[self.plugin]) as writer:
+            connections = {
+                what: writer.add_connection(topic, kinds[what], typestore=store)
+                for what, topic in self.topics.items()
+            }
+            for k in range(ROWS):
+                for what, message in self.messages(store, k).items():
+                    if what in connections and (what != "force" or k % 4 == 0):
+                        data = store.serialize_cdr(message, kinds[what])
+                        writer.write(connections[what], 10**18 + k * 12_500_000, data)
+        return path
+
+    def messages(self, store: Any, k: int) -> dict[str, Any]:
+        """Build the messages of one row."""
+        types = store.types
+        nanoseconds = k * 12_500_000 if self.stamped else 0
+        stamp = types["builtin_interfaces/msg/Time"](sec=5, nanosec=nanoseconds)
+        layout = types["std_msgs/msg/MultiArrayLayout"](dim=[], data_offset=0)
+        return {
+            "state": types["sensor_msgs/msg/JointState"](
+                header=types["std_msgs/msg/Header"](stamp=stamp, frame_id=""),
+                name=["wrist", "spool"],
+                position=np.array([9.0, 0.01 * k]),
+                velocity=np.array([9.0, 0.8]) if self.velocity else np.array([]),
+                effort=np.array([]),
+            ),
+            "goal": types["std_msgs/msg/Float64MultiArray"](
+                layout=layout, data=np.array([-1.0, 90.0])
+            ),
+            "force": types["std_msgs/msg/Float64"](data=0.5),
+        }
+
+
+def read(path: Path, mapping: str = MAPPING) -> Recording:
+    """Read a bag with a mapping."""
+    file = path.parent / "mapping.toml"
+    file.write_text(mapping)
+    return read_recording_file(path, name=path.name, bench="finger", mapping=read_mapping(file))
+
+
+def check(log: Recording) -> None:
+    """Require what the foreign program has written, in our units."""
+    assert log.sample_count == ROWS
+    np.testing.assert_allclose(log.time, np.arange(ROWS) / 80.0, atol=1e-9)
+    np.testing.assert_allclose(log.motor_position[:, 0], 0.01 * np.arange(ROWS))
+    np.testing.assert_allclose(log.motor_velocity, 0.8)
+    assert log.command is not None
+    np.testing.assert_allclose(log.command, 90.0 * DEGREE + 0.5)
+    assert log.force is not None
+    np.testing.assert_allclose(log.force, 0.5 * 9.80665)
+
+
+@pytest.mark.parametrize("alone", [False, True])
+@pytest.mark.parametrize("plugin", PLUGINS)
+def test_a_mapped_bag_is_read(tmp_path: Path, plugin: str, alone: bool) -> None:
+    """A folder or its file alone, SQLite or MCAP: joint, index, scale and offset as mapped.
+
+    The goal and the scale have no stamp of their own, so their times of recording count; only the
+    joints are stamped, which is why they are on another clock here and all is read by ``log``.
+    """
+    path = Bag(plugin=plugin).write(tmp_path / "bag")
+    if alone:
+        (path,) = (file for file in path.iterdir() if file.suffix != ".yaml")
+    check(read(path, 'clock = "log"\n' + MAPPING))
+
+
+def test_a_dataset_names_its_mapping(tmp_path: Path) -> None:
+    """``mapping`` in an entry is a path inside the dataset's folder."""
+    Bag().write(tmp_path / "bag")
+    (tmp_path / "ours.toml").write_text('clock = "log"\n' + MAPPING)
+    (tmp_path / "dataset.toml").write_text(
+        '[[recordings]]\nfile = "bag"\nbench = "finger"\nsplit = "test"\nmapping = "ours.toml"\n'
+    )
+    check(load_dataset(tmp_path, require_train=False).test[0])
+
+
+def test_unknown_topics_are_answered_with_those_there(tmp_path: Path) -> None:
+    """A topic that a mapping names and a bag lacks is named beside what the bag has."""
+    path = Bag(topics={"state": "/joint_states", "goal": "/goal"}).write(tmp_path / "bag")
+    with pytest.raises(InvalidRecording, match=r"'/scale'.*is missing; there are /goal \(std_msgs"):
+        read(path)
+
+
+def test_a_bag_without_mapping_must_have_our_topics(tmp_path: Path) -> None:
+    """The default mapping is that of our own recordings, and the message says how to give one."""
+    path = Bag().write(tmp_path / "bag")
+    with pytest.raises(InvalidRecording, match=r"'/servo/state'.*there are /goal.*mapping.toml"):
+        read_recording_file(path, name="bag", bench="finger")
+
+
+def test_a_speed_is_derived_only_when_asked_for(tmp_path: Path) -> None:
+    """Without velocities a bag is refused, and read where the mapping derives them."""
+    path = Bag(velocity=False).write(tmp_path / "bag")
+    log_clock = 'clock = "log"\n' + MAPPING
+    with pytest.raises(InvalidRecording, match=r"theta_dot comes from .*holds no value of it"):
+        read(path, log_clock)
+    start, end = log_clock.index("[theta_dot]"), log_clock.index("[theta_d]")
+    derived = log_clock[:start] + '[theta_dot]\ndifferentiate = "theta"\n\n' + log_clock[end:]
+    check(read(path, derived))
+
+
+def test_stamps_that_were_never_set_are_noticed(tmp_path: Path) -> None:
+    """All stamps alike: the message says how to use the times of recording."""
+    path = Bag(stamped=False).write(tmp_path / "bag")
+    with pytest.raises(InvalidRecording, match=r'stamps of its 80 messages .* clock = "log"'):
+        read(path)
+
+
+def test_a_wrong_unit_is_named(tmp_path: Path) -> None:
+    """Goals in degrees without a scale are refused like those of a CSV file."""
+    path = Bag().write(tmp_path / "bag")
+    with pytest.raises(InvalidRecording, match="theta_d must be in radians"):
+        read(path, 'clock = "log"\n' + MAPPING.replace("0.017453292519943295", "1.0"))
+
+
+def test_a_message_of_ones_own_is_read_where_the_bag_defines_it(tmp_path: Path) -> None:
+    """Custom messages need no installation: their definition comes along."""
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    definition = "float32 angle\nfloat32 speed\nfloat32 goal\nfloat32[2] cells\n"
+    store.register(get_types_from_msg(definition, "lab_msgs/msg/Bench"))
+    path = tmp_path / "bag"
+    with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        connection = writer.add_connection("/bench", "lab_msgs/msg/Bench", typestore=store)
+        for k in range(ROWS):
+            message = store.types["lab_msgs/msg/Bench"](
+                angle=0.5, speed=0.25, goal=1.0, cells=np.array([0.0, 3.0], dtype=np.float32)
+            )
+            writer.write(
+                connection, k * 12_500_000, store.serialize_cdr(message, "lab_msgs/msg/Bench")
+            )
+    fields = {"theta": "angle", "theta_dot": "speed", "theta_d": "goal", "force": "cells[1]"}
+    mapping = "".join(
+        f'[{column}]\ntopic = "/bench"\nfield = "{name}"\n' for column, name in fields.items()
+    )
+    for file in (path, path / "bag.mcap"):
+        log = read(file, mapping)
+        assert log.force is not None
+        assert log.force[0, 0] == 3.0
+        assert log.motor_velocity[0, 0] == 0.25
+
+
+@pytest.mark.parametrize("damage", ["cut", "flip"])
+@pytest.mark.parametrize("plugin", PLUGINS)
+def test_a_damaged_bag_is_read_or_refused(
+    tmp_path: Path,
+    rng: np.random.Generator,
+    caplog: pytest.LogCaptureFixture,
+    plugin: str,
+    damage: str,
+) -> None:
+    """Whatever bytes are wrong, there is a recording or an error of ours, never a library's."""
+    caplog.set_level(logging.CRITICAL)
+    path = Bag(plugin=plugin).write(tmp_path / "bag")
+    (file,) = (each for each in path.iterdir() if each.suffix != ".yaml")
+    data, refusals = file.read_bytes(), []
+    for place in rng.integers(0, len(data), 5):
+        broken = bytearray(data)
+        broken[place] ^= 1 << int(rng.integers(0, 8))
+        file.write_bytes(data[:place] if damage == "cut" else broken)
+        for target in (path, file):
+            try:
+                read(target, 'clock = "log"\n' + MAPPING)
+            except TendonNewtonError as error:
+                refusals.append(str(error))
+    assert all(text.startswith("bag") for text in refusals)
+    assert refusals or damage == "flip"
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (None, "a bag is a folder with metadata.yaml; it has none; .* bag/bag.db3"),
+        ("{", "must be a ROS 2 bag that rosbags can read; it says"),
+        ("a: 1", "must be a ROS 2 bag that rosbags can read; it says"),
+    ],
+)
+def test_a_broken_description_of_a_bag_is_refused(
+    tmp_path: Path, content: str | None, said: str
+) -> None:
+    """Without metadata.yaml the file in the folder is offered instead."""
+    path = Bag().write(tmp_path / "bag")
+    (path / "metadata.yaml").unlink()
+    if content is not None:
+        (path / "metadata.yaml").write_text(content)
+    with pytest.raises(InvalidRecording, match=said):
+        read(path)
+
+
+def test_a_missing_package_is_named_with_its_extra(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Without rosbags a user is told what to install."""
+    path = Bag().write(tmp_path / "bag")
+    monkeypatch.setitem(sys.modules, "rosbags", None)
+    with pytest.raises(MissingDependency, match=r"'rosbags'.*pip install 'tendon-newton\[ros\]'"):
+        read(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "must say where 'theta' comes from; it maps nothing"),
+        ("[tehta]", r"no key named 'tehta'; known: clock, theta_d, theta,"),
+        ("theta = 3", r"\[theta\] must be a table; it is 3"),
+        ('[theta]\nfield = "position"', r"\[theta\]: topic must be a string; it is None"),
+        (
+            '[theta]\ntopic = "/a"\nfield = "position["',
+            r"field must be a path .* it is 'position\[",
+        ),
+        ('[theta]\ntopic = "/a"\nfield = "a..b"', r"field must be a path"),
+        ('[theta]\ntopic = "/a"\nfield = "p"\nunit = "deg"', r"no key named 'unit'"),
+        ('[theta]\ntopic = "/a"\nfield = "p"\nscale = 0', "scale must be finite and not 0"),
+        ('[theta]\ntopic = "/a"\nfield = "p"\nscale = nan', "scale must be a finite number"),
+        ('[theta]\ntopic = "/a"\nfield = "p"\njoints = "a"', "joints must be a list of names"),
+        ('[force]\ndifferentiate = "theta"', "only theta_dot can be derived"),
+        ('clock = "wall"\n' + MAPPING, "clock must be 'header' or 'log'; it is 'wall'"),
+        ("= 3", "mapping.toml: must be TOML"),
+    ],
+)
+def test_a_broken_mapping_is_refused(tmp_path: Path, text: str, said: str) -> None:
+    """Every fault of a mapping is named with its place."""
+    path = tmp_path / "mapping.toml"
+    path.write_text(text)
+    with pytest.raises(InvalidMapping, match=said):
+        read_mapping(path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('"data[1]"', '"data[7]"', r"field 'data\[7\]' \(theta_d\).*no such field"),
+        ('"data[1]"', '"dada"', r"have no such field; there are data, layout"),
+        ('["spool"]', '["elbow"]', "joint 'elbow' is missing; there are wrist, spool"),
+        ('"data[1]"', '"layout"', "must hold numbers"),
+    ],
+)
+def test_a_mapping_that_does_not_fit_is_named(
+    tmp_path: Path, old: str, new: str, said: str
+) -> None:
+    """A field or joint that messages lack is answered with what they have."""
+    path = Bag().write(tmp_path / "bag")
+    with pytest.raises(InvalidRecording, match=said):
+        read(path, 'clock = "log"\n' + MAPPING.replace(old, new))
+
+
+def test_a_csv_file_takes_no_mapping(tmp_path: Path) -> None:
+    """A mapping of topics beside a CSV file is a slip that is named."""
+    (tmp_path / "run.csv").write_text("t,theta,theta_dot,force\n0,0,0,0\n")
+    with pytest.raises(InvalidRecording, match=r"a mapping of topics belongs to an \.mcap file"):
+        read(tmp_path / "run.csv")
