@@ -107,8 +107,8 @@ def test_a_demand_of_the_other_side_ends_the_protection() -> None:
     index = np.arange(200)
     command = np.select([index < 100, index < 104], [JUMP, -0.2], JUMP)
     servo = {
-        "duty_per_rad": 0.5, "max_duty": 1.0, "supply_voltage": 12.0, "torque_constant": 1e-3,
-        "resistance": 4e-3, "armature": 0.1, "spool_radius": 1.0,
+        "duty_per_rad": 0.5, "max_duty": 1.0, "supply_voltage": 12.0, "torque_constant": 0.05,
+        "resistance": 0.2, "armature": 0.1, "spool_radius": 1.0,
     }  # fmt: skip
     numbers = {"duty": 0.6, "fraction": 0.2, "time": 0.5}
     model = Model(
@@ -118,7 +118,7 @@ def test_a_demand_of_the_other_side_ends_the_protection() -> None:
     heavy = BenchOverrides(mass=(100.0,), length=(1.0,), damping=(0.0,))
     run = run_of(command, bench="pendulum", start="first_row", bench_overrides=heavy)
     (out,) = simulate([run], model, time_step=5e-4)
-    stall = 12.0 * 1e-3 / 4e-3
+    stall = 12.0 * 0.05 / 0.2
     for rows, duty in (((5, 40), 1.0), ((42, 100), 0.2), ((101, 104), -0.1), ((105, 140), 1.0)):
         given = out.force[slice(*rows), 0]
         np.testing.assert_allclose(given, duty * stall, atol=0.01)  # what the arm moved
