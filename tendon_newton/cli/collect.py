@@ -72,13 +72,13 @@ class CollectConfig:
     temperature_limit: float = 65.0
     """Temperature at which the motor is switched off [degC]."""
     seed: int = 0
-    """Of what the excitations draw."""
+    """Seed of the excitations' draws."""
     virtual_load_cell_rate: int = 20
     """Readings per second of a virtual load cell: 20 as on the paper's bench, 80 or 10 [Hz]."""
     faster_than_real_time: bool = False
     """Whether a virtual bench runs as fast as it can."""
     notes: str = ""
-    """What is to be remembered with the recordings."""
+    """Words to keep with the recordings."""
 
 
 def main(config: CollectConfig) -> None:

@@ -3,7 +3,7 @@
 Without any hardware, goals from the arrow keys:
   tendon-newton deploy --policy policy.onnx --port virtual
 
-On a bench that is plugged in; first by hand, then with the motor off, then for good:
+On a bench that is plugged in, first by hand, then with the motor off, then for good:
   tendon-newton deploy --jog --port /dev/ttyUSB0
   tendon-newton deploy --policy policy.onnx --port /dev/ttyUSB0 --dry-run
   tendon-newton deploy --policy policy.onnx --port /dev/ttyUSB0 --load-cell-port /dev/ttyACM0
@@ -44,10 +44,10 @@ if TYPE_CHECKING:
 JOG_RANGE = (-pi, 2.0 * pi)
 """Spool angles that a hand may reach [rad]: a tendon that begins too tight is let out."""
 JOG_STEP = 0.1
-"""By which a key moves the spool [rad]: 1.25 mm of tendon."""
+"""Angle by which a key moves the spool [rad]: 1.25 mm of tendon."""
 JOG_GAIN, JOG_DUTY = 1.0, 0.25
-"""Stiffness [1/rad] and greatest duty [1] of the loop under a hand: a press of a key overcomes the
-gear's friction, and at standstill it pulls some 18 N at most."""
+"""Stiffness [1/rad] and greatest duty [1] of the loop under a hand. A press of a key overcomes the
+gear's friction, and at standstill the motor pulls some 18 N at most."""
 ROWS_MIN = 80
 """Rows of a log that is worth listing: a second."""
 
@@ -108,7 +108,7 @@ class DeployConfig:
     retries: int | None = None
     """How often an instruction to the servo is sent again, 4 ms each; 2 unless given."""
     spool_radius: float = 0.0125
-    """Of the bench [m]; the policy's card must name the same."""
+    """Spool radius of the bench [m]; the policy's card must name the same."""
     rate: float = 80.0
     """Readings of the servo per second [Hz]; the policy's card must name the same."""
     policy_rate: float = 20.0
@@ -120,7 +120,7 @@ class DeployConfig:
     faster_than_real_time: bool = False
     """Whether a virtual bench runs as fast as it can."""
     notes: str = ""
-    """What is to be remembered with the log."""
+    """Words to keep with the log."""
 
 
 def main(config: DeployConfig) -> None:

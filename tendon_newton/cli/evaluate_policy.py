@@ -4,8 +4,8 @@
   --force ideal found/model.toml
 
 The goals are the paper's: from 0 to pi/2 and back by pi/10, resting 1.5 s on each. In simulation a
-policy runs step for step as it is deployed, against each force model that is named, in the nominal
-finger and in as many further ones as --worlds asks for, whose numbers are drawn.
+policy runs step for step as it is deployed, against each force model that is named. The fingers are
+the nominal one and, with --worlds, further ones with drawn numbers.
 
 On a bench, real or virtual, whose logs are kept, and on logs of `deploy --goals stairs`:
   tendon-newton evaluate-policy learned/policy.onnx --out comparison --port /dev/ttyUSB0
@@ -47,12 +47,12 @@ class EvaluatePolicyConfig:
     worlds: int = 1
     """Simulated fingers; all but the first have numbers of their own."""
     randomise: tuple[str, ...] = ("joint_friction", "link_mass", "spool_radius", "joint_spring")
-    """What differs between them; see train-policy. With joint_friction the first one has the
-    nominal friction, a tenth of the springs' torque; none takes the model as it is."""
+    """Numbers that differ between the fingers; see train-policy. With joint_friction the first one
+    has the nominal friction, a tenth of the springs' torque; none takes the model as it is."""
     dwell: float = 1.5
     """Time on each stair in simulation [s]; on a bench it is 1.5 s."""
     seed: int = 0
-    """Of the numbers of the further worlds."""
+    """Seed of the numbers of the further worlds."""
     trust: bool = False
     """Trust the TorchScript files from now on: they are programs and run with your rights."""
     port: str | None = None

@@ -28,9 +28,9 @@ class ExamConfig:
     folder: Annotated[Path, tyro.conf.Positional]
     """Datasets and their truths."""
     out: Path
-    """Where the answers go."""
+    """Folder of the answers."""
     workers: int = os.cpu_count() or 1
-    """Processes."""
+    """Number of processes."""
     only: tuple[str, ...] = ()
     """Names of datasets; all by default."""
 

@@ -2,13 +2,13 @@
 
   tendon-newton refresh deployments --model model.toml --policy learned/policy.onnx --out refreshed
 
-The logs are those of `tendon-newton deploy`. They are held against the model that fitted the bench:
-has it drifted, and what is it? If it has, what was found goes into the model, and the policy is
-trained on from its last checkpoint. --policy is a file that `train-policy` wrote, with its
-policy.json and checkpoints beside it.
+The logs are those of `tendon-newton deploy`. The program compares them with the model that fitted
+the bench. If the bench has drifted, the named cause goes into the model, and the policy is trained
+on from its last checkpoint. --policy is a file that `train-policy` wrote, with its policy.json and
+checkpoints beside it.
 
-With logs of the time when the bench was new, so that old and new can be compared; and with a bench
-on which the new policy is tried:
+With logs of the time when the bench was new, for comparison, and with a bench on which the new
+policy is tried:
   tendon-newton refresh deployments/policy_4.mcap --reference deployments/policy_0.mcap
   --model model.toml --policy learned/policy.onnx --port virtual:finger:3:spool --out refreshed
 
@@ -52,7 +52,7 @@ class RefreshConfig:
     iterations: int = 100
     """Rounds of acting and learning of the new policy."""
     device: Literal["cpu", "cuda"] = "cpu"
-    """Where it is trained."""
+    """Device of the training."""
     anyway: bool = False
     """Train on even where no drift was found."""
     port: str | None = None

@@ -3,16 +3,16 @@
   tendon-newton reproduce --quick --out reproduction
 
 records the paper's 36 minutes, trains force networks, diagnoses the physical model, and runs the
-paper's experiments: the open-loop ramp, forces on three setups and in contact, the tip on a
-sinusoid, curves over data, extrapolation to a spring and to contact that were never seen, and
-policies on stairs. OUT gets reproduction.md with the paper's value beside ours in every row,
-reproduction.json with every number, seed, commit and hash, figures, and every model as a file for
-other verbs. What is finished is not done again; the same seed gives the same numbers.
+paper's experiments. These are the open-loop ramp, forces on three setups and in contact, the tip on
+a sinusoid, curves over data, and policies on stairs. Two more extrapolate to a spring and to
+contact that were never seen. OUT gets reproduction.md with the paper's value beside ours in every
+row, reproduction.json with every number, seed, commit and hash, figures, and every model as a file
+for other verbs. Finished parts are not done again; the same seed gives the same numbers.
 
 The stages, with --only: recordings, diagnosis, networks, parts, hybrids, ramp, force, tip, curve,
-spring, contact, policies. Without --quick it takes hours on a few cores: ten benches,
-longer trainings, policies of its own. With --jobs N, N processes do the pieces of all stages side
-by side, and with --device cuda the policies learn on GPUs; all else is done on the CPU.
+spring, contact, policies. Without --quick a run takes hours on a few cores: ten benches, longer
+trainings, policies of its own. With --jobs N, N processes do the pieces of all stages side by side,
+and with --device cuda the policies learn on GPUs; all else is done on the CPU.
 
 On real recordings, one folder for each bench, with the test recordings named as here:
   tendon-newton reproduce --recordings bench_a bench_b --out reproduction
@@ -40,7 +40,7 @@ class ReproduceConfig:
     only: tuple[str, ...] = ()
     """Stages to run, with those that they need; all of them unless given."""
     seed: int = 0
-    """Of what the recordings draw and of the networks' starting weights."""
+    """Seed of the recordings' draws and of the networks' starting weights."""
     units: tuple[int, ...] = ()
     """Units of the virtual bench; 0 to 4 if quick, else 0 to 9, unless given."""
     recordings: tuple[Path, ...] = ()

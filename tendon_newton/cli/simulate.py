@@ -24,7 +24,7 @@ class SimulateConfig:
     dataset: Annotated[Path, tyro.conf.Positional]
     """Folder with dataset.toml and its recordings."""
     model: Path
-    """Model file."""
+    """Model file (.toml) that moves the benches."""
     out: Path
     """Folder for the results; made if it is not there."""
     time_step: float | None = None

@@ -3,7 +3,7 @@
 On a GPU, the paper's budget of 105 million steps:
   tendon-newton train-policy --device cuda --out policies/ideal
 
-On what a diagnosis made of the model, within its intervals, or on a force network:
+On a diagnosed model, within its intervals, or on a force network:
   tendon-newton train-policy --force found/model.toml --randomise found/diagnosis.json --out policy
   tendon-newton train-policy --force networks/paper-0.safetensors --device cuda --out policy
 

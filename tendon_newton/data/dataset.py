@@ -49,7 +49,7 @@ class Dataset:
     """Recordings to fit and recordings that only report."""
 
     path: Path
-    """The folder."""
+    """Folder of ``dataset.toml`` and its recordings."""
     train: tuple[Recording, ...]
     """Recordings that a fit may see."""
     test: tuple[Recording, ...]

@@ -16,12 +16,12 @@ STRENGTHS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 30.0)
 
 @dataclass(frozen=True, kw_only=True)
 class Rate:
-    """One figure of an exam."""
+    """A share or a mean over the cases of an exam."""
 
     name: str
     value: float
     cases: int
-    """How many cases it is over."""
+    """Number of cases behind the figure."""
 
 
 @dataclass(frozen=True, kw_only=True)

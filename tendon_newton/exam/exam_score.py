@@ -16,7 +16,7 @@ LARGEST_CLASS = 3
 
 @dataclass(frozen=True, kw_only=True)
 class Truth:
-    """What is hidden in one dataset of an exam."""
+    """Hidden causes of one dataset of an exam."""
 
     id: str
     family: Family
@@ -41,7 +41,7 @@ class Truth:
 
 @dataclass(frozen=True, kw_only=True)
 class Mark:
-    """One answer, judged."""
+    """Answer to one dataset, beside its truth."""
 
     truth: Truth
     said: tuple[str, ...]

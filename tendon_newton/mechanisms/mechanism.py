@@ -98,7 +98,7 @@ class Mechanism:
 
         With W worlds, J joints and D tendons the arrays of the model are world by world:
         ``model.body_mass`` (W J,), ``model.joint_stiffness`` (W J,), ``model.tendon.spool_radius``
-        (W D,); the module ``usd_tendon`` lists all of ``model.tendon``. To change a number per
+        (W D,). The module ``usd_tendon`` lists all of ``model.tendon``. To change a number per
         world later, write its array::
 
             arms = model.tendon.arm_coef.numpy().reshape(world_count, -1)

@@ -1,9 +1,9 @@
 r"""Tendons that run through sites and around pulleys: length, moment arms and curvature.
 
-A route is a chain of spans. A free span is the straight line between its two sites. Around a
-pulley of radius :math:`r` the string is a geodesic of the cylinder between two tangents; with
-:math:`\rho` the distance of a site from the pulley's axis and :math:`\varphi` the angle between the
-two sites about it, rolled out flat,
+A route is a chain of spans. A free span is the straight line between its two sites. Around a pulley
+of radius :math:`r` the string is a geodesic of the cylinder between two tangents. Let :math:`\rho`
+be the distance of a site from the pulley's axis and :math:`\varphi` the angle between the two sites
+about it. Rolled out flat,
 
 .. math::
     \lambda = s_a + s_b + r (\varphi - \beta_a - \beta_b), \quad

@@ -1,7 +1,7 @@
 """The card of a force network: what goes in, what comes out, and where it comes from.
 
-It is the JSON text ``card.json`` among the extra files of a TorchScript file, and the value of
-``card`` in the metadata of an ONNX file. Reading it needs neither torch nor onnxruntime.
+The card is the JSON text ``card.json`` among the extra files of a TorchScript file, and the value
+of ``card`` in the metadata of an ONNX file. Reading it needs neither torch nor onnxruntime.
 """
 
 import json
@@ -15,7 +15,7 @@ from tendon_newton.errors import InvalidNetworkFile, shown
 SCHEMA = 1
 INPUTS = ("theta_d", "theta", "theta_dot")
 UNITS = ("rad", "rad", "rad/s", "N")
-"""Of the inputs, then of the output."""
+"""Units of the inputs, then of the output."""
 KINDS = ("mlp", "rnn", "transformer")
 REASON_LENGTH = 200
 """Most that is repeated of what Python says of a value [characters]."""
@@ -29,9 +29,9 @@ class HoldLaw:
     """How a network's force answers to the shaft until the network is asked again."""
 
     stiffness: float = 0.0
-    """By how much it falls as the shaft turns [N/rad]."""
+    """Fall of the force as the shaft turns [N/rad]."""
     damping: float = 0.0
-    """By how much it falls as the shaft turns faster [N s/rad]."""
+    """Fall of the force as the shaft turns faster [N s/rad]."""
 
     def __post_init__(self) -> None:
         """Refuse a servo that pushes on."""
@@ -44,7 +44,7 @@ class HoldLaw:
 
 
 PLAIN_HOLD = HoldLaw()
-"""The paper's: the force stays as it is."""
+"""The law of the paper: the force stays constant."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,25 +54,25 @@ class TrainingRecording:
     file: str
     """Name inside its dataset."""
     sha256: str
-    """Of the file's bytes, or for a folder of its files' names and bytes."""
+    """Hash of the file's bytes, or for a folder of its files' names and bytes."""
     split: Literal["train", "validation"]
     """Whether its windows were fitted, or only told when to stop; both are train recordings."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Training:
-    """How a network came about."""
+    """Data, seed and program of a network's training."""
 
     recordings: tuple[TrainingRecording, ...]
     """Recordings that it has seen."""
     split: str
     """How held-out data was held out, in words."""
     seed: int
-    """Of the starting weights and the order of the windows."""
+    """Seed of the starting weights and the order of the windows."""
     git_commit: str | None
-    """Of the program, where it ran from a clone."""
+    """Commit of the program, where it ran from a clone."""
     version: str
-    """Of the program."""
+    """Version of the program."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,7 +98,7 @@ class ForceNetworkCard:
     network_set: str
     """Set that its sizes come from."""
     parameter_count: int
-    """Trained numbers."""
+    """Count of trained numbers."""
     window: int
     """Samples in a window, oldest first."""
     rate: float
@@ -113,13 +113,13 @@ class ForceNetworkCard:
     held_out: HeldOut | None = None
     """Absent where the dataset has no test recordings."""
     purpose: Literal["prediction", "simulation"] = "prediction"
-    """What it was trained for: forces along measured motion, or the loop of a simulation."""
+    """Use in mind at training: forces along measured motion, or the loop of a simulation."""
     hold: HoldLaw = PLAIN_HOLD
-    """What a simulation makes of its force between two queries."""
+    """Law of the force between two queries of a simulation."""
     inputs: tuple[str, ...] = INPUTS
     """Columns of a sample."""
     units: tuple[str, ...] = UNITS
-    """Of the inputs, then of the output."""
+    """Units of the inputs, then of the output."""
     schema: int = SCHEMA
 
     def __post_init__(self) -> None:
@@ -185,7 +185,7 @@ class ForceNetworkCard:
 FILE_KEYS = {"rate": "rate_hz", "force_limit": "force_limit_n"}
 """Attribute -> key in a file, where bare numbers carry their unit in the name."""
 HOLD_KEYS = {"stiffness": "stiffness_n_per_rad", "damping": "damping_n_s_per_rad"}
-"""The same of a `HoldLaw`."""
+"""Attribute of a `HoldLaw` -> key in a file."""
 
 
 def read_card(table: Mapping[str, Any]) -> ForceNetworkCard:

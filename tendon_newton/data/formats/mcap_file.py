@@ -49,11 +49,11 @@ def read_mcap(
         bench: Name under ``assets/`` of the bench that was measured.
         name: Name for messages and outputs; the file's own name unless given.
         mapping: Which topic and field is which column.
-        entry: What else the dataset says of it (``start``, ``bench_overrides``,
+        entry: Further keys of the recording in the dataset (``start``, ``bench_overrides``,
             ``actuator_overrides``, ``load_cell_rate``).
 
     Raises:
-        InvalidRecording: It is no such file, or lacks a topic.
+        InvalidRecording: The file is no MCAP file, or lacks a topic.
         MissingDependency: The packages that read it are not installed.
     """
     name = name or path.name

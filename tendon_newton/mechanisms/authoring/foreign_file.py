@@ -39,7 +39,7 @@ def read_foreign(path: Path) -> ForeignFinger:
     """Let Newton read an MJCF or URDF file; its base is fixed, its fixed joints are merged.
 
     Raises:
-        InvalidAsset: It is neither, is broken, or is no tree of hinges and slides.
+        InvalidAsset: The file is of neither kind, is broken, or is no tree of hinges and slides.
     """
     if path.suffix not in SUFFIXES:
         raise InvalidAsset(f"{path}: what is imported ends with {listed(SUFFIXES)}")
