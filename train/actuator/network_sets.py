@@ -1,7 +1,7 @@
 """The networks that can be trained, in named sets of comparable ones.
 
 ``paper``: as Yuryev and Hughes, Tendon Force Modeling for Sim2Real Transfer (2026), section II-B,
-describe them; the sizes that the text leaves open (feed-forward layer and perceptron of the
+describe them. The sizes that the text leaves open (feed-forward layer and perceptron of the
 Transformer) are those of the authors' published code. ``authors``: as in that code, where the
 perceptron is another one, the Transformer has no causal mask and drops a tenth of its numbers in
 training. ``matched``: numbers of parameters within 20 % of each other, as the paper asks for.

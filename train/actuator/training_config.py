@@ -19,10 +19,10 @@ class TrainingConfig:
     set: SetName = "paper"
     """Where its sizes come from: the paper's text, its authors' code, or equal parameter counts."""
     purpose: Purpose = "prediction"
-    """What the network is for: the force along measured motion, as precise as it can be, or the
-    loop of a simulation, where it must also know the force beside all motion that was measured."""
+    """Purpose of the network: the force along measured motion, as precise as possible, or the loop
+    of a simulation, with the force beside all measured motion."""
     seed: int = 0
-    """Of the starting weights and the order of the windows."""
+    """Seed of the starting weights and the order of the windows."""
     fold_seed: int = 0
     """Of the choice of validation recordings; keep it to compare networks."""
     window: int = 30
@@ -32,8 +32,8 @@ class TrainingConfig:
     streaming: bool = False
     """Train a recurrent network on every sample of each window, to run with its state kept."""
     force_limit: float | None = None
-    """Tension that the servo can produce [N], to which users of the network clip; by default 21 N,
-    or a twentieth more than the largest force in training where that is more."""
+    """Tension that the servo can produce [N], to which users of the network clip. The default is 21
+    N, or a twentieth more than the largest force in training where that is more."""
     epochs: int = 30
     """Most epochs: a million windows, each of the paper's 36 minutes eight times."""
     patience: int = 30

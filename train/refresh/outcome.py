@@ -31,7 +31,7 @@ class FoundWear:
 
     name: str
     words: str
-    """Where it comes from."""
+    """Reason for the wear, in words."""
     numbers: tuple[str, ...]
     """Its parameters with their intervals, in words."""
     rivals: tuple[str, ...]
@@ -48,7 +48,7 @@ class Drift:
     theta_rmse: float
     """Error of the old model on the held-out part of the logs [rad]."""
     corrected_theta_rmse: float
-    """The same with the causes in [rad]."""
+    """Error of the corrected model on the held-out part of the logs [rad]."""
     reference_theta_rmse: float | None
     """Error of the old model on the held-out part of earlier logs [rad]; None without any."""
 
@@ -73,10 +73,10 @@ def judge_drift(
     """Say what a diagnosis of logs means for the bench.
 
     Args:
-        diagnosis: Of the logs, against the model.
+        diagnosis: Diagnosis of the logs, against the model.
         reference_theta_rmse: The model's error on the held-out part of earlier logs [rad], where
             there are any; only reported.
-        grown: By how much the model's error has grown since on what may be fitted [1].
+        grown: Ratio by which the model's error on rows that may be fitted has grown since [1].
         slip: How far the spool has slipped since [rad], by `slip_since`.
     """
     causes = tuple(
@@ -143,8 +143,8 @@ def write_page(
     """Write the page, which needs nothing else.
 
     Args:
-        path: Where it goes.
-        drift: What the logs say.
+        path: File of the page.
+        drift: Change of the bench that the logs show.
         figures: Tip errors; none where nothing was trained.
         facts: Everything else that a reader wants to know, in order.
         picture: The climbs.

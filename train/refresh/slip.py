@@ -91,8 +91,8 @@ def find_slip(recordings: Sequence[Recording], model: Model) -> Slip:
     """Find how far the spool has slipped, if at all.
 
     A motor below the angle at which the finger is open has let its tendon hang loose and says
-    nothing of where home is; which rows these are depends on the offset, so that rows and offset
-    are found in turn.
+    nothing of where home is. The choice of these rows depends on the offset, so that rows and
+    offset are found in turn.
 
     Args:
         recordings: Logs, angles alone.

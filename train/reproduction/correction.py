@@ -57,7 +57,7 @@ class CorrectedSource(nn.Module):
 
     Args:
         correction: Maps windows of servo signals, shape (W, H, 3), to forces [N], shape (W,).
-        servo: It gives P [N/rad] and D [N s/rad].
+        servo: Servo with P [N/rad] and D [N s/rad].
         share: How much of the correction is added, sigma [1].
         bound: Most that is added, b [N].
     """
@@ -99,11 +99,11 @@ def train_correction(
     """Train a network on what a servo with friction lacks, and return the model of both.
 
     Stiffness, back-EMF and friction of the servo are fitted along the measured motion of the train
-    recordings, where the force is known, and not taken from a diagnosed model: numbers that were
-    fitted in a closed loop stand for each other, and what one of them is too much the network would
-    have to take away again at every reversal. Friction acts at every step of a simulation, and the
-    source answers to the shaft between two queries. Of the correction as much is added as the
-    validation recordings bear out, and hardly ever more than was missing in training.
+    recordings, where the force is known. A diagnosed model is no source for them: numbers that were
+    fitted in a closed loop stand for each other. The network would have to take their excess away
+    again at every reversal. Friction acts at every step of a simulation, and the source answers to
+    the shaft between two queries. Of the correction as much is added as the validation recordings
+    bear out, and hardly ever more than was missing in training.
 
     Args:
         dataset: Recordings to learn from.
@@ -144,9 +144,10 @@ def train_correction(
 def lasting_force(recording: Recording, servo: Servo, rate: float) -> Array:
     """Return what a servo lacks when the answer to a row's query has been held [N], shape (T,).
 
-    That is the last row before a network would be asked again, or before the command changes. Right
-    after a change rotor and load cell are late and all that is asked for seems to be missing; held
-    until the next query, and at every query anew, as commands change where queries are made.
+    The row is the last one before a network would be asked again, or before the command changes.
+    Right after a change rotor and load cell are late, and the whole command seems to be missing.
+    Held until the next query, that lack would come back at every query, as commands change where
+    queries are made.
 
     Args:
         recording: A recording with one tendon, its command and its tension.

@@ -16,12 +16,12 @@ from train.policy.tendon_fit import fit_tendon
 def hybrid_of(corrected: Model, physical: Model, dataset: Dataset) -> Model:
     """Return a corrected servo with a diagnosed mechanism and a measured tendon.
 
-    Of the physical model all stays that it has behind the load cell. Where recordings show the tip
-    and the force, give and slack of the tendon are read off them, and take the place of what a
-    fit in a closed loop made of them.
+    The physical model's effects behind the load cell stay. Where recordings show the tip and the
+    force, give and slack of the tendon are read off them. These numbers take the place of those of
+    a fit in a closed loop.
 
     Args:
-        corrected: As `train_correction` makes it.
+        corrected: Model that `train_correction` makes.
         physical: The diagnosed model.
         dataset: Recordings to learn from.
     """

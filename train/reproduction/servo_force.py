@@ -53,8 +53,9 @@ class Servo:
     .. math:: F = P (\theta_d - \theta) - D \dot\theta - c \text{ while winding in}, \qquad
         F = \frac{P (\theta_d - \theta) - D \dot\theta + c}{1 - \eta} \text{ while yielding}
 
-    and at rest anything between. The servo's limit counts where it winds in: that is the most that
-    a load cell sees, while friction in proportion to the load would take its part of the limit.
+    and at rest anything between. The servo's limit counts where it winds in. There the limit is the
+    most that a load cell sees, while friction in proportion to the load would take its part of the
+    limit.
     """
 
     stiffness: float
@@ -79,7 +80,7 @@ class Servo:
 
     @property
     def frictions(self) -> tuple[NamedValues, ...]:
-        """Its frictions as effects."""
+        """Frictions of the servo as effects."""
         return (
             NamedValues(name="coulomb_friction", values={"force": self.dry_friction}),
             NamedValues(name="holding_friction", values={"share": self.held_share}),

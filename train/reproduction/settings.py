@@ -64,22 +64,23 @@ class ReproductionSettings:
     units: tuple[int, ...]
     """Benches; the first one is looked at most closely."""
     seed: int = 0
-    """Of what the recordings draw and of the networks' starting weights."""
+    """Seed of the recordings' draws and of the networks' starting weights."""
     runs_of_kind: int | None = None
     """Train recordings of each kind on the benches after the first; all of the plan if none."""
     epochs: int = 30
-    """Of each force network, as in docs/force_networks.md."""
+    """Epochs of each force network, as in docs/lab/force_networks.md."""
     windows_per_epoch: int = 32768
     """Windows that an epoch draws."""
     kinds: tuple[Kind, ...] = ("transformer", "rnn", "mlp")
     """Force networks that are compared on the first bench; the first kind is used throughout."""
     diagnosis_seconds: float = 4.0
-    """Of each recording in which a diagnosis looks for causes: it tries thousands of models, so it
-    takes as many times longer as it sees more. It sees one recording of each bench and kind."""
+    """Length of each recording in which a diagnosis looks for causes [s]. A diagnosis tries
+    thousands of models, and its time grows with the data. The diagnosis sees one recording of each
+    bench and kind."""
     diagnosis_kinds: int = 2
     """Kinds of recordings that it sees: steps, sinusoids, ramps, in this order."""
     refit_seconds: float = 30.0
-    """Of each recording to which the numbers of the causes are fitted once they are named."""
+    """Length of each recording to which the numbers of the named causes are fitted [s]."""
     refit_kinds: int = 3
     """Kinds of those recordings."""
     diagnosis_passes: int = 2

@@ -25,10 +25,10 @@ def train(reproduction: Reproduction, unit: Unit, kind: Kind, aim: Aim) -> dict[
     """Train a network, write its model where a simulation is its aim, and return its numbers.
 
     Args:
-        reproduction: It has the settings.
+        reproduction: Run with the settings.
         unit: A bench, or a part of its recordings.
-        kind: Of the network.
-        aim: What it is for.
+        kind: Family of the network.
+        aim: Purpose of the network.
     """
     folder = reproduction.folder("networks", unit.name)
     config = reproduction.settings.training(kind, "prediction" if aim == "prediction" else IN_LOOP)

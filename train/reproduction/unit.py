@@ -40,7 +40,7 @@ class Unit:
     """A bench's folder and what was recorded on it."""
 
     name: str
-    """As tables call it."""
+    """Name of the unit in tables."""
     folder: Path
     """Holds a dataset, or the folders `RECORDINGS` and `EXPERIMENTS`, each a dataset."""
 
@@ -138,7 +138,7 @@ def representative(unit: Unit, seconds: float, kinds: int | None = None) -> Data
 
     Args:
         unit: The bench.
-        seconds: Of each recording.
+        seconds: Length of each recording [s].
         kinds: Kinds of each bench, in the order in which they were recorded; all of them if none.
     """
     free = [r for r in unit.dataset.train if r.force is not None and not is_blocked(r)]

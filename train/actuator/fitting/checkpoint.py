@@ -26,9 +26,9 @@ says. Whoever changes that raises it; a test knows the numbers that belong to th
 FREE_KEYS = ("device", "threads", "patience", "force_limit")
 """What may change when a training goes on."""
 TOLERANCE = 1.15
-"""Validation errors that differ by less are the same [1]: a handful of recordings cannot tell them
-apart (seven of them were 11 % wrong about which of two trainings does better on 49 others), and of
-two such epochs the later one, at the lower learning rate, is the better bet."""
+"""Ratio up to which validation errors count as the same [1]. A handful of recordings cannot tell
+them apart: seven were 11 % wrong about which of two trainings does better on 49 others. Of two such
+epochs the later one, at the lower learning rate, is the better bet."""
 
 Weights = dict[str, Tensor]
 
@@ -38,7 +38,7 @@ class Checkpoint:
     """How far a training has come."""
 
     epoch: int = 0
-    """Epochs done."""
+    """Number of finished epochs."""
     best_error: float = float("inf")
     """Lowest mean absolute validation error [N]."""
     kept_epoch: int = 0
@@ -107,7 +107,7 @@ def load_checkpoint(path: Path, settings: Mapping[str, Any], state: TrainingStat
     Args:
         path: Where the checkpoint would be.
         settings: What decides the training; the checkpoint must have been written under the same.
-        state: What is brought there.
+        state: Training that takes on the checkpoint.
 
     Raises:
         InvalidNetworkFile: The file is damaged or belongs to another training.

@@ -79,7 +79,7 @@ class TrainingLog:
     A machine that trains for another one may have no TensorBoard; it writes none.
 
     Args:
-        folder: Where its files go.
+        folder: Folder of the network's files.
     """
 
     def __init__(self, folder: Path) -> None:

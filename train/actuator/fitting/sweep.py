@@ -1,10 +1,10 @@
 """Train many force networks with one command.
 
 The command is ``python -m train.actuator.fitting.sweep DATASET --out DIR``. Each network is one
-process of ``train_to_file``; what is finished is skipped, and what was interrupted goes on, so that
-the same command can be given again, here or on another machine. A machine without Warp and ONNX
-trains with ``--no-export``; the same command without it, given where the two are installed, then
-writes the network files from the checkpoints.
+process of ``train_to_file``. Finished networks are skipped, and interrupted ones go on, so that the
+same command can be given again, here or on another machine. A machine without Warp and ONNX trains
+with ``--no-export``; the same command without it, given where the two are installed, then writes
+the network files from the checkpoints.
 """
 
 from __future__ import annotations
@@ -39,13 +39,13 @@ class SweepConfig:
     out: Path
     """Folder for the files of all networks."""
     networks: tuple[Kind, ...] = ("mlp", "rnn", "transformer")
-    """Families."""
+    """Families of networks."""
     sets: tuple[SetName, ...] = ("paper", "authors", "matched")
     """Sets of sizes."""
     purpose: Purpose = "prediction"
     """What they are for: forces along measured motion, or the loop of a simulation."""
     seeds: tuple[int, ...] = (0, 1, 2)
-    """Seeds."""
+    """Seeds of each network."""
     epochs: int = 30
     """Most epochs of each."""
     patience: int = 30

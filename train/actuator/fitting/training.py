@@ -1,7 +1,7 @@
 """Train a force network: mean squared error, one cycle, watched by whole held-out recordings.
 
 Held-out error is the mean absolute one. Where a motor sticks for longer than a window, nothing in
-the window tells the force; a few such seconds would decide a mean square, and stop a training that
+the window tells the force. A few such seconds would decide a mean square, and stop a training that
 still gets better everywhere else.
 """
 
@@ -50,9 +50,9 @@ class Progress:
     """What there is to say after an epoch."""
 
     epoch: int
-    """Epochs done."""
+    """Number of finished epochs."""
     epochs: int
-    """Most epochs."""
+    """Greatest number of epochs."""
     train_rmse: float
     """Over the epoch's windows, while the weights changed [N]."""
     validation_error: float
@@ -132,9 +132,9 @@ def run_epoch(
     """Take one step per batch of an epoch's windows; return the error [N] that they had.
 
     Args:
-        state: What changes.
+        state: Network and optimiser, which change.
         data: All windows.
-        config: How they are drawn.
+        config: Settings of the drawing.
         done: Epochs before this one.
         law: How the servo answers to its shaft.
     """

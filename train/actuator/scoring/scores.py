@@ -23,7 +23,7 @@ class Score:
     bias: float
     """Mean of measured minus predicted [N]."""
     rows: int
-    """Rows compared."""
+    """Number of compared rows."""
 
 
 def score(predictions: Sequence[Prediction]) -> Score:

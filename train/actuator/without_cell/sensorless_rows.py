@@ -1,7 +1,7 @@
 """Rows that tell how the lines of benches differ: those in which the servo's gear slides.
 
-Where it sticks, the servo has no say in the force; and a servo seen for long, or across a reversal,
-would tell by its motion on which bench it is.
+Where the gear sticks, the servo has no say in the force. And a servo seen for long, or across a
+reversal, would tell by its motion on which bench it is.
 """
 
 from __future__ import annotations

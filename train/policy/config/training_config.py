@@ -44,7 +44,7 @@ class PolicyTrainingConfig:
     epochs: int = 1
     """Times that an iteration learns from each step."""
     learning_rate: float = 5.0e-4
-    """Of Adam."""
+    """Learning rate of Adam."""
     learning_rate_end: float | None = None
     """What it falls to, evenly from checkpoint to checkpoint; it stays by default. The less a
     policy explores, the more a change of its weights does to the probability of an action."""

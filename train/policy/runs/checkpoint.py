@@ -51,7 +51,7 @@ def load_checkpoint(
         folder: Where the checkpoints are.
         settings: What decides the training; the checkpoint must have been written under the same.
         algorithm: rsl-rl's; it gets the weights and the optimiser's state.
-        device: Where they go.
+        device: Torch device of the state.
 
     Returns:
         The learning curve up to there.
@@ -84,7 +84,7 @@ def load_start(file: Path, algorithm: Any, device: str) -> None:
     Args:
         file: The checkpoint.
         algorithm: rsl-rl's.
-        device: Where the weights go.
+        device: Torch device of the weights.
 
     Raises:
         InvalidPolicyFile: The file is no checkpoint, or its networks have other layers.

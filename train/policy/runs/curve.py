@@ -14,10 +14,10 @@ from torch import Tensor
 
 @dataclass(frozen=True, kw_only=True)
 class CurvePoint:
-    """One iteration."""
+    """Figures of one iteration."""
 
     iteration: int
-    """Iterations done."""
+    """Number of finished iterations."""
     samples: int
     """Policy steps learned from, in all."""
     tip_error: float

@@ -51,7 +51,7 @@ def train_policy(
     """Train a policy, or go on where a checkpoint stopped.
 
     The worlds begin anew after each checkpoint, with draws that follow from the seed and the number
-    of iterations: a training that was interrupted and went on is the same as one that was not.
+    of iterations. So an interrupted training that goes on is the same as one without a break.
 
     Args:
         config: What decides the training.

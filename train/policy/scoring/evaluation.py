@@ -81,7 +81,7 @@ def climb_stairs(
         goals: Goal angle of each step [rad], shape (T,).
         config: Its finger, force, numbers to randomise and number of worlds; the first world is
             nominal.
-        seed: Of the numbers of the other worlds.
+        seed: Seed of the numbers of the other worlds.
 
     Raises:
         InvalidParameter: A policy has another rate than the stairs.

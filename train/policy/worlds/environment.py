@@ -41,7 +41,7 @@ class Divergence:
     step: int
     """Steps of the environment before it."""
     goal: float
-    """Its goal angle [rad]."""
+    """Goal angle of the world [rad]."""
     action: tuple[float, ...]
     """What the policy had asked of each servo [rad]; may be no number."""
 
@@ -62,8 +62,8 @@ class FingerEnvironment(VecEnv):
     matter here: all draws come from `seed`, and each world has its own.
 
     Args:
-        config: What decides it.
-        seed: Of all that is drawn.
+        config: Finger, force model, goals and rewards.
+        seed: Seed of all draws.
         device: Torch device.
     """
 
@@ -142,7 +142,7 @@ class FingerEnvironment(VecEnv):
         """Begin anew in all worlds, at various ages of their episodes.
 
         Args:
-            seed: Of all that is drawn from now on; the draws go on without one.
+            seed: Seed of all draws from now on; the draws go on without one.
         """
         if seed is not None:
             self._draws.manual_seed(seed)

@@ -29,7 +29,7 @@ class ForceModel:
     """The ideal source, or a file's name."""
     model: Model
     sha256: str | None
-    """Of the model file, where there is one."""
+    """Hash of the model file, where there is one."""
     files: Mapping[str, str]
     """Name -> SHA-256 of each file that was read."""
 

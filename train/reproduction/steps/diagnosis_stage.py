@@ -79,8 +79,9 @@ def scope_text(settings: ReproductionSettings) -> str:
 def sources(found: Sequence[Mapping[str, Any]], count: int) -> list[int]:
     """Return for each bench the one whose causes are fitted to it.
 
-    That is itself. Where its own recordings do not suffice to name a cause, it is one of those
-    with the causes that were named most often: the benches are units of one product.
+    As a rule the source is the bench itself. Where its own recordings do not suffice to name a
+    cause, the source is one of those with the causes named most often. The benches are units of one
+    product.
     """
     named = [cause_names(each) for each in found]
     told = Counter(causes for causes in named if causes)
@@ -92,7 +93,7 @@ def fitted(reproduction: Reproduction, item: tuple[int, int]) -> dict[str, dict[
     """Fit the numbers of the causes to a bench, write its physical model, and return them.
 
     Args:
-        reproduction: It has the recordings.
+        reproduction: Run with the recordings.
         item: The bench, and the one whose causes are taken.
     """
     settings, unit = reproduction.settings, reproduction.units[item[0]]

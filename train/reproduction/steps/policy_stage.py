@@ -86,7 +86,7 @@ def trained(reproduction: Reproduction, item: tuple[int, str, int]) -> str:
     """Train a policy against one of the first bench's models and return its file.
 
     Args:
-        reproduction: It has the model.
+        reproduction: Run with the model.
         item: Number of the policy, which chooses among several GPUs; its model; its seed.
     """
     number, model, seed = item
