@@ -86,7 +86,7 @@ def open_lock(port: str) -> int:
     refuses that to all but its owner.
 
     Raises:
-        PortUnavailable: It may not be made or opened, or is no file.
+        PortUnavailable: The lock may not be made or opened, or is no file.
     """
     path, flags = lock_path(port), os.O_RDWR | os.O_NOFOLLOW | os.O_CLOEXEC
     try:

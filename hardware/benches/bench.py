@@ -82,7 +82,7 @@ class Bench:
     further: tuple[Drive, ...] = ()
     """Further servos on the same bus."""
     controls: VirtualControls | None = None
-    """Of a virtual bench."""
+    """Controls of a virtual bench: obstacles, faults, masses; None on a real one."""
     lockstep: bool = False
     """Whether time passes only while the bench is waited for."""
 
@@ -108,7 +108,7 @@ def open_bench(address: BenchAddress, tell: Callable[[str], None]) -> Iterator[B
     """Open a bench; at the end its motor is off, whatever happened.
 
     Args:
-        address: Where it is.
+        address: Ports and servos of the bench.
         tell: Takes what the operator must know.
 
     Raises:

@@ -32,7 +32,7 @@ class DriveAddress:
 
 @dataclass(frozen=True, kw_only=True)
 class BenchAddress:
-    """Where a bench is."""
+    """Ports, servos and asset of a bench, real or virtual."""
 
     bench: str
     """Name under ``assets/``."""
@@ -47,7 +47,7 @@ class BenchAddress:
     servo: str = "xc330_t288_t"
     """Kind of the servo."""
     identifier: int = 1
-    """Its ID on the bus."""
+    """ID of the servo on the bus."""
     further: tuple[DriveAddress, ...] = ()
     """Further servos of the same kind on the bus, in the order of the asset's tendons."""
     baud: int = 1_000_000

@@ -35,7 +35,7 @@ RATE_MARGIN = 0.9
 
 @dataclass(frozen=True, kw_only=True)
 class Collection:
-    """What came of a plan."""
+    """Recordings of a plan, and how it ended."""
 
     outcomes: tuple[RunOutcome, ...]
     """Runs that were recorded now, finished or not, in order."""
@@ -62,9 +62,9 @@ def collect(
     once more at once.
 
     Args:
-        address: Where the bench is; its bench is replaced by each run's.
+        address: Ports and servos; each run sets the bench's name.
         plan: The runs, those of a bench together.
-        settings: How to record.
+        settings: Rates, limits and seed of the recordings.
         out: Folder of the dataset.
         operator: Who is asked and told.
         stop: Who may end it.
@@ -141,7 +141,7 @@ def enlist(
 ) -> None:
     """Add a finished recording to the folder's ``dataset.toml``.
 
-    It starts from its first row: gears hold the spool where it is, so that a servo does not rest in
+    The recording starts from its first row. Gears hold the spool, so that a servo does not rest in
     the friction-free equilibrium of a command.
     """
     rate = outcome.load_cell_rate

@@ -25,9 +25,9 @@ class CollectSettings:
     watchdog: float = 0.2
     """Silence on the bus after which the servo stops by itself [s]."""
     limits: SafetyLimits = field(default_factory=SafetyLimits)
-    """What ends a run."""
+    """Limits that end a run."""
     seed: int = 0
-    """Of what the excitations draw."""
+    """Seed of the excitations' draws."""
     notes: str = ""
     """What the operator wants remembered."""
 

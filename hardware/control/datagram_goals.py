@@ -69,7 +69,7 @@ class DatagramGoals(LineGoals):
         """Return the goal of a datagram [rad], if whoever sent it may.
 
         Raises:
-            InvalidGoal: It is none, or may not count.
+            InvalidGoal: The datagram holds no goal, or may not count.
         """
         if self._signed is None:
             return super().read(line)

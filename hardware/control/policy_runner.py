@@ -60,7 +60,8 @@ class Policy:
         """Return the action that the policy wants of each servo [rad], before any cut.
 
         Raises:
-            PolicyFailure: It could not be run, or gave something else than an action per servo.
+            PolicyFailure: The policy could not be run, or gave something else than an action per
+                servo.
         """
         try:
             output = tuple(float(value) for value in np.asarray(self.run(observation)).reshape(-1))
@@ -87,8 +88,8 @@ def load_policy(path: Path, *, trust: bool = False) -> Policy:
     Raises:
         InvalidPolicyFile: The file is damaged, has no card, takes more memory or time than any
             policy, or its network and card disagree.
-        MissingDependency: It needs a package that is not installed.
-        UntrustedNetworkFile: It is a TorchScript file that the user has not said to trust.
+        MissingDependency: The file needs a package that is not installed.
+        UntrustedNetworkFile: The file is TorchScript, and the user has not said to trust it.
     """
     content = read_content(path)
     scripted = content.startswith(START)

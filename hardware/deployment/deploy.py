@@ -37,7 +37,7 @@ class DeployOutcome:
     """What came of a deployment."""
 
     path: Path | None
-    """Its log."""
+    """Log of the run."""
     rows: int
     """Readings of the servo."""
     missed: int
@@ -92,11 +92,11 @@ def deploy(
         deployment: Who drives what.
         path: The log; it must not exist. Without one nothing is kept.
         keyboard: The operator's keys.
-        operator: Who is told.
-        stop: Who may end it.
+        operator: Receiver of the messages.
+        stop: Request to end the run.
 
     Raises:
-        TendonNewtonError: It could not begin.
+        TendonNewtonError: The run could not begin.
     """
     bench, settings = deployment.bench, deployment.settings
     refuse_blind_rules(deployment)

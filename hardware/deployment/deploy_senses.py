@@ -43,12 +43,12 @@ class ServoSenses:
         self.clock = bench.clock
         self.forces = ForceWatch(bench, None, operator, place)
         self.state: ServoState | None = None
-        """Its last reading."""
+        """Last reading of the servo."""
         self.health: ServoHealth | None = None
         self.estimated: float | None = None
         """Tension by a force network [N]."""
         self.stopped: str | None = None
-        """Why it does not drive."""
+        """Reason why the servo does not drive."""
         self.heard = self.clock.now()
         """When it last answered [s]."""
         self._alerts = self.servo.counters.alerts

@@ -1,4 +1,4 @@
-"""One thing that was looked at."""
+"""The result of one check of a bench."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -12,9 +12,9 @@ class Observation:
     """One thing that was looked at, and what to do about it."""
 
     subject: str
-    """What was looked at, in a word or two."""
+    """Checked part of the bench, in a word or two."""
     verdict: Verdict
-    """How it is."""
+    """Result of the check."""
     found: str
     """What was seen, with numbers."""
     remedy: str = ""

@@ -24,7 +24,7 @@ class CalibrationSession:
     """What is calibrated, how, and where the result goes."""
 
     plan: CalibrationPlan
-    """What is hung."""
+    """Masses and their order."""
     out: Path
     """File to write; while the calibration is not complete its points are beside it."""
     cell: str = "load_cell"
@@ -69,7 +69,7 @@ class CalibrationSession:
         """Return the points of an interrupted calibration, if there was one.
 
         Raises:
-            InvalidCalibration: They were measured with other settings.
+            InvalidCalibration: The points were measured with other settings.
         """
         if not self.partial.is_file():
             return []

@@ -29,7 +29,7 @@ class Session:
     split: str
     obstacle: str
     seed: int
-    """Of what the excitation draws."""
+    """Seed of the excitation's draws."""
     rate: float
     """Readings of the servo per second [Hz]."""
     command_rate: float

@@ -14,7 +14,7 @@ GREATEST = {"force": 100.0, "temperature": 100.0, "silence": 60.0, "blindness": 
 class SafetyLimits:
     """Greatest force and temperature, the window of the spool, and how long nothing may be known.
 
-    They guard the mechanism and the load cell; the servo guards itself by its own limits.
+    These limits guard the mechanism and the load cell; the servo guards itself by its own limits.
     """
 
     force: float = 30.0

@@ -53,7 +53,7 @@ class Glance:
     voltage: float | None = None
     """Supply voltage [V]."""
     temperature: float | None = None
-    """Of the motor [degC]."""
+    """Temperature of the motor [degC]."""
     stopped: str | None = None
     """Why the servo does not drive: an alert, a restart, its watchdog."""
     skipped: int = 0
@@ -74,7 +74,7 @@ class Glance:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SafetyRule:
-    """One row of the table."""
+    """Condition, patience, action and reason: a row of the table."""
 
     name: str
     value: Callable[[Glance], float | None]

@@ -17,8 +17,8 @@ from hardware.safety_rules.safety import (
 from hardware.safety_rules.safety_limits import DeployLimits
 
 RECOVERY = 0.1
-"""Patience that comes back while a rule is kept, of what is spent while it is broken [1]: what is
-wrong for more than a tenth of the time ends the run in the end."""
+"""Patience that comes back while a rule is kept, as a share of the patience spent while it is
+broken [1]. A rule broken for more than a tenth of the time ends the run in the end."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

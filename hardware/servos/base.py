@@ -31,15 +31,15 @@ class ServoSpec:
     name: str
     """Key in the table of servos."""
     model_number: int
-    """What register 0 holds."""
+    """Model number in register 0."""
     position_unit: float
-    """One count of position [rad]."""
+    """Size of one count of position [rad]."""
     velocity_unit: float
-    """One count of velocity [rad/s]."""
+    """Size of one count of velocity [rad/s]."""
     current_unit: float
-    """One count of current [A]."""
+    """Size of one count of current [A]."""
     voltage_unit: float
-    """One count of supply voltage [V]."""
+    """Size of one count of supply voltage [V]."""
     duty_counts: int
     """Counts of full duty, 100 % of the supply voltage."""
     supply_voltage: float
@@ -187,7 +187,7 @@ class ServoCounters:
     reads: int = 0
     """States that were asked for."""
     missed: int = 0
-    """Of these, the ones that never came."""
+    """Requested states that never came."""
     retries: int = 0
     """Instructions that were sent again."""
     silent: int = 0

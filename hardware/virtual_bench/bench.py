@@ -46,7 +46,7 @@ class VirtualBench:
     Args:
         bench: ``spring_weak``, ``spring_strong``, ``finger`` or ``finger_antagonist``.
         seed: Which unit, and which noise.
-        faults: What goes wrong.
+        faults: Faults by chance.
         obstacle: What blocks the mechanism: ``free``, ``tape_roll``, ``hand`` or
             ``hand_perturbation``.
         load_cell_rate: Lines per second: 80, 20 or 10 [Hz].

@@ -32,10 +32,10 @@ COUNTS = (-(2**23), 2**23 - 1)
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class FaultEvent:
-    """One mishap."""
+    """Planned fault of a virtual bench."""
 
     name: str
-    """One of ``EVENTS``."""
+    """Kind of the fault, one of ``EVENTS``."""
     start: float = 0.0
     """When, on the bench's clock [s]; at once when that has passed."""
     duration: float = 1.0
@@ -47,8 +47,8 @@ class FaultEvent:
     servo: int = 0
     """Place of the servo whose alert, restart or load cell it is; the rest strikes all."""
     counts: int | None = None
-    """What a stuck cell or a spike says [counts]; a stuck cell repeats its last one unless given,
-    and a spike says 1.5 million more than it should, some 35 N."""
+    """Reading of a stuck cell or a spike [counts]. Unless given, a stuck cell repeats its last one,
+    and a spike reads 1.5 million too much, some 35 N."""
 
     def __post_init__(self) -> None:
         if self.name not in EVENTS:

@@ -184,7 +184,7 @@ class LockstepBench:
     Args:
         bench: ``spring_weak``, ``spring_strong``, ``finger`` or ``finger_antagonist``.
         seed: Which unit, and which noise.
-        faults: What goes wrong.
+        faults: Faults by chance.
         obstacle: What blocks the mechanism.
         load_cell_rate: Lines per second: 80, 20 or 10 [Hz].
         model: Which servo's control table.

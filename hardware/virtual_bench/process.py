@@ -78,7 +78,7 @@ class VirtualPorts:
         seed: Which unit, and which noise.
         obstacle: What blocks the mechanism.
         load_cell_rate: Lines per second: 80, 20 or 10 [Hz].
-        faults: What goes wrong from the beginning.
+        faults: Faults by chance from the beginning.
         servo: Name of the servo.
         wear: What use has done to it: ``new``, ``friction`` or ``spool``.
     """
@@ -137,7 +137,7 @@ class VirtualPorts:
 
     @property
     def process_id(self) -> int:
-        """Of the process that emulates."""
+        """Number of the process that emulates."""
         return self._process.pid
 
     def __enter__(self) -> VirtualPorts:

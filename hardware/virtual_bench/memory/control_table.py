@@ -30,7 +30,7 @@ GOALS = frozenset(range(at.GOAL_PWM, at.REALTIME_TICK))
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Register:
-    """One entry of a control table."""
+    """Register of a control table, with its bounds and rights."""
 
     address: int
     size: int

@@ -68,7 +68,7 @@ class LoadCellBoard:
 
         Args:
             name: ``cell_stuck``, ``cell_spike``, which lasts for one reading, or ``cell_deaf``.
-            until: When it is over [s].
+            until: End of the event [s].
             counts: What it says then [counts].
         """
         self._fault, self._fault_until, self._fault_counts = name, until, counts

@@ -54,7 +54,7 @@ def worn(unit: Unit, wear: str) -> Unit:
     """Return a unit after some use.
 
     Args:
-        unit: As it was drawn.
+        unit: Unit as its seed draws it.
         wear: A name of `WEARS`.
 
     Raises:
