@@ -71,7 +71,7 @@ class FixedGoal:
     Args:
         value: The first goal [rad].
         bounds: Least and greatest goal [rad].
-        step: By which a key moves it [rad].
+        step: Angle by which a key moves the goal [rad].
     """
 
     def __init__(self, value: float, bounds: tuple[float, float], step: float = STEP) -> None:

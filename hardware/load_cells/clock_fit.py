@@ -29,8 +29,8 @@ class ClockFit:
 
     Transport only ever delays, so the line runs below all arrivals. The line has the least sum of
     delays of all such lines: an edge of the lower convex hull, the one over the mean. The least
-    delay itself stays unknown. It is 0.1 ms through a microcontroller's own USB port, and the 3 ms
-    that a line takes at 115200 baud where another chip makes the USB.
+    delay itself stays unknown. That delay is 0.1 ms through a microcontroller's own USB port. Where
+    another chip makes the USB, the delay is the 3 ms that a line takes at 115200 baud.
     """
 
     device_start_us: int

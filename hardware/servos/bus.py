@@ -47,8 +47,8 @@ class Bus:
     """Transactions with one servo.
 
     Answers carry no number, and a late one could be taken for the answer to the next question. So
-    questions that are open at the same time ask for different lengths. These are a few bytes more
-    than needed, as long as an answer may be on its way.
+    questions that are open at the same time ask for different lengths. A question asks for a few
+    bytes more than needed, as long as an answer may be on its way.
 
     Args:
         port: Path of a serial port, or a port handler of the SDK's kind, which is not locked, or a

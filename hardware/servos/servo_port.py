@@ -5,9 +5,8 @@ its fast sync read takes stuffed bytes for data; with one servo a plain read is 
 defects of it shape this file. Answers are unsigned. An unplugged adapter raises termios.error,
 which is no OSError, and leaves the port marked as in use for ever, as an interrupt does. The time
 that it waits for an answer counts the adapter's latency twice, 36 ms unless told that ours is 1 ms.
-And its reads cut any answer of the servo to the length that was asked for, so that one that comes
-late is taken for the answer to the next question. Hence packets are sent and received here one by
-one.
+And its reads cut any answer of the servo to the length that was asked for. So a late answer is
+taken for the answer to the next question. Hence packets are sent and received here one by one.
 """
 
 from __future__ import annotations

@@ -10,10 +10,9 @@ INPUT_COUNT = 3
 class ForceNetwork(nn.Module):
     """A map from a window of servo signals to the tension at its end.
 
-    Call it with windows of shape (W, window, 3), oldest sample first, each sample
-    (theta_d [rad], theta [rad], theta_dot [rad/s]), or the same flattened to (W, window * 3).
-    It returns the tension [N], shape (W,); to keep it between zero and the servo's limit is the
-    caller's part.
+    Call it with windows of shape (W, window, 3), oldest sample first, each sample (theta_d [rad],
+    theta [rad], theta_dot [rad/s]), or the same flattened to (W, window * 3). The answer is the
+    tension [N], shape (W,). The caller keeps it between zero and the servo's limit.
 
     Args:
         window: Samples in a window.

@@ -1,6 +1,6 @@
 """A force network as weights alone: a safetensors file, which holds numbers and no program.
 
-The metadata has the card, as in the other formats, and under ``network`` what the shapes of the
+The metadata has the card, as in the other formats. Under ``network`` stands what the shapes of the
 weights do not tell: the heads of a Transformer, the activation of a perceptron. The program that
 reads it builds the network from its own classes, so that nobody needs to be trusted.
 """

@@ -56,8 +56,8 @@ class NetworkFile:
 def torchscript() -> Iterator[None]:
     """Use TorchScript without PyTorch's advice to leave it.
 
-    ``torch.export``, which is to replace it, has no single file that Python, C++ and other programs
-    of this kind read with the weights by name; Python up to 3.13 keeps TorchScript.
+    ``torch.export`` is to replace TorchScript. But it has no single file that Python, C++ and other
+    programs of this kind read with the weights by name. Python up to 3.13 keeps TorchScript.
     """
     with warnings.catch_warnings():
         warnings.filterwarnings(

@@ -41,9 +41,9 @@ class Layer:
     """One layer: units, shape (U,), from inputs, shape (I,)."""
 
     weight: Array
-    """Shape (U, I)."""
+    """Matrix of the layer, shape (U, I)."""
     bias: Array
-    """Shape (U,)."""
+    """Constants of the layer, shape (U,)."""
 
 
 def twin_layers(module: Any) -> TwinLayers:

@@ -59,8 +59,8 @@ def write_report(
     """Write the page.
 
     Args:
-        path: Where it goes.
-        diagnosis: What was found.
+        path: File of the page.
+        diagnosis: Answer to report.
         evidence: Recordings and the two models to show beside them.
         origin: Where it comes from.
 

@@ -67,7 +67,7 @@ class Structure:
     """What a flexible learner makes of the remainder."""
 
     side: Side
-    """Where it sits."""
+    """Side of the load cell on which the structure sits."""
     found: bool
     """Whether more than noise is there."""
     held_out_r2: float
@@ -82,7 +82,7 @@ class Structure:
     equation: Equation | None = None
     """A short formula that does as well, if there is one."""
     scale: BenchScale = field(default_factory=BenchScale)
-    """Of the benches."""
+    """Scale of the benches."""
 
     @property
     def depends_on(self) -> tuple[str, ...]:
