@@ -81,6 +81,14 @@ def anchors(path: Path) -> set[str]:
 
 
 @every_text
+def test_every_source_file_in_the_text_exists(name: str) -> None:
+    """A Python file in a text is the end of some path of the repository."""
+    wanted = re.findall(r"`([\w./]+\.py)`", read(name))
+    paths = [f"/{path.relative_to(ROOT).as_posix()}" for path in repository_files()]
+    assert [file for file in wanted if not any(path.endswith(f"/{file}") for path in paths)] == []
+
+
+@every_text
 def test_every_sentence_of_the_text_is_short_and_has_its_subject(name: str) -> None:
     """No sentence has more than 30 words, or begins with a pronoun for its subject."""
     if name in UNREAD:
