@@ -100,7 +100,7 @@ def open_lock(port: str) -> int:
         raise PortUnavailable(f"{port}: {lock_trouble(path, error)}") from error
     if not stat.S_ISREG(os.fstat(file).st_mode):
         os.close(file)
-        raise PortUnavailable(f"{port}: its lock {path} must be a file; it is none: remove it")
+        raise PortUnavailable(f"{port}: its lock {path} must be a file; it is no file: remove it")
     return file
 
 

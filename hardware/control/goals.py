@@ -232,7 +232,9 @@ def open_goals(word: str, bounds: tuple[float, float], key: Path | None = None) 
         InvalidParameter: The word names nothing.
     """
     if key is not None and not word.startswith("udp:"):
-        raise InvalidParameter("a key is for goals over UDP alone; they come in another way")
+        raise InvalidParameter(
+            "--goals-key belongs to goals over UDP; these goals come in another way"
+        )
     if word == "keyboard":
         return FixedGoal(bounds[0], bounds)
     if word == "stdin":

@@ -77,7 +77,7 @@ def log_files(paths: Sequence[Path]) -> tuple[Path, ...]:
         files += [path / entry["file"] for entry in read_entries(path)] if path.is_dir() else [path]
     for file in files:
         if not file.is_file():
-            raise InvalidDataset(f"{file}: the log of a deployment is read; there is none")
+            raise InvalidDataset(f"{file}: no such log of a deployment")
     return tuple(files)
 
 

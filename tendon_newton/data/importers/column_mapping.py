@@ -74,7 +74,9 @@ def read_mapping(path: Path) -> ColumnMapping:
     for key in ROW_KEYS if topics else MESSAGE_KEYS:
         if key in table:
             kind = "CSV and JSON files" if topics else "ROS 2 recordings"
-            raise InvalidMapping(f"{path}: {key} belongs to a mapping of {kind}; this is none")
+            raise InvalidMapping(
+                f"{path}: {key} belongs to a mapping of {kind}; this mapping has none"
+            )
     rate = None if "rate" not in table else positive(path, "rate", table["rate"])
     if topics is None:
         require_columns(path, mapped, timed=rate is not None)

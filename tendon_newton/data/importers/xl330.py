@@ -59,7 +59,9 @@ def read_xl330(folder: Path) -> Imported:
         raise InvalidRecording(f"{folder}: XL330 logs come as a folder of .json files; {came}")
     paths = sorted(folder.glob("*.json"))
     if not paths:
-        raise InvalidRecording(f"{folder}: XL330 logs come as a folder of .json files; none is")
+        raise InvalidRecording(
+            f"{folder}: XL330 logs come as a folder of .json files; there is none"
+        )
     findings: list[Finding] = []
     logs = []
     for path in paths:

@@ -42,7 +42,7 @@ def read_foreign(path: Path) -> ForeignFinger:
         InvalidAsset: The file is of neither kind, is broken, or is no tree of hinges and slides.
     """
     if path.suffix not in SUFFIXES:
-        raise InvalidAsset(f"{path}: what is imported ends with {listed(SUFFIXES)}")
+        raise InvalidAsset(f"{path}: a file to import ends with {listed(SUFFIXES)}")
     if not path.is_file():
         raise InvalidAsset(f"{path}: an MJCF or URDF file is imported; there is none")
     builder = newton.ModelBuilder()

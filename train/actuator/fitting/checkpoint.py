@@ -128,7 +128,7 @@ def load_checkpoint(path: Path, settings: Mapping[str, Any], state: TrainingStat
         raise
     except Exception as error:  # torch's reader of damaged bytes fails in any way
         raise InvalidNetworkFile(
-            f"{path}: a checkpoint of a training; it is damaged or of another version "
+            f"{path}: the checkpoint of a training is damaged or of another version "
             f"({type(error).__name__}); delete it to start again"
         ) from error
 

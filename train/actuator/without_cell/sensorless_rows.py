@@ -80,7 +80,7 @@ def sliding_rows(motions: Sequence[Motion], benches: Sequence[str]) -> SlidingRo
     if not len(table):
         raise InvalidDataset(
             f"without a load cell benches are compared where the servo turns one way at "
-            f"{SLIDING:g} rad/s or more for 0.1 s; in none of {len(motions)} recordings it does"
+            f"{SLIDING:g} rad/s or more for 0.1 s; none of {len(motions)} recordings has one"
         )
     turning = table[:, -1]
     table = (table - table.mean(axis=0)) / np.maximum(table.std(axis=0), 1.0e-6)

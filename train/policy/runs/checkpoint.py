@@ -73,7 +73,7 @@ def load_checkpoint(
         raise
     except Exception as error:  # torch's reader of damaged bytes fails in any way
         raise InvalidPolicyFile(
-            f"{path}: a checkpoint of a training; it is damaged or of another version "
+            f"{path}: the checkpoint of a training is damaged or of another version "
             f"({type(error).__name__}); delete it to go on from the one before"
         ) from error
 
