@@ -12,17 +12,17 @@ from pathlib import Path
 from hardware.errors import PortBusy, PortUnavailable
 
 LOCK_FOLDER = Path("/run/lock")
-"""Where the file hierarchy standard puts the locks of devices."""
+"""Folder of the locks of devices in the file hierarchy standard."""
 SHARED_FOLDER = Path("/", "tmp")
 """Where they are put where not every user may write there: all users must look at one place."""
 EVERYBODY = 0o666
 """Rights of a lock: whoever may use the port may lock it."""
 LATENCY_TIMERS = Path("/sys/bus/usb-serial/devices")
-"""Where Linux keeps the latency timer of FTDI adapters."""
+"""File of the latency timer of an FTDI adapter in Linux."""
 
 
 LOST = (OSError, termios.error)
-"""What an unplugged adapter raises; the second is no child of the first."""
+"""Errors of an unplugged adapter; the second is no child of the first."""
 
 
 class PortLock:

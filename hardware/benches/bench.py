@@ -29,7 +29,7 @@ from hardware.virtual_bench.physics.unit import servo_count
 from tendon_newton.errors import InvalidParameter
 
 RETRIES = 2
-"""How often an instruction is sent again: three attempts of 4 ms are one tick at 80 Hz."""
+"""Times that an instruction is sent again: three attempts of 4 ms are one tick at 80 Hz."""
 PATIENCE = 8
 """The same of a virtual bench in real time, which answers when the scheduler lets it."""
 
@@ -37,7 +37,7 @@ Tip = tuple[float, float]
 
 
 class VirtualControls(Protocol):
-    """What can be done to a virtual bench beside its two ports."""
+    """Controls of a virtual bench beside its two ports."""
 
     def set_obstacle(self, name: str) -> None:
         """Put something in the mechanism's way."""

@@ -40,7 +40,7 @@ class RunOutcome:
     """First and last instant of each gap, since the first row [s]."""
     pacing: PacingReport
     fault: TendonNewtonError | None
-    """What ended it before its time."""
+    """Reason of an end before its time."""
     interrupted: str | None
     """Signal that ended it before its time."""
 

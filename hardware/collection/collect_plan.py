@@ -22,7 +22,7 @@ from tendon_newton.data.files.toml_file import read_toml, write_toml
 from tendon_newton.errors import InvalidOutput, shown
 
 COLLECTION_FILE = "collection.toml"
-"""What a folder's recordings have in common; a plan is taken up again only with the same."""
+"""Settings that a folder's recordings share; a plan is taken up again only with the same."""
 SINGLE_RUNS = "single runs"
 """Title of a folder whose recordings follow no plan."""
 AGAIN = re.compile(r"_again\d+$")
@@ -66,8 +66,8 @@ def collect(
         plan: The runs, those of a bench together.
         settings: Rates, limits and seed of the recordings.
         out: Folder of the dataset.
-        operator: Who is asked and told.
-        stop: Who may end it.
+        operator: Receiver of questions and messages.
+        stop: Request to end the run.
         title: Name of the plan; a folder holds one, or any number of single runs.
 
     Raises:

@@ -1,4 +1,4 @@
-"""How to record: what is the same for all runs of a session."""
+"""Settings of a recording that all runs of a session share."""
 
 from dataclasses import dataclass, field
 
@@ -29,7 +29,7 @@ class CollectSettings:
     seed: int = 0
     """Seed of the excitations' draws."""
     notes: str = ""
-    """What the operator wants remembered."""
+    """Words of the operator to keep with the log."""
 
     def __post_init__(self) -> None:
         """Refuse rates that do not divide."""

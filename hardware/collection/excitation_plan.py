@@ -1,4 +1,4 @@
-"""What to record, in which order, with what in the way: the paper's 36 minutes, and shorter.
+"""Recordings to make, in order and with obstacles: the paper's 36 minutes, and shorter plans.
 
 Source: Yuryev and Hughes, Tendon Force Modeling for Sim2Real Transfer (2026), section III. The plan
 has about 36 minutes at 80 Hz, half on the finger, a quarter each on a weak and a strong spring.

@@ -1,4 +1,4 @@
-"""What a reproduction of the paper records on a bench besides the paper's plan, and how.
+"""Recordings that a reproduction makes on a bench besides the paper's plan.
 
 Source: Yuryev and Hughes, Tendon Force Modeling for Sim2Real Transfer (2026): the ramp of figure 3
 and the sinusoid of the sim-to-real experiment.

@@ -1,4 +1,4 @@
-"""Where a policy's goals come from: keys, a file, lines, datagrams, stairs, or one number.
+"""Sources of a policy's goals: keys, a file, lines, datagrams, stairs, or one number.
 
 A goal is an angle alpha [rad]: 0 is the straight finger, pi/2 the tip below the PIP axis. Lines and
 datagrams hold one number each; what is none is told once and changes nothing.
@@ -35,7 +35,7 @@ class Goals(Protocol):
     """Gives the goal that holds now."""
 
     notes: list[str]
-    """What the operator should be told; whoever tells it empties the list."""
+    """Messages for the operator; the teller empties the list."""
 
     def value(self, now: float) -> float:
         """Return the goal [rad] at a time since the start [s]."""

@@ -39,7 +39,7 @@ EXTERNAL = re.compile(rb"(?:\x0a|\x8a\x80*\x00)(?:\x08|\x88\x80*\x00)location")
 """How an ONNX file says that weights stand in another file: a protobuf entry with this key, its
 numbers in the shortest form or in a longer one."""
 ALLOCATION = "Failed to allocate memory"
-"""What onnxruntime says where there is none left."""
+"""Words of onnxruntime where no memory is left."""
 TRIALS = (0.0, 1.0, -1.0, 1.0e3)
 """Numbers of which observations are made to try a network."""
 
@@ -52,7 +52,7 @@ class Policy:
     sha256: str
     card: PolicyCard
     engine: str
-    """What runs it: onnxruntime or torch."""
+    """Engine of the policy: onnxruntime or torch."""
     run: Callable[[Observation], Any]
     """Gives the output of an observation of shape (1, N)."""
 

@@ -51,7 +51,7 @@ def signed_goal(key: bytes, goal: float, sequence: int, time: float) -> bytes:
     """Return a datagram.
 
     Args:
-        key: What sender and receiver share.
+        key: Key that sender and receiver share.
         goal: Angle [rad].
         sequence: A number greater than that of any datagram before.
         time: The sender's clock [s since 1970].
@@ -64,7 +64,7 @@ class SignedGoals:
     """Believes datagrams of whoever has the key, each once and only while it is young.
 
     Args:
-        key: What sender and receiver share.
+        key: Key that sender and receiver share.
     """
 
     def __init__(self, key: bytes) -> None:

@@ -34,7 +34,7 @@ from tendon_newton.errors import TendonNewtonError
 
 @dataclass(frozen=True, kw_only=True)
 class DeployOutcome:
-    """What came of a deployment."""
+    """Log, rows and end of a deployment."""
 
     path: Path | None
     """Log of the run."""
@@ -46,11 +46,11 @@ class DeployOutcome:
     """Steps of the pilot."""
     pacing: PacingReport
     trips: dict[str, int]
-    """How often each safety rule came into effect."""
+    """Number of times that each safety rule came into effect."""
     ended: str
-    """Why it ended, in words."""
+    """Reason of the end, in words."""
     fault: TendonNewtonError | None
-    """What ended it against the operator's will."""
+    """Reason of an end against the operator's will."""
     first_command: float | None
     """Instant of the first command on the bench's clock [s]."""
     acted: tuple[tuple[Trip, float], ...]
@@ -59,7 +59,7 @@ class DeployOutcome:
 
 @dataclass(frozen=True, kw_only=True)
 class Deployment:
-    """Who drives what, and how."""
+    """Pilot, bench and settings of a deployment."""
 
     bench: Bench
     """An open bench."""

@@ -108,7 +108,7 @@ class LoggedStep:
     sample: tuple[float, ...]
     """Positions [rad], velocities [rad/s], both last actions [rad] and goal [rad]."""
     output: tuple[float, ...]
-    """What the policy gave for each servo [rad]."""
+    """Output of the policy for each servo [rad]."""
     action: tuple[float, ...]
     """Outputs within the clip [rad]."""
     command: tuple[float, ...]

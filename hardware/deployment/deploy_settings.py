@@ -1,4 +1,4 @@
-"""How a policy is deployed, and what must agree before its motor may run."""
+"""Settings of a deployment, and conditions that must hold before its motor may run."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class DeploySettings:
     unwind: bool = True
     """Whether the tendon is let out at the end; if not, the motor is just switched off."""
     notes: str = ""
-    """What the operator wants remembered."""
+    """Words of the operator to keep with the log."""
 
     def __post_init__(self) -> None:
         """Refuse rates that do not divide."""

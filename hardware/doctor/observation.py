@@ -16,6 +16,6 @@ class Observation:
     verdict: Verdict
     """Result of the check."""
     found: str
-    """What was seen, with numbers."""
+    """Evidence, with numbers."""
     remedy: str = ""
-    """What to do; empty where all is well."""
+    """Remedy; empty where all is well."""

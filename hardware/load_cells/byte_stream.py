@@ -26,7 +26,7 @@ class ByteStream(Protocol):
     """Where a load cell's bytes come from; a simulated cell has one without a port."""
 
     name: str
-    """What the errors call it."""
+    """Name of the source in errors."""
 
     def open(self) -> None:
         """Begin to receive."""

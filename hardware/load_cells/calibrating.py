@@ -21,7 +21,7 @@ TARE_TIME_MIN = 5.0
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class CalibrationPlan:
-    """What is hung, in which order, and for how long it is measured."""
+    """Masses, their order, and the time of each measurement."""
 
     masses: tuple[float, ...]
     """Known masses [kg]."""

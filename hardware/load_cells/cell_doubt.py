@@ -1,4 +1,4 @@
-"""What speaks against a load cell: readings that no live cell would send.
+"""Evidence against a load cell: readings that no live cell would send.
 
 A guard that believes a dead load cell is worse than none. Four things give a dead one away:
 
@@ -52,7 +52,7 @@ class CellDoubt:
 
     def __init__(self, calibration: LoadCellCalibration | None, servo: ServoSpec) -> None:
         self.fault: str | None = None
-        """Why the cell is not believed; nothing where it is."""
+        """Reason not to believe the cell; None where there is none."""
         sigma = 1.0 if calibration is None else calibration.noise / abs(calibration.slope)
         self._sigma = sigma
         self._equal_max = equal_max(sigma)

@@ -24,7 +24,7 @@ from tendon_newton.data.formats.topic_mapping import (
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class TimeBase:
-    """How the bench's clock becomes the stamps of a file."""
+    """Conversion of the bench's clock into the stamps of a file."""
 
     start: float
     """Instant on the bench's clock that has the stamp ``epoch`` [s]."""
@@ -133,7 +133,7 @@ class SessionLog:
 
         Args:
             instant: Instant of the reading [s].
-            health: What the servo says of itself.
+            health: Voltage, temperature and alerts of the servo.
             counters: Faults of its bus so far.
             further: Health and counters of further servos.
             missed: Ticks whose reading never came.

@@ -1,4 +1,4 @@
-"""What a bench may do before its motor is switched off."""
+"""Limits of a bench, beyond which its motor is switched off."""
 
 from dataclasses import dataclass
 from math import isfinite, pi

@@ -1,4 +1,4 @@
-"""What passes between a servo and the rest: its data sheet, its state, health and settings."""
+"""Types between a servo and the rest: its data sheet, its state, health and settings."""
 
 from dataclasses import dataclass
 from math import pi
@@ -67,7 +67,7 @@ class ServoSpec:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ServoState:
-    """One read of current, velocity and position: one instant."""
+    """Current, velocity and position of one read: one instant."""
 
     time: float
     """Middle of the transaction on the bench's clock [s]."""
@@ -81,7 +81,7 @@ class ServoState:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ServoHealth:
-    """What changes slowly, read about once a second."""
+    """Slowly changing readings, taken about once a second."""
 
     voltage: float
     """Supply voltage [V]."""
@@ -96,7 +96,7 @@ class ServoHealth:
 
     @property
     def alerts(self) -> tuple[str, ...]:
-        """What the hardware error means, in words."""
+        """Meaning of the hardware error, in words."""
         return alert_words(self.hardware_error)
 
 
@@ -182,7 +182,7 @@ class ServoSettings:
 
 @dataclass(kw_only=True, slots=True)
 class ServoCounters:
-    """What a servo has been asked and how often it failed; counts up only."""
+    """Counts of questions to a servo and of their failures; they only grow."""
 
     reads: int = 0
     """States that were asked for."""

@@ -56,8 +56,8 @@ class Bus:
         identifier: ID of the servo.
         baud: Rate of the bus [1/s].
         clock: Clock that gives the instants.
-        counters: Where failures are counted.
-        retries: How often an instruction is sent again before it has failed.
+        counters: Counts of the failures.
+        retries: Times that an instruction is sent again before it has failed.
     """
 
     def __init__(
@@ -84,7 +84,7 @@ class Bus:
 
     @property
     def name(self) -> str:
-        """What the errors call the port."""
+        """Name of the port in errors."""
         return self._port.name
 
     @property

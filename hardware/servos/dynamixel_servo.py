@@ -56,7 +56,7 @@ class DynamixelServo:
         identifier: ID on the bus.
         baud: Rate of the bus [1/s].
         clock: Clock that dates the states; the computer's monotonic one unless given.
-        retries: How often an instruction is sent again.
+        retries: Times that an instruction is sent again.
     """
 
     def __init__(

@@ -39,7 +39,7 @@ class SpoolAngle:
         more than a little.
 
         Args:
-            counts: What the register holds after the restart.
+            counts: Content of the register after the restart.
         """
         latest = self._last + round(WIND_MAX / self._unit)
         self._home -= (latest - counts) // self._turn * self._turn

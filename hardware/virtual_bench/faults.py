@@ -1,4 +1,4 @@
-"""What goes wrong on a bench, by chance or at a set time."""
+"""Faults of a virtual bench, by chance or at a set time."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class FaultEvent:
     start: float = 0.0
     """When, on the bench's clock [s]; at once when that has passed."""
     duration: float = 1.0
-    """How long, where it lasts [s]."""
+    """Length of a fault that lasts [s]."""
     voltage: float = 5.0
     """To what the supply falls [V]; below 4.5 V the servo restarts."""
     alert: str = "overload"
@@ -68,7 +68,7 @@ class FaultEvent:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Faults:
-    """How often which fault strikes [1], and which are planned."""
+    """Chances of the faults [1], and the planned ones."""
 
     dropped_replies: float = 0.0
     """Answers of the servo that never come."""

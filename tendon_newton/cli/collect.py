@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class CollectConfig:
-    """What to record, where the bench is, and where the dataset goes."""
+    """Recordings to make, the bench, and the folder of the dataset."""
 
     out: Path
     """Folder of the dataset; recordings are added to it."""
@@ -48,7 +48,7 @@ class CollectConfig:
     split: Literal["train", "test"] = "train"
     """Split of a single run."""
     obstacle: str = "free"
-    """What blocks the finger in a single run: free, tape_roll, hand or hand_perturbation."""
+    """Obstacle in the finger's way in a single run: free, tape_roll, hand or hand_perturbation."""
     load_cell_port: str | None = None
     """Serial port of the load cell; a virtual bench brings its own."""
     load_cell: str = "hx711_serial"
@@ -62,7 +62,7 @@ class CollectConfig:
     baud: int = 1_000_000
     """Rate of the bus [1/s]."""
     retries: int | None = None
-    """How often an instruction to the servo is sent again, 4 ms each; 2 unless given."""
+    """Times that an instruction to the servo is sent again, 4 ms each; 2 unless given."""
     rate: float = 80.0
     """Readings of the servo per second [Hz]."""
     command_rate: float | None = None

@@ -54,7 +54,7 @@ ROWS_MIN = 80
 
 @dataclass(frozen=True, kw_only=True)
 class DeployConfig:
-    """Which policy, where the bench is, and how far it may go."""
+    """Policy, bench and limits of a deployment."""
 
     policy: Path | None = None
     """ONNX file of the policy with its card inside, or TorchScript where torch is installed."""
@@ -62,7 +62,7 @@ class DeployConfig:
     """Serial port of the servos, or virtual, or virtual:finger:3 for unit 3, or
     virtual:finger:3:friction (or :spool) for that unit worn."""
     goals: str = "keyboard"
-    """Where goals come from: keyboard, stdin, udp:5005, udp:ADDRESS:PORT, stairs, a file of times
+    """Source of the goals: keyboard, stdin, udp:5005, udp:ADDRESS:PORT, stairs, a file of times
     [s] and angles [rad], or one angle [rad]."""
     goals_key: Path | None = None
     """File with a key of 16 bytes or more, with which goals over UDP are signed; those from other
@@ -106,7 +106,7 @@ class DeployConfig:
     baud: int = 1_000_000
     """Rate of the bus [1/s]."""
     retries: int | None = None
-    """How often an instruction to the servo is sent again, 4 ms each; 2 unless given."""
+    """Times that an instruction to the servo is sent again, 4 ms each; 2 unless given."""
     spool_radius: float = 0.0125
     """Spool radius of the bench [m]; the policy's card must name the same."""
     rate: float = 80.0

@@ -40,7 +40,7 @@ class EvaluatePolicyConfig:
     out: Path
     """Folder for the results; made if it is not there."""
     force: tuple[str, ...] = ("ideal",)
-    """What pulls the simulated finger: ideal, model files (.toml) or force networks
+    """Force model of the simulated finger: ideal, model files (.toml) or force networks
     (.safetensors)."""
     finger: str = "finger"
     """Finger with a tip and tendons that close it: a name under assets/, or a USD file."""

@@ -35,7 +35,7 @@ class FitTendonConfig:
     out: Path
     """Folder for the results; made if it is not there."""
     force: str = "ideal"
-    """What the model pulls with: ideal, a model file (.toml), or a force network (.safetensors)."""
+    """Force model: ideal, a model file (.toml), or a force network (.safetensors)."""
 
 
 def main(config: FitTendonConfig) -> None:

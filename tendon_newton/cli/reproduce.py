@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class ReproduceConfig:
-    """What to reproduce, and where it goes."""
+    """Stages to reproduce, and the folder of the results."""
 
     out: Path
     """Folder for everything; made if it is not there."""

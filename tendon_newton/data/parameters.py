@@ -83,7 +83,7 @@ class Parameter:
     upper: float
     """Greatest value that makes sense [unit]."""
     source: str
-    """Where the range comes from."""
+    """Source of the range."""
     absolute: bool = False
     """Whether the range is the same on a bench of any size, whatever the unit: a tilt's."""
 

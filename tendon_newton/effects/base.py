@@ -1,4 +1,4 @@
-"""What every physical effect declares: parameters with nulls, equation, source, and stages."""
+"""Declaration of a physical effect: parameters with nulls, equation, source, and stages."""
 
 from __future__ import annotations
 

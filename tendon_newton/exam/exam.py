@@ -48,7 +48,7 @@ def take_exam(
 
     Args:
         folder: Datasets and their truths.
-        out: Where answers go, one folder each.
+        out: Folder of the answers, one folder each.
         workers: Processes; one per core is best.
         only: Names of datasets; all by default.
     """

@@ -1,4 +1,4 @@
-"""How often the diagnosis is right, over all answers of an exam."""
+"""Rates at which the diagnosis is right, over all answers of an exam."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Rate:
 
 @dataclass(frozen=True, kw_only=True)
 class StrengthBin:
-    """How single causes of about one strength were answered."""
+    """Answers to single causes of about one strength."""
 
     low: float
     """[noise floors]"""

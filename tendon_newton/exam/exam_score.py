@@ -74,7 +74,7 @@ class Mark:
 
     @property
     def found(self) -> int:
-        """How many true effects were named, exactly or by class, each answer used once."""
+        """Number of true effects named, exactly or by class, each answer used once."""
         exact = [name for name in self.truth.effects if name in self.said]
         left = [c for name, c in zip(self.said, self.classes, strict=True) if name not in exact]
         count = len(exact)

@@ -1,4 +1,4 @@
-"""Where the assets lie: in the repository or an installed wheel, and in folders of the user's."""
+"""Folders of the assets: in the repository or an installed wheel, and in folders of the user's."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a network predicts on recordings, row by row."""
+"""Predictions of a network on recordings, row by row."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Prediction:
     measured: Array
     """Tension at these rows [N]."""
     predicted: Array
-    """What the model says [N]."""
+    """Force of the model [N]."""
 
     @property
     def time(self) -> Array:

@@ -1,4 +1,4 @@
-"""What decides a training."""
+"""Settings of the training of a force network."""
 
 from dataclasses import dataclass
 from typing import Literal

@@ -51,7 +51,7 @@ class Interval:
 
 @dataclass(frozen=True, kw_only=True)
 class TendonFit:
-    """What lies between a spool and a finger."""
+    """Give and slack between a spool and a finger, with errors."""
 
     bench: str
     stiffness: Interval

@@ -76,7 +76,7 @@ def find_drift(
 
     Args:
         dataset: Logs; test parts only report.
-        model: What fitted the bench when it was new.
+        model: Model that fitted the bench when it was new.
         suspects: Effects that may be named.
         progress: Told, in a few words, what is being done.
     """

@@ -1,4 +1,4 @@
-"""What a refresh found and what it brought, for people: one page."""
+"""Findings and results of a refresh, for people: one page."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ class FoundWear:
     numbers: tuple[str, ...]
     """Its parameters with their intervals, in words."""
     rivals: tuple[str, ...]
-    """What the logs cannot tell from it."""
+    """Causes that the logs cannot tell from this one."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Drift:
-    """What the logs say of the bench."""
+    """Change of a bench that its logs show."""
 
     verdict: str
     """``no_drift``; ``worn``, with a name; or ``changed``, by nothing that stands in the list."""
@@ -55,7 +55,7 @@ class Drift:
 
 @dataclass(frozen=True, kw_only=True)
 class TipFigure:
-    """How well a policy tracked its goals somewhere."""
+    """Tip error of a policy, in simulation or on a bench."""
 
     policy: str
     where: str

@@ -20,7 +20,7 @@ PROMISE = "a policy that is trained on lies beside its policy.json"
 
 @dataclass(frozen=True, kw_only=True)
 class EarlierTraining:
-    """Where a policy comes from."""
+    """Checkpoint and settings behind a policy."""
 
     config: PolicyTrainingConfig
     checkpoint: Path

@@ -50,7 +50,7 @@ class Comparison:
 
 @dataclass(frozen=True, kw_only=True)
 class Slip:
-    """How far a spool has slipped."""
+    """Angle by which a spool has slipped."""
 
     offset: float
     """Of the encoder's zero against the mechanism's [rad]."""
@@ -68,7 +68,7 @@ def with_slip(
 
     Args:
         recordings: Logs, angles alone.
-        model: What fitted the bench before the spool slipped.
+        model: Model that fitted the bench before the spool slipped.
         reference: Logs from that time.
     """
     slip = slip_since(reference, recordings) if reference else None
@@ -96,7 +96,7 @@ def find_slip(recordings: Sequence[Recording], model: Model) -> Slip:
 
     Args:
         recordings: Logs, angles alone.
-        model: What fitted the bench when it was new.
+        model: Model that fitted the bench when it was new.
     """
     others = without(model, SLIP)
     names = (*(effect.name for effect in others.effects), SLIP)

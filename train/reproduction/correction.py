@@ -42,9 +42,9 @@ class Corrected:
     model: Model
     """Both, pulling the nominal mechanism."""
     servo: Servo
-    """What is known without the network."""
+    """The servo without the network."""
     share: float
-    """How much of the network's force is added [1]."""
+    """Share of the network's force that is added [1]."""
     bound: float
     """Most that is added [N]."""
 
@@ -58,7 +58,7 @@ class CorrectedSource(nn.Module):
     Args:
         correction: Maps windows of servo signals, shape (W, H, 3), to forces [N], shape (W,).
         servo: Servo with P [N/rad] and D [N s/rad].
-        share: How much of the correction is added, sigma [1].
+        share: Share of the correction that is added, sigma [1].
         bound: Most that is added, b [N].
     """
 
@@ -151,7 +151,7 @@ def lasting_force(recording: Recording, servo: Servo, rate: float) -> Array:
 
     Args:
         recording: A recording with one tendon, its command and its tension.
-        servo: What is known of the servo.
+        servo: Known numbers of the servo.
         rate: Queries per second [Hz].
     """
     assert recording.command is not None

@@ -1,4 +1,4 @@
-"""What a stage of a reproduction found: rows for the table, numbers, figures."""
+"""Result of a stage of a reproduction: rows for the table, numbers, figures."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class Row:
     """One number of the paper and ours beside it."""
 
     experiment: str
-    """What was done."""
+    """Name of the experiment."""
     measure: str
-    """What was measured, on which model."""
+    """Measured quantity, and the model."""
     unit: str
     paper: float | None
     """The paper's value; None where it has none."""
@@ -33,11 +33,11 @@ class Row:
     high: float
     """Greatest of them."""
     count: int
-    """How many."""
+    """Number of benches, seeds or experiments."""
     over: str
-    """What they differ in: benches, seeds or experiments."""
+    """Kind of the spread: over benches, seeds or experiments."""
     differs: str = ""
-    """What is not as in the paper, besides the bench."""
+    """Differences from the paper, besides the bench."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,7 +55,7 @@ class Outcome:
 
     rows: tuple[Row, ...] = ()
     numbers: Mapping[str, Any] = field(default_factory=dict)
-    """What else goes into the JSON file, in SI units unless a key says otherwise."""
+    """Further numbers of the JSON file, in SI units unless a key says otherwise."""
     figures: tuple[Figure, ...] = ()
     text: str = ""
     """Tables and sentences in Markdown."""

@@ -40,7 +40,7 @@ def silent(text: str) -> None:
 
 @dataclass(frozen=True)
 class Reproduction:
-    """What every stage is given."""
+    """Settings, folders and results that every stage is given."""
 
     settings: ReproductionSettings
     out: Path

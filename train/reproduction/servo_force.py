@@ -121,7 +121,7 @@ def missing_force(recording: Recording, servo: Servo) -> Array:
 
     Args:
         recording: A recording with one tendon, its command and its tension.
-        servo: What is known of the servo.
+        servo: Known numbers of the servo.
     """
     assert recording.command is not None
     assert recording.force is not None
@@ -168,7 +168,7 @@ class ServoForce:
 
     Args:
         recording: A recording with one tendon and a command.
-        servo: What is known of the servo.
+        servo: Known numbers of the servo.
     """
 
     def __init__(self, recording: Recording, servo: Servo) -> None:

@@ -1,4 +1,4 @@
-"""How much of everything a reproduction takes: full as in the paper, or quick."""
+"""Sizes of a reproduction: full as in the paper, or quick."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ class PolicyEffort:
     device: Literal["cpu", "cuda"]
     """With several GPUs, each policy has the next one."""
     discount: float = 0.95
-    """What a reward is worth one step earlier [1]."""
+    """Worth of a reward one step earlier [1]."""
     trace: float = 0.95
-    """How far an advantage looks ahead before it asks the critic [1]."""
+    """Weight of later steps in an advantage, before the critic's part [1]."""
     seeds: tuple[int, ...] = (0,)
     """Trainings against each model."""
 

@@ -72,7 +72,7 @@ class ServoEmulator:
         self._pending: tuple[int, bytes] | None = None
         self._silent_until = 0.0
         self.instructions = 0
-        """How many were for this servo."""
+        """Number of instructions for this servo."""
 
     @property
     def identifier(self) -> int:
@@ -95,7 +95,7 @@ class ServoEmulator:
         Args:
             instruction: Instruction from the bus.
             time: Now [s].
-            count: What the encoder counts now.
+            count: Present counts of the encoder.
         """
         ours = instruction.identifier in (self.identifier, BROADCAST)
         if time < self._silent_until or not ours:

@@ -48,7 +48,7 @@ class Register:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ServoModel:
-    """What tells one servo's table from another's."""
+    """Values that differ between the tables of the servos."""
 
     name: str
     number: int

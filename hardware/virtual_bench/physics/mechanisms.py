@@ -1,4 +1,4 @@
-"""What the tendon pulls: a carriage on a rail, or a finger with flexible joints."""
+"""Mechanisms that the tendon pulls: a carriage on a rail, or a finger with flexible joints."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ class Training:
     recordings: tuple[TrainingRecording, ...]
     """Recordings that it has seen."""
     split: str
-    """How held-out data was held out, in words."""
+    """Way in which data was held out, in words."""
     seed: int
     """Seed of the starting weights and the order of the windows."""
     git_commit: str | None

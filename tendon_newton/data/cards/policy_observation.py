@@ -63,7 +63,7 @@ def applied_action(output: Values, clip: float) -> Values:
     """Return the action [rad] that a policy's output stands for.
 
     Args:
-        output: What the policy gave [rad], any shape.
+        output: Output of the policy [rad], any shape.
         clip: Greatest offset either way [rad].
     """
     return output.clip(-clip, clip)

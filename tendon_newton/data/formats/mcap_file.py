@@ -96,10 +96,10 @@ def require_topics(
 
 @dataclass(kw_only=True)
 class Damage:
-    """What of a file could not be read."""
+    """Part of a file that could not be read."""
 
     broken_off: str = ""
-    """Why reading ended before the file's own end."""
+    """Reason of an end of reading before the file's own end."""
     chunks: int = 0
     """Groups of messages that were damaged."""
     undecoded: Counter[str] = field(default_factory=Counter)

@@ -36,7 +36,7 @@ DERIVED = "theta"
 
 @dataclass(frozen=True, kw_only=True)
 class MappedColumn:
-    """Where one column comes from, and how it becomes ours."""
+    """Source of one column, and its conversion to ours."""
 
     source: str | None
     """Their column, or a path such as ``state.position[2]``; None for a derived speed."""

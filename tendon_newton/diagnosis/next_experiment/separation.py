@@ -54,7 +54,7 @@ class Plan:
 
 @dataclass(frozen=True, kw_only=True)
 class Contrast:
-    """What a run would show of two causes."""
+    """Difference of two causes in a run."""
 
     likeness: Likeness
     repeats: int | None
@@ -63,7 +63,7 @@ class Contrast:
 
 @dataclass(frozen=True, kw_only=True)
 class Prediction:
-    """What a run would show of all causes of a class."""
+    """Differences of all causes of a class in a run."""
 
     plan: Plan
     contrasts: tuple[Contrast, ...]

@@ -34,7 +34,7 @@ TEMPLATE = "report.html.jinja"
 
 @dataclass(frozen=True, kw_only=True)
 class Origin:
-    """Where a diagnosis comes from, as far as is known."""
+    """Origin of a diagnosis, as far as is known."""
 
     dataset: Path | None = None
     """Folder of the recordings."""

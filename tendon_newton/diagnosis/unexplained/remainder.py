@@ -14,7 +14,7 @@ from tendon_newton.identification.study import Study, replacements
 
 Side = Literal["servo", "mechanism", "whole"]
 RECENT = 0.1
-"""How far back the change of command and force looks [s]."""
+"""Time over which the change of command and force is taken [s]."""
 TURNED = 0.05
 """Speed from which a direction counts as a direction [rad/s]."""
 TAUT = 0.05

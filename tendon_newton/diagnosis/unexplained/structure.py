@@ -64,7 +64,7 @@ class Profile:
 
 @dataclass(frozen=True, kw_only=True)
 class Structure:
-    """What a flexible learner makes of the remainder."""
+    """Structure that a flexible learner finds in the remainder."""
 
     side: Side
     """Side of the load cell on which the structure sits."""

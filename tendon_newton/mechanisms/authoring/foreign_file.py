@@ -25,7 +25,7 @@ TAKEN = ("base", "joints", "tendons", "scene")
 
 @dataclass(frozen=True, kw_only=True)
 class ForeignFinger:
-    """What a file says, before anything is added."""
+    """Content of a foreign file, before anything is added."""
 
     source: Path
     joints: tuple[Joint, ...]

@@ -24,7 +24,7 @@ RECIPE = 1
 """Number of the recipe: how windows are changed, errors weighed and weights moved, which no config
 says. Whoever changes that raises it; a test knows the numbers that belong to this one."""
 FREE_KEYS = ("device", "threads", "patience", "force_limit")
-"""What may change when a training goes on."""
+"""Settings that may change when a training goes on."""
 TOLERANCE = 1.15
 """Ratio up to which validation errors count as the same [1]. A handful of recordings cannot tell
 them apart: seven were 11 % wrong about which of two trainings does better on 49 others. Of two such
@@ -35,7 +35,7 @@ Weights = dict[str, Tensor]
 
 @dataclass(frozen=True, kw_only=True)
 class Checkpoint:
-    """How far a training has come."""
+    """Weights, errors and random state of a training so far."""
 
     epoch: int = 0
     """Number of finished epochs."""
@@ -67,7 +67,7 @@ class Checkpoint:
 
 @dataclass(frozen=True, kw_only=True)
 class TrainingState:
-    """What changes while a network is trained."""
+    """Network, descent and draws, which change in a training."""
 
     network: ForceNetwork
     descent: Descent
@@ -106,7 +106,7 @@ def load_checkpoint(path: Path, settings: Mapping[str, Any], state: TrainingStat
 
     Args:
         path: Where the checkpoint would be.
-        settings: What decides the training; the checkpoint must have been written under the same.
+        settings: Settings of the training; the checkpoint must have been written under the same.
         state: Training that takes on the checkpoint.
 
     Raises:

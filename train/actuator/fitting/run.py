@@ -38,7 +38,7 @@ def train_to_file(
 
     Args:
         dataset: Recordings, split.
-        config: What decides the training.
+        config: Settings of the training.
         out: Folder for the files.
         report: Called after every epoch.
         export: Whether to write the network's files; they need Warp and ONNX installed.

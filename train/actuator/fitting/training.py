@@ -47,7 +47,7 @@ cannot know what happened before them."""
 
 @dataclass(frozen=True, kw_only=True)
 class Progress:
-    """What there is to say after an epoch."""
+    """Figures of a training after an epoch."""
 
     epoch: int
     """Number of finished epochs."""
@@ -75,7 +75,7 @@ def train_network(
     """Train a network, or go on where a checkpoint stopped.
 
     Args:
-        config: What decides the training.
+        config: Settings of the training.
         fit: Windows that give gradients.
         validation: Windows of other recordings, that say when to stop.
         checkpoint: Written after every epoch.
@@ -136,7 +136,7 @@ def run_epoch(
         data: All windows.
         config: Settings of the drawing.
         done: Epochs before this one.
-        law: How the servo answers to its shaft.
+        law: Law of the servo's answer to its shaft.
     """
     network, total, count = state.network, 0.0, 0
     network.train()

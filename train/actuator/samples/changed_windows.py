@@ -37,7 +37,7 @@ def changed_batch(
         chosen: Places of the drawn windows.
         config: Settings of the training, with its purpose.
         share: Share of the training that is done [1].
-        law: How the servo answers to its shaft.
+        law: Law of the servo's answer to its shaft.
         generator: Draws, on the CPU.
     """
     windows, targets = data.batch(chosen), data.targets(chosen)

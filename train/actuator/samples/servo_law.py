@@ -1,4 +1,4 @@
-"""How a servo answers to its shaft, read off the recordings that a network is trained on.
+"""The answer of a servo to its shaft, read off the recordings that a network is trained on.
 
 A network that has only seen a bench move by itself cannot tell the servo's part of a force from the
 mechanism's. On a spring both agree on every row. Rows of several benches can.

@@ -18,7 +18,7 @@ REST_SPEED = 0.05
 
 @dataclass(frozen=True, kw_only=True)
 class WindowShape:
-    """How much of the past a network sees."""
+    """Length and rate of the window that a network sees."""
 
     window: int = 30
     """Samples in a window."""

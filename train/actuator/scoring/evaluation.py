@@ -33,9 +33,9 @@ class Result:
     experiment: Experiment
     score: Score
     force_lag: Lag | None
-    """How much later the predicted force is than the measured one, where forces move."""
+    """Delay of the predicted force behind the measured one, where forces move."""
     change_lag: Lag | None
-    """How much later its changes are."""
+    """Delay of its changes."""
 
 
 @dataclass(frozen=True, kw_only=True)

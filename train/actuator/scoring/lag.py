@@ -1,4 +1,4 @@
-"""How much later a predicted force is than the measured one, and how sure that is.
+"""The delay of a predicted force behind the measured one, with its standard error.
 
 Two answers, since a wrong size can look like a wrong time. The shift at which the *forces*
 correlate best also moves where a prediction is wrong for a while. A release that is guessed too
@@ -35,7 +35,7 @@ LEAST_MOTION = 0.1
 
 @dataclass(frozen=True, kw_only=True)
 class Lag:
-    """How much later a prediction is than the measurement."""
+    """Delay of a prediction behind the measurement."""
 
     shift: float
     """[s]; negative where the prediction runs ahead."""

@@ -1,4 +1,4 @@
-"""How far a prediction is from a measurement."""
+"""Errors of a prediction against a measurement."""
 
 from __future__ import annotations
 

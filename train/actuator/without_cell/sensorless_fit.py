@@ -37,7 +37,7 @@ LEARNING_RATES = (1.0e-2, 2.0e-2)
 
 @dataclass(frozen=True, kw_only=True)
 class LineFit:
-    """How long lines are fitted."""
+    """Steps, seed and threads of the fit of lines."""
 
     steps: int = 800
     seed: int = 0

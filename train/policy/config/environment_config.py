@@ -1,4 +1,4 @@
-"""What decides the environment that a policy learns in."""
+"""Settings of the environment in which a policy learns."""
 
 from dataclasses import dataclass
 from math import pi
@@ -27,7 +27,7 @@ class EnvironmentConfig:
     finger: str = "finger"
     """Finger with a tip and tendons that close it: a name under assets/, or a USD file."""
     force: str = "ideal"
-    """What the servo pulls with: ideal, a model file (.toml), or a force network (.safetensors)."""
+    """Force model of the servo: ideal, a model file (.toml), or a force network (.safetensors)."""
     randomise: tuple[str, ...] = ("joint_friction", "link_mass", "spool_radius", "joint_spring")
     """Numbers that differ between worlds and are drawn anew for each episode. Names are those of
     the default, or effects, whose numbers are drawn about the model's own (gain_error: the force

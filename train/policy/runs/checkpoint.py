@@ -15,7 +15,7 @@ from train.policy.config.training_config import PolicyTrainingConfig
 from train.policy.runs.curve import CurvePoint, curve_table, read_curve
 
 FREE_KEYS = ("iterations", "checkpoint_every", "device", "threads")
-"""What may change when a training goes on."""
+"""Settings that may change when a training goes on."""
 
 
 def training_settings(config: PolicyTrainingConfig, files: Mapping[str, str]) -> dict[str, Any]:
@@ -49,7 +49,7 @@ def load_checkpoint(
 
     Args:
         folder: Where the checkpoints are.
-        settings: What decides the training; the checkpoint must have been written under the same.
+        settings: Settings of the training; the checkpoint must have been written under the same.
         algorithm: rsl-rl's; it gets the weights and the optimiser's state.
         device: Torch device of the state.
 

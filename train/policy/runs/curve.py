@@ -35,7 +35,7 @@ class CurvePoint:
 
 @dataclass(frozen=True, kw_only=True)
 class Progress:
-    """What there is to say after an iteration."""
+    """Figures of a training after an iteration."""
 
     point: CurvePoint
     iterations: int

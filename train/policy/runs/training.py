@@ -54,7 +54,7 @@ def train_policy(
     of iterations. So an interrupted training that goes on is the same as one without a break.
 
     Args:
-        config: What decides the training.
+        config: Settings of the training.
         out: Folder for checkpoints and the TensorBoard log.
         report: Called after every iteration, in the first process.
         start: Checkpoint of another training whose weights this one begins with.

@@ -1,4 +1,4 @@
-"""What a policy did on stairs on a bench, read from the log of its deployment."""
+"""Motion of a policy on stairs on a bench, read from the log of its deployment."""
 
 from __future__ import annotations
 

@@ -43,11 +43,11 @@ class RunnablePolicy:
 
 @dataclass(frozen=True, kw_only=True)
 class Climb:
-    """What one policy did on stairs of goals; the first world is the nominal one."""
+    """Motion of one policy on stairs of goals; the first world is the nominal one."""
 
     policy: str
     place: str
-    """Where it climbed, in words."""
+    """Simulation or bench of the climb, in words."""
     time: Array
     """Instants of the policy's steps [s], shape (T,)."""
     goal: Array
@@ -57,7 +57,7 @@ class Climb:
     tip_angle: Array
     """Goal angle that the tip is at [rad], shape (T, W)."""
     goal_point: Array
-    """Where it should be [m], shape (T, 3)."""
+    """Goal point of the tip [m], shape (T, 3)."""
     command: Array
     """Desired angles of the first motor [rad], shape (T, W)."""
     motor_position: Array

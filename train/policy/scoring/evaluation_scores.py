@@ -1,4 +1,4 @@
-"""What a climb is worth: errors of the tip, in all and stair by stair."""
+"""Scores of a climb: errors of the tip, in all and stair by stair."""
 
 from __future__ import annotations
 

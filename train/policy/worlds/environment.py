@@ -43,7 +43,7 @@ class Divergence:
     goal: float
     """Goal angle of the world [rad]."""
     action: tuple[float, ...]
-    """What the policy had asked of each servo [rad]; may be no number."""
+    """Action of the policy for each servo [rad]; may be no number."""
 
     def __str__(self) -> str:
         """Say it in words."""
@@ -97,7 +97,7 @@ class FingerEnvironment(VecEnv):
             self.loop, ranges, joint_friction=config.joint_friction, draws=self._draws
         )
         self.obstacle: ObstaclePlacer | None = None
-        """What puts something in the fingers' way, where the config asks for it."""
+        """Placer of the obstacles, where the config asks for some."""
         if config.obstacle != "none":
             self.obstacle = ObstaclePlacer(
                 self.loop,

@@ -1,4 +1,4 @@
-"""What pulls the finger in training: the ideal source, a model file, or a force network."""
+"""Force models of a training: the ideal source, a model file, or a force network."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the tip of a finger shall be: the goal point of every goal angle."""
+"""Goal points of a finger's tip: one for every goal angle."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ FINGER_POINTS = 12
 TRIES = 8
 """Draws until an obstacle does; after that the episode has none."""
 FAR = np.array([0.0, 0.0, -10.0])
-"""Where it is until it is drawn [m]."""
+"""Place of the obstacle until it is drawn [m]."""
 
 
 def with_obstacle(mechanism: Mechanism, shape: ObstacleChoice) -> Mechanism:
@@ -66,7 +66,7 @@ class ObstaclePlacer:
         goals: Least and greatest goal angle [rad].
         chance: Share of the episodes with it [1].
         spread: Most that its stiffness and friction differ from their defaults, as a share [1].
-        draws: Where the numbers come from, on the device of the worlds.
+        draws: Source of the numbers, on the device of the worlds.
     """
 
     def __init__(

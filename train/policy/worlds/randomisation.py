@@ -1,4 +1,4 @@
-"""What differs between the worlds of a training, drawn anew for each episode."""
+"""Numbers that differ between the worlds of a training, drawn anew for each episode."""
 
 from __future__ import annotations
 
@@ -143,7 +143,7 @@ class Randomiser:
         ranges: Numbers that differ, and their ranges.
         joint_friction: Dry friction that `joint_friction` is drawn about [1], where the model has
             none of its own.
-        draws: Where the numbers come from, on the device of the worlds.
+        draws: Source of the numbers, on the device of the worlds.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-r"""What a policy is paid for each step.
+r"""The reward of a policy for each step.
 
 .. math:: r = -w_g \lVert p_{goal} - p_{tip} \rVert - \sum_d ( w_s \lvert a_t - a_{t-1} \rvert
     + w_v (r \dot\theta)^2 + w_e a_t^2 )
