@@ -97,6 +97,13 @@ def test_every_sentence_of_the_text_is_short_and_has_its_subject(name: str) -> N
     assert found == []
 
 
+def test_the_index_lists_every_page() -> None:
+    """Each page of the documentation is linked from its index."""
+    linked = set(re.findall(r"\]\(([\w/.]+\.md)", read("docs/index.md")))
+    pages = {path.relative_to(ROOT / "docs").as_posix() for path in (ROOT / "docs").rglob("*.md")}
+    assert pages - linked == {"index.md"}
+
+
 def test_the_page_on_architecture_has_every_layer() -> None:
     """Its table lists the layers that import-linter checks, in their order."""
     contracts = tomllib.loads(read("pyproject.toml"))["tool"]["importlinter"]["contracts"]

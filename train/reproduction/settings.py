@@ -52,7 +52,7 @@ POLICIES: dict[str, PolicyEffort] = {
         trace=0.9,
     ),
 }
-"""The recipe of docs/policies.md on a GPU, and the one that a CPU can afford."""
+"""The recipe of docs/lab/policies.md on a GPU, and the one that a CPU can afford."""
 
 
 @dataclass(frozen=True, kw_only=True)

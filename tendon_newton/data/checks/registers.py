@@ -55,7 +55,7 @@ def lag_between(
         time: Instants of the reference [s], shape (T,).
         reference: The channel that is on time, shape (T,).
         late: The channel in question, any unit, shape (S,).
-        late_time: Its instants [s], shape (S,).
+        late_time: Instants of that channel [s], shape (S,).
         reach: Greatest delay to look for, either way [s].
 
     Returns:

@@ -1,4 +1,4 @@
-"""What is left of the error, side by side: what the servo did, and what the mechanism did."""
+"""The rest of the error, side by side: that of the servo, and that of the mechanism."""
 
 from __future__ import annotations
 

@@ -251,7 +251,7 @@ def test_a_policy_learns_by_the_recipe_of_its_model(tmp_path: Path) -> None:
 
 
 def test_policies_of_a_cpu_are_marked_as_shortened(tmp_path: Path) -> None:
-    """A GPU's have the 26 million steps of docs/policies.md, on three seeds."""
+    """A GPU's have the 26 million steps of docs/lab/policies.md, on three seeds."""
     words = {
         name: policy_stage.differs_in(
             Reproduction(settings=replace(SETTINGS, policies=effort), out=tmp_path)

@@ -109,7 +109,7 @@ def trained(reproduction: Reproduction, item: tuple[int, str, int]) -> str:
 def training_of(
     effort: PolicyEffort, model: str, force: str, seed: int, device: str
 ) -> PolicyTrainingConfig:
-    """Return how a policy is trained: the recipe of docs/policies.md.
+    """Return how a policy is trained: the recipe of docs/lab/policies.md.
 
     An ideal source is wrong by so much that its policies are better where the finger differs
     between worlds, as in the paper.
