@@ -32,8 +32,8 @@ class SimulateConfig:
     solver: str = "tendon"
     """Engine: tendon (every effect, friction that sticks) or mujoco (Newton's SolverMuJoCo)."""
     network: str = "torchscript"
-    """How the force network of a learned actuator runs: torchscript (the file's own code) or twin
-    (kernels compiled from its weights, checked against it when loaded)."""
+    """How the force network of a learned actuator runs: torchscript, or fused (a Transformer as one
+    kernel, checked against TorchScript when loaded; other networks run as TorchScript)."""
     trust: bool = False
     """Trust the network's file from now on: it is a program that runs with your rights."""
     plots: bool = True

@@ -29,7 +29,7 @@ class TendonSimulator:
     time_step: float = TIME_STEP
     """Longest step [s]."""
     network: str = "torchscript"
-    """How a force network runs: torchscript or twin."""
+    """How a force network runs: torchscript or fused."""
     trust: bool = False
     """Whether to trust its file from now on."""
 
@@ -47,7 +47,7 @@ class MujocoSimulator:
     time_step: float = MUJOCO_STEP
     """Step [s]."""
     network: str = "torchscript"
-    """How a force network runs: torchscript or twin."""
+    """How a force network runs: torchscript or fused."""
     trust: bool = False
     """Whether to trust its file from now on."""
 

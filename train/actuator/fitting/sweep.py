@@ -21,9 +21,10 @@ from typing import Annotated
 import tyro
 
 from tendon_newton.data.dataset import Dataset, load_dataset
+from tendon_newton.force_networks import FORCE_NETWORKS, SETS, SetName, kinds_in
 from train.actuator.fitting.run import train_to_file
 from train.actuator.fitting.training import Progress
-from train.actuator.training_config import Kind, Purpose, SetName, TrainingConfig
+from train.actuator.training_config import Kind, Purpose, TrainingConfig
 
 LOG = logging.getLogger(__name__)
 REPORT_EVERY = 10
@@ -38,10 +39,10 @@ class SweepConfig:
     """Folder with dataset.toml and its recordings."""
     out: Path
     """Folder for the files of all networks."""
-    networks: tuple[Kind, ...] = ("mlp", "rnn", "transformer")
+    networks: tuple[Kind, ...] = tuple(FORCE_NETWORKS)
     """Families."""
-    sets: tuple[SetName, ...] = ("paper", "authors", "matched")
-    """Sets of sizes."""
+    sets: tuple[SetName, ...] = SETS
+    """Sets of sizes; a family that has none in a set is left out there."""
     purpose: Purpose = "prediction"
     """What they are for: forces along measured motion, or the loop of a simulation."""
     seeds: tuple[int, ...] = (0, 1, 2)
@@ -67,7 +68,7 @@ class SweepConfig:
         """Yield what is to be trained."""
         for seed in self.seeds:
             for of_set in self.sets:
-                for network in self.networks:
+                for network in (kind for kind in self.networks if kind in kinds_in(of_set)):
                     yield TrainingConfig(
                         network=network,
                         set=of_set,
