@@ -142,7 +142,7 @@ def exam(folder: Path, noisy: bool) -> Made:
     effect = {"name": "viscous_friction", "parameters": {"coefficient": 0.8}}
     truth = {"id": "one", "family": "single", "effects": [effect], "strength": {"ratio": 5.0}}
     (folder / "exam" / "truth" / "one.json").write_text(json.dumps(truth))
-    said(["exam", folder / "exam", "--out", folder / "out", "--workers", "1"])
+    said(["exam", folder / "exam", "--out", folder / "out", "--jobs", "1"])
     answer = json.loads((folder / "out" / "one" / "diagnosis.json").read_text())
     return diagnosed(answer, folder / "out" / "one" / "model.toml")
 
@@ -274,6 +274,7 @@ def reproduce(folder: Path, noisy: bool) -> Made:
 
     Commands stay, since test recordings are told apart by them.
     """
+    from tendon_newton.scheduler import InTurn
     from tests.train.reproduction.tiny import SETTINGS, TinyBench
     from train.reproduction.reproduction import Reproduction
     from train.reproduction.steps.stages import run_stages
@@ -287,7 +288,11 @@ def reproduce(folder: Path, noisy: bool) -> Made:
     friction = NamedValues(name="load_dependent_friction", values={"coefficient": 0.2})
     write_model(folder / "causes.toml", replace(starting_model(), effects=(friction,)))
     whole = Reproduction(
-        settings=SETTINGS, out=folder, folders=(folder / "bench",), causes=folder / "causes.toml"
+        settings=SETTINGS,
+        out=folder,
+        folders=(folder / "bench",),
+        causes=folder / "causes.toml",
+        executor=InTurn(),
     )
     found = run_stages(whole, ("tip",))
     models = {

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import tyro
+
+from tendon_newton.scheduler import JobOptions, core_count
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,10 +30,12 @@ class ExamConfig:
     """Datasets and their truths."""
     out: Path
     """Where the answers go."""
-    workers: int = os.cpu_count() or 1
-    """Processes."""
     only: tuple[str, ...] = ()
     """Names of datasets; all by default."""
+    jobs: tyro.conf.OmitArgPrefixes[JobOptions] = field(
+        default_factory=lambda: JobOptions(jobs=core_count())
+    )
+    """Where diagnoses are done."""
 
 
 def main(config: ExamConfig) -> None:
@@ -48,7 +51,7 @@ def main(config: ExamConfig) -> None:
     total = len(config.only or read_truths(config.folder))
     marks: list[Mark] = []
     start, fresh = time.monotonic(), 0
-    for mark in take_exam(config.folder, out, workers=config.workers, only=config.only):
+    for mark in take_exam(config.folder, out, options=config.jobs, only=config.only):
         marks.append(mark)
         fresh += not mark.earlier
         left = (time.monotonic() - start) / max(1, fresh) * (total - len(marks))

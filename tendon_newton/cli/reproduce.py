@@ -4,15 +4,14 @@
 
 records the paper's 36 minutes, trains force networks, diagnoses the physical model, and runs the
 paper's experiments: the open-loop ramp, forces on three setups and in contact, the tip on a
-sinusoid, curves over data, extrapolation to a spring and to contact that were never seen, and
-policies on stairs. OUT gets reproduction.md with the paper's value beside ours in every row,
-reproduction.json with every number, seed, commit and hash, figures, and every model as a file for
-other verbs. What is finished is not done again; the same seed gives the same numbers.
+sinusoid, and policies on stairs. OUT gets reproduction.md with the paper's value beside ours in
+every row, reproduction.json with every number, seed, commit and hash, figures, and every model as a
+file for other verbs. What is finished is not done again; the same seed gives the same numbers.
 
-The stages, with --only: recordings, diagnosis, networks, parts, hybrids, ramp, force, tip, curve,
-spring, contact, policies. Without --quick it takes hours on a few cores: ten benches,
-longer trainings, policies of its own. With --jobs N, N processes do the pieces of all stages side
-by side, and with --device cuda the policies learn on GPUs; all else is done on the CPU.
+The stages, with --only: recordings, diagnosis, networks, hybrids, ramp, force, tip, policies.
+Without --quick it takes hours on a few cores: ten benches, longer trainings, policies of its own.
+With --jobs N, N processes do the jobs of all stages side by side, with --scheduler the workers of a
+cluster; with --device cuda the policies learn on GPUs, all else is done on the CPU.
 
 On real recordings, one folder for each bench, with the test recordings named as here:
   tendon-newton reproduce --recordings bench_a bench_b --out reproduction
@@ -21,9 +20,13 @@ On real recordings, one folder for each bench, with the test recordings named as
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
+
+import tyro
+
+from tendon_newton.scheduler import JobOptions, open_executor
 
 if TYPE_CHECKING:
     from train.reproduction.settings import ReproductionSettings
@@ -47,8 +50,8 @@ class ReproduceConfig:
     """Folders of real recordings, in place of the virtual benches."""
     causes: Path | None = None
     """Model file whose causes are fitted to every bench; a diagnosis finds them unless given."""
-    jobs: int = 1
-    """Processes side by side; the cores are shared among them."""
+    jobs: tyro.conf.OmitArgPrefixes[JobOptions] = field(default_factory=JobOptions)
+    """Where the jobs of all stages are done."""
     device: Literal["cpu", "cuda"] = "cpu"
     """Where the policies of a full run learn: on a CPU with a ninth of a GPU's steps."""
     policy: tuple[Path, ...] = ()
@@ -62,12 +65,11 @@ def main(config: ReproduceConfig) -> None:
 
     quiet_warp()
 
-    from train.reproduction.pieces import Workers
     from train.reproduction.report import rows_table, write_report
     from train.reproduction.reproduction import Reproduction
     from train.reproduction.steps.stages import run_stages
 
-    with Workers(config.jobs) as workers:
+    with open_executor(config.jobs) as executor:
         reproduction = Reproduction(
             settings=settings_of(config),
             out=make_folder(config.out),
@@ -76,7 +78,7 @@ def main(config: ReproduceConfig) -> None:
             policies=config.policy,
             causes=config.causes,
             tell=say,
-            workers=workers if workers.count > 1 else None,
+            executor=executor,
         )
         outcomes = run_stages(reproduction, config.only)
     table, page = write_report(reproduction, outcomes)
