@@ -20,13 +20,15 @@ from typing import Any
 
 import numpy as np
 
+from hardware.control.operator import SilentOperator
 from tendon_newton.cli import main as run
-from tendon_newton.cli.refresh import RefreshConfig, correct, find
 from tendon_newton.data.dataset import load_dataset, write_dataset
 from tendon_newton.data.model_file import NamedValues, write_model
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.device_code.quiet import quiet_warp
 from tendon_newton.identification.cutting import rows_of
+from tendon_newton.workflows.options import RefreshOptions
+from tendon_newton.workflows.refreshing import correct, find
 from tests.physics.runs import ideal_model
 from tests.train.actuator.pulled_benches import pulled_log
 from tests.train.actuator.servo_logs import write_servo_dataset
@@ -219,7 +221,7 @@ def refresh(folder: Path, noisy: bool) -> Made:
     slip = FoundWear(name="position_offset", words="", numbers=(), rivals=())
     ways = {"found": None, "slip": (WORN, (slip,)), "all": (CHANGED, ())}
     for way, forced in ways.items():
-        config = RefreshConfig(
+        config = RefreshOptions(
             logs=(folder / "worn",),
             reference=(folder / "new",),
             model=folder / "model.toml",
@@ -230,8 +232,7 @@ def refresh(folder: Path, noisy: bool) -> Made:
         config.out.mkdir()
         ledger = Ledger(config.out / "refresh.json", {})
         if forced is None:
-            with redirect_stdout(StringIO()):
-                drift = find(config, ledger)
+            drift = find(config, ledger, SilentOperator())
             reported = [drift.theta_rmse, drift.corrected_theta_rmse, drift.reference_theta_rmse]
             made |= {"verdict": drift.verdict, "causes": drift.causes}
         else:
@@ -242,8 +243,7 @@ def refresh(folder: Path, noisy: bool) -> Made:
                 corrected_theta_rmse=0.0,
                 reference_theta_rmse=None,
             )
-        with redirect_stdout(StringIO()):
-            correct(config, drift, ledger)
+        correct(config, drift, ledger, SilentOperator())
         made[f"{way}/model.toml"] = (config.out / "model.toml").read_text()
     return Made(decided=made, reported=reported)
 

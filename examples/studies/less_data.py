@@ -16,11 +16,13 @@ from typing import Any
 
 import numpy as np
 
-from tendon_newton.cli.reproduce import VirtualBenches, say
+from tendon_newton.cli.reproduce import say
+from tendon_newton.cli.terminal import Terminal
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import Model, load_model
 from tendon_newton.data.recording import Recording
 from tendon_newton.scheduler import JobOptions, open_executor
+from tendon_newton.workflows.virtual_benches import VirtualBenches
 from train.actuator.scoring.figures import new_figure, save, tidy
 from train.reproduction.closed_loop import OBSTACLES, replayed
 from train.reproduction.networks import Aim, train
@@ -75,7 +77,7 @@ def main() -> None:
         reproduction = Reproduction(
             settings=settings_of(words.out),
             out=words.out,
-            bench=VirtualBenches(),
+            bench=VirtualBenches(operator=Terminal()),
             tell=say,
             executor=executor,
         )

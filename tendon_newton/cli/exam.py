@@ -42,7 +42,7 @@ def main(config: ExamConfig) -> None:
     """Take the exam, and print and write the marks."""
     import json
 
-    from tendon_newton.cli.output import make_folder
+    from tendon_newton.data.files.result_folder import make_folder
     from tendon_newton.exam.exam import read_truths, take_exam
     from tendon_newton.exam.exam_rates import by_strength, confusion, rates
     from tendon_newton.exam.exam_report import write_exam_report

@@ -19,13 +19,13 @@ On real recordings, one folder for each bench, with the test recordings named as
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import tyro
 
+from tendon_newton.cli.terminal import Terminal
 from tendon_newton.scheduler import JobOptions, open_executor
 
 if TYPE_CHECKING:
@@ -60,11 +60,12 @@ class ReproduceConfig:
 
 def main(config: ReproduceConfig) -> None:
     """Run the stages and write the report."""
-    from tendon_newton.cli.output import make_folder
+    from tendon_newton.data.files.result_folder import make_folder
     from tendon_newton.device_code.quiet import quiet_warp
 
     quiet_warp()
 
+    from tendon_newton.workflows.virtual_benches import VirtualBenches
     from train.reproduction.report import rows_table, write_report
     from train.reproduction.reproduction import Reproduction
     from train.reproduction.steps.stages import run_stages
@@ -73,7 +74,7 @@ def main(config: ReproduceConfig) -> None:
         reproduction = Reproduction(
             settings=settings_of(config),
             out=make_folder(config.out),
-            bench=None if config.recordings else VirtualBenches(),
+            bench=None if config.recordings else VirtualBenches(operator=Terminal()),
             folders=config.recordings,
             policies=config.policy,
             causes=config.causes,
@@ -102,39 +103,3 @@ def settings_of(config: ReproduceConfig) -> ReproductionSettings:
 def say(text: str) -> None:
     """Print a line about what is being done."""
     print(text, flush=True)
-
-
-class VirtualBenches:
-    """Virtual benches, as fast as this computer runs them."""
-
-    def record(self, unit: int, out: Path, *, seed: int, most: int | None) -> None:
-        """Record the paper's plan and its further experiments on one unit."""
-        from hardware.benches.bench_address import BenchAddress
-        from hardware.collection.excitation_plan import find_plan
-        from hardware.collection.experiment_plan import record_unit, thinned
-        from hardware.stop_request import StopRequest
-        from tendon_newton.cli.collect import Terminal
-
-        address = BenchAddress(bench="finger", port=f"virtual::{unit}", lockstep=True)
-        plan = thinned(find_plan("paper"), most)
-        with StopRequest() as stop, Terminal() as operator:
-            whole = record_unit(address, plan, out, operator, stop, seed=seed)
-        if not whole:
-            print("the recordings are not complete; the same command goes on", file=sys.stderr)
-            raise KeyboardInterrupt
-
-    def climb(self, unit: int, policy: Path, out: Path) -> float:
-        """Let a policy climb the paper's stairs on one unit and return its tip error, RMS [m]."""
-        from hardware.control.policy_runner import load_policy
-        from tendon_newton.cli.evaluate_policy import EvaluatePolicyConfig, climbs_on_bench
-        from tendon_newton.mechanisms.mechanism import load_mechanism
-        from train.policy.scoring.evaluation import RunnablePolicy, reachable_error
-        from train.policy.scoring.evaluation_scores import score
-
-        config = EvaluatePolicyConfig(
-            policies=(policy,), out=out, port=f"virtual:finger:{unit}", faster_than_real_time=True
-        )
-        loaded = load_policy(policy, trust=False)
-        named = RunnablePolicy(name=policy.stem, card=loaded.card, run=loaded.run)
-        (climb,) = climbs_on_bench(config, [named], out)
-        return score(climb, reachable_error(load_mechanism("finger"), climb.goal)).rmse

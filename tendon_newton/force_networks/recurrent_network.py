@@ -23,7 +23,7 @@ class RecurrentNetwork(ForceNetwork):
         width: Numbers H that the layer gives.
     """
 
-    layer: ClassVar[type[nn.RNNBase]]
+    layer: ClassVar[type[nn.RNN] | type[nn.LSTM]]
     """Class of the recurrent layer."""
     parts: ClassVar[int]
     """Tensors of H numbers in a world's state; S = parts H."""

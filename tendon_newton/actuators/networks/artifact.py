@@ -93,7 +93,7 @@ def read_card(path: Path) -> ForceNetworkCard:
     return card_in(read_content(path), path)
 
 
-def load_network(path: Path, *, trust: bool = False, device: str = "cpu") -> NetworkFile:
+def load_network(path: str | Path, *, trust: bool = False, device: str = "cpu") -> NetworkFile:
     """Read a force network and check that it does what its card says.
 
     Args:
@@ -106,6 +106,7 @@ def load_network(path: Path, *, trust: bool = False, device: str = "cpu") -> Net
         InvalidNetworkFile: The file is damaged, or its network and its card disagree.
         UntrustedNetworkFile: Its hash is not on the user's list.
     """
+    path = Path(path)
     content = read_content(path)
     card = card_in(content, path)
     digest = content_hash(content)
