@@ -17,8 +17,9 @@ from tendon_newton.gradients.differentiable import DifferentiableRollout as Diff
 from tendon_newton.gradients.trajectory_gradient import (
     simulate_with_gradients as simulate_with_gradients,
 )
-from tendon_newton.mechanisms.mechanism import Mechanism as Mechanism
-from tendon_newton.mechanisms.mechanism import load_mechanism as load_mechanism
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism as Mechanism
+from tendon_newton.mechanisms.loading import load_mechanism as load_mechanism
+from tendon_newton.mechanisms.worlds import build_model as build_model
 from tendon_newton.simulation.hosts.control_loop import ControlLoop as ControlLoop
 from tendon_newton.simulation.hosts.rollout import Rollout as Rollout
 from tendon_newton.simulation.hosts.tendon_solver import TendonSolver as TendonSolver

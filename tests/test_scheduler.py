@@ -23,7 +23,7 @@ from tendon_newton.scheduler import (
     core_count,
     open_executor,
 )
-from tests.train.actuator.servo_logs import write_servo_dataset
+from tests.train.actuator.without_cell.servo_logs import write_servo_dataset
 from tests.train.reproduction.tiny import TinyBench
 from train.actuator.fitting.sweep import SweepConfig
 from train.actuator.fitting.sweep import main as train_all

@@ -15,7 +15,7 @@ from hardware.control.policy_runner import load_policy
 from hardware.deployment.deploy_log import step_table
 from tendon_newton.data.files.result_folder import make_folder
 from tendon_newton.errors import InvalidParameter
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.workflows.deployment import drive
 from tendon_newton.workflows.options import (
     BenchPorts,

@@ -20,7 +20,7 @@ from tendon_newton.diagnosis.reporting.report import Origin, write_report
 from tendon_newton.diagnosis.result import write_diagnosis
 from tendon_newton.effects import find_effect
 from tendon_newton.errors import InvalidParameter
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.workflows.climbing import climbed
 from tendon_newton.workflows.options import RefreshOptions
 from train.policy.scoring.bench_climb import climb_on_bench

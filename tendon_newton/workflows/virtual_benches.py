@@ -12,7 +12,7 @@ from hardware.control.operator import Operator
 from hardware.control.policy_runner import load_policy
 from hardware.deployment.deploy_log import step_table
 from hardware.stop_request import StopRequest
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.workflows.climbing import climbed
 from tendon_newton.workflows.options import BenchPorts
 from train.policy.scoring.bench_climb import climb_on_bench

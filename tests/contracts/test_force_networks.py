@@ -31,7 +31,7 @@ from tendon_newton.force_networks import (
 from tendon_newton.force_networks.force_network import ForceNetwork, parameter_count
 from tendon_newton.force_networks.recurrent_network import RecurrentNetwork
 from tendon_newton.force_networks.weights_file import write_weights
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tests.physics.learned.networks import LIMIT, force_network, learned_model, write_force_network
 from tests.train.actuator.network_files import card_of

@@ -15,7 +15,7 @@ from tendon_newton.actuators.networks.query import open_query, query_of
 from tendon_newton.actuators.networks.torchscript import StreamingQuery, TorchScriptQuery
 from tendon_newton.errors import UnknownName
 from tendon_newton.force_networks.transformer import Transformer
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tests.conftest import SEED
 from tests.physics.learned.networks import (
