@@ -40,7 +40,7 @@ class FitTendonConfig:
 
 def main(config: FitTendonConfig) -> None:
     """Fit, write and print what was found."""
-    from tendon_newton.cli.output import make_folder
+    from tendon_newton.data.files.result_folder import make_folder
     from tendon_newton.device_code.quiet import quiet_warp
 
     quiet_warp()

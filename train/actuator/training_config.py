@@ -1,12 +1,15 @@
 """Settings of the training of a force network."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
-from tendon_newton.errors import InvalidParameter
+import tyro
 
-Kind = Literal["mlp", "rnn", "transformer"]
-SetName = Literal["paper", "authors", "matched"]
+from tendon_newton.errors import InvalidParameter, unknown_name
+from tendon_newton.force_networks import FORCE_NETWORKS, SetName, find_force_network
+
+Kind = Annotated[str, tyro.conf.arg(metavar=f"{{{','.join(FORCE_NETWORKS)}}}")]
+"""A key of `FORCE_NETWORKS`."""
 Purpose = Literal["prediction", "simulation"]
 
 
@@ -60,9 +63,11 @@ class TrainingConfig:
             value = getattr(self, name)
             if value is not None and not 0.0 < value < 1.0e6:
                 raise InvalidParameter(f"{name} must be positive; it is {value}")
-        if self.streaming and self.network != "rnn":
+        if self.network not in FORCE_NETWORKS:
+            raise unknown_name("network", self.network, FORCE_NETWORKS)
+        if self.streaming and "step" not in find_force_network(self.network).methods:
             raise InvalidParameter(
-                f"only a recurrent network (rnn) keeps a state; {self.network} cannot be streaming"
+                f"only a recurrent network keeps a state; {self.network} cannot be streaming"
             )
 
     @property

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,7 +20,6 @@ from train.actuator.samples.force_data import prepare
 from train.actuator.samples.servo_law import NO_LAW, fit_servo_law
 from train.reproduction.physical import SPOOL_RADIUS
 from train.reproduction.servo_force import Servo, missing_force
-from train.reproduction.training_anew import anew_if_other
 
 if TYPE_CHECKING:
     from tendon_newton.data.dataset import Dataset
@@ -93,8 +91,6 @@ def train_correction(
     dataset: Dataset,
     config: TrainingConfig,
     out: Path,
-    *,
-    tell: Callable[[str], None] = lambda text: None,
 ) -> Corrected:
     """Train a network on what a servo with friction lacks, and return the model of both.
 
@@ -109,10 +105,10 @@ def train_correction(
         dataset: Recordings to learn from.
         config: How the network is trained; its kind must be a Transformer.
         out: Folder for the network's files.
-        tell: Told if the training must begin anew.
 
     Raises:
         InvalidDataset: Too few rows slide to fit a servo.
+        InvalidNetworkFile: The checkpoint is damaged or of another training.
     """
     torch.set_num_threads(config.threads)
     data = prepare(dataset, config)
@@ -128,11 +124,7 @@ def train_correction(
     validation = replace(data.validation, force=np.clip(unseen, -bound, bound))
     path = out / f"hybrid-{config.name}.pt"
     checkpoint = path.with_suffix(".checkpoint")
-    network, _ = anew_if_other(
-        checkpoint,
-        lambda: train_network(config, fit, validation, checkpoint, law=NO_LAW),
-        tell,
-    )
+    network, _ = train_network(config, fit, validation, checkpoint, law=NO_LAW)
     share = share_of(network, validation)
     card = replace(make_card(network, config, dataset, data), hold=servo.hold)
     write_network(path, CorrectedSource(network, servo, share=share, bound=bound), card)

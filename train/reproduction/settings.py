@@ -87,8 +87,6 @@ class ReproductionSettings:
     """Diagnoses at most, each going on from the model that the one before has extended."""
     diagnoses_each_unit: bool = False
     """Whether every bench is diagnosed, or the causes of the first are refitted on the others."""
-    curve_minutes: tuple[float, ...] = (1.0, 5.0, 15.0, 36.0)
-    """Minutes of recordings at the points of the curve over data."""
     time_step: float = 2.5e-4
     """Longest step of the closed-loop simulations [s]."""
     policies: PolicyEffort | None = None

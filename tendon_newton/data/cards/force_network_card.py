@@ -1,10 +1,11 @@
 """The card of a force network: what goes in, what comes out, and where it comes from.
 
-The card is the JSON text ``card.json`` among the extra files of a TorchScript file, and the value
-of ``card`` in the metadata of an ONNX file. Reading it needs neither torch nor onnxruntime.
+It is the JSON text ``card.json`` among the extra files of a TorchScript file, and the value of
+``card`` in the metadata of an ONNX file. Reading it needs neither torch nor onnxruntime.
 """
 
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from math import isfinite
@@ -15,8 +16,10 @@ from tendon_newton.errors import InvalidNetworkFile, shown
 SCHEMA = 1
 INPUTS = ("theta_d", "theta", "theta_dot")
 UNITS = ("rad", "rad", "rad/s", "N")
-"""Units of the inputs, then of the output."""
-KINDS = ("mlp", "rnn", "transformer")
+"""Of the inputs, then of the output."""
+KIND = re.compile(r"[a-z][a-z0-9_]{0,31}")
+"""A name. The table of force networks says which kinds there are; a program that only runs an ONNX
+file need not know them."""
 REASON_LENGTH = 200
 """Most that is repeated of what Python says of a value [characters]."""
 PURPOSES = ("prediction", "simulation")
@@ -29,9 +32,9 @@ class HoldLaw:
     """How a network's force answers to the shaft until the network is asked again."""
 
     stiffness: float = 0.0
-    """Fall of the force as the shaft turns [N/rad]."""
+    """By how much it falls as the shaft turns [N/rad]."""
     damping: float = 0.0
-    """Fall of the force as the shaft turns faster [N s/rad]."""
+    """By how much it falls as the shaft turns faster [N s/rad]."""
 
     def __post_init__(self) -> None:
         """Refuse a servo that pushes on."""
@@ -44,7 +47,7 @@ class HoldLaw:
 
 
 PLAIN_HOLD = HoldLaw()
-"""The law of the paper: the force stays constant."""
+"""The paper's: the force stays as it is."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,25 +57,25 @@ class TrainingRecording:
     file: str
     """Name inside its dataset."""
     sha256: str
-    """Hash of the file's bytes, or for a folder of its files' names and bytes."""
+    """Of the file's bytes, or for a folder of its files' names and bytes."""
     split: Literal["train", "validation"]
     """Whether its windows were fitted, or only told when to stop; both are train recordings."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Training:
-    """Data, seed and program of a network's training."""
+    """How a network came about."""
 
     recordings: tuple[TrainingRecording, ...]
     """Recordings that it has seen."""
     split: str
-    """Way in which data was held out, in words."""
+    """How held-out data was held out, in words."""
     seed: int
-    """Seed of the starting weights and the order of the windows."""
+    """Of the starting weights and the order of the windows."""
     git_commit: str | None
-    """Commit of the program, where it ran from a clone."""
+    """Of the program, where it ran from a clone."""
     version: str
-    """Version of the program."""
+    """Of the program."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,12 +96,12 @@ class HeldOut:
 class ForceNetworkCard:
     """What a program must know to use a force network, checked when built."""
 
-    kind: Literal["mlp", "rnn", "transformer"]
+    kind: str
     """Family of the network."""
     network_set: str
     """Set that its sizes come from."""
     parameter_count: int
-    """Count of trained numbers."""
+    """Trained numbers."""
     window: int
     """Samples in a window, oldest first."""
     rate: float
@@ -113,20 +116,20 @@ class ForceNetworkCard:
     held_out: HeldOut | None = None
     """Absent where the dataset has no test recordings."""
     purpose: Literal["prediction", "simulation"] = "prediction"
-    """Use in mind at training: forces along measured motion, or the loop of a simulation."""
+    """What it was trained for: forces along measured motion, or the loop of a simulation."""
     hold: HoldLaw = PLAIN_HOLD
-    """Law of the force between two queries of a simulation."""
+    """What a simulation makes of its force between two queries."""
     inputs: tuple[str, ...] = INPUTS
     """Columns of a sample."""
     units: tuple[str, ...] = UNITS
-    """Units of the inputs, then of the output."""
+    """Of the inputs, then of the output."""
     schema: int = SCHEMA
 
     def __post_init__(self) -> None:
         """Refuse a card that this version cannot honour."""
         promises = (
             ("schema", self.schema, self.schema == SCHEMA, f"{SCHEMA}"),
-            ("kind", self.kind, self.kind in KINDS, f"one of {', '.join(KINDS)}"),
+            ("kind", self.kind, bool(KIND.fullmatch(str(self.kind))), "a name in small letters"),
             ("purpose", self.purpose, self.purpose in PURPOSES, f"one of {', '.join(PURPOSES)}"),
             ("inputs", self.inputs, self.inputs == INPUTS, f"{list(INPUTS)}"),
             ("units", self.units, self.units == UNITS, f"{list(UNITS)}"),
@@ -185,7 +188,7 @@ class ForceNetworkCard:
 FILE_KEYS = {"rate": "rate_hz", "force_limit": "force_limit_n"}
 """Attribute -> key in a file, where bare numbers carry their unit in the name."""
 HOLD_KEYS = {"stiffness": "stiffness_n_per_rad", "damping": "damping_n_s_per_rad"}
-"""Attribute of a `HoldLaw` -> key in a file."""
+"""The same of a `HoldLaw`."""
 
 
 def read_card(table: Mapping[str, Any]) -> ForceNetworkCard:

@@ -18,8 +18,8 @@ import torch
 from torch import Tensor
 
 from tendon_newton.errors import InvalidParameter
-from tendon_newton.force_networks.rnn import Rnn
-from tendon_newton.force_networks.transformer import Transformer
+from tendon_newton.force_networks import build_network
+from tendon_newton.force_networks.recurrent_network import RecurrentNetwork
 from train.actuator.fitting.checkpoint import (
     Checkpoint,
     TrainingState,
@@ -27,7 +27,6 @@ from train.actuator.fitting.checkpoint import (
     save_checkpoint,
     training_settings,
 )
-from train.actuator.network_sets import build_network
 from train.actuator.samples.changed_windows import changed_batch
 from train.actuator.samples.servo_law import ServoLaw, fit_servo_law
 from train.actuator.samples.window_tensors import WindowTensors, to_device
@@ -167,11 +166,10 @@ def tension_errors(
 ) -> Tensor:
     """Return predicted minus measured tension [N] of some windows, at one sample or several."""
     if streaming:
-        assert isinstance(network, Rnn)
+        assert isinstance(network, RecurrentNetwork)
         known = targets.shape[1] // UNKNOWN_PAST
         return (network.sequence(windows) - targets)[:, known:]
-    predict = network.last_query if isinstance(network, Transformer) else network
-    return predict(windows) - targets[:, -1]
+    return network.last_query(windows) - targets[:, -1]
 
 
 def validation_error(network: ForceNetwork, data: WindowTensors, *, streaming: bool) -> float:

@@ -45,6 +45,18 @@ class Progress:
     seconds_left: float
     """At this pace [s]."""
 
+    @property
+    def text(self) -> str:
+        """The figures as a line."""
+        point, left = self.point, self.seconds_left
+        time = f"{left:.0f} s" if left < 120.0 else f"{left / 60.0:.0f} min"
+        diverged = f"   {point.diverged} worlds diverged" if point.diverged else ""
+        return (
+            f"iteration {point.iteration:4d} of {self.iterations}   "
+            f"tip error {1e3 * point.tip_error:5.1f} mm   reward {point.reward:8.4f}   "
+            f"{self.steps_per_second:,.0f} steps/s   {time} left{diverged}"
+        )
+
 
 class CurveLogger:
     """Takes the place of rsl-rl's logger: sums on the device, and one point per iteration.

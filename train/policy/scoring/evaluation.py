@@ -155,7 +155,7 @@ def make_worlds(config: EnvironmentConfig, seed: int) -> tuple[ControlLoop, Mech
         max_step=config.max_step,
         precision="float64",
         effects=further_effects(ranges),
-        network=force.form,
+        network="fused",
         device="cpu",
     )
     others = torch.ones(config.worlds, dtype=torch.bool)

@@ -89,7 +89,7 @@ class FingerEnvironment(VecEnv):
             max_step=config.max_step,
             precision=config.precision,
             effects=further_effects(ranges),
-            network=self.force.form,
+            network="fused",
             device=str(wp.device_from_torch(self.device)),
         )
         self._draws = WorldDraws(config.worlds, self.device)

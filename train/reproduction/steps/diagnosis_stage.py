@@ -24,14 +24,14 @@ from train.reproduction.unit import RECORDINGS, representative
 GIVEN = "The causes were given, and not looked for."
 
 
-def run(reproduction: Reproduction) -> Outcome:
+async def run(reproduction: Reproduction) -> Outcome:
     """Diagnose the first bench, and the others or their numbers."""
     settings, units = reproduction.settings, reproduction.units
     looked_at = range(len(units)) if settings.diagnoses_each_unit else range(1)
     if reproduction.causes is not None:
         looked_at = range(0)
-    found = reproduction.each(diagnosed, looked_at)
-    models = reproduction.each(fitted, list(enumerate(sources(found, len(units)))))
+    found = await reproduction.each(diagnosed, looked_at)
+    models = await reproduction.each(fitted, list(enumerate(sources(found, len(units)))))
     truth = true_effects(units[0].folder / RECORDINGS)
     first = found[0] if found else {"json": [], "text": GIVEN, "rivals": {}}
     model = reproduction.model(units[0], "physical")

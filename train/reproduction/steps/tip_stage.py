@@ -39,10 +39,10 @@ Signals = list[list[float]]
 """Height of the tip [mm], angle [rad] and tension [N] at every row."""
 
 
-def run(reproduction: Reproduction) -> Outcome:
+async def run(reproduction: Reproduction) -> Outcome:
     """Replay both sinusoids with every model on every bench."""
     items = [(place, model) for place in range(len(reproduction.units)) for model in MODELS]
-    found = reproduction.each(tip_errors, items)
+    found = await reproduction.each(tip_errors, items)
     errors: Errors = {
         kind: {
             model: [own[kind] for (_, name), own in zip(items, found, strict=True) if name == model]
