@@ -21,10 +21,13 @@ from tendon_newton.device_code.placeholders import (
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.dynamics.forces import touching
 from tendon_newton.simulation.dynamics.modes import (
+    BEYOND,
     constrained_solve,
     excursion_rate,
+    may_outrun,
     row_bound,
     row_counts,
+    sign,
 )
 from tendon_newton.simulation.tendons.pipeline import SLACK, TAUT, flow_at
 from tendon_newton.simulation.tendons.routes import located, row_arms
@@ -67,6 +70,13 @@ def speed_range(drive: Drive, d: int, side: real) -> Vec2:
         upper = -lower
         lower = least
     return Vec2(lower, upper)
+
+
+@device_template
+def too_fast(mechanism: Mechanism, world: int, drive: Drive, d: int, rate: real) -> bool:
+    """Tell whether a row is faster [m/s] than its motor lets it be: a run may begin so."""
+    beyond = wp.abs(rate) > row_bound(drive, d) * real(BEYOND)
+    return beyond and not may_outrun(mechanism, world, d, sign(rate))
 
 
 @device_template
@@ -147,16 +157,20 @@ def first_event(
         arms = row_arms(mechanism, world, drive, modes)
         later = motion_arms(mechanism, world, drive, modes, end)
         for d in range(ROWS):
+            before = excursion_rate(arms, d, v)
             after = excursion_rate(later, d, end.v)
             allowed = speed_range(drive, d, modes.tendon[d])
-            speed = wp.clamp(after, allowed[0], allowed[1])
-            slides = modes.tendon_sticks[d] == real(0.0) and row_counts(modes, d)
-            if speed != after and slides:
-                fraction = crossing(excursion_rate(arms, d, v) - speed, after - speed)
-                if fraction < event.fraction:
-                    event.fraction = fraction
-                    event.row = JOINTS + d
-                    event.speed = speed
+            speed = real(wp.clamp(after, allowed[0], allowed[1]))
+            leaves = speed != after and modes.tendon_sticks[d] == real(0.0)
+            fraction = crossing(before - speed, after - speed)
+            if too_fast(mechanism, world, drive, d, before):
+                leaves = True
+                speed = real(wp.clamp(before, -row_bound(drive, d), row_bound(drive, d)))
+                fraction = real(0.0)
+            if leaves and row_counts(modes, d) and fraction < event.fraction:
+                event.fraction = fraction
+                event.row = JOINTS + d
+                event.speed = speed
     if wp.static(FREE_SPOOL):
         for d in range(TENDONS):
             c = LINKS + d
@@ -320,15 +334,29 @@ def bring_row(
 def bring_event_row(
     mechanism: Mechanism, world: int, drive: Drive, event: Event, modes: Modes, middle: Motion
 ) -> JointVector:
-    """Bring the row that an event names to its speed exactly: the next modes see it there."""
+    """Bring the row that an event names to its speed exactly: the next modes see it there.
+
+    So they see a tendon that has meanwhile left its mode's range, as another event came first.
+    """
     v = middle.v
     arms = motion_arms(mechanism, world, drive, modes, middle)
     for j in range(JOINTS):
         if event.row == j:
             v = bring_row(middle.mass_matrix, joint_row(j), v, event.speed, modes, arms)
     for d in range(ROWS):
+        rate = excursion_rate(arms, d, v)
+        speed = rate
+        slides = modes.tendon_sticks[d] == real(0.0) and row_counts(modes, d)
+        if wp.static(MAY_HOLD):  # noqa: SIM102 - known when compiled
+            if slides:
+                allowed = speed_range(drive, d, modes.tendon[d])
+                speed = real(wp.clamp(rate, allowed[0], allowed[1]))
         if event.row == JOINTS + d:
-            v = bring_row(middle.mass_matrix, arms[d], v, event.speed, modes, arms)
+            speed = event.speed
+        if speed != rate:
+            freed = modes
+            freed.tendon_sticks[d] = real(0.0)
+            v = bring_row(middle.mass_matrix, arms[d], v, speed, freed, arms)
     return v
 
 
