@@ -28,13 +28,13 @@ OVERSHOOT = 0.1
 """How far a joint ten times as heavy presses into its end stop, as a share of its range [1]."""
 SWING = 1.2
 """[rad] Greatest command of a pendulum, which has no stops; the others are asked for up to 6."""
-FURTHEST = 2.5 * SWING
-"""[rad] How far it swings, and gravity pulls it, with the weakest spring."""
-FASTEST = 300.0
-"""[rad/s] A finger snaps back from a full bend within 10 ms."""
-BELIEVED = 60.0
-"""[N] Three times what the servo gives. A spring's blow against a motor that holds is beyond it, and
-a gear that locks itself; such a force is believed where finer steps find the same."""
+FURTHEST = 1.0e3
+"""[rad] A shaft without stops goes round where a late servo drives it on."""
+FASTEST = 1.0e3
+"""[rad/s] A slider's spring without damping turns half a spool by 600."""
+BELIEVED = 200.0
+"""[N] Nine times what the servo gives: what a gear holds by the greatest friction under load. A
+stop's blow is beyond it, and such a force is believed where finer steps find the same."""
 FINER = 0.25
 """Share of the step in which a great force must come again [1]."""
 SAME = 1.5

@@ -25,12 +25,10 @@ from tests.physics.runs import RADIUS, ideal_model, run_of
 from train.reproduction.physical import DATA_SHEET
 
 ROWS = 4000.0  # Hz, so fine that a spline through the rows has the slider's acceleration
-STEPS = {"tendon": 1.25e-4, "mujoco": 2.5e-5}  # s
-"""MuJoCo's are of first order: 0.05 N off after a jump of 8 N at the longer one."""
+STEPS = {"tendon": 1.25e-4, "mujoco": 1.25e-5}  # s
+"""MuJoCo's are of first order: 0.010 N off after the greatest jump, and twice that at twice it."""
 QUERY_ROWS = round(ROWS / RATE)
 CLOSE = 0.02  # N
-MOST_ALONE = 3
-"""Rows that may be slack alone, or taut alone, between two others."""
 SERVO = Model(actuator=NamedValues(name="pwm_servo", values=DATA_SHEET))
 ANSWER = HoldLaw(stiffness=4.0, damping=0.5)
 """How a network's force answers to the shaft: the slider settles to it in a millisecond. No command
@@ -123,8 +121,7 @@ def assert_balanced(books: Books) -> None:
     assert np.ptp(books.force) > 0.5
     imbalance = books.imbalance()
     assert len(imbalance) == len(books.time) - 1
-    assert np.isnan(imbalance).sum() <= MOST_ALONE
-    assert np.nanmax(np.abs(imbalance)) < CLOSE
+    assert np.abs(imbalance).max() < CLOSE
     if books.speed is not None:
         assert books.blows().max() < CLOSE
     done, kept = books.work()
