@@ -9,12 +9,14 @@ from tendon_newton.device_code.placeholders import (
     LINKS,
     ROWS,
     TENDONS,
+    Jet,
     JointMatrix,
     JointVector,
     ParameterVector,
     Placeholder,
     RowMatrix,
     RowVector,
+    TendonVector,
     Vec2,
     real,
 )
@@ -29,7 +31,7 @@ from tendon_newton.simulation.dynamics.modes import (
     row_counts,
     sign,
 )
-from tendon_newton.simulation.tendons.pipeline import SLACK, TAUT, flow_at
+from tendon_newton.simulation.tendons.pipeline import SLACK, TAUT, UNDECIDED, flow_at
 from tendon_newton.simulation.tendons.routes import located, row_arms
 from tendon_newton.simulation.tendons.spools import is_rigid, is_string
 from tendon_newton.simulation.tendons.world_drive import UNBOUNDED, at_end, in_same_mode
@@ -377,11 +379,55 @@ def holding_joint(modes: Modes, j: int) -> Modes:
 
 
 @device_template
-def bring_back(mechanism: Mechanism, world: int, drive: Drive, modes: Modes, end: Motion) -> Motion:
-    """Return the end of a divided step with those rows brought back that left their mode's range.
+def caught_string(
+    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, modes: Modes, d: int,
+    before: JointVector, end: Motion, h: real,
+) -> Jet:  # fmt: skip
+    """Return the impulse [N s] of a string that pulls again before the end of a slack h [s].
+
+    Its force had risen evenly from zero since the instant at which it was caught.
+    """
+    impulse = Jet(real(0.0), real(0.0), real(0.0))
+    least = mechanism.least_tension[world][d]
+    slack = drive.slack[d] == real(SLACK)
+    if drive.slack[d] == real(UNDECIDED):
+        slack = end.line[d] < least
+    if slack and modes.tendon_sticks[d] == real(0.0) and least == real(0.0):
+        free = in_same_mode(at_end(drive, h, (end.v - before) / h), TendonVector())
+        later = located(mechanism, world, free, end.q, end.v)
+        flow = flow_at(mechanism, world, p, later, d, end.q, end.v, modes.tendon[d])
+        if flow.line > least:
+            since = h * flow.line / (flow.line - wp.min(end.line[d], real(0.0)))
+            impulse = flow.pull * (real(0.5) * since)
+    return impulse
+
+
+@device_template
+def pull_row(
+    matrix: JointMatrix,
+    row: JointVector,
+    v: JointVector,
+    impulse: Jet,
+    modes: Modes,
+    arms: RowMatrix,
+) -> JointVector:
+    """Let an impulse [N s] along a row act, implicit in its damping."""
+    response = constrained_solve(matrix, row, modes, arms, RowVector())
+    brake = real(1.0) + wp.dot(row, response) * wp.max(-impulse[2], real(0.0))
+    return v + response * (impulse[0] / brake)
+
+
+@device_template
+def bring_back(
+    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, modes: Modes,
+    before: JointVector, end: Motion, h: real,
+) -> Motion:  # fmt: skip
+    """Return the end of a divided step of h [s] with what left its mode's range brought back.
 
     They are second events inside one step. A joint that has run through an end stop is put at its
-    edge: the way beyond, which nothing resisted, would come back as energy.
+    edge: the way beyond, which nothing resisted, would come back as energy. A string that would
+    pull again does so: under viscous friction a mechanism that was let go would run off at a speed
+    that the servo never allows.
     """
     v = end.v
     arms = motion_arms(mechanism, world, drive, modes, end)
@@ -389,6 +435,11 @@ def bring_back(mechanism: Mechanism, world: int, drive: Drive, modes: Modes, end
         if drive.friction[j] > real(0.0) and v[j] * modes.joint[j] < real(0.0):
             v = bring_row(end.mass_matrix, joint_row(j), v, real(0.0), modes, arms)
             modes = holding_joint(modes, j)
+    if wp.static(not HAS_ROTOR):
+        for d in range(TENDONS):
+            impulse = caught_string(mechanism, world, p, drive, modes, d, before, end, h)
+            if impulse[0] > real(0.0):
+                v = pull_row(end.mass_matrix, arms[d], v, impulse, modes, arms)
     if wp.static(MAY_HOLD):
         for d in range(ROWS):
             rate = excursion_rate(arms, d, v)
