@@ -109,7 +109,7 @@ class Books:
         return self.force[reads] - carried[first : first + reads.stop - reads.start]
 
     def blows(self) -> Array:
-        """Return by how much [N] the mean force over a row in which the force bends leaves its ends.
+        """Return how far [N] the mean force is outside its ends, in rows in which the force bends.
 
         A string that is caught hard, or comes loose with a jump, hides between two rows.
         """
