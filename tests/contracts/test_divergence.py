@@ -32,9 +32,8 @@ FURTHEST = 1.0e3
 """[rad] A shaft without stops goes round where a late servo drives it on."""
 FASTEST = 1.0e3
 """[rad/s] A slider's spring without damping turns half a spool by 600."""
-STRONGEST = 200.0
-"""[N] Nine times what the servo gives: what a gear holds by the greatest friction under load, and
-more than a stop's blow against a motor that holds."""
+STRONGEST = 250.0
+"""[N] A gear that loses nine tenths of what drives it back holds ten times the servo's 21 N."""
 
 
 def steps_into_both_stops(bench: str) -> Recording:
