@@ -12,7 +12,7 @@ from tendon_newton.data.parameters import Parameter
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.bench_scale import bench_scale
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.rollout import Rollout
 from tests.effect_bench import GAIN, commanded
 
