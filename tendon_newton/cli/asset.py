@@ -61,7 +61,7 @@ class New:
     force_limit: float | None = None
     """The most that the servo can pull [N], 21 unless given; that a drive gives [N, N m], 100."""
     folder: Path = Path()
-    """Where the new folder goes; list it in TENDON_NEWTON_ASSETS to use the finger by its name."""
+    """Parent of the new folder; list it in TENDON_NEWTON_ASSETS to use the finger by its name."""
 
 
 @dataclass(frozen=True, kw_only=True)

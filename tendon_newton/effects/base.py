@@ -1,4 +1,4 @@
-"""What every physical effect declares: parameters with nulls, equation, source, and stages."""
+"""Declaration of a physical effect: parameters with nulls, equation, source, and stages."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class Effect:
     """One physical cause of a gap between a simulation and its bench.
 
     Subclasses are never instantiated: an effect is its declaration, and its numbers live in a
-    model. It acts in each `Stage` whose name it gives a device function.
+    model. An effect acts in each `Stage` that names one of its device functions.
     """
 
     name: ClassVar[str]
@@ -79,6 +79,8 @@ class Effect:
     """Parameters that make a tendon stick where they are not zero."""
     includes: ClassVar[tuple[str, ...]] = ()
     """Effects that are special cases of this one: the simpler is named if both explain the data."""
+    needs_string: ClassVar[bool] = False
+    """Whether it is about a string, its guides or its spool: a shaft has none of these."""
     spool_stages: ClassVar[tuple[Stage, ...]] = ()
     """Stages that stand for the motion of a spool without inertia. Where the spool has a
     coordinate of its own, its equation of motion takes their place."""
@@ -96,9 +98,9 @@ class Effect:
         """Return the device functions of an effect's internal state, none without.
 
         `remember` gives the first number of each tendon or joint, `remember_second` the second:
-        (signal: Jet, tendon | joint, values) -> real, what is remembered once `elapsed` [s] have
-        passed since it was `values[3]`, or `values[4]`, with the signal as the stage left it. A
-        very long `elapsed` asks for the relaxed state.
+        (signal: Jet, tendon | joint, values) -> real. The number is the memory once `elapsed` [s]
+        have passed since it was `values[3]`, or `values[4]`, with the signal as the stage left it.
+        A very long `elapsed` asks for the relaxed state.
         """
         names = ("remember", "remember_second")
         return tuple(getattr(cls, name) for name in names if hasattr(cls, name))

@@ -1,4 +1,4 @@
-r"""The Transformer's compiled twin: one thread takes a few servos through the whole network.
+r"""The Transformer's fused kernel: one thread takes a few servos through the whole network.
 
 Only what the last sample needs is computed, and nothing but samples, weights and forces goes
 through memory:
@@ -48,7 +48,7 @@ HEADS = 4
 DEPTH = 4
 FEED = 64
 CAUSAL = True
-# Where each block of numbers begins among the weights; see `twin_weights`.
+# Where each block of numbers begins among the weights; see `fused_weights`.
 AT_FEED_1 = 0
 AT_FEED_1_BIAS = 0
 AT_FEED_2 = 0
