@@ -257,8 +257,8 @@ MUTATIONS: tuple[Mutation, ...] = (
     Mutation(
         name="revolutions-in-half-turns",
         file="tendon_newton/data/importers/mapped_column.py",
-        old='"rev/min": 2.0 * pi / 60.0',
-        new='"rev/min": pi / 60.0',
+        old="RPM = 2.0 * pi / 60.0",
+        new="RPM = pi / 60.0",
         tests="tests/importers/test_import_mapped.py",
     ),
     Mutation(
