@@ -8,6 +8,7 @@ from hardware.clock import Clock
 from hardware.errors import ServoRefused, ServoSilent, SharedIdentifier
 from hardware.servos.base import ServoCounters
 from hardware.servos.family import ServoFamily
+from hardware.servos.keeper import Keeper
 from hardware.servos.packets import SILENT, SUCCESS, Answer, Packets
 from hardware.servos.register import Register
 from hardware.servos.servo_port import PortHandler, ServoPort
@@ -66,6 +67,7 @@ class Bus:
         """Middle of the last transaction that succeeded [s]."""
         self._port = port if isinstance(port, ServoPort) else ServoPort(port, baud=baud)
         self.table = family.table
+        self._family = family
         self._packets: Packets = family.packets(self._port.handler)
         self._clock = clock
         self._counters = counters
@@ -89,6 +91,16 @@ class Bus:
     def is_open(self) -> bool:
         """The port is open, as far as is known."""
         return self._port.is_open
+
+    def keeper(self, patience: float) -> Keeper | None:
+        """Start what switches the motor off after a silence [s], where the servo itself does not.
+
+        Nothing watches over a simulated bus.
+        """
+        port = self._port.descriptor
+        if self._family.motor_off is None or port is None:
+            return None
+        return Keeper(port, patience=patience, packet=self._family.motor_off(self.identifier))
 
     def open(self) -> None:
         """Lock and open the port.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import isfinite
+from math import isfinite, pi
 
 from hardware.clock import Clock, MonotonicClock
 from hardware.errors import (
@@ -28,6 +28,7 @@ from hardware.servos.base import (
 from hardware.servos.bus import Bus
 from hardware.servos.control_table import WATCHDOG_TRIPPED
 from hardware.servos.families import FAMILIES
+from hardware.servos.keeper import Keeper
 from hardware.servos.servo_port import PortHandler, ServoPort
 from hardware.servos.setting_up import (
     alert_text,
@@ -92,6 +93,8 @@ class BusServo:
         """Registers of its family."""
         self._spool = SpoolAngle(spec, counts_turns=self.table.counts_turns)
         self._velocity_unit = spec.velocity_unit
+        self._keeper: Keeper | None = None
+        self._seen = 0.0
         self._torque = False
         self._restarted = False
 
@@ -127,6 +130,8 @@ class BusServo:
         try:
             return self.switched_off()
         finally:
+            if self._keeper is not None:  # the motor is not known to be off
+                self._keeper.abandon()
             self._bus.close()
 
     def switched_off(self) -> bool:
@@ -169,6 +174,7 @@ class BusServo:
         """Call the present spool angle ``angle`` [rad]; the servo itself keeps no home."""
         (position,) = self._bus.read(self.table.position)
         self._spool.set_home(position, angle)
+        self._seen = self._bus.instant
 
     def read_state(self) -> ServoState:
         """Read current, velocity and position in one transaction.
@@ -179,12 +185,16 @@ class BusServo:
             SharedIdentifier: Another servo has the same ID.
         """
         self.counters.reads += 1
+        self._feed()
         self._bus.refuse_second()
         try:
             current, velocity, position = self._bus.read(*self.table.state)
         except HardwareFault:
             self.counters.missed += 1
             raise
+        unseen, self._seen = self._bus.instant - self._seen, self._bus.instant
+        if not self.table.counts_turns and unseen * self.spec.no_load_speed > pi:
+            self._spool.restore_turns(position)  # half a turn, or nobody has looked yet
         return ServoState(
             time=self._bus.instant,
             position=self._spool.angle(position),
@@ -201,7 +211,7 @@ class BusServo:
         )
         voltage, temperature = self._bus.read(table.voltage, table.temperature)
         self._notice(torque, mark)
-        tripped = WATCHDOG_TRIPPED in silence
+        tripped = WATCHDOG_TRIPPED in silence or (self._keeper is not None and self._keeper.tripped)
         return ServoHealth(
             voltage=voltage * self.spec.voltage_unit,
             temperature=float(temperature),
@@ -246,6 +256,10 @@ class BusServo:
         if not isfinite(fraction):
             raise CommandNotFinite(f"a duty must be finite; it is {fraction}")
         limit = self._configured().duty_limit
+        self._feed()
+        if self._keeper is not None and self._keeper.tripped:
+            self.counters.watchdog_trips += 1
+            raise WatchdogTripped(self._watchdog_text())
         sent = min(max(fraction, -limit), limit)
         self.counters.limited += sent != fraction
         try:
@@ -273,6 +287,8 @@ class BusServo:
         verify(self._bus, configuration, self.spec)
         set_verified(self._bus, self.table.goal_duty, 0)
         arm_watchdog(self._bus, configuration)
+        self._release()
+        self._keeper = self._bus.keeper(configuration.watchdog)
         self._torque = True  # from here on something must be switched off
         set_verified(self._bus, self.table.torque, 1)
 
@@ -284,12 +300,15 @@ class BusServo:
             PortLost: The adapter is gone.
         """
         switch_off(self._bus)
+        self._release()
         self._torque = False
         self.duty = 0.0
 
     def clear_watchdog(self) -> None:
         """Make a servo take goals again whose watchdog had stopped it; it stays armed."""
         arm_watchdog(self._bus, self._configured())
+        if self._keeper is not None:  # it has switched the motor off
+            self.enable_torque()
 
     def recover(self, *, resume_torque: bool = False) -> None:
         """Set a servo up again that has started anew, was stopped or could not be reached.
@@ -343,6 +362,15 @@ class BusServo:
                 if self._clock.now() >= deadline:
                     return False
             self._clock.sleep_until(min(deadline, self._clock.now() + POLL_PERIOD))
+
+    def _feed(self) -> None:
+        if self._keeper is not None:
+            self._keeper.feed()
+
+    def _release(self) -> None:
+        if self._keeper is not None:
+            self._keeper.release()
+            self._keeper = None
 
     def _set_up(self, configuration: ServoConfiguration) -> None:
         self.disable_torque()

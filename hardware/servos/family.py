@@ -42,5 +42,7 @@ class ServoFamily:
     """Reads back all that decides a step response."""
     velocity_scale: Callable[[Reader], float]
     """Counts of the data sheet's speed unit in a count of this servo's own [1]."""
+    motor_off: Callable[[int], bytes] | None
+    """Packet that switches the motor of an ID off; None where the servo has a watchdog."""
     remedy: str
     """What ends an alert once its cause is gone."""

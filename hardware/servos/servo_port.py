@@ -95,6 +95,12 @@ class ServoPort:
         with contextlib.suppress(*LOST, ValueError, AttributeError):
             serial.set_low_latency_mode(True)
 
+    @property
+    def descriptor(self) -> int | None:
+        """Descriptor of the open port; None of a simulated bus."""
+        serial: Any = getattr(self.handler, "ser", None)
+        return None if serial is None or not self.is_open else int(serial.fileno())
+
     def close(self) -> None:
         """Close the port and give it back; more than once does no harm."""
         self.is_open = False

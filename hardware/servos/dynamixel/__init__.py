@@ -17,5 +17,6 @@ DYNAMIXEL = ServoFamily(
     targets=targets,
     read_settings=read_settings,
     velocity_scale=lambda _: 1.0,
+    motor_off=None,
     remedy="reboot it",
 )

@@ -3,7 +3,7 @@
 from types import MappingProxyType
 
 from hardware.servos.family import ServoFamily
-from hardware.servos.feetech.packets import FeetechPackets
+from hardware.servos.feetech.packets import FeetechPackets, motor_off
 from hardware.servos.feetech.registers import TABLE
 from hardware.servos.feetech.settings import read_settings, targets, velocity_scale
 
@@ -18,5 +18,6 @@ FEETECH = ServoFamily(
     targets=targets,
     read_settings=read_settings,
     velocity_scale=velocity_scale,
+    motor_off=motor_off,
     remedy="switch its supply off and on",
 )

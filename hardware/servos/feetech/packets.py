@@ -11,7 +11,7 @@ feetech-servo-sdk 1.0.0, reckons its waits in the wrong unit, and both install t
 from __future__ import annotations
 
 from hardware.errors import ServoRefused
-from hardware.servos.feetech.registers import MODEL_NUMBER
+from hardware.servos.feetech.registers import MODEL_NUMBER, TORQUE_ENABLE
 from hardware.servos.packets import BROKEN, SILENT, SUCCESS, Answer
 from hardware.servos.servo_port import PortHandler
 
@@ -34,6 +34,11 @@ def frame(identifier: int, code: int, parameters: bytes = b"") -> bytes:
     """Build a frame: an instruction, or an answer with its error."""
     body = bytes([identifier, len(parameters) + 2, code]) + parameters
     return HEADER + body + bytes([checksum(body)])
+
+
+def motor_off(identifier: int) -> bytes:
+    """Build the instruction that switches a servo's motor off."""
+    return frame(identifier, WRITE, bytes([TORQUE_ENABLE.address, 0]))
 
 
 class FeetechPackets:
