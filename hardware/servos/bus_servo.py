@@ -193,8 +193,9 @@ class BusServo:
             self.counters.missed += 1
             raise
         unseen, self._seen = self._bus.instant - self._seen, self._bus.instant
-        if not self.table.counts_turns and unseen * self.spec.no_load_speed > pi:
-            self._spool.restore_turns(position)  # half a turn, or nobody has looked yet
+        # by duty it may be twice as fast as its firmware goes: half a turn, or the first look
+        if not self.table.counts_turns and unseen * self.spec.no_load_speed > 0.5 * pi:
+            self._spool.restore_turns(position)
         return ServoState(
             time=self._bus.instant,
             position=self._spool.angle(position),

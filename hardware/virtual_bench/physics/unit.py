@@ -50,8 +50,8 @@ SERVOS: dict[str, ServoConstants] = {
         supply_resistance=0.2,
     ),
     STS3215.name: ServoConstants(
-        torque_constant=1.3,  # BAM, an STS3215 of 12 V: 1.28
-        resistance=3.0,  # BAM: 2.75
+        torque_constant=1.25,  # BAM, an STS3215 of 12 V: 1.28
+        resistance=4.3,  # data sheet: 12 V / 2.7 A at stall; BAM: 2.75
         inertia=0.0216,  # BAM
         dry_friction=0.053,  # BAM
         viscous_friction=0.028,  # BAM
@@ -61,8 +61,8 @@ SERVOS: dict[str, ServoConstants] = {
         supply_resistance=0.15,
     ),
     STS3250.name: ServoConstants(
-        torque_constant=1.1,  # the STS3215's, times the ratios of stall torque and speed
-        resistance=2.2,
+        torque_constant=1.25,  # the gear is the STS3215's
+        resistance=2.6,  # the STS3215's, times the ratio of stall torques
         inertia=0.02,
         dry_friction=0.06,
         viscous_friction=0.03,
