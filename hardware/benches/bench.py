@@ -21,7 +21,7 @@ from hardware.load_cells.hx711_serial import Hx711Serial
 from hardware.logs.session_log import TimeBase
 from hardware.servos import SERVOS
 from hardware.servos.bus_servo import BusServo
-from hardware.servos.servo_port import PortHandler, ServoPort
+from hardware.servos.serial_bus.servo_port import PortHandler, ServoPort
 from hardware.virtual_bench import Faults, LockstepBench, VirtualPorts
 from hardware.virtual_bench.emulation.emulations import SERVO_MODELS
 from hardware.virtual_bench.emulation.plant import PlantState

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from hardware.servos.register import Register
+from hardware.servos.serial_bus.register import Register
 
 WATCHDOG_PERIOD = 0.02
 """Unit of a bus watchdog [s]."""

@@ -6,9 +6,9 @@ from typing import Protocol
 
 from hardware.servos.base import ServoConfiguration, ServoSettings, ServoSpec
 from hardware.servos.control_table import ControlTable
-from hardware.servos.packets import Packets
-from hardware.servos.register import Register
-from hardware.servos.servo_port import PortHandler
+from hardware.servos.serial_bus.packets import Packets
+from hardware.servos.serial_bus.register import Register
+from hardware.servos.serial_bus.servo_port import PortHandler
 
 
 class Reader(Protocol):

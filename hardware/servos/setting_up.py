@@ -14,10 +14,10 @@ from hardware.errors import (
 )
 from hardware.servos import SERVOS
 from hardware.servos.base import ServoConfiguration, ServoSpec, alert_words
-from hardware.servos.bus import Bus
 from hardware.servos.control_table import WATCHDOG_PERIOD
 from hardware.servos.families import FAMILIES
-from hardware.servos.register import Register
+from hardware.servos.serial_bus.bus import Bus
+from hardware.servos.serial_bus.register import Register
 
 GREETINGS = 3
 """Pings before another model is believed."""

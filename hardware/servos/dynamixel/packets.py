@@ -6,8 +6,8 @@ taken for the answer to the next question. Hence packets are sent and received o
 
 from __future__ import annotations
 
-from hardware.servos.packets import SUCCESS, Answer
-from hardware.servos.servo_port import PortHandler, sdk
+from hardware.servos.serial_bus.packets import SUCCESS, Answer
+from hardware.servos.serial_bus.servo_port import PortHandler, sdk
 
 PING = 1
 ALERT_BIT = 0x80

@@ -5,7 +5,7 @@ stands here. Indirect addresses are left out: the tables of the firmwares differ
 """
 
 from hardware.servos.control_table import ControlTable
-from hardware.servos.register import Register
+from hardware.servos.serial_bus.register import Register
 
 # EEPROM: writable without torque only
 MODEL_NUMBER = Register(name="Model Number", address=0, size=2)

@@ -7,7 +7,7 @@ from hardware.servos.base import PositionGains, ServoConfiguration, ServoSetting
 from hardware.servos.control_table import WATCHDOG_PERIOD
 from hardware.servos.dynamixel import registers as r
 from hardware.servos.family import Reader
-from hardware.servos.register import Register
+from hardware.servos.serial_bus.register import Register
 
 
 def targets(configuration: ServoConfiguration, spec: ServoSpec) -> tuple[tuple[Register, int], ...]:

@@ -12,8 +12,8 @@ from __future__ import annotations
 
 from hardware.errors import ServoRefused
 from hardware.servos.feetech.registers import MODEL_NUMBER, TORQUE_ENABLE
-from hardware.servos.packets import BROKEN, SILENT, SUCCESS, Answer
-from hardware.servos.servo_port import PortHandler
+from hardware.servos.serial_bus.packets import BROKEN, SILENT, SUCCESS, Answer
+from hardware.servos.serial_bus.servo_port import PortHandler
 
 HEADER = b"\xff\xff"
 PING, READ, WRITE = 1, 2, 3

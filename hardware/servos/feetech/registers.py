@@ -5,7 +5,7 @@ tables of LeRobot and of Waveshare's ST3215. Numbers with a direction have it in
 """
 
 from hardware.servos.control_table import ControlTable
-from hardware.servos.register import Register
+from hardware.servos.serial_bus.register import Register
 
 # EEPROM; while Lock (55) is 1, what is written here is lost with the power, and wears nothing out
 FIRMWARE_MAJOR = Register(name="Firmware Major Version", address=0, size=1)

@@ -12,7 +12,7 @@ from hardware.servos.base import (
 )
 from hardware.servos.family import Reader
 from hardware.servos.feetech import registers as r
-from hardware.servos.register import Register
+from hardware.servos.serial_bus.register import Register
 
 COARSE = 50.0
 """Counts of position a second in a count of speed, where Phase (18) does not ask for one [1]."""

@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 from hardware.errors import HardwareFault
-from hardware.servos import keeper_process
+from hardware.servos.serial_bus import keeper_process
 
 START_TIME = 10.0
 """Longest start of the process [s]; it takes some hundredths."""

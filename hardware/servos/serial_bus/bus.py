@@ -8,10 +8,10 @@ from hardware.clock import Clock
 from hardware.errors import ServoRefused, ServoSilent, SharedIdentifier
 from hardware.servos.base import ServoCounters
 from hardware.servos.family import ServoFamily
-from hardware.servos.keeper import Keeper
-from hardware.servos.packets import SILENT, SUCCESS, Answer, Packets
-from hardware.servos.register import Register
-from hardware.servos.servo_port import PortHandler, ServoPort
+from hardware.servos.serial_bus.keeper import Keeper
+from hardware.servos.serial_bus.packets import SILENT, SUCCESS, Answer, Packets
+from hardware.servos.serial_bus.register import Register
+from hardware.servos.serial_bus.servo_port import PortHandler, ServoPort
 
 STATUS_LENGTH = 11
 """Bytes of an answer without data, at most."""

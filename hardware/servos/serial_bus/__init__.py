@@ -1,0 +1,1 @@
+"""The wire to a servo: port, packets, transactions, and what watches over it."""
