@@ -11,8 +11,8 @@ from hardware.clock import Clock
 from hardware.doctor.observation import Observation
 from hardware.errors import ServoSilent
 from hardware.servos.base import ServoCounters
+from hardware.servos.bus import Bus
 from hardware.servos.families import FAMILIES
-from hardware.servos.serial_bus.bus import Bus
 from hardware.servos.serial_bus.register import Register
 
 SOUGHT = tuple(

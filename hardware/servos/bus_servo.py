@@ -25,9 +25,9 @@ from hardware.servos.base import (
     ServoSpec,
     ServoState,
 )
+from hardware.servos.bus import Bus
 from hardware.servos.control_table import WATCHDOG_TRIPPED
 from hardware.servos.families import FAMILIES
-from hardware.servos.serial_bus.bus import Bus
 from hardware.servos.serial_bus.keeper import Keeper
 from hardware.servos.serial_bus.servo_port import PortHandler, ServoPort
 from hardware.servos.setting_up import (

@@ -85,7 +85,7 @@ class FeetechPackets:
         """Return the model numbers of all servos at this rate, by ID; takes 0.8 s."""
         self._send(frame(BROADCAST, PING))
         self._port.setPacketTimeoutMillis(FIND_TIME)
-        identifiers = []
+        identifiers: list[int] = []
         while True:
             answer, result = self.receive()
             if result == SILENT:

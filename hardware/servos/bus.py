@@ -125,15 +125,14 @@ class Bus:
         """
         start = min(register.address for register in registers)
         length = max(register.address + register.size for register in registers) - start
-        data = self._exchange(
-            f"read {registers[0].name}",
-            lambda asked: self._packets.read(self.identifier, self._first(start, asked), asked),
-            length,
-            most=self.table.end,
-        )
-        start = self._first(start, len(data))
+
+        def ask(asked: int) -> int:
+            return self._packets.read(self.identifier, self._first(start, asked), asked)
+
+        data = self._exchange(f"read {registers[0].name}", ask, length, most=self.table.end)
+        first = self._first(start, len(data))
         return tuple(
-            r.decode(data[r.address - start : r.address - start + r.size]) for r in registers
+            r.decode(data[r.address - first : r.address - first + r.size]) for r in registers
         )
 
     def _first(self, start: int, length: int) -> int:
