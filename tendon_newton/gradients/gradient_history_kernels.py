@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-import warp as wp
-
 from tendon_newton.device_code.placeholders import (
     TENDONS,
     DeviceArray,
@@ -13,11 +9,12 @@ from tendon_newton.device_code.placeholders import (
     JointVector,
     MemoryVector,
     ParameterVector,
-    Placeholder,
     TendonVector,
     Vec3,
     real,
 )
+from tendon_newton.device_code.slots import period_effects
+from tendon_newton.device_code.structs import Commands, Drive, Mechanism
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.gradients.substep_kernels import row_drive, with_command
 from tendon_newton.simulation.dynamics.modes import choose_modes
@@ -25,11 +22,6 @@ from tendon_newton.simulation.kernels.history_kernels import all_present, servo_
 from tendon_newton.simulation.kernels.rollout_kernels import acting_row
 from tendon_newton.simulation.tendons.pipeline import excursion, flow_at
 from tendon_newton.simulation.tendons.routes import located, tendon_arms
-
-Commands = Placeholder
-Drive = Placeholder
-Mechanism = Placeholder
-period_effects: Any = None
 
 
 @device_template
@@ -64,20 +56,18 @@ def taped_sense_kernel(
     samples: DeviceGrid[Vec3],
 ) -> None:
     """Write what a network is shown of each world in the row of a query."""
-    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType]
     p = parameters[i]
     x = q[slot, i]
     xd = v[slot, i]
     driven = query_drive(mechanism, i, p, commands, query_row[query, i], memory[slot, i])
-    drive = located(mechanism, i, driven, x, xd)
-    arms = tendon_arms(mechanism, i, drive)
-    modes = choose_modes(mechanism, i, p, drive, x, xd)
+    drive = located(mechanism, driven, x, xd)
+    arms = tendon_arms(mechanism, drive)
+    modes = choose_modes(mechanism, p, drive)
     for d in range(TENDONS):
-        flow = flow_at(mechanism, i, p, drive, d, x, xd, modes.tendon[d])
+        flow = flow_at(mechanism, p, drive, d, modes.tendon[d])
         rate = flow.angle[1] * excursion(arms, d, xd)
-        samples[query, i * TENDONS + d] = servo_sample(
-            mechanism, i, p, drive, d, x, xd, flow.angle[0], rate
-        )
+        samples[query, i * TENDONS + d] = servo_sample(mechanism, p, drive, d, flow.angle[0], rate)
 
 
 @device_template
@@ -94,10 +84,10 @@ def taped_hold_kernel(
     memory: DeviceGrid[MemoryVector],
 ) -> None:
     """Go on from a slot of the states to the next, with the forces [N] of a query held."""
-    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType]
     p = parameters[i]
     drive = query_drive(mechanism, i, p, commands, query_row[query, i], memory[slot, i])
-    kept = all_present(mechanism, i, p, drive, q[slot, i], v[slot, i])
+    kept = all_present(mechanism, p, drive)
     for d in range(TENDONS):
         kept = with_held(mechanism, i, d, force[query, i][d], kept)
     q[slot + 1, i] = q[slot, i]

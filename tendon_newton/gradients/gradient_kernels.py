@@ -2,27 +2,37 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import warp as wp
 
 from tendon_newton.device_code.linear_algebra import inverse
 from tendon_newton.device_code.placeholders import (
+    FREE_SPOOL,
+    HAS_MEMORY,
     JOINTS,
     LINKS,
+    MAY_HOLD,
+    ROUTED,
     ROWS,
     TENDONS,
+    TOUCHES,
     DeviceArray,
     DeviceGrid,
     JointMatrix,
     JointVector,
     MemoryVector,
     ParameterVector,
-    Placeholder,
     RowVector,
     TendonVector,
     real,
 )
+from tendon_newton.device_code.slots import (
+    cell_effects,
+    chain_terms,
+    contact_terms,
+    period_effects,
+    radius_effects,
+)
+from tendon_newton.device_code.structs import Commands, Drive, Mechanism, Modes
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.gradients.substep_kernels import row_drive, with_command
 from tendon_newton.simulation.dynamics.forces import smooth_forces
@@ -45,25 +55,6 @@ from tendon_newton.simulation.tendons.routes import (
     tendon_arms,
 )
 
-Commands = Placeholder
-Drive = Placeholder
-Mechanism = Placeholder
-Modes = Placeholder
-cell_effects: Any = None
-chain_terms: Any = None
-contact_terms: Any = None
-period_effects: Any = None
-radius_effects: Any = None
-HAS_MEMORY = False
-MAY_HOLD = False
-"""Whether anything can make a tendon stick."""
-ROUTED = False
-"""Whether any tendon's moment arms follow from its path."""
-TOUCHES = False
-"""Whether links may meet obstacles."""
-FREE_SPOOL = False
-"""Whether each spool has a coordinate of its own."""
-
 NUDGE = 1.0e-6
 """Half step of a central difference [rad, m]: float64 leaves ten digits."""
 START_SWEEPS = 4
@@ -71,35 +62,35 @@ START_SWEEPS = 4
 
 
 @device_template
-def gravity_slope(mechanism: Mechanism, world: int, drive: Drive, q: JointVector) -> JointMatrix:
+def gravity_slope(mechanism: Mechanism, drive: Drive, q: JointVector) -> JointMatrix:
     """Return the derivative of gravity's torque by the joints' positions [N m/rad]."""
     slope = JointMatrix()
     still = JointVector()
     for j in range(JOINTS):
         nudge = JointVector()
         nudge[j] = real(NUDGE)
-        up = chain_terms(mechanism, world, drive, q + nudge, still)
-        down = chain_terms(mechanism, world, drive, q - nudge, still)
+        up = chain_terms(mechanism, drive)
+        down = chain_terms(mechanism, drive)
         for i in range(JOINTS):
             slope[i, j] = (up.torque[i] - down.torque[i]) / (real(2.0) * real(NUDGE))
     return slope
 
 
 @device_template
-def contact_turning(mechanism: Mechanism, world: int, drive: Drive, q: JointVector) -> JointMatrix:
+def contact_turning(mechanism: Mechanism, drive: Drive, q: JointVector) -> JointMatrix:
     """Return how the torque of contacts at rest changes as links turn past them [N m/rad].
 
     The stiffness that they give themselves is that of an unmoved normal.
     """
     still = JointVector()
-    here = contact_terms(mechanism, world, drive, q, still)
+    here = contact_terms(mechanism, drive)
     slope = -here.stiffness
     count = int(JOINTS)
     for j in range(count):
         nudge = JointVector()
         nudge[j] = real(NUDGE)
-        up = contact_terms(mechanism, world, drive, q + nudge, still)
-        down = contact_terms(mechanism, world, drive, q - nudge, still)
+        up = contact_terms(mechanism, drive)
+        down = contact_terms(mechanism, drive)
         for i in range(JOINTS):
             change = (up.torque[i] - down.torque[i]) / (real(2.0) * real(NUDGE))
             slope[i, j] = slope[i, j] + change
@@ -108,20 +99,15 @@ def contact_turning(mechanism: Mechanism, world: int, drive: Drive, q: JointVect
 
 @device_template
 def guide_turning(
-    mechanism: Mechanism,
-    world: int,
-    p: ParameterVector,
-    drive: Drive,
-    target: TendonVector,
-    q: JointVector,
+    mechanism: Mechanism, p: ParameterVector, drive: Drive, target: TendonVector, q: JointVector
 ) -> JointMatrix:
     """Return how the torque of a guide at rest changes as the arms turn [N m/rad]."""
     still = JointVector()
-    here = located(mechanism, world, drive, q, still)
+    here = located(mechanism, drive, q, still)
     pull = TendonVector()
     for d in range(TENDONS):
-        flow = flow_at(mechanism, world, p, here, d, q, still, real(0.0))
-        stiffness = real(GUIDE_STIFFNESS) * mechanism.spool_radius[world][d]
+        flow = flow_at(mechanism, p, here, d, real(0.0))
+        stiffness = real(GUIDE_STIFFNESS) * mechanism.spool_radius[drive.world][d]
         pull[d] = stiffness * (target[d] - flow.angle[0])
     return route_stiffness(here, pull)
 
@@ -129,7 +115,6 @@ def guide_turning(
 @device_template
 def constant_turning(
     mechanism: Mechanism,
-    world: int,
     p: ParameterVector,
     drive: Drive,
     target: TendonVector,
@@ -141,7 +126,7 @@ def constant_turning(
 
 @device_template
 def constant_slope(
-    mechanism: Mechanism, world: int, drive: Drive, q: JointVector, adj_ret: JointMatrix
+    mechanism: Mechanism, drive: Drive, q: JointVector, adj_ret: JointMatrix
 ) -> None:
     """Give no derivative: what it multiplies is zero in equilibrium."""
 
@@ -169,7 +154,7 @@ def start_kernel(
 
     Its derivative is that of the equilibrium (implicit function theorem).
     """
-    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType]
     first = commands.first[i]
     p = parameters[i]
     row = row_drive(mechanism, i, p, commands, first, real(0.0), settled_memory[i])
@@ -181,21 +166,21 @@ def start_kernel(
     # Memory and posture depend on each other; each sweep passes the derivative on.
     for _sweep in range(wp.static(START_SWEEPS if HAS_MEMORY else 1)):
         held = with_memory(drive, kept)
-        forces = frictionless_forces(mechanism, i, p, held, guided, commands.start_angle[i], x)
-        stiffness = forces.stiffness + gravity_slope(mechanism, i, held, x)
+        forces = frictionless_forces(mechanism, p, held, guided, commands.start_angle[i], x)
+        stiffness = forces.stiffness + gravity_slope(mechanism, held, x)
         if wp.static(TOUCHES):
-            stiffness = stiffness + contact_turning(mechanism, i, held, x)
-        if wp.static(ROUTED):  # noqa: SIM102 - known when compiled
+            stiffness = stiffness + contact_turning(mechanism, held, x)
+        if wp.static(ROUTED):
             if guided:
                 stiffness = stiffness + guide_turning(
-                    mechanism, i, p, held, commands.start_angle[i], x
+                    mechanism, p, held, commands.start_angle[i], x
                 )
         x = x - inverse(stiffness) * forces.torque
-        modes = resting_modes(mechanism, i, p, held, False, x)
-        kept = remembered(mechanism, i, p, held, modes, x, still)
+        modes = resting_modes(mechanism, p, held, False)
+        kept = remembered(mechanism, p, held, modes)
     speed = JointVector()
     if guided:
-        arms = tendon_arms(mechanism, i, located(mechanism, i, drive, x, still))
+        arms = tendon_arms(mechanism, located(mechanism, drive, x, still))
         for d in range(TENDONS):
             radius = radius_effects(mechanism.spool_radius[i][d], p)
             rate = commands.start_rate[i][d] * radius
@@ -207,23 +192,17 @@ def start_kernel(
 
 @device_template
 def holding_forces(
-    mechanism: Mechanism,
-    world: int,
-    p: ParameterVector,
-    drive: Drive,
-    modes: Modes,
-    q: JointVector,
-    v: JointVector,
+    mechanism: Mechanism, p: ParameterVector, here: Drive, modes: Modes
 ) -> RowVector:
     """Return the pull [N] of each tendon that sticks: nothing accelerates along what holds.
 
     The drive was located at q and v.
     """
-    forces = smooth_forces(mechanism, world, p, drive, modes, q, v)
+    forces = smooth_forces(mechanism, p, here, modes)
     matrix = forces.mass_matrix
     load = forces.torque
-    free = row_arms(mechanism, world, drive, modes)
-    bow = row_bow(drive)
+    free = row_arms(mechanism, here, modes)
+    bow = row_bow(here)
     for j in range(JOINTS):
         if modes.joint_sticks[j] > real(0.0):
             for i in range(JOINTS):
@@ -238,8 +217,8 @@ def holding_forces(
     for d in range(ROWS):
         if modes.tendon_sticks[d] > real(0.0):
             # Where the joints hold too, the tendon keeps what `choose_modes` began its search with.
-            least = row_force(mechanism, world, p, drive, modes, d, q, v, modes.least_side[d])
-            most = row_force(mechanism, world, p, drive, modes, d, q, v, modes.most_side[d])
+            least = row_force(mechanism, p, here, modes, d, modes.least_side[d])
+            most = row_force(mechanism, p, here, modes, d, modes.most_side[d])
             hold[d] = wp.clamp(real(0.0), least, most)
             load = load + free[d] * hold[d]
     acceleration = mobility * load
@@ -280,7 +259,7 @@ def reading_kernel(
     force: DeviceArray[TendonVector],
 ) -> None:
     """Read encoder and load cell in every row, just after its command took effect."""
-    k = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    k = int(wp.tid())  # pyright: ignore[reportArgumentType]
     out = rows[k]
     i = row_world[k]
     at = row_state[k]
@@ -293,21 +272,21 @@ def reading_kernel(
     x = q[at, i]
     xd = v[at, i]
     driven = with_command(row, commands.angle[first + acting], real(0.0))
-    drive = located(mechanism, i, driven, x, xd)
-    arms = tendon_arms(mechanism, i, drive)
-    modes = choose_modes(mechanism, i, p, drive, x, xd)
+    drive = located(mechanism, driven, x, xd)
+    arms = tendon_arms(mechanism, drive)
+    modes = choose_modes(mechanism, p, drive)
     if wp.static(MAY_HOLD):
-        modes = with_hold(modes, holding_forces(mechanism, i, p, drive, modes, x, xd))
+        modes = with_hold(modes, holding_forces(mechanism, p, drive, modes))
     fresh = drive
-    if wp.static(HAS_MEMORY):  # noqa: SIM102 - decided when the kernel is made
+    if wp.static(HAS_MEMORY):
         if drive.remembers > real(0.0):
-            fresh.memory = remembered(mechanism, i, p, drive, modes, x, xd)
+            fresh.memory = remembered(mechanism, p, drive, modes)
     angle = TendonVector()
     rate = TendonVector()
     tension = TendonVector()
-    pulled = tensions_in(mechanism, i, p, drive, modes, x, xd)
+    pulled = tensions_in(mechanism, p, drive, modes)
     for d in range(TENDONS):
-        flow = flow_at(mechanism, i, p, fresh, d, x, xd, modes.tendon[d])
+        flow = flow_at(mechanism, p, fresh, d, modes.tendon[d])
         speed = excursion(arms, d, xd)
         if wp.static(FREE_SPOOL):
             speed = speed + xd[LINKS + d]

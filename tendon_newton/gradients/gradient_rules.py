@@ -13,30 +13,23 @@ import warp as wp
 
 from tendon_newton.device_code.linear_algebra import inverse, looped_inverse
 from tendon_newton.device_code.placeholders import (
+    FREE_SPOOL,
     JOINTS,
     ROWS,
+    TOUCHES,
     JointMatrix,
     JointVector,
     ParameterVector,
-    Placeholder,
     RowMatrix,
     RowVector,
     real,
 )
+from tendon_newton.device_code.structs import Commands, Drive, Mechanism, Modes
 from tendon_newton.device_code.templates import Specialiser, device_template
 from tendon_newton.simulation.contact.contact_distances import constant_share, halved_share
 from tendon_newton.simulation.dynamics.forces import touching
 from tendon_newton.simulation.dynamics.modes import SWEEPS, choose_modes, constrained_solve
 from tendon_newton.simulation.kernels.rollout_kernels import find_row
-
-Commands = Placeholder
-Drive = Placeholder
-Mechanism = Placeholder
-Modes = Placeholder
-TOUCHES = False
-"""Whether links may meet obstacles."""
-FREE_SPOOL = False
-"""Whether each spool has a coordinate of its own."""
 
 
 @device_template
@@ -104,15 +97,7 @@ def constrained_solve_rule(
 
 
 @device_template
-def constant_modes(
-    mechanism: Mechanism,
-    world: int,
-    p: ParameterVector,
-    drive: Drive,
-    q: JointVector,
-    v: JointVector,
-    adj_ret: Modes,
-) -> None:
+def constant_modes(mechanism: Mechanism, p: ParameterVector, here: Drive, adj_ret: Modes) -> None:
     """Modes are whole numbers."""
 
 

@@ -7,8 +7,6 @@ that of the few that `substep_kernel` has marked as divided.
 
 from __future__ import annotations
 
-from typing import Any
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (
@@ -19,23 +17,16 @@ from tendon_newton.device_code.placeholders import (
     JointVector,
     MemoryVector,
     ParameterVector,
-    Placeholder,
     TendonVector,
     real,
 )
+from tendon_newton.device_code.slots import clock_effects, period_effects
+from tendon_newton.device_code.structs import Commands, Drive, Mechanism, Modes, Schedule
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.dynamics.integrator import step, whole_step
 from tendon_newton.simulation.kernels.rollout_kernels import find_row
 from tendon_newton.simulation.tendons.world_drive import world_drive
 
-Commands = Placeholder
-Drive = Placeholder
-Mechanism = Placeholder
-Modes = Placeholder
-Motion = Placeholder
-Schedule = Placeholder
-clock_effects: Any = None
-period_effects: Any = None
 REMEMBERED = 0
 """Numbers of the memory S."""
 
@@ -137,7 +128,7 @@ def substep_kernel(
 
     Keeps the modes in which it began; marks, and counts, the worlds in which an event divided it.
     """
-    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType]
     x = q[at, i]
     xd = v[at, i]
     kept = memory[at, i]
@@ -145,7 +136,7 @@ def substep_kernel(
     if duration > real(0.0):
         p = parameters[i]
         drive = substep_drive(mechanism, i, p, commands, schedule, substep, kept)
-        motion = step(mechanism, i, p, drive, x, xd, duration * period_effects(real(1.0), p))
+        motion = step(mechanism, p, drive, x, xd, duration * period_effects(real(1.0), p))
         divided[at, i] = int(motion.divided)
         if motion.divided > real(0.0):
             wp.atomic_add(count, 0, 1)  # pyright: ignore[reportArgumentType] - an array
@@ -171,7 +162,7 @@ def copy_kernel(
     out_memory: DeviceGrid[MemoryVector],
 ) -> None:
     """Copy row `of` of the states of W worlds to row `to` of others."""
-    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType]
     out_q[to, i] = q[of, i]
     out_v[to, i] = v[of, i]
     out_memory[to, i] = memory[of, i]
@@ -205,7 +196,7 @@ def gather_kernel(
     out_memory: DeviceArray[MemoryVector],
 ) -> None:
     """Copy states, or their adjoints, of listed substeps: `later` rows after their beginnings."""
-    slot = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    slot = int(wp.tid())  # pyright: ignore[reportArgumentType]
     if slot < count[0]:
         worlds = q.shape[1]
         k = places[slot] // worlds
@@ -228,7 +219,7 @@ def scatter_kernel(
     out_memory: DeviceBlock[MemoryVector],
 ) -> None:
     """Copy slopes of listed substeps to their places among those of (K, W) from `first` on."""
-    slot = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    slot = int(wp.tid())  # pyright: ignore[reportArgumentType]
     if slot < count[0]:
         worlds = out_q.shape[2]
         k = places[slot] // worlds
@@ -295,7 +286,7 @@ def whole_kernel(
         p = parameters[i]
         drive = substep_drive(mechanism, i, p, commands, schedule, substep + k, kept)
         h = duration * period_effects(real(1.0), p)
-        motion = whole_step(mechanism, i, p, drive, modes[at + k, i], x, xd, h)
+        motion = whole_step(mechanism, p, drive, modes[at + k, i], x, xd, h)
         next_q[out, i] = motion.q
         next_v[out, i] = motion.v
         next_memory[out, i] = motion.memory
@@ -340,7 +331,7 @@ def divided_kernel(
     next_memory: DeviceArray[MemoryVector],
 ) -> None:
     """Take states through the listed substeps, counted from `substep`; only its adjoint is used."""
-    slot = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    slot = int(wp.tid())  # pyright: ignore[reportArgumentType]
     if slot < count[0]:
         worlds = parameters.shape[0]
         k = places[slot] // worlds
@@ -348,7 +339,7 @@ def divided_kernel(
         p = parameters[i]
         drive = substep_drive(mechanism, i, p, commands, schedule, substep + k, memory[slot])
         h = schedule.duration[substep + k, schedule.plan[i]] * period_effects(real(1.0), p)
-        motion = step(mechanism, i, p, drive, q[slot], v[slot], h)
+        motion = step(mechanism, p, drive, q[slot], v[slot], h)
         next_q[slot] = motion.q
         next_v[slot] = motion.v
         next_memory[slot] = motion.memory
@@ -370,7 +361,7 @@ def sweep_kernel(
     Slopes hold, per component of the state after a substep, its derivatives by the state before:
     shape (2 J + S, K, W). Each adjoint adds to what the readings left in its row.
     """
-    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType]
     last = substep + count
     by_q = adjoint_q[last, i]
     by_v = adjoint_v[last, i]

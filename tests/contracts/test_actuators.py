@@ -16,11 +16,12 @@ from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
 from tendon_newton.device_code.placeholders import (
     DeviceArray,
+    Jet,
     JointVector,
     ParameterVector,
-    Placeholder,
     real,
 )
+from tendon_newton.device_code.structs import Mechanism
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.errors import UnknownName
 from tendon_newton.mechanisms.mechanism import load_mechanism
@@ -33,9 +34,6 @@ from tendon_newton.simulation.tendons.pipeline import flow_at
 from tendon_newton.simulation.tendons.world_drive import world_drive
 from tests.physics.learned.networks import force_network, write_force_network
 from tests.physics.runs import RADIUS, run_of, stairs
-
-Mechanism = Placeholder
-Jet = Placeholder
 
 FORCES = [name for name, actuator in ACTUATORS.items() if not actuator.kinematic]
 """Actuators that give a force, not a position."""
@@ -134,10 +132,10 @@ def pull_kernel(
     pull: DeviceArray[Jet],
 ) -> None:
     """Write the pull [N] of the first tendon and its derivatives."""
-    i = int(wp.tid())
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType]
     drive = world_drive(mechanism, 0, parameters[0])
     drive.command[0] = command
-    flow = flow_at(mechanism, 0, parameters[0], drive, 0, q[i], v[i], real(0.0))
+    flow = flow_at(mechanism, parameters[0], drive, 0, real(0.0))
     pull[i] = flow.pull
 
 

@@ -17,9 +17,9 @@ from tendon_newton.device_code.placeholders import (
     Jet,
     JointVector,
     ParameterVector,
-    Placeholder,
     real,
 )
+from tendon_newton.device_code.structs import Mechanism
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.mechanisms.mechanism import load_mechanism
 from tendon_newton.simulation.hosts.rollout import Rollout
@@ -29,8 +29,6 @@ from tendon_newton.simulation.tendons.pipeline import flow_at
 from tendon_newton.simulation.tendons.world_drive import world_drive
 from train.actuator.samples.servo_law import ServoLaw
 from train.reproduction.physical import SPOOL_RADIUS
-
-Mechanism = Placeholder
 
 RAIL = "spring_weak"
 """A bench whose excursion is its only coordinate, so that any measured motion can be put on it."""
@@ -102,11 +100,11 @@ def tension_kernel(
     yielding: DeviceArray[Jet],
 ) -> None:
     """Write the tension [N] while the tendon slides in, and while it slides out."""
-    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType]
     drive = world_drive(mechanism, 0, parameters[0])
     drive.command[0] = command[i]
-    inwards = flow_at(mechanism, 0, parameters[0], drive, 0, q[i], v[i], real(1.0))
-    outwards = flow_at(mechanism, 0, parameters[0], drive, 0, q[i], v[i], real(-1.0))
+    inwards = flow_at(mechanism, parameters[0], drive, 0, real(1.0))
+    outwards = flow_at(mechanism, parameters[0], drive, 0, real(-1.0))
     pulling[i] = inwards.tension
     yielding[i] = outwards.tension
 

@@ -5,19 +5,23 @@ from __future__ import annotations
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (
+    FREE_SPOOL,
+    HAS_ROTOR,
+    HOLDS_ROUTED,
     JOINTS,
     LINKS,
+    MAY_HOLD,
     ROWS,
     TENDONS,
     JointMatrix,
     JointVector,
     ParameterVector,
-    Placeholder,
     RowMatrix,
     RowVector,
     Vec2,
     real,
 )
+from tendon_newton.device_code.structs import Drive, Event, Mechanism, Modes, Motion
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.dynamics.forces import touching
 from tendon_newton.simulation.dynamics.modes import (
@@ -30,19 +34,6 @@ from tendon_newton.simulation.tendons.pipeline import SLACK, TAUT, flow_at
 from tendon_newton.simulation.tendons.routes import located, row_arms
 from tendon_newton.simulation.tendons.spools import is_rigid, is_string
 from tendon_newton.simulation.tendons.world_drive import UNBOUNDED, at_end, in_same_mode
-
-Drive = Placeholder
-Event = Placeholder
-Mechanism = Placeholder
-Modes = Placeholder
-Motion = Placeholder
-MAY_HOLD = False
-HOLDS_ROUTED = False
-"""Whether a tendon whose arms follow from its path may be held at a speed."""
-FREE_SPOOL = False
-"""Whether each spool has a coordinate of its own."""
-HAS_ROTOR = False
-"""Whether a rotor's inertia stands between the motor and the load cell."""
 
 EDGE = 1.0e-6
 """How far beyond its bound a joint counts as at the edge of its stop, and in touch [rad, m]."""
@@ -79,11 +70,9 @@ def crossing(before: real, after: real) -> real:
 
 
 @device_template
-def motion_arms(
-    mechanism: Mechanism, world: int, drive: Drive, modes: Modes, motion: Motion
-) -> RowMatrix:
+def motion_arms(mechanism: Mechanism, here: Drive, modes: Modes, motion: Motion) -> RowMatrix:
     """Return the tendons' rows at the end of a motion [m], shape (R, J)."""
-    arms = row_arms(mechanism, world, drive, modes)
+    arms = row_arms(mechanism, here, modes)
     if wp.static(HOLDS_ROUTED):
         arms = motion.arms
     return arms
@@ -91,11 +80,11 @@ def motion_arms(
 
 @device_template
 def kept_speeds(
-    mechanism: Mechanism, world: int, drive: Drive, modes: Modes, speed: RowVector, end: Motion
+    mechanism: Mechanism, here: Drive, modes: Modes, speed: RowVector, end: Motion
 ) -> Motion:
     """Return the end of a step with its arms, and the held tendons at their speeds [m/s] again."""
-    there = located(mechanism, world, drive, end.q, end.v)
-    rows = row_arms(mechanism, world, there, modes)
+    there = located(mechanism, here, end.q, end.v)
+    rows = row_arms(mechanism, there, modes)
     v = end.v
     for d in range(ROWS):
         if modes.tendon_sticks[d] > real(0.0):
@@ -110,49 +99,38 @@ def kept_speeds(
 
 @device_template
 def first_event(
-    mechanism: Mechanism,
-    world: int,
-    p: ParameterVector,
-    drive: Drive,
-    modes: Modes,
-    q: JointVector,
-    v: JointVector,
-    end: Motion,
-    h: real,
+    mechanism: Mechanism, p: ParameterVector, here: Drive, modes: Modes, end: Motion, h: real
 ) -> Event:
-    """Find what ends the modes first inside a step of h [s].
-
-    The drive was located at q and v.
-    """
+    """Find what ends the modes first inside a step of h [s]."""
     event = Event()
     event.fraction = real(1.0)
     event.row = int(NOTHING)
     event.joint = int(NOTHING)
     event.tendon = int(NOTHING)
-    touch = touching(mechanism, world, end.q, end.v)
+    touch = touching(mechanism, here.world, end.q, end.v)
     for j in range(JOINTS):
-        if drive.friction[j] > real(0.0) and end.v[j] * modes.joint[j] < real(0.0):
-            fraction = crossing(v[j], end.v[j])
+        if here.friction[j] > real(0.0) and end.v[j] * modes.joint[j] < real(0.0):
+            fraction = crossing(here.v[j], end.v[j])
             if fraction < event.fraction:
                 event.fraction = fraction
                 event.row = j
         if touch[j] != modes.touch[j]:
-            fraction = stop_crossing(mechanism, world, j, modes.touch[j] + touch[j], q, v, end)
+            fraction = stop_crossing(mechanism, here, j, modes.touch[j] + touch[j], end)
             if fraction < event.fraction:
                 event.fraction = fraction
                 event.row = int(NOTHING)
                 event.joint = j
                 event.touch = touch[j]
     if wp.static(MAY_HOLD):
-        arms = row_arms(mechanism, world, drive, modes)
-        later = motion_arms(mechanism, world, drive, modes, end)
+        arms = row_arms(mechanism, here, modes)
+        later = motion_arms(mechanism, here, modes, end)
         for d in range(ROWS):
             after = excursion_rate(later, d, end.v)
-            allowed = speed_range(drive, d, modes.tendon[d])
+            allowed = speed_range(here, d, modes.tendon[d])
             speed = wp.clamp(after, allowed[0], allowed[1])
             slides = modes.tendon_sticks[d] == real(0.0) and row_counts(modes, d)
             if speed != after and slides:
-                fraction = crossing(excursion_rate(arms, d, v) - speed, after - speed)
+                fraction = crossing(excursion_rate(arms, d, here.v) - speed, after - speed)
                 if fraction < event.fraction:
                     event.fraction = fraction
                     event.row = JOINTS + d
@@ -160,37 +138,35 @@ def first_event(
     if wp.static(FREE_SPOOL):
         for d in range(TENDONS):
             c = LINKS + d
-            if caught(mechanism, world, drive, modes, d, end.q) and q[c] < real(0.0):
-                fraction = crossing(q[c], end.q[c])
+            if caught(mechanism, here, modes, d, end.q) and here.q[c] < real(0.0):
+                fraction = crossing(here.q[c], end.q[c])
                 if fraction < event.fraction:
                     event.fraction = fraction
                     event.row = c
                     event.joint = int(NOTHING)
                     event.speed = real(0.0)
     if wp.static(not HAS_ROTOR):
-        event = first_slack(mechanism, world, p, drive, modes, v, end, h, event)
+        event = first_slack(mechanism, p, here, modes, end, h, event)
     return event
 
 
 @device_template
 def first_slack(
     mechanism: Mechanism,
-    world: int,
     p: ParameterVector,
-    drive: Drive,
+    here: Drive,
     modes: Modes,
-    v: JointVector,
     end: Motion,
     h: real,
     before: Event,
 ) -> Event:
     """Return an event, or what comes before it: a string that comes loose or is caught."""
     event = before
-    later = located(mechanism, world, at_end(drive, h, (end.v - v) / h), end.q, end.v)
+    later = located(mechanism, at_end(here, h, (end.v - here.v) / h), end.q, end.v)
     for d in range(TENDONS):
-        least = mechanism.least_tension[world][d]
+        least = mechanism.least_tension[here.world][d]
         if modes.tendon_sticks[d] == real(0.0) and least == real(0.0):
-            flow = flow_at(mechanism, world, p, later, d, end.q, end.v, modes.tendon[d])
+            flow = flow_at(mechanism, p, later, d, modes.tendon[d])
             fraction = real(1.0)
             if (end.line[d] < least) != (flow.line < least):
                 fraction = crossing(end.line[d], flow.line)
@@ -216,20 +192,16 @@ def after_slack(drive: Drive, event: Event) -> Drive:
 
 
 @device_template
-def caught(
-    mechanism: Mechanism, world: int, drive: Drive, modes: Modes, d: int, q: JointVector
-) -> bool:
+def caught(mechanism: Mechanism, here: Drive, modes: Modes, d: int, q: JointVector) -> bool:
     """Tell whether a spool has wound in all the slack of a string that does not stretch."""
     c = LINKS + d
     loose = modes.joint_sticks[c] == real(0.0)
-    one_way = is_string(mechanism, world, d) and is_rigid(drive)
+    one_way = is_string(mechanism, here.world, d) and is_rigid(here)
     return loose and one_way and q[c] > real(0.0)
 
 
 @device_template
-def catch_spools(
-    mechanism: Mechanism, world: int, drive: Drive, modes: Modes, end: Motion
-) -> Motion:
+def catch_spools(mechanism: Mechanism, here: Drive, modes: Modes, end: Motion) -> Motion:
     """Return the end of a step at which no spool leads a string that does not stretch.
 
     The string stops it without bounce.
@@ -238,9 +210,9 @@ def catch_spools(
     if wp.static(FREE_SPOOL):
         v = end.v
         q = end.q
-        arms = motion_arms(mechanism, world, drive, modes, end)
+        arms = motion_arms(mechanism, here, modes, end)
         for d in range(TENDONS):
-            if caught(mechanism, world, drive, modes, d, end.q):
+            if caught(mechanism, here, modes, d, end.q):
                 c = LINKS + d
                 if v[c] > real(0.0):
                     v = bring_row(end.mass_matrix, joint_row(c), v, real(0.0), modes, arms)
@@ -262,25 +234,19 @@ def without_lead(event: Event, q: JointVector) -> JointVector:
 
 
 @device_template
-def stop_crossing(
-    mechanism: Mechanism,
-    world: int,
-    j: int,
-    side: real,
-    q: JointVector,
-    v: JointVector,
-    end: Motion,
-) -> real:
+def stop_crossing(mechanism: Mechanism, here: Drive, j: int, side: real, end: Motion) -> real:
     """Return the fraction of a step at which joint j meets or leaves a stop (side > 0: upper)."""
-    k = mechanism.limit_stiffness[world][j]
-    c = mechanism.limit_damping[world][j]
-    bound = mechanism.lower[world][j]
+    k = mechanism.limit_stiffness[here.world][j]
+    c = mechanism.limit_damping[here.world][j]
+    bound = mechanism.lower[here.world][j]
     if side > real(0.0):
-        bound = mechanism.upper[world][j]
-    before = q[j] - bound
+        bound = mechanism.upper[here.world][j]
+    before = here.q[j] - bound
     after = end.q[j] - bound
     if before * side > real(0.0) or after * side <= real(0.0):
-        before = k * before + c * v[j]  # in touch already, or leaving: the stop's force decides
+        before = (
+            k * before + c * here.v[j]
+        )  # in touch already, or leaving: the stop's force decides
         after = k * after + c * end.v[j]
     fraction = real(1.0)
     if before * after < real(0.0):
@@ -318,11 +284,11 @@ def bring_row(
 
 @device_template
 def bring_event_row(
-    mechanism: Mechanism, world: int, drive: Drive, event: Event, modes: Modes, middle: Motion
+    mechanism: Mechanism, here: Drive, event: Event, modes: Modes, middle: Motion
 ) -> JointVector:
     """Bring the row that an event names to its speed exactly: the next modes see it there."""
     v = middle.v
-    arms = motion_arms(mechanism, world, drive, modes, middle)
+    arms = motion_arms(mechanism, here, modes, middle)
     for j in range(JOINTS):
         if event.row == j:
             v = bring_row(middle.mass_matrix, joint_row(j), v, event.speed, modes, arms)
@@ -349,22 +315,22 @@ def holding_joint(modes: Modes, j: int) -> Modes:
 
 
 @device_template
-def bring_back(mechanism: Mechanism, world: int, drive: Drive, modes: Modes, end: Motion) -> Motion:
+def bring_back(mechanism: Mechanism, here: Drive, modes: Modes, end: Motion) -> Motion:
     """Return the end of a divided step with those rows brought back that left their mode's range.
 
     They are second events inside one step. A joint that has run through an end stop is put at its
     edge: the way beyond, which nothing resisted, would come back as energy.
     """
     v = end.v
-    arms = motion_arms(mechanism, world, drive, modes, end)
+    arms = motion_arms(mechanism, here, modes, end)
     for j in range(JOINTS):
-        if drive.friction[j] > real(0.0) and v[j] * modes.joint[j] < real(0.0):
+        if here.friction[j] > real(0.0) and v[j] * modes.joint[j] < real(0.0):
             v = bring_row(end.mass_matrix, joint_row(j), v, real(0.0), modes, arms)
             modes = holding_joint(modes, j)
     if wp.static(MAY_HOLD):
         for d in range(ROWS):
             rate = excursion_rate(arms, d, v)
-            allowed = speed_range(drive, d, modes.tendon[d])
+            allowed = speed_range(here, d, modes.tendon[d])
             speed = real(wp.clamp(rate, allowed[0], allowed[1]))
             slides = modes.tendon_sticks[d] == real(0.0) and row_counts(modes, d)
             if speed != rate and slides:
@@ -373,7 +339,7 @@ def bring_back(mechanism: Mechanism, world: int, drive: Drive, modes: Modes, end
     out = end
     out.divided = real(1.0)
     out.v = v
-    out.q = within_stops(mechanism, world, modes, end.q)
+    out.q = within_stops(mechanism, here.world, modes, end.q)
     return out
 
 

@@ -17,11 +17,10 @@ from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Indices, Recording
 from tendon_newton.mechanisms.mechanism import Mechanism
 from tendon_newton.simulation.hosts.balance import find_root
-from tendon_newton.simulation.hosts.rollout import Rollout
+from tendon_newton.simulation.hosts.rollout import Launch, Rollout
 from tendon_newton.simulation.hosts.timeline import Timeline, make_timeline
 from tendon_newton.simulation.kernels import history_kernels
 from tendon_newton.simulation.model.assembly import assemble
-from tendon_newton.simulation.model.kernel_types import kernel_types
 from tendon_newton.simulation.model.structure import Structure
 
 NEAR = 0.1
@@ -71,18 +70,18 @@ class LearnedRollout(Rollout):
         """
         return super().base_vectors(with_hold(model, self.query.hold))
 
-    def start(self, worlds: int, common: list[Any], state: list[Any]) -> None:
+    def start(self, launch: Launch) -> None:
         """Put all worlds where their recordings start, in balance with what the network gives."""
+        worlds = launch.count
         count = worlds * self.kernels.structure.tendon_count
         self.history = History(count, self.query.window, self.device)
         self._force = wp.zeros((worlds, count // worlds), dtype=wp.float32, device=self.device)
         force = wp.to_torch(self._force)
         servos = torch.ones(count, dtype=torch.bool, device=force.device)
         rows = self.array(self.queries[0].astype(np.int32), wp.int32)
-        mechanism, world_mechanism = common[:2]
-        bench = wp.to_torch(world_mechanism).long()
+        bench = wp.to_torch(launch.worlds.mechanism).long()
         limit, least = (
-            wp.to_torch(getattr(mechanism, name)).reshape(-1, force.shape[1])[bench].float()
+            wp.to_torch(getattr(launch.numbers, name)).reshape(-1, force.shape[1])[bench].float()
             for name in ("force_limit", "least_tension")
         )
         least = torch.maximum(least, -limit)
@@ -90,50 +89,46 @@ class LearnedRollout(Rollout):
         def excess(trial: torch.Tensor) -> torch.Tensor:
             """Return what the network gives beyond a force that holds the mechanism."""
             force.copy_(trial)
-            self.hold(common, state)
-            super(LearnedRollout, self).start(worlds, common, state)
+            self.hold(launch)
+            super(LearnedRollout, self).start(launch)
             self.query.forget(servos)
-            self.sense(worlds, common, rows, state, fill=True)
+            self.sense(launch, rows, fill=True)
             self.ask()
             return force.clamp(least, limit) - trial
 
         excess(find_root(excess, least, limit))
         self.query.forget(servos)
 
-    def sense(
-        self, worlds: int, common: list[Any], rows: Any, state: list[Any], *, fill: bool = False
-    ) -> None:
+    def sense(self, launch: Launch, rows: Any, *, fill: bool = False) -> None:
         """Show the network all worlds in a row of each recording, shape (R,)."""
-        arguments = [*common, rows, int(fill), *state, self.history.ring, self.history.newest]
-        self._launch(self._sense, worlds, arguments)
+        arguments = [launch.numbers, launch.worlds, self.commands, rows, int(fill), launch.states]
+        self._launch(
+            self._sense, launch.count, [*arguments, self.history.ring, self.history.newest]
+        )
 
     def ask(self) -> None:
         """Let the network say what all servos give."""
         self.query(self.history, self._force.flatten())
 
-    def hold(self, common: list[Any], state: list[Any]) -> None:
+    def hold(self, launch: Launch) -> None:
         """Hold the forces that the network gave."""
-        inputs = [*common[:2], self._force, state[2]]
+        inputs = [launch.numbers, launch.worlds, self._force, launch.states]
         wp.launch(self._hold, len(self._force), inputs=inputs, device=self.device)
 
-    def _simulate(
-        self, worlds: int, common: list[Any], state: list[Any], outputs: list[Any], step: Any
-    ) -> None:
+    def _simulate(self, launch: Launch, step: Any, first: Any, readout: Any) -> None:
         """Take all worlds from query to query."""
-        self.start(worlds, common, state)
+        self.start(launch)
         count = len(self.recordings)
         begin, end = (wp.zeros(count, dtype=wp.int32, device=self.device) for _ in range(2))
         after = np.append(self.queries[1:], np.full_like(self.queries[:1], NONE_LEFT), axis=0)
         for rows, following in zip(self.queries, after, strict=True):
             begin.assign(rows)
-            self.sense(worlds, common, begin, state)
+            self.sense(launch, begin)
             self.ask()
-            self.hold(common, state)
+            self.hold(launch)
             begin.assign(np.where(rows < 0, 1 << 30, rows))
             end.assign(np.where(following < 0, 1 << 30, following))
-            self._launch(
-                self.kernels.rollout, worlds, [*common, begin, end, step, *state, *outputs]
-            )
+            self._walk(launch, [begin, end], step, first, readout)
 
 
 def with_queries(timeline: Timeline, rate: float) -> Timeline:
@@ -179,7 +174,7 @@ def query_table(times: Sequence[Array], rate: float) -> Indices:
 @cache
 def learned_kernel_set(structure: Structure) -> tuple[wp.Kernel, wp.Kernel]:
     """Return the kernels that show a network what a servo does and that hold what it answers."""
-    assembly = assemble(structure, kernel_types(structure))
+    assembly = assemble(structure)
     return (
         assembly.kernel(history_kernels.sense_rows_kernel),
         assembly.kernel(history_kernels.hold_rows_kernel),

@@ -16,6 +16,9 @@ from tendon_newton.actuators import find_actuator
 from tendon_newton.data.checks.lint_checks import blocked_rows
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
+from tendon_newton.device_code.placeholders import ParameterVector, TendonVector, real
+from tendon_newton.device_code.structs import Commands, Readout, States, Worlds
+from tendon_newton.device_code.structs import Mechanism as MechanismNumbers
 from tendon_newton.errors import (
     InvalidModelFile,
     InvalidParameter,
@@ -27,6 +30,7 @@ from tendon_newton.simulation.hosts.timeline import Timeline, make_timeline
 from tendon_newton.simulation.kernels.position_kernels import POSITION_EFFECTS, POSITION_STEP
 from tendon_newton.simulation.model.assembly import KernelSet, kernel_set
 from tendon_newton.simulation.model.bench_numbers import WRITTEN, BenchNumber, write_numbers
+from tendon_newton.simulation.model.kernel_arrays import struct_of, zeros
 from tendon_newton.simulation.model.mechanism_arrays import (
     PUSH_FORCE,
     Topology,
@@ -36,7 +40,12 @@ from tendon_newton.simulation.model.mechanism_arrays import (
     spools_are_free,
 )
 from tendon_newton.simulation.model.parameter_table import ParameterTable
-from tendon_newton.simulation.model.structure import Drive, Precision, Structure, in_catalogue_order
+from tendon_newton.simulation.model.structure import (
+    DrivenBy,
+    Precision,
+    Structure,
+    in_catalogue_order,
+)
 from tendon_newton.simulation.tendons.measured_force import acts, has_spring
 
 TIME_STEP = 1.25e-4
@@ -65,6 +74,20 @@ class Trajectory:
     """Tension at the load cell [N], shape (T, D)."""
     joint_position: Array
     """Joint angles [rad] or travels [m], shape (T, J)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Launch:
+    """All worlds of a run, as kernels take them."""
+
+    numbers: Any
+    """Numbers of the benches, a `Mechanism` struct."""
+    worlds: Any
+    """What tells the worlds apart, a `Worlds` struct."""
+    states: Any
+    """Where they are, a `States` struct."""
+    count: int
+    """Number of worlds W."""
 
 
 class Rollout:
@@ -208,7 +231,7 @@ class Rollout:
         """Add noise of a size [rad, N] to the inputs as recorded; zero takes it away again."""
         inputs = np.concatenate([timeline.command for timeline in self.timelines])
         noisy = inputs + size * rng.standard_normal(inputs.shape)
-        self.commands.angle = self.array(self._by_row(noisy), self.kernels.types["TendonVector"])
+        self.commands.angle = self.array(self._by_row(noisy), self.kernels.types[TendonVector])
 
     def run(self, parameters: Array) -> list[list[Trajectory]]:
         """Simulate every recording with every candidate.
@@ -249,23 +272,30 @@ class Rollout:
         first = self.commands.first.numpy()[world_recording] + row_count * np.repeat(
             np.arange(candidates, dtype=np.int32), recordings
         )
-        recording = self.array(world_recording, wp.int32)
         flat = parameters.reshape(worlds, -1)
-        vectors = self.array(self.table.kernel_vectors(flat), types["ParameterVector"])
-        q = wp.zeros(worlds, dtype=types["JointVector"], device=self.device)
-        v = wp.zeros_like(q)
-        memory = wp.zeros(worlds, dtype=types["MemoryVector"], device=self.device)
-        joints = wp.zeros(rows, dtype=types["JointVector"], device=self.device)
-        angle, rate, force = (
-            wp.zeros(rows, dtype=types["TendonVector"], device=self.device) for _ in range(3)
-        )
         numbers, of_world = self._bench_numbers(flat, world_recording)
-        common = [numbers, self.array(of_world, wp.int32), recording, vectors, self.commands]
-        outputs = [self.array(first, wp.int32), joints, angle, rate, force]
-        step = types["real"](self._longest_step(time_step or self.time_step))
-        self._simulate(worlds, common, [q, v, memory], outputs, step)
+        launch = Launch(
+            numbers=numbers,
+            worlds=struct_of(
+                types,
+                Worlds,
+                mechanism=self.array(of_world, wp.int32),
+                recording=self.array(world_recording, wp.int32),
+                parameters=self.array(self.table.kernel_vectors(flat), types[ParameterVector]),
+            ),
+            states=zeros(types, States, worlds, device=self.device),
+            count=worlds,
+        )
+        readout = zeros(types, Readout, rows, device=self.device)
+        step = types[real](self._longest_step(time_step or self.time_step))
+        self._simulate(launch, step, self.array(first, wp.int32), readout)
         shape = (candidates, row_count, -1)
-        signals: dict[str, Any] = {"angle": angle, "rate": rate, "force": force, "joints": joints}
+        signals = {
+            "angle": readout.motor_position,
+            "rate": readout.motor_velocity,
+            "force": readout.force,
+            "joints": readout.joint_position,
+        }
         out = {name: signal.numpy().reshape(shape) for name, signal in signals.items()}
         out["joints"] = out["joints"][..., : self.kernels.structure.joint_count]
         return out
@@ -284,31 +314,28 @@ class Rollout:
         parents = self.kernels.structure.parents
         arrays = {name: getattr(self.numbers, name).numpy()[world_recording] for name in WRITTEN}
         write_numbers(arrays, numbers, values, parents)
-        out = self.kernels.types["Mechanism"]()
-        for name in self.kernels.types["Mechanism"].vars:
+        out = self.kernels.types[MechanismNumbers]()
+        for name in self.kernels.types[MechanismNumbers].vars:
             source = getattr(self.numbers, name)
             rows = arrays[name] if name in arrays else source.numpy()[world_recording]
             setattr(out, name, self.array(rows, source.dtype))
         return out, np.arange(len(vectors), dtype=np.int32)
 
-    def start(self, worlds: int, common: list[Any], state: list[Any]) -> None:
-        """Put all worlds where their recordings start.
+    def start(self, launch: Launch) -> None:
+        """Put all worlds of a launch where their recordings start."""
+        arguments = [launch.numbers, launch.worlds, self.commands, launch.states]
+        self._launch(self.kernels.settle, launch.count, arguments)
 
-        Args:
-            worlds: Number of worlds.
-            common: Mechanism and recording of each world, parameters and commands.
-            state: Positions, velocities and memories, to be written.
-        """
-        self._launch(self.kernels.settle, worlds, [*common, *state])
-
-    def _simulate(
-        self, worlds: int, common: list[Any], state: list[Any], outputs: list[Any], step: Any
-    ) -> None:
+    def _simulate(self, launch: Launch, step: Any, first: Any, readout: Any) -> None:
         """Take all worlds from their start through all rows."""
         every = [np.full(len(self.commands.first), row, dtype=np.int32) for row in (0, 1 << 30)]
-        rows = [self.array(values, wp.int32) for values in every]
-        self.start(worlds, common, state)
-        self._launch(self.kernels.rollout, worlds, [*common, *rows, step, *state, *outputs])
+        self.start(launch)
+        self._walk(launch, [self.array(rows, wp.int32) for rows in every], step, first, readout)
+
+    def _walk(self, launch: Launch, rows: list[Any], step: Any, first: Any, readout: Any) -> None:
+        """Take all worlds from some rows of their recordings to others."""
+        arguments = [launch.numbers, launch.worlds, self.commands, *rows, step, launch.states]
+        self._launch(self.kernels.rollout, launch.count, [*arguments, first, readout])
 
     def rows_of(self, recording: int) -> slice:
         """Return where a recording's simulated rows stand among all."""
@@ -356,7 +383,7 @@ class Rollout:
     def _fill_commands(self) -> Any:
         """Lay the recordings' inputs out for the kernels, one after the other."""
         types = self.kernels.types
-        commands = types["Commands"]()
+        commands = types[Commands]()
         counts = self._by_world(np.array([len(t.time) for t in self.timelines], dtype=np.int32))
         first = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.int32)
         inputs = [row_inputs(r, t) for r, t in zip(self.recordings, self.timelines, strict=True)]
@@ -364,14 +391,14 @@ class Rollout:
         commands.count = self.array(counts, wp.int32)
         # Time counts from the recording's first row: float32 would lose microseconds after minutes.
         times = np.concatenate([t.time - t.time[0] for t in self.timelines])
-        commands.time = self.array(self._by_row(times), types["real"])
+        commands.time = self.array(self._by_row(times), types[real])
         angles = np.concatenate([t.command for t in self.timelines])
-        commands.angle = self.array(self._by_row(angles), types["TendonVector"])
+        commands.angle = self.array(self._by_row(angles), types[TendonVector])
         voltage, enabled = (
             self._by_row(np.concatenate(each)) for each in zip(*inputs, strict=True)
         )
-        commands.voltage = self.array(voltage, types["real"])
-        commands.enabled = self.array(enabled, types["real"])
+        commands.voltage = self.array(voltage, types[real])
+        commands.enabled = self.array(enabled, types[real])
         # without a command there is no equilibrium that it asks for
         measured = np.array(
             [r.start == "first_row" or r.command is None for r in self.recordings], dtype=np.int32
@@ -381,8 +408,8 @@ class Rollout:
             np.stack([getattr(r, name)[0] for r in self.recordings])
             for name in ("motor_position", "motor_velocity")
         )
-        commands.start_angle = self.array(self._by_world(angles), types["TendonVector"])
-        commands.start_rate = self.array(self._by_world(rates), types["TendonVector"])
+        commands.start_angle = self.array(self._by_world(angles), types[TendonVector])
+        commands.start_rate = self.array(self._by_world(rates), types[TendonVector])
         return commands
 
 
@@ -444,7 +471,7 @@ def without_blocked(timeline: Timeline, recording: Recording) -> Timeline:
     return replace(timeline, trusted=timeline.trusted & ~blocked)
 
 
-def drive_of(recordings: Sequence[Recording]) -> Drive:
+def drive_of(recordings: Sequence[Recording]) -> DrivenBy:
     """Return what recordings give a simulation.
 
     Raises:

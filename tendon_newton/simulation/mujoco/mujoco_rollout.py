@@ -12,15 +12,23 @@ import warp as wp
 
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
-from tendon_newton.device_code.placeholders import struct_type
+from tendon_newton.device_code.placeholders import MemoryVector, ParameterVector, TendonVector
+from tendon_newton.device_code.structs import (
+    NewtonJoints,
+    Readout,
+    StateRows,
+    States,
+    Track,
+    Worlds,
+)
 from tendon_newton.effects import Stage
 from tendon_newton.errors import SimulationDiverged
 from tendon_newton.mechanisms.mechanism import Mechanism
 from tendon_newton.simulation.hosts.replay import rollout_of
-from tendon_newton.simulation.hosts.rollout import Trajectory
+from tendon_newton.simulation.hosts.rollout import Launch, Trajectory
 from tendon_newton.simulation.model.assembly import assemble
 from tendon_newton.simulation.model.joint_places import joint_places, write_joints
-from tendon_newton.simulation.model.kernel_types import kernel_types
+from tendon_newton.simulation.model.kernel_arrays import struct_of, zeros
 from tendon_newton.simulation.model.structure import Structure
 from tendon_newton.simulation.model.supported_effects import LOG_STAGES, refuse_stages
 from tendon_newton.simulation.mujoco import mujoco_kernels
@@ -84,9 +92,10 @@ class MujocoRollout:
         self._pairs_per_query = max(1, int(np.ceil(period / (2.0 * time_step) - 1.0e-6)))
         self._time_step = period / (2.0 * self._pairs_per_query)
         self._worlds = len(recordings)
-        self._kernel_of, self._types = mujoco_kernel_set(self._rollout.kernels.structure)
+        self._types = self._rollout.kernels.types
+        self._kernel_of = mujoco_kernel_set(self._rollout.kernels.structure)
         vectors = self._rollout.base_vectors(model)
-        self._parameters = self._rollout.array(vectors, self._types["ParameterVector"])
+        self._parameters = self._rollout.array(vectors, self._types[ParameterVector])
         overrides = [recording.bench_overrides for recording in recordings]
         self._model: Any = mechanism.build(self._worlds, overrides=overrides, device=device)
         self._add_rotor(vectors)
@@ -127,21 +136,16 @@ class MujocoRollout:
         wp.launch(
             self._kernel_of["sense"],
             self._worlds,
-            inputs=[
-                rollout.numbers,
-                self._parameters,
-                rollout.commands,
-                self._time_step,
-                *self._places,
-                state.joint_q,
-                state.joint_qd,
-                track,
-            ],
+            inputs=[rollout.numbers, rollout.commands, track, self._joints_of(state)],
             outputs=[rollout.history.ring, rollout.history.newest],
             device=self._model.device,
         )
         rollout.ask()
-        rollout.hold([rollout.numbers, self._world_index], [None, None, track.latest])
+        rollout.hold(self._launch(track))
+
+    def _joints_of(self, state: Any) -> Any:
+        """Return the joints in a state of Newton's."""
+        return struct_of(self._types, NewtonJoints, position=state.joint_q, velocity=state.joint_qd)
 
     def _step_twice(self, states: list[newton.State], control: newton.Control, track: Any) -> None:
         """Step there and back between two states, so that a graph may repeat it."""
@@ -151,13 +155,9 @@ class MujocoRollout:
                 self._worlds,
                 inputs=[
                     self._rollout.numbers,
-                    self._parameters,
                     self._rollout.commands,
-                    self._time_step,
-                    *self._places,
-                    before.joint_q,
-                    before.joint_qd,
                     track,
+                    self._joints_of(before),
                 ],
                 outputs=[control.joint_f],
                 device=self._model.device,
@@ -194,11 +194,9 @@ class MujocoRollout:
 
     def _start(self, state: Any, track: Any) -> None:
         """Put every world where its recording starts."""
-        worlds, rollout = self._world_index, self._rollout
-        q = wp.zeros(self._worlds, dtype=self._types["JointVector"], device=self._model.device)
-        v = wp.zeros_like(q)
-        common = [rollout.numbers, worlds, worlds, self._parameters, rollout.commands]
-        rollout.start(self._worlds, common, [q, v, track.latest])
+        launch = self._launch(track)
+        self._rollout.start(launch)
+        q, v = launch.states.q, launch.states.v
         write_joints(state.joint_q, self._places[0], q)
         write_joints(state.joint_qd, self._places[1], v)
         newton.eval_fk(self._model, state.joint_q, state.joint_qd, state)
@@ -206,40 +204,51 @@ class MujocoRollout:
     def _make_track(self, length: int) -> Any:
         """Allocate room for the state at the start of every substep."""
         types, device, worlds = self._types, self._model.device, self._worlds
-        track = types["Track"]()
-        for name, kind in (("q", "JointVector"), ("v", "JointVector"), ("memory", "MemoryVector")):
-            setattr(track, name, wp.zeros((length, worlds), dtype=types[kind], device=device))
-        track.latest = wp.zeros(worlds, dtype=types["MemoryVector"], device=device)
-        track.command = wp.zeros(worlds, dtype=types["TendonVector"], device=device)
-        track.row = wp.zeros(worlds, dtype=wp.int32, device=device)
-        track.count = wp.zeros(worlds, dtype=wp.int32, device=device)
-        return track
+        rows = zeros(types, StateRows, length, worlds, device=device)
+        return struct_of(
+            types,
+            Track,
+            parameters=self._parameters,
+            position_index=self._places[0],
+            velocity_index=self._places[1],
+            time_step=self._time_step,
+            q=rows.q,
+            v=rows.v,
+            memory=rows.memory,
+            latest=wp.zeros(worlds, dtype=types[MemoryVector], device=device),
+            command=wp.zeros(worlds, dtype=types[TendonVector], device=device),
+            row=wp.zeros(worlds, dtype=wp.int32, device=device),
+            count=wp.zeros(worlds, dtype=wp.int32, device=device),
+        )
+
+    def _launch(self, track: Any) -> Launch:
+        """Return the worlds as a rollout takes them; their memories are the track's latest."""
+        index, types = self._world_index, self._types
+        states = zeros(types, States, self._worlds, device=self._model.device)
+        states.memory = track.latest
+        return Launch(
+            numbers=self._rollout.numbers,
+            worlds=struct_of(
+                types, Worlds, mechanism=index, recording=index, parameters=self._parameters
+            ),
+            states=states,
+            count=self._worlds,
+        )
 
     def _read_rows(self, track: Any) -> list[Trajectory]:
         rollout, types = self._rollout, self._types
         counts = [len(timeline.time) for timeline in rollout.timelines]
         row_world: Any = np.repeat(np.arange(self._worlds, dtype=np.int32), counts)
         worlds = rollout.array(row_world, wp.int32)
-        out = [
-            wp.zeros(sum(counts), dtype=types[kind], device=self._model.device)
-            for kind in ("JointVector", "TendonVector", "TendonVector", "TendonVector")
-        ]
+        readout = zeros(types, Readout, sum(counts), device=self._model.device)
         wp.launch(
             self._kernel_of["read"],
             sum(counts),
-            inputs=[
-                rollout.numbers,
-                self._parameters,
-                rollout.commands,
-                self._time_step,
-                worlds,
-                track,
-            ],
-            outputs=out,
+            inputs=[rollout.numbers, rollout.commands, track, worlds, readout],
             device=self._model.device,
         )
-        columns: list[Any] = [array.numpy() for array in out]
-        joints, angle, rate, force = columns
+        angle, rate = readout.motor_position.numpy(), readout.motor_velocity.numpy()
+        joints, force = readout.joint_position.numpy(), readout.force.numpy()
         if not np.isfinite(joints).all():
             raise SimulationDiverged(
                 f"SolverMuJoCo must stay finite; it did not at steps of {self._time_step} s"
@@ -260,18 +269,11 @@ class MujocoRollout:
 
 
 @cache
-def mujoco_kernel_set(structure: Structure) -> tuple[dict[str, wp.Kernel], dict[str, Any]]:
-    """Return the kernels by what they do, with the Warp types of their arguments."""
-    types = kernel_types(structure)
-    grid = {"q": "JointVector", "v": "JointVector", "memory": "MemoryVector"}
-    line = {"latest": "MemoryVector", "command": "TendonVector"}
-    fields = {name: wp.array(dtype=types[kind], ndim=2) for name, kind in grid.items()}
-    fields |= {name: wp.array(dtype=types[kind]) for name, kind in line.items()}
-    fields |= {name: wp.array(dtype=wp.int32) for name in ("row", "count")}
-    assembly = assemble(structure, {**types, "Track": struct_type("Track", fields)})
-    kernels = {
+def mujoco_kernel_set(structure: Structure) -> dict[str, wp.Kernel]:
+    """Return the kernels by what they do."""
+    assembly = assemble(structure)
+    return {
         "push": assembly.kernel(mujoco_kernels.push_kernel),
         "read": assembly.kernel(mujoco_kernels.track_reading_kernel),
         "sense": assembly.kernel(mujoco_kernels.track_sense_kernel),
     }
-    return kernels, assembly.types

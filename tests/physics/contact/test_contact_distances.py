@@ -10,7 +10,13 @@ import pytest
 import warp as wp
 
 from tendon_newton.data.recording import Array
-from tendon_newton.device_code.placeholders import DeviceArray, DeviceGrid, Placeholder
+from tendon_newton.device_code.placeholders import (
+    DeviceArray,
+    DeviceGrid,
+    Mat33,
+    Vec3,
+    real,
+)
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.mechanisms.obstacles import Box, Obstacle, Plane, Sphere
 from tendon_newton.simulation.contact.contact_distances import TILT, overlap_at
@@ -19,11 +25,6 @@ from tendon_newton.simulation.model.assembly import assemble
 from tendon_newton.simulation.model.kernel_types import kernel_types
 from tendon_newton.simulation.model.structure import Structure
 from tests.physics.contact.contacts import deepest
-
-Overlap = Placeholder
-Vec3 = Placeholder
-Mat33 = Placeholder
-real = Placeholder
 
 
 @device_template
@@ -39,7 +40,7 @@ def overlap_kernel(
     normal: DeviceArray[Vec3],
 ) -> None:
     """Write how deep capsules are, one a thread."""
-    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType]
     found = overlap_at(ends[i, 0], ends[i, 1], radius, spot, place, frame, size, shape)
     depth[i] = found.depth
     normal[i] = found.normal
