@@ -353,6 +353,58 @@ class Schedule:
 
 
 @device_struct
+class ReadRows:
+    """The rows that are read in a segment."""
+
+    row: DeviceArray[int]
+    """Which each is, among those of all recordings."""
+    world: DeviceArray[int]
+    """Its world."""
+    state: DeviceArray[int]
+    """Row of the states in which it is read."""
+
+
+@device_struct
+class Query:
+    """One query of a force network in a differentiable rollout."""
+
+    index: int
+    """Which of all queries."""
+    slot: int
+    """Row of the states in which it happens; the next one holds its answer."""
+    row: DeviceGrid[int]
+    """Row of each recording in each query, shape (Q, W)."""
+
+
+@device_struct
+class Marks:
+    """What is noted of the substeps of a segment, shape (K, W)."""
+
+    divided: DeviceGrid[int]
+    """Whether an event has divided a substep; then its slot in a list, counted from one."""
+    modes: DeviceGrid[Modes]
+    """The modes in which each began."""
+    count: DeviceArray[int]
+    """Number of divided substeps, shape (1,)."""
+
+
+@device_struct
+class Span:
+    """Which substeps a launch walks back over."""
+
+    substep: int
+    """The first among all."""
+    at: int
+    """The first among those of its segment."""
+    before: int
+    """Row of its beginning among the states."""
+    after: int
+    """Row of its end among the states that follow."""
+    follows: int
+    """Whether divided substeps follow slopes that are known (1)."""
+
+
+@device_struct
 class DividedSubsteps:
     """A list of the substeps that an event has divided."""
 

@@ -85,7 +85,7 @@ def answer_one(dataset: Path, out: Path, threads: int | None) -> dict[str, Any] 
     from tendon_newton.data.model_file import load_model, write_model
     from tendon_newton.device_code.quiet import quiet_warp
     from tendon_newton.diagnosis.diagnose import diagnose
-    from tendon_newton.simulation.hosts.rollout import THREADS_VARIABLE
+    from tendon_newton.simulation.hosts.launch import THREADS_VARIABLE
 
     if threads is not None:
         os.environ[THREADS_VARIABLE] = str(threads)

@@ -24,12 +24,12 @@ from tendon_newton.device_code.placeholders import (
     RowVector,
     real,
 )
-from tendon_newton.device_code.structs import Commands, Drive, Mechanism, Modes
+from tendon_newton.device_code.structs import Commands, Drive, Log, Mechanism, Modes
 from tendon_newton.device_code.templates import Specialiser, device_template
 from tendon_newton.simulation.contact.contact_distances import constant_share, halved_share
 from tendon_newton.simulation.dynamics.forces import touching
 from tendon_newton.simulation.dynamics.modes import SWEEPS, choose_modes, constrained_solve
-from tendon_newton.simulation.kernels.rollout_kernels import find_row
+from tendon_newton.simulation.kernels.command_log import find_row
 
 
 @device_template
@@ -109,9 +109,7 @@ def constant_touch(
 
 
 @device_template
-def constant_row(
-    commands: Commands, first: int, count: int, instant: real, guess: int, adj_ret: int
-) -> None:
+def constant_row(commands: Commands, log: Log, instant: real, guess: int, adj_ret: int) -> None:
     """So are rows."""
 
 

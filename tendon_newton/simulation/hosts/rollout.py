@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from itertools import pairwise
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -26,15 +23,21 @@ from tendon_newton.errors import (
     SimulationDiverged,
 )
 from tendon_newton.mechanisms.mechanism import Mechanism
+from tendon_newton.simulation.hosts.chain_layout import ChainLayout
+from tendon_newton.simulation.hosts.force_source import Equation, ForceSource
+from tendon_newton.simulation.hosts.launch import Launch
+from tendon_newton.simulation.hosts.query_rows import NONE_LEFT
+from tendon_newton.simulation.hosts.rollout_servos import RolloutServos
 from tendon_newton.simulation.hosts.timeline import Timeline, make_timeline
 from tendon_newton.simulation.kernels.position_kernels import POSITION_EFFECTS, POSITION_STEP
 from tendon_newton.simulation.model.assembly import KernelSet, kernel_set
 from tendon_newton.simulation.model.bench_numbers import WRITTEN, BenchNumber, write_numbers
+from tendon_newton.simulation.model.chain_copies import chain_copies
 from tendon_newton.simulation.model.kernel_arrays import struct_of, zeros
 from tendon_newton.simulation.model.mechanism_arrays import (
     PUSH_FORCE,
-    Topology,
     fill_mechanism,
+    moment_arms,
     plane_of,
     read_topology,
     spools_are_free,
@@ -54,10 +57,8 @@ TIME_STEP = 1.25e-4
 Measured in tests/physics/test_accuracy.py; 0.25 ms leaves 0.0077 N on a finger with dry friction
 at its stops.
 """
-THREADS_VARIABLE = "TENDON_NEWTON_THREADS"
-"""Environment variable with the number of threads on a CPU; all cores by default."""
-CHUNKS_PER_THREAD = 4
-"""Launches per thread, so that a slow one does not leave the other thread idle."""
+NEVER = 1 << 30
+"""A row that no recording has."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,20 +77,6 @@ class Trajectory:
     """Joint angles [rad] or travels [m], shape (T, J)."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Launch:
-    """All worlds of a run, as kernels take them."""
-
-    numbers: Any
-    """Numbers of the benches, a `Mechanism` struct."""
-    worlds: Any
-    """What tells the worlds apart, a `Worlds` struct."""
-    states: Any
-    """Where they are, a `States` struct."""
-    count: int
-    """Number of worlds W."""
-
-
 class Rollout:
     """Kernels and arrays for N models times R recordings, W = N R worlds.
 
@@ -100,6 +87,9 @@ class Rollout:
         effects: Effects that the kernels hold; a model may leave any of them out.
         spool_radius: Spool radius [m] in place of the asset's.
         unknown: Numbers of this and other benches that candidates may replace.
+        force: Where the actuator's force comes from; by default its equation.
+        by_chain: Whether the kernels see each of K equal chains of a mechanism, such as a hand's,
+            as one of its own. One whose own numbers are unknown stays whole.
         stiffness: Force by which the servo answers a turn of its shaft [N/rad]; it matters only
             between rows without commands.
         time_step: Longest step [s]; each row's interval is divided evenly.
@@ -108,9 +98,6 @@ class Rollout:
             slack or stretches; else a rotor is only inertia at its mechanism.
         device: Warp device.
     """
-
-    asks_network: ClassVar[bool] = False
-    """Whether it asks a force network what a `learned` actuator gives."""
 
     def __init__(
         self,
@@ -122,6 +109,8 @@ class Rollout:
         spool_radius: float | None = None,
         stiffness: float = 0.0,
         unknown: Sequence[BenchNumber] = (),
+        force: ForceSource | None = None,
+        by_chain: bool = False,
         time_step: float = TIME_STEP,
         precision: Precision = "float64",
         free_spools: bool = True,
@@ -130,13 +119,16 @@ class Rollout:
         self.recordings = tuple(recordings)
         self.driven_by = drive_of(recordings)
         """Without commands the measured force drives the mechanism."""
-        self._mechanism = mechanism
         self._kinematic = find_actuator(actuator).kinematic
         if self._kinematic:
             refuse_load(mechanism, self.recordings, actuator)
         self._has_spring = tuple(has_spring(mechanism, r.bench_overrides) for r in recordings)
-        self._stiffness = stiffness
-        self.timelines = tuple(self.timeline_of(recording) for recording in recordings)
+        self.force = force or Equation()
+        """Where the actuator's force comes from."""
+        self.timelines = tuple(
+            self.force.timeline(timeline_of(recording, stiffness if spring else 0.0, actuator))
+            for recording, spring in zip(recordings, self._has_spring, strict=True)
+        )
         self.table = ParameterTable(
             actuator=actuator,
             effects=in_catalogue_order(tuple(effects)),
@@ -152,7 +144,14 @@ class Rollout:
         if self.driven_by == "force":
             release_limits(model)
         whole = read_topology(model)
-        topology = self._divided(model, whole)
+        own_unknown = any(number.bench == mechanism.name for number in unknown)
+        copies = 1
+        topology = whole
+        if by_chain and not own_unknown:
+            divided = chain_copies(whole, moment_arms(model, whole))
+            topology, copies = divided.topology, divided.count
+        counts = np.array([len(timeline.time) for timeline in self.timelines])
+        self._chains = ChainLayout(count=copies, rows=counts)
         self.kernels: KernelSet = kernel_set(
             Structure(
                 parents=topology.parents,
@@ -170,41 +169,24 @@ class Rollout:
                 ),
             )
         )
-        if self.kernels.structure.holds_force and not self.asks_network:
+        if self.kernels.structure.holds_force != self.force.is_network:
             raise InvalidParameter(
-                f"the force of a {actuator!r} actuator is its network's, which this rollout does "
-                "not ask; use LearnedRollout or DifferentiableLearnedRollout"
+                f"a {actuator!r} actuator needs the force of "
+                f"{'a network' if self.kernels.structure.holds_force else 'its equation'}; "
+                f"it was given {type(self.force).__name__}"
             )
         self.device = model.device
         self.numbers = fill_mechanism(model, self.kernels)
         """The bench's numbers, one world per recording."""
         self.commands = self._fill_commands()
         """The recordings' inputs, one after the other."""
-        counts = [len(timeline.time) for timeline in self.timelines]
         self._first = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.int32)
-
-    def _divided(self, model: Any, topology: Topology) -> Topology:
-        """Return the topology that the kernels are made for: that of the whole mechanism."""
-        return topology
-
-    def _by_world(self, values: Any) -> Any:
-        """Return numbers of recordings, shape (R, ...), as those of the kernels' worlds."""
-        return values
-
-    def _by_row(self, values: Any) -> Any:
-        """Return numbers of all rows, shape (S, ...), as those of the kernels' rows."""
-        return values
-
-    def timeline_of(self, recording: Recording) -> Timeline:
-        """Return the rows that the simulation of a recording visits."""
-        spring = has_spring(self._mechanism, recording.bench_overrides)
-        timeline = make_timeline(recording, self._stiffness if spring else 0.0)
-        return without_blocked(timeline, recording) if self._kinematic else timeline
 
     def base_vectors(self, model: Model) -> Array:
         """Return a model's parameter vector for each recording, shape (R, P)."""
         if self._kinematic:
             refuse_forces(model)
+        model = self.force.completed(model)
         vectors = [self.table.vector(model, r.actuator_overrides) for r in self.recordings]
         if self.driven_by == "force":
             for vector, spring in zip(vectors, self._has_spring, strict=True):
@@ -231,7 +213,9 @@ class Rollout:
         """Add noise of a size [rad, N] to the inputs as recorded; zero takes it away again."""
         inputs = np.concatenate([timeline.command for timeline in self.timelines])
         noisy = inputs + size * rng.standard_normal(inputs.shape)
-        self.commands.angle = self.array(self._by_row(noisy), self.kernels.types[TendonVector])
+        self.commands.angle = self.array(
+            self._chains.by_row(noisy), self.kernels.types[TendonVector]
+        )
 
     def run(self, parameters: Array) -> list[list[Trajectory]]:
         """Simulate every recording with every candidate.
@@ -264,6 +248,7 @@ class Rollout:
         unharmed.
         """
         types = self.kernels.types
+        parameters = np.repeat(parameters, self._chains.count, axis=1)
         candidates, recordings = parameters.shape[:2]
         worlds = candidates * recordings
         row_count = len(self.commands.time)
@@ -283,8 +268,10 @@ class Rollout:
                 recording=self.array(world_recording, wp.int32),
                 parameters=self.array(self.table.kernel_vectors(flat), types[ParameterVector]),
             ),
+            commands=self.commands,
             states=zeros(types, States, worlds, device=self.device),
             count=worlds,
+            device=self.device,
         )
         readout = zeros(types, Readout, rows, device=self.device)
         step = types[real](self._longest_step(time_step or self.time_step))
@@ -298,7 +285,7 @@ class Rollout:
         }
         out = {name: signal.numpy().reshape(shape) for name, signal in signals.items()}
         out["joints"] = out["joints"][..., : self.kernels.structure.joint_count]
-        return out
+        return {name: self._chains.beside(values) for name, values in out.items()}
 
     def _longest_step(self, time_step: float) -> float:
         """Return the step [s] that is taken where one is asked for."""
@@ -321,46 +308,26 @@ class Rollout:
             setattr(out, name, self.array(rows, source.dtype))
         return out, np.arange(len(vectors), dtype=np.int32)
 
-    def start(self, launch: Launch) -> None:
-        """Put all worlds of a launch where their recordings start."""
-        arguments = [launch.numbers, launch.worlds, self.commands, launch.states]
-        self._launch(self.kernels.settle, launch.count, arguments)
-
     def _simulate(self, launch: Launch, step: Any, first: Any, readout: Any) -> None:
-        """Take all worlds from their start through all rows."""
-        every = [np.full(len(self.commands.first), row, dtype=np.int32) for row in (0, 1 << 30)]
-        self.start(launch)
-        self._walk(launch, [self.array(rows, wp.int32) for rows in every], step, first, readout)
-
-    def _walk(self, launch: Launch, rows: list[Any], step: Any, first: Any, readout: Any) -> None:
-        """Take all worlds from some rows of their recordings to others."""
-        arguments = [launch.numbers, launch.worlds, self.commands, *rows, step, launch.states]
-        self._launch(self.kernels.rollout, launch.count, [*arguments, first, readout])
+        """Take all worlds from their start through all rows, and renew their forces on the way."""
+        rounds = self.force.rounds([timeline.time for timeline in self.timelines])
+        rounds = self._chains.by_world(rounds.T).T
+        servos = RolloutServos(self.kernels, launch, rounds[0])
+        force = self.force.open(launch.count, self.kernels.structure.tendon_count, self.device)
+        force.settle(servos)
+        begin, end = (self.array(rounds[0].astype(np.int32), wp.int32) for _ in range(2))
+        after = np.append(rounds[1:], np.full_like(rounds[:1], NONE_LEFT), axis=0)
+        for rows, following in zip(rounds, after, strict=True):
+            servos.look_at(rows)
+            force.renew(servos)
+            begin.assign(np.where(rows < 0, NEVER, rows))
+            end.assign(np.where(following < 0, NEVER, following))
+            launch.run(self.kernels.rollout, begin, end, step, launch.states, first, readout)
 
     def rows_of(self, recording: int) -> slice:
         """Return where a recording's simulated rows stand among all."""
         start = int(self._first[recording])
         return slice(start, start + len(self.timelines[recording].time))
-
-    def _launch(self, kernel: wp.Kernel, worlds: int, arguments: list[Any]) -> None:
-        """Launch over all worlds; on a CPU in chunks on every core, as Warp itself uses one."""
-        if self.device.is_cuda:
-            wp.launch(kernel, worlds, inputs=[0, *arguments], device=self.device)
-            return
-        threads = min(worlds, int(os.environ.get(THREADS_VARIABLE, os.cpu_count() or 1)))
-        edges = np.unique(np.linspace(0, worlds, threads * CHUNKS_PER_THREAD + 1).astype(int))
-        commands = [
-            wp.launch(
-                kernel,
-                int(end - start),
-                inputs=[int(start), *arguments],
-                device=self.device,
-                record_cmd=True,
-            )
-            for start, end in pairwise(edges)
-        ]
-        with ThreadPoolExecutor(threads) as pool:
-            list(pool.map(lambda command: command.launch(), commands))
 
     def _trajectory(self, arrays: dict[str, Array], candidate: int, recording: int) -> Trajectory:
         timeline = self.timelines[recording]
@@ -384,18 +351,20 @@ class Rollout:
         """Lay the recordings' inputs out for the kernels, one after the other."""
         types = self.kernels.types
         commands = types[Commands]()
-        counts = self._by_world(np.array([len(t.time) for t in self.timelines], dtype=np.int32))
+        counts = self._chains.by_world(
+            np.array([len(t.time) for t in self.timelines], dtype=np.int32)
+        )
         first = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.int32)
         inputs = [row_inputs(r, t) for r, t in zip(self.recordings, self.timelines, strict=True)]
         commands.first = self.array(first, wp.int32)
         commands.count = self.array(counts, wp.int32)
         # Time counts from the recording's first row: float32 would lose microseconds after minutes.
         times = np.concatenate([t.time - t.time[0] for t in self.timelines])
-        commands.time = self.array(self._by_row(times), types[real])
+        commands.time = self.array(self._chains.by_row(times), types[real])
         angles = np.concatenate([t.command for t in self.timelines])
-        commands.angle = self.array(self._by_row(angles), types[TendonVector])
+        commands.angle = self.array(self._chains.by_row(angles), types[TendonVector])
         voltage, enabled = (
-            self._by_row(np.concatenate(each)) for each in zip(*inputs, strict=True)
+            self._chains.by_row(np.concatenate(each)) for each in zip(*inputs, strict=True)
         )
         commands.voltage = self.array(voltage, types[real])
         commands.enabled = self.array(enabled, types[real])
@@ -403,14 +372,22 @@ class Rollout:
         measured = np.array(
             [r.start == "first_row" or r.command is None for r in self.recordings], dtype=np.int32
         )
-        commands.starts_measured = self.array(self._by_world(measured), wp.int32)
+        commands.starts_measured = self.array(self._chains.by_world(measured), wp.int32)
         angles, rates = (
             np.stack([getattr(r, name)[0] for r in self.recordings])
             for name in ("motor_position", "motor_velocity")
         )
-        commands.start_angle = self.array(self._by_world(angles), types[TendonVector])
-        commands.start_rate = self.array(self._by_world(rates), types[TendonVector])
+        commands.start_angle = self.array(self._chains.by_world(angles), types[TendonVector])
+        commands.start_rate = self.array(self._chains.by_world(rates), types[TendonVector])
         return commands
+
+
+def timeline_of(recording: Recording, stiffness: float, actuator: str) -> Timeline:
+    """Return the rows that the simulation of a recording visits."""
+    timeline = make_timeline(recording, stiffness)
+    if find_actuator(actuator).kinematic:
+        return without_blocked(timeline, recording)
+    return timeline
 
 
 def row_inputs(recording: Recording, timeline: Timeline) -> tuple[Array, Array]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -10,6 +11,7 @@ import newton
 import numpy as np
 import warp as wp
 
+from tendon_newton.actuators.networks.history import History
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
 from tendon_newton.device_code.placeholders import MemoryVector, ParameterVector, TendonVector
@@ -24,8 +26,10 @@ from tendon_newton.device_code.structs import (
 from tendon_newton.effects import Stage
 from tendon_newton.errors import SimulationDiverged
 from tendon_newton.mechanisms.mechanism import Mechanism
+from tendon_newton.simulation.hosts.launch import Launch
 from tendon_newton.simulation.hosts.replay import rollout_of
-from tendon_newton.simulation.hosts.rollout import Launch, Trajectory
+from tendon_newton.simulation.hosts.rollout import Trajectory
+from tendon_newton.simulation.hosts.rollout_servos import RolloutServos
 from tendon_newton.simulation.model.assembly import assemble
 from tendon_newton.simulation.model.joint_places import joint_places, write_joints
 from tendon_newton.simulation.model.kernel_arrays import struct_of, zeros
@@ -77,7 +81,7 @@ class MujocoRollout:
     ) -> None:
         effects = [effect.name for effect in model.effects]
         refuse_stages(effects, UNSUPPORTED, "SolverMuJoCo")
-        self._rollout: Any = rollout_of(
+        self._rollout = rollout_of(
             mechanism,
             recordings,
             model,
@@ -88,7 +92,7 @@ class MujocoRollout:
             device=device,
         )
         self._holds_force = self._rollout.kernels.structure.holds_force
-        period = 1.0 / self._rollout.query.rate if self._holds_force else 2.0 * time_step
+        period = self._rollout.force.period or 2.0 * time_step
         self._pairs_per_query = max(1, int(np.ceil(period / (2.0 * time_step) - 1.0e-6)))
         self._time_step = period / (2.0 * self._pairs_per_query)
         self._worlds = len(recordings)
@@ -116,32 +120,24 @@ class MujocoRollout:
         track = self._make_track(2 * pairs)
         states = [self._model.state(), self._model.state()]
         control = self._model.control()
-        self._start(states[0], track)
-        self._renew(states[0], track)
+        force, structure = self._rollout.force, self._rollout.kernels.structure
+        force = force.open(self._worlds, structure.tendon_count, self._model.device)
+        launch = self._launch(track)
+        first = RolloutServos(self._rollout.kernels, launch, np.zeros(self._worlds, dtype=np.int64))
+        force.settle(first)
+        self._place(states[0], launch.states)
+        joints = self._joints_of(states[0])
+        servos = TrackServos(launch, self._kernel_of["sense"], track, joints, first)
+        force.renew(servos)
         self._step_twice(states, control, track)  # compiles and allocates before the capture
         with wp.ScopedCapture(device=self._model.device) as capture:
             self._step_twice(states, control, track)
         graph: Any = capture.graph
         for pair in range(1, pairs):
             if pair % self._pairs_per_query == 0:
-                self._renew(states[0], track)
+                force.renew(servos)
             wp.capture_launch(graph)
         return self._read_rows(track)
-
-    def _renew(self, state: newton.State, track: Any) -> None:
-        """Show a force network the present, and hold what it answers."""
-        if not self._holds_force:
-            return
-        rollout = self._rollout
-        wp.launch(
-            self._kernel_of["sense"],
-            self._worlds,
-            inputs=[rollout.numbers, rollout.commands, track, self._joints_of(state)],
-            outputs=[rollout.history.ring, rollout.history.newest],
-            device=self._model.device,
-        )
-        rollout.ask()
-        rollout.hold(self._launch(track))
 
     def _joints_of(self, state: Any) -> Any:
         """Return the joints in a state of Newton's."""
@@ -192,13 +188,10 @@ class MujocoRollout:
             damping = np.repeat(scale * damping, len(radius) // self._worlds)
             self._model.mujoco.tendon_damping.assign((damping / radius).astype(np.float32))
 
-    def _start(self, state: Any, track: Any) -> None:
+    def _place(self, state: Any, states: Any) -> None:
         """Put every world where its recording starts."""
-        launch = self._launch(track)
-        self._rollout.start(launch)
-        q, v = launch.states.q, launch.states.v
-        write_joints(state.joint_q, self._places[0], q)
-        write_joints(state.joint_qd, self._places[1], v)
+        write_joints(state.joint_q, self._places[0], states.q)
+        write_joints(state.joint_qd, self._places[1], states.v)
         newton.eval_fk(self._model, state.joint_q, state.joint_qd, state)
 
     def _make_track(self, length: int) -> Any:
@@ -232,7 +225,9 @@ class MujocoRollout:
                 types, Worlds, mechanism=index, recording=index, parameters=self._parameters
             ),
             states=states,
+            commands=self._rollout.commands,
             count=self._worlds,
+            device=self._model.device,
         )
 
     def _read_rows(self, track: Any) -> list[Trajectory]:
@@ -266,6 +261,33 @@ class MujocoRollout:
                 )
             )
         return trajectories
+
+
+@dataclass(frozen=True)
+class TrackServos:
+    """The servos of worlds that MuJoCo steps, as a source of forces sees them."""
+
+    launch: Launch
+    """The worlds."""
+    kernel: wp.Kernel
+    """Shows what their servos do."""
+    track: Any
+    """Where they have been, a `Track` struct."""
+    joints: Any
+    """Where they are, a `NewtonJoints` struct."""
+    first: RolloutServos
+    """The same servos where their recordings start."""
+
+    def sense(self, samples: History, *, fill: bool = False) -> None:
+        """Add what each servo does at the start of the substep to come to its history."""
+        assert not fill, "what fills a history is the start of a recording"
+        own = self.launch
+        inputs = [own.numbers, own.commands, self.track, self.joints, samples.ring, samples.newest]
+        wp.launch(self.kernel, own.count, inputs=inputs, device=own.device)
+
+    def hold(self, force: wp.array) -> None:
+        """Hold forces [N], shape (W, D), from now on."""
+        self.first.hold(force)
 
 
 @cache

@@ -11,7 +11,8 @@ from tendon_newton.errors import UnknownName
 from tendon_newton.gradients.differentiable_learned import DifferentiableLearnedRollout
 from tendon_newton.gradients.trajectory_gradient import simulate_with_gradients
 from tendon_newton.mechanisms.mechanism import load_mechanism
-from tendon_newton.simulation.hosts.learned_rollout import LearnedRollout
+from tendon_newton.simulation.hosts.network_source import NetworkSource
+from tendon_newton.simulation.hosts.rollout import Rollout
 from tests.conftest import SEED
 from tests.physics.learned.networks import (
     EFFECTS,
@@ -177,10 +178,11 @@ def test_many_substeps_at_once_give_the_same(
 
 def test_a_taped_run_is_a_replay(rollout: DifferentiableLearnedRollout) -> None:
     """The differentiable loop is the simulator's own, up to the float32 of the other's network."""
-    replay = LearnedRollout(
+    replay = Rollout(
         load_mechanism("finger"),
         rollout.recordings,
-        query=force_query(),
+        actuator="learned",
+        force=NetworkSource(force_query()),
         effects=list(EFFECTS),
         spool_radius=RADIUS,
         time_step=STEP,
