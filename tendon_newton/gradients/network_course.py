@@ -42,6 +42,10 @@ class TapedNetwork:
         query = TorchScriptQuery(self.module, window=self.window, rate=self.rate, limit=np.inf)
         return NetworkSource(query)
 
+    def course(self, run: TapedRun, queries: Indices, plan: SubstepPlan) -> NetworkCourse:
+        """Return the course of a run that asks it in these rows; see `NetworkCourse`."""
+        return NetworkCourse(run, self, queries, plan)
+
 
 class NetworkCourse:
     """A run forwards and backwards whose forces come from a network.
@@ -175,3 +179,44 @@ class NetworkCourse:
             rows.append(self._held(self._run.settled.memory.grad).clone())
         return torch.stack(rows, dim=1)
 
+    def _pull_back_balance(self, slopes: Tensor, seen: Tensor, weights: list[Tensor]) -> None:
+        """Add what the balance adds: F = f(F) moves by df / (1 - f') (implicit function)."""
+        run = self._run
+        left = torch.eye(self._tendons).to(slopes) - slopes.transpose(1, 2)
+        seed = torch.linalg.solve(left, self._held(run.settled.memory.grad).clone())
+        limit = plain_tensor(run.inputs.mechanism.force_limit).view_as(seed)
+        inside = (self._told[0] > 0.0) & (self._told[0] < limit)
+        for array in (self._samples, run.settled.memory, *run.state_arrays):
+            array.grad.zero_()
+        self._pull_back(0, self._window_of(0), torch.where(inside, seed, 0.0), seen, weights)
+        self._sense_back(0)
+        self._start_back()
+
+    def _start_back(self) -> None:
+        self._run.record("back from start", lambda: self._run.start(back=True))
+
+    def _sense_back(self, query: int) -> None:
+        self._run.record(f"back from sense {query}", lambda: self._sense(query, back=True))
+
+    def _part_back(self, query: int) -> None:
+        """Go back from the next query to this one's force."""
+        self._run.substeps.backward(int(self._slots[query]) + 1, int(self._slots[query + 1]))
+        self._hold(query, back=True)
+
+    def _part(self, query: int) -> None:
+        """Hold the forces of a query and go on to the next."""
+        self._hold(query)
+        self._run.substeps.forward(int(self._slots[query]) + 1, int(self._slots[query + 1]))
+
+    def _sense(self, query: int, *, back: bool = False) -> None:
+        arguments = [*self._run.common, self._query(query), self._run.states, self._samples]
+        self._run.launch("sense", self._run.world_count, arguments, back=back)
+
+    def _hold(self, query: int, *, back: bool = False) -> None:
+        arguments = [*self._run.common, self._query(query), self._force, self._run.states]
+        self._run.launch("hold", self._run.world_count, arguments, back=back)
+
+    def _query(self, query: int) -> Any:
+        """Return a query as kernels take it."""
+        slot = int(self._slots[query])
+        return struct_of(self._run.types, Query, index=query, slot=slot, row=self._rows)

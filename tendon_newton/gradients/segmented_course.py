@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from torch import Tensor, nn
+from typing import TYPE_CHECKING, Any
 
 from tendon_newton.data.recording import Array
-from tendon_newton.gradients.substep_chain import STATE, gradients_of
-from tendon_newton.gradients.taped_run import TapedRun
 from tendon_newton.device_code.structs import StateRows
+from tendon_newton.gradients.substep_chain import gradients_of
+from tendon_newton.gradients.taped_run import TapedRun
 from tendon_newton.simulation.model.kernel_arrays import zeros
+
+if TYPE_CHECKING:
+    from torch import Tensor, nn  # equations run without torch
 
 
 class SegmentedCourse:
@@ -78,8 +79,8 @@ class SegmentedCourse:
         self._copy_row(self._starts, index, run.states, 0)
         gradients = gradients_of(run.states)
         self._copy_row(gradients, 0, gradients, -1)
-        for name in STATE:
-            getattr(gradients, name)[:-1].zero_()
+        for array in run.state_arrays:
+            array.grad[:-1].zero_()
         run.substeps.forward(0, run.segments[index].length, index)
 
     def _copy_row(self, source: Any, of: int, target: Any, to: int) -> None:

@@ -125,12 +125,11 @@ class SubstepChain:
         self._listed.count.zero_()
         self._launch("list", (length, self._worlds), [self._marks, self._listed])
         self._gather(0, self._states, self._listed_states)
-        constant = [constant_copy(value) for value in self._common]
-        states = [constant_copy(self._listed_states), self._listed_seeds]
+        constant = [view(value) for value in self._common]
         for component in range(len(self._components)):
-            found = self._begin_component(component, self._listed_seeds, self._listed_slopes)
-            slopes = struct_of(self._types, States, **found)
-            self._divided_back(segment, constant, states, [slopes, self._listed_seeds])
+            slopes = self._begin_component(component, self._listed_seeds, self._listed_slopes)
+            states = view(self._listed_states, gradients=slopes)
+            self._divided_back(segment, constant, states)
 
     def backward(self, first: int, end: int, segment: int = 0) -> None:
         """Take the adjoint of state `end` back to state `first`, and add to the inputs' gradients.
@@ -148,15 +147,14 @@ class SubstepChain:
             self._find_slopes(segment, start, last - start)
             arguments = [start, last - start, self._slopes, self._gradients]
             self._launch("sweep", self._worlds, arguments)
-            states = [constant_copy(self._states), self._states]
+            states = [view(self._states), self._states]
             span = self._span(segment, start, before=start, after=start + 1)
             self._whole_back(span, last - start, self._common, states)
 
     def end_backward(self, segment: int = 0) -> None:
         """Add to the inputs' gradients what the divided substeps contribute."""
         self._gather(1, self._gradients, self._listed_seeds)
-        states = [constant_copy(self._listed_states), self._listed_seeds]
-        self._divided_back(segment, self._common, states, [None, self._listed_seeds])
+        self._divided_back(segment, self._common, view(self._listed_states))
 
     def _substep(self, segment: int, at: int) -> int:
         """Return which of all substeps is one of a segment."""
@@ -173,13 +171,14 @@ class SubstepChain:
             shape = (self._together, self._worlds)
             self._seeds = self._zeros(StateRows, *shape)
             self._slopes = self._zeros(Slopes, len(self._components), *shape)
-        constant = [constant_copy(value) for value in self._common]
-        states = [constant_copy(self._states, start, count), self._seeds]
+        constant = [view(value) for value in self._common]
+        seeds = view(self._seeds, gradients=arrays_of(self._seeds))
+        span = self._span(segment, start, before=0, after=0)
         for component in range(len(self._components)):
-            found = self._begin_component(component, self._seeds, self._slopes)
-            slopes = struct_of(self._types, StateRows, **found)
-            span = self._span(segment, start, before=0, after=0)
-            self._whole_back(span, count, constant, states, [slopes, self._seeds])
+            slopes = self._begin_component(component, self._seeds, self._slopes)
+            own = {name: array[:count] for name, array in slopes.items()}
+            states = [view(self._states, start, count, gradients=own), seeds]
+            self._whole_back(span, count, constant, states)
         arguments = [start, self._listed, self._listed_slopes, self._slopes]
         self._launch("scatter", self._listed.place.shape[0], arguments)
 
@@ -203,21 +202,17 @@ class SubstepChain:
         count: int,
         common: list[Any],
         states: list[Any],
-        adjoints: list[Any] | None = None,
     ) -> None:
         """Launch the adjoint of substeps that no event has divided."""
-        inputs = [span, *common, self._marks, self._listed_slopes]
-        own = adjoints or [None] * len(states)
-        shape = (count, self._worlds)
-        self._launch("whole", shape, [*inputs, *states], [*[None] * len(inputs), *own])
+        arguments = [span, *common, self._marks, self._listed_slopes, *states]
+        self._launch("whole", (count, self._worlds), arguments, back=True)
 
-    def _divided_back(
-        self, segment: int, common: list[Any], states: list[Any], adjoints: list[Any]
-    ) -> None:
-        """Launch the adjoint of those that one has."""
+    def _divided_back(self, segment: int, common: list[Any], states: Any) -> None:
+        """Launch the adjoint of those that one has, from what their seeds hold."""
+        following = view(self._listed_seeds, gradients=arrays_of(self._listed_seeds))
         inputs = [self._substep(segment, 0), *common, self._listed]
         room = self._listed.place.shape[0]
-        self._launch("divided", room, [*inputs, *states], [*[None] * len(inputs), *adjoints])
+        self._launch("divided", room, [*inputs, states, following], back=True)
 
     def _gather(self, later: int, source: Any, target: Any) -> None:
         arguments = [later, self._listed, source, target]
@@ -238,10 +233,8 @@ class SubstepChain:
     def _zeros(self, struct: type, *shape: int) -> Any:
         return zeros(self._types, struct, *shape, device=self._device)
 
-    def _launch(
-        self, name: str, dim: Any, arguments: list[Any], adjoints: list[Any] | None = None
-    ) -> None:
-        launch(self._kernels[name], dim, arguments, self._device, adjoints)
+    def _launch(self, name: str, dim: Any, arguments: list[Any], *, back: bool = False) -> None:
+        launch(self._kernels[name], dim, arguments, self._device, back=back)
 
 
 def component_places(structure: Structure) -> list[tuple[str, int]]:
@@ -263,35 +256,23 @@ def gradients_of(states: Any) -> Any:
 
 
 def launch(
-    kernel: wp.Kernel,
-    dim: Any,
-    arguments: list[Any],
-    device: Any,
-    adjoints: list[Any] | None = None,
+    kernel: wp.Kernel, dim: Any, arguments: list[Any], device: Any, *, back: bool = False
 ) -> None:
-    """Launch a kernel that has a gradient, or its adjoint.
+    """Launch a kernel that has a gradient, or its adjoint, which uses the arguments' gradients.
 
     Args:
         kernel: Made for blocks of `GRADIENT_BLOCK`.
         dim: Number of threads.
         arguments: What it takes.
         device: Warp device.
-        adjoints: Gradient of each argument; None stands for the argument's own, if it has one.
+        back: Whether its adjoint is meant.
     """
-    own = (
-        []
-        if adjoints is None
-        else [
-            empty_struct(argument) if adjoint is None else adjoint
-            for argument, adjoint in zip(arguments, adjoints, strict=True)
-        ]
-    )
     wp.launch(
         kernel,
         dim,
         inputs=arguments,
-        adj_inputs=own,
-        adjoint=adjoints is not None,
+        adj_inputs=[empty_struct(argument) for argument in arguments] if back else [],
+        adjoint=back,
         device=device,
         block_dim=GRADIENT_BLOCK,
     )
@@ -302,12 +283,26 @@ def empty_struct(argument: Any) -> Any:
     return argument._cls() if hasattr(argument, "_cls") else None
 
 
-def constant_copy(value: Any, start: int = 0, count: int | None = None) -> Any:
-    """Return an array's rows, or a struct of arrays, on the same memory and without gradients."""
+def arrays_of(states: Any) -> dict[str, Any]:
+    """Return the arrays of a struct of states by name."""
+    return {name: getattr(states, name) for name in STATE}
+
+
+def view(value: Any, start: int = 0, count: int | None = None, *, gradients: Any = None) -> Any:
+    """Return an array's rows, or a struct of arrays, on the same memory with other gradients.
+
+    Args:
+        value: Array or struct.
+        start: First row.
+        count: Number of rows; all by default.
+        gradients: Array of the gradients, which stay as they are when a walk has read them, or
+            such arrays by name; none by default.
+    """
     copy = empty_struct(value)
     if copy is not None:
         for name in value._cls.vars:
-            setattr(copy, name, constant_copy(getattr(value, name), start, count))
+            own = None if gradients is None else gradients[name]
+            setattr(copy, name, view(getattr(value, name), start, count, gradients=own))
         return copy
     rows = value.shape[0] - start if count is None else count
     return wp.array(
@@ -315,4 +310,6 @@ def constant_copy(value: Any, start: int = 0, count: int | None = None) -> Any:
         shape=(rows, *value.shape[1:]),
         dtype=value.dtype,
         device=value.device,
+        grad=gradients,
+        retain_grad=gradients is not None,
     )

@@ -112,9 +112,7 @@ class TapedRun:
         adjoint: How the run is walked back.
     """
 
-    def __init__(
-        self, rollout: Rollout, model: Model, plan: SubstepPlan, adjoint: Adjoint
-    ) -> None:
+    def __init__(self, rollout: Rollout, model: Model, plan: SubstepPlan, adjoint: Adjoint) -> None:
         structure = rollout.kernels.structure
         self.rollout, self.types, self.device = rollout, rollout.kernels.types, rollout.device
         self.world_count = len(rollout.timelines)
@@ -154,6 +152,11 @@ class TapedRun:
     def bench_names(self) -> tuple[str, ...]:
         """Names of the mechanism's arrays in `inputs` that carry gradients."""
         return bench_names(self.rollout.kernels.structure)
+
+    @property
+    def state_arrays(self) -> tuple[Any, ...]:
+        """Arrays of the states: coordinates, rates and memories."""
+        return tuple(getattr(self.states, name) for name in STATE)
 
     def record(self, name: str, work: Callable[[], None]) -> None:
         """Run a chain of launches.
@@ -198,12 +201,9 @@ class TapedRun:
         arguments = [*self.common, segment.rows, self.states, self._readout]
         self.launch("reading", len(segment.rows.row), arguments, back=back)
 
-    def launch(
-        self, name: str, count: int, arguments: list[Any], *, back: bool = False
-    ) -> None:
+    def launch(self, name: str, count: int, arguments: list[Any], *, back: bool = False) -> None:
         """Launch a kernel, or its adjoint."""
-        adjoints = [None] * len(arguments) if back else None
-        launch(self.kernels[name], count, arguments, self.device, adjoints)
+        launch(self.kernels[name], count, arguments, self.device, back=back)
 
     def seed(self, seeds: dict[str, Array]) -> None:
         """Forget what earlier walks left, and write derivatives of a loss by the readings."""
@@ -220,7 +220,7 @@ class TapedRun:
         """Yield all arrays that have a gradient."""
         yield from (self.inputs.parameters, self.inputs.command, self.settled.memory)
         yield from (getattr(self.inputs.mechanism, name) for name in self.bench_names)
-        yield from (getattr(self.states, name) for name in STATE)
+        yield from self.state_arrays
         yield from (getattr(self.readings, name) for name in READINGS)
 
     def _make_states(self, length: int) -> Any:

@@ -51,7 +51,7 @@ def tension_now(
         here: What acts on the world, and where it is.
         modes: What slides, sticks and pulls.
         d: The tendon.
-        acceleration: Accelerations of the coordinates now [rad/s2, m/s2]; only a rotor asks for them.
+        acceleration: Accelerations of the coordinates now [rad/s2, m/s2], for a rotor alone.
     """
     tension = real(0.0)
     moves = bool(False)
