@@ -18,7 +18,7 @@ from tendon_newton.data.recording import Recording
 from tendon_newton.gradients.differentiable import DifferentiableRollout
 from tendon_newton.gradients.network_course import TapedNetwork
 from tendon_newton.gradients.trajectory_gradient import simulate_with_gradients
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from train.actuator.network_sets import build_network
 
 wp.config.log_level = wp.LOG_ERROR

@@ -15,7 +15,7 @@ from tendon_newton.gradients.adjoint import Adjoint
 from tendon_newton.gradients.segmented_course import SegmentedCourse
 from tendon_newton.gradients.substep_plan import query_plan, shared_plan
 from tendon_newton.gradients.taped_run import Inputs, Readings, TapedRun
-from tendon_newton.mechanisms.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.simulation.hosts.rollout import TIME_STEP, Rollout
 from tendon_newton.simulation.model.parameter_table import ParameterTable, spool_radius_of
 from tendon_newton.simulation.model.supported_effects import refuse_stages

@@ -105,7 +105,7 @@ def step(mechanism: Mechanism, p: ParameterVector, drive: Drive, h: real) -> Mot
         modes = after_touch(chosen, event)
         h = h - part
         end = rosenbrock(mechanism, p, start, modes, h)
-        end = bring_back(mechanism, start, modes, end)
+        end = bring_back(mechanism, p, start, modes, end, h)
     end = catch_spools(mechanism, start, modes, end)
     end.memory = renewed(mechanism, p, start, modes, end, h)
     end.modes = begun

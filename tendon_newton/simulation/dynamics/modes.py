@@ -2,7 +2,9 @@
 
 A *row* is a direction in which speed can be held: a joint, or a tendon's excursion. A tendon's row
 is held at rest by dry friction, or at the motor's greatest speed. Its *sides* are what it does just
-above and just below that speed: +1 slides in, -1 slides out, +2 and -2 are beyond the greatest.
+above and just below that speed: +1 slides in, -1 slides out, +2 and -2 are beyond the greatest. A
+row slides beyond it only where the motor cannot hold it back: a loose string that its mechanism
+takes in. Otherwise an impulse brings it to the greatest speed, and there it is held.
 Where a spool moves on its own, its gear has one row and the string in its guides another.
 """
 
@@ -13,6 +15,7 @@ import warp as wp
 from tendon_newton.device_code.linear_algebra import inverse
 from tendon_newton.device_code.placeholders import (
     FREE_SPOOL,
+    HAS_ROTOR,
     JOINTS,
     LINKS,
     MAY_HOLD,
@@ -41,6 +44,8 @@ from tendon_newton.simulation.tendons.world_drive import UNBOUNDED
 
 AT_LIMIT = 1.0e-6
 """Share of the greatest speed within which the motor may be held at it [1]."""
+BEYOND = 1.0 + AT_LIMIT
+"""Share of the greatest speed above which the motor is faster than it can be [1]."""
 SWEEPS = 12
 """Gauss-Seidel sweeps over the rows that may be held; one row alone needs one."""
 
@@ -114,19 +119,30 @@ def row_counts(modes: Modes, r: int) -> bool:
 
 
 @device_template
-def tendon_sides(drive: Drive, modes: Modes, d: int, rate: real) -> Modes:
+def may_outrun(mechanism: Mechanism, here: Drive, d: int, side: real) -> bool:
+    """Tell whether a row may be faster than its motor: a string that goes slack as it winds in."""
+    outruns = bool(False)
+    if wp.static(not HAS_ROTOR):
+        outruns = side > real(0.0) and is_string(mechanism, here.world, row_tendon(d))
+    return outruns
+
+
+@device_template
+def tendon_sides(mechanism: Mechanism, here: Drive, modes: Modes, d: int, rate: real) -> Modes:
     """Write the side of a tendon at a rate [m/s], or both sides of a speed where it may be held."""
     side = sign(rate)
-    bound = row_bound(drive, d)
+    bound = row_bound(here, d)
     speed = wp.abs(rate)
+    beyond = speed > bound * real(BEYOND)
     modes.tendon[d] = side
-    if speed > bound:
+    if beyond and may_outrun(mechanism, here, d, side):
         modes.tendon[d] = real(2.0) * side
-    if drive.dry > real(0.0) and speed <= real(REST):
+        beyond = False
+    if here.dry > real(0.0) and speed <= real(REST):
         modes.tendon_sticks[d] = real(1.0)
         modes.least_side[d] = real(1.0)
         modes.most_side[d] = real(-1.0)
-    if wp.abs(speed - bound) <= real(AT_LIMIT) * bound:
+    if beyond or wp.abs(speed - bound) <= real(AT_LIMIT) * bound:
         modes.tendon_sticks[d] = real(1.0)
         modes.least_side[d] = real(2.0)
         modes.most_side[d] = real(1.0)
@@ -196,7 +212,7 @@ def choose_held(mechanism: Mechanism, p: ParameterVector, here: Drive, begun: Mo
         modes.tendon[d] = sign(rate)
         if wp.static(MAY_HOLD):
             if row_counts(modes, d):
-                modes = tendon_sides(here, modes, d, rate)
+                modes = tendon_sides(mechanism, here, modes, d, rate)
                 if modes.tendon_sticks[d] > real(0.0):
                     side = modes.least_side[d]
                     least[d] = row_force(mechanism, p, here, modes, d, side)
@@ -263,8 +279,10 @@ def release(
     for d in range(ROWS):
         if modes.tendon_sticks[d] > real(0.0):
             if modes.hold[d] >= most[d] or modes.hold[d] <= least[d]:
+                # which of its limits gave way says where it goes; where both are one, its motion
                 modes.tendon[d] = modes.least_side[d]
-                if wp.dot(arms[d], acceleration) + bow[d] < real(0.0):
+                slows = wp.dot(arms[d], acceleration) + bow[d] < real(0.0)
+                if modes.hold[d] > least[d] or (most[d] <= least[d] and slows):
                     modes.tendon[d] = modes.most_side[d]
                 modes.tendon_sticks[d] = real(0.0)
     return modes

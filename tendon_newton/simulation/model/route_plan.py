@@ -6,7 +6,7 @@ from bisect import bisect_left
 from dataclasses import dataclass
 from functools import cached_property
 
-from tendon_newton.mechanisms.joint_frames import way_between
+from tendon_newton.mechanisms.geometry.joint_frames import way_between
 
 NO_PULLEY = -1
 

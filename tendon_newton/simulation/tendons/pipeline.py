@@ -130,11 +130,12 @@ def tendon_flow(tendon: Tendon, p: ParameterVector) -> Flow:
         flow = rotor_flow(flow, acting, p)
     else:
         flow.tension = tension_effects(flow.motor_force, acting, p)
+        flow.slack = tendon.slack
         if tendon.side * tendon.direction > real(1.5):
             flow.tension = Jet(-real(HELD) * tendon.direction, real(0.0), real(0.0))
+            flow.slack = real(UNDECIDED)
         flow.line = flow.tension[0]
-        flow.slack = tendon.slack
-        if tendon.slack == real(UNDECIDED):
+        if flow.slack == real(UNDECIDED):
             flow.slack = real(TAUT)
             if flow.tension[0] < tendon.least_tension:
                 flow.slack = real(SLACK)

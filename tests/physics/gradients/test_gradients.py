@@ -11,7 +11,7 @@ from tendon_newton.data.recording import Array
 from tendon_newton.gradients import substep_chain
 from tendon_newton.gradients.adjoint import Adjoint
 from tendon_newton.gradients.differentiable import DifferentiableRollout
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tests.conftest import SEED
 from tests.physics.runs import RADIUS, ROWS, ideal_model, run_of, stairs
 
@@ -184,6 +184,12 @@ def test_gradients_by_every_other_effect(half: int) -> None:
 def test_gradients_by_a_motor_that_tires() -> None:
     """What load has built up is carried from step to step, and so is its derivative."""
     check_gradients(make_rollout(TIRING), ())
+
+
+def test_gradients_by_a_motor_at_its_greatest_speed() -> None:
+    """Reached both ways, held while the finger meets its stops, and left."""
+    limited = {"speed_limit": {"limit": 3.0}, "viscous_friction": {"coefficient": 0.3}}
+    check_gradients(make_rollout(limited), ())
 
 
 @pytest.mark.parametrize("gear", GEARS, ids=lambda gear: next(iter(gear)))

@@ -11,7 +11,7 @@ from tendon_newton.errors import UnknownName
 from tendon_newton.gradients.differentiable import DifferentiableRollout
 from tendon_newton.gradients.network_course import TapedNetwork
 from tendon_newton.gradients.trajectory_gradient import simulate_with_gradients
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.network_source import NetworkSource
 from tendon_newton.simulation.hosts.rollout import Rollout
 from tests.conftest import SEED
