@@ -15,11 +15,11 @@ import warp as wp
 
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
+from tendon_newton.force_networks import build_network
 from tendon_newton.gradients.differentiable import DifferentiableRollout
 from tendon_newton.gradients.network_course import TapedNetwork
 from tendon_newton.gradients.trajectory_gradient import simulate_with_gradients
 from tendon_newton.mechanisms.loading import load_mechanism
-from train.actuator.network_sets import build_network
 
 wp.config.log_level = wp.LOG_ERROR
 torch.manual_seed(0)

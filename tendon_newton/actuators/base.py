@@ -39,9 +39,9 @@ class Actuator:
         Args:
             values: The actuator's numbers.
             error: Position error [rad].
-            radius: Of the spool [m]; a shaft counts as 1 m.
+            radius: Radius of the spool [m]; a shaft counts as 1 m.
 
         Returns:
-            It, before the limit of the bench's servo; infinite where nothing tells.
+            The force before the limit of the bench's servo; infinite where nothing tells.
         """
         return math.inf if cls.stiffness is None else float(values[cls.stiffness]) * error

@@ -18,8 +18,8 @@ class PwmServo(Actuator):
         u = \operatorname{clip}(k_u (\theta_d - \theta), \pm u_{max}), \qquad
         \tau = \frac{k_t (u V - k_t \dot\theta)}{R}, \qquad F = \tau / r
 
-    The winding's inductance is neglected. The rotor of inertia J takes a part of the motor's force,
-    so that the load cell behind it reads :math:`F - (J / r^2)\,\ddot s` less the gear's friction,
+    The winding's inductance is neglected. The rotor of inertia J takes a part of the motor's force.
+    So the load cell behind the rotor reads :math:`F - (J / r^2)\,\ddot s` less the gear's friction,
     with s the length of string on the spool.
 
     Source: any text on DC motors; the loop as in the Dynamixel e-manual (PWM = P-gain / 128 counts

@@ -8,7 +8,7 @@ import tyro
 
 @dataclass(frozen=True, kw_only=True)
 class ImportConfig:
-    """Where the logs are, where the dataset goes, and which logs are held out."""
+    """Folders of the logs and of the dataset, and the held-out logs."""
 
     format: tyro.conf.Positional[str]
     """Format of the logs: xl330, so101, or mapped for any CSV, JSON or ROS 2 bag with --mapping."""

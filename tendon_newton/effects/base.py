@@ -1,4 +1,4 @@
-"""What every physical effect declares: parameters with nulls, equation, source, and stages."""
+"""Declaration of a physical effect: parameters with nulls, equation, source, and stages."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class Effect:
     """One physical cause of a gap between a simulation and its bench.
 
     Subclasses are never instantiated: an effect is its declaration, and its numbers live in a
-    model. It acts in each `Stage` whose name it gives a device function.
+    model. An effect acts in each `Stage` that names one of its device functions.
     """
 
     name: ClassVar[str]
@@ -93,8 +93,8 @@ class Effect:
     def renewal(cls) -> Callable[..., Any] | None:
         """Return `remember`, the device function of an effect with internal state, None without.
 
-        (signal: Jet, tendon | joint, values) -> real, one number per tendon or joint: what is
-        remembered once `elapsed` [s] have passed since it was `values[3]`, with the signal as the
+        (signal: Jet, tendon | joint, values) -> real, one number per tendon or joint. The number is
+        the memory once `elapsed` [s] have passed since it was `values[3]`, with the signal as the
         stage left it. A very long `elapsed` asks for the relaxed state.
         """
         return getattr(cls, "remember", None)

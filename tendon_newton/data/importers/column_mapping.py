@@ -33,7 +33,7 @@ Columns = Mapping[str, MappedColumn | Source]
 
 @dataclass(frozen=True, kw_only=True)
 class ColumnMapping:
-    """One mapping file."""
+    """Content of one mapping file."""
 
     path: Path
     bench: str
@@ -44,13 +44,13 @@ class ColumnMapping:
     rate: float | None
     """Rows per second [Hz] where no column holds the time."""
     delimiter: str
-    """What stands between the cells of a CSV file."""
+    """Separator of the cells of a CSV file."""
     columns: Mapping[str, MappedColumn]
     """Column of ours -> theirs; empty where topics are mapped."""
     topics: TopicMapping | None
-    """The same of ROS 2 recordings."""
+    """Column of ours -> topic and field of a ROS 2 recording; None where columns are mapped."""
     stated: tuple[StatedNumbers, ...]
-    """What is stated of all logs, then of those that a pattern names; later ones win."""
+    """Numbers stated of all logs, then of those that a pattern names; later ones win."""
     model: Mapping[str, Any]
     """The model to start from, as in a model file; empty for the nominal one."""
 
@@ -74,7 +74,9 @@ def read_mapping(path: Path) -> ColumnMapping:
     for key in ROW_KEYS if topics else MESSAGE_KEYS:
         if key in table:
             kind = "CSV and JSON files" if topics else "ROS 2 recordings"
-            raise InvalidMapping(f"{path}: {key} belongs to a mapping of {kind}; this is none")
+            raise InvalidMapping(
+                f"{path}: {key} belongs to a mapping of {kind}; this mapping has none"
+            )
     rate = None if "rate" not in table else positive(path, "rate", table["rate"])
     if topics is None:
         require_columns(path, mapped, timed=rate is not None)

@@ -36,7 +36,7 @@ DERIVED = "theta"
 
 @dataclass(frozen=True, kw_only=True)
 class MappedColumn:
-    """Where one column comes from, and how it becomes ours."""
+    """Source of one column, and its conversion to ours."""
 
     source: str | None
     """Their column, or a path such as ``state.position[2]``; None for a derived speed."""
@@ -52,7 +52,7 @@ def read_column(where: str, name: str, row: dict[str, Any]) -> MappedColumn | So
     Args:
         where: File and column, for messages.
         name: The column of ours.
-        row: Its table.
+        row: Table of the column in the mapping file.
     """
     if name not in UNITS:
         raise InvalidMapping(f"{where}: {unknown_name('column', name, UNITS)}")

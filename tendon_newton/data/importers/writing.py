@@ -18,10 +18,10 @@ REPORT_NAME = "import.json"
 
 @dataclass(frozen=True, kw_only=True)
 class ImportReport:
-    """What was written and what was found, for a reader and for ``import.json``."""
+    """Written logs and findings, for a reader and for ``import.json``."""
 
     split: Split
-    """Which log went where."""
+    """Logs of the train and of the test recordings."""
     findings: tuple[Finding, ...]
     """Everything found in the logs that were written."""
 

@@ -1,6 +1,6 @@
 """Logs of a Dynamixel XL330-M288-T that turns a pendulum, one JSON file each.
 
-A file states ``mass`` kg, ``length`` m, ``kp`` (firmware units), ``vin`` V and ``entries`` with
+A file states ``mass`` kg, ``length`` m, ``kp`` (firmware units) and ``vin`` V. Its ``entries`` have
 ``timestamp`` s, ``position`` rad (0 hangs down), ``speed`` rad/s, ``load`` (PWM), ``input_volts``
 V, ``temp`` degC, ``goal_position`` rad and ``torque_enable``. Source of the format: Rhoban/bam.
 """
@@ -59,7 +59,9 @@ def read_xl330(folder: Path) -> Imported:
         raise InvalidRecording(f"{folder}: XL330 logs come as a folder of .json files; {came}")
     paths = sorted(folder.glob("*.json"))
     if not paths:
-        raise InvalidRecording(f"{folder}: XL330 logs come as a folder of .json files; none is")
+        raise InvalidRecording(
+            f"{folder}: XL330 logs come as a folder of .json files; there is none"
+        )
     findings: list[Finding] = []
     logs = []
     for path in paths:

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-THREADS_VARIABLE = "TENDON_NEWTON_THREADS"
-"""Environment variable with the number of threads on a CPU; all cores by default."""
+from tendon_newton.scheduler import THREADS_VARIABLE
+
 CHUNKS_PER_THREAD = 4
 """Launches per thread, so that a slow one does not leave the other thread idle."""
 

@@ -1,4 +1,4 @@
-"""The Transformer's twin for CUDA: a kernel in which a warp takes servos through the network."""
+"""The Transformer's fused kernel for CUDA: a warp takes servos through the network."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import warp as wp
+
+from tendon_newton.actuators.networks.fused_weights import Shape
 
 LANES = 32
 """Threads of a CUDA warp."""
@@ -19,10 +21,7 @@ BLOCK = WARPS * LANES
 BLOCKS_PER_PROCESSOR = 8
 """Most blocks for each multiprocessor; a block reads the weights once, and then takes servos by the
 stride of all blocks. Three are resident; eight leave none of them idle at the end (one H200)."""
-SOURCE = Path(__file__).with_name("twin_transformer.cuh")
-
-Shape = tuple[int, int, int, int, bool, tuple[tuple[str, int], ...]]
-"""Window, width, heads, units of the feed-forward layer, causality, places of the blocks."""
+SOURCE = Path(__file__).with_name("fused_transformer.cuh")
 
 
 def has_cuda_kernel(shape: Shape) -> bool:

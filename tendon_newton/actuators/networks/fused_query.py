@@ -1,4 +1,4 @@
-"""A force network as a kernel that was compiled from its weights."""
+"""A Transformer as one kernel that was made for its sizes and reads its weights."""
 
 from __future__ import annotations
 
@@ -11,23 +11,32 @@ import torch
 import warp as wp
 
 from tendon_newton.actuators.networks.artifact import NetworkFile
+from tendon_newton.actuators.networks.fused_cuda import (
+    BLOCK,
+    block_count,
+    has_cuda_kernel,
+    transformer_on_cuda,
+)
+from tendon_newton.actuators.networks.fused_program import LANES, transformer
+from tendon_newton.actuators.networks.fused_weights import (
+    NoFusedKernel,
+    fused_weights,
+    is_transformer,
+)
 from tendon_newton.actuators.networks.history import CHANNELS, History
 from tendon_newton.actuators.networks.torchscript import ForceQuery, TorchScriptQuery
-from tendon_newton.actuators.networks.twin_cuda import BLOCK, block_count
-from tendon_newton.actuators.networks.twin_program import twin_program
-from tendon_newton.actuators.networks.twin_weights import NoTwin
 from tendon_newton.data.cards.force_network_card import INPUTS, PLAIN_HOLD
 from tendon_newton.data.recording import Array
 
 PARITY = 1.0e-4
-"""Largest difference [N] to the module that a twin may show when it is loaded."""
+"""Largest difference [N] to the module that a fused kernel may show when it is loaded."""
 CHECKED_WINDOWS = 64
-"""Random windows that a twin is checked on when it is loaded."""
+"""Random windows that a fused kernel is checked on when it is loaded."""
 
 LOG = logging.getLogger(__name__)
 
 
-class TwinQuery:
+class FusedQuery:
     """Runs a network over a window in one launch that reads the histories' ring in place.
 
     Args:
@@ -37,26 +46,26 @@ class TwinQuery:
         device: Warp device.
 
     Raises:
-        NoTwin: The network is of another kind.
+        NoFusedKernel: The network is of another kind.
     """
 
     is_warp_only = True
     hold = PLAIN_HOLD
 
     def __init__(self, module: Any, *, rate: float, limit: float, device: Any) -> None:
-        program = twin_program(module)
+        weights = fused_weights(module)
         self._device = wp.get_device(device)
-        self._kernel = program.kernel
-        self._cuda_kernel = program.cuda if self._device.is_cuda else None
-        self._lanes = (1,) if self._device.is_cuda else program.lanes
-        self._arrays = [wp.array(values, device=self._device) for values in program.arrays]
+        on_cuda = self._device.is_cuda and has_cuda_kernel(weights.shape)
+        self._cuda_kernel = transformer_on_cuda(weights.shape) if on_cuda else None
+        self._shape = weights.shape
+        self._values = wp.array(weights.values, device=self._device)
         self._limit = limit
-        self.window = program.window
+        self.window = weights.window
         self.rate = rate
 
     def __call__(self, history: History, force: wp.array) -> None:
         """Write the forces [N] of all servos, shape (N,)."""
-        inputs = [history.ring, history.newest, history.count, *self._arrays, self._limit]
+        inputs = [history.ring, history.newest, history.count, self._values, self._limit]
         if self._cuda_kernel is not None:
             blocks = block_count(history.count, self._device.sm_count)
             wp.launch(
@@ -68,10 +77,11 @@ class TwinQuery:
                 device=self._device,
             )
             return
-        lanes = max((n for n in self._lanes if n <= history.count), default=self._lanes[0])
-        groups = -(-history.count // lanes)
-        kernel = self._kernel(lanes)
-        wp.launch(kernel, groups, inputs=inputs, outputs=[force], device=self._device)
+        lanes = 1 if self._device.is_cuda else LANES
+        kernel = transformer(self._shape, lanes)
+        wp.launch(
+            kernel, -(-history.count // lanes), inputs=inputs, outputs=[force], device=self._device
+        )
 
     @property
     def has_cuda_kernel(self) -> bool:
@@ -82,34 +92,37 @@ class TwinQuery:
         """Drop nothing: all that a window says is in the history."""
 
 
-def twin_or_module(file: NetworkFile, device: Any) -> ForceQuery:
-    """Return the twin of a network, or with a warning the module where there is none.
+def fused_or_module(file: NetworkFile, device: Any) -> ForceQuery:
+    """Return a network as its fused kernel, or as its module where there is none that serves.
 
     The two are compared on random windows within the bounds of the training.
     """
     card = file.card
     module = TorchScriptQuery(
-        file.module, window=card.window, rate=card.rate, limit=card.force_limit
+        file.module, window=card.window, rate=card.rate, limit=card.force_limit, hold=card.hold
     )
+    if not is_transformer(file.module):
+        return module
     try:
-        twin = TwinQuery(file.module, rate=card.rate, limit=card.force_limit, device=device)
-    except NoTwin as reason:
+        fused = FusedQuery(file.module, rate=card.rate, limit=card.force_limit, device=device)
+    except NoFusedKernel as reason:
         warnings.warn(f"{file.path} runs as TorchScript: {reason}", stacklevel=2)
         return module
-    if wp.get_device(device).is_cuda and not twin.has_cuda_kernel:
+    fused.hold = card.hold
+    if wp.get_device(device).is_cuda and not fused.has_cuda_kernel:
         LOG.info("%s: layers this wide run faster as torch's matrix products on a GPU", file.path)
         return module
     history = random_history(file, device)
-    difference = float(np.abs(forces_of(twin, history) - forces_of(module, history)).max())
-    LOG.info("%s: twin and module differ by %.2g N at most", file.path, difference)
+    difference = float(np.abs(forces_of(fused, history) - forces_of(module, history)).max())
+    LOG.info("%s: fused kernel and module differ by %.2g N at most", file.path, difference)
     if not difference <= PARITY:
         warnings.warn(
-            f"{file.path} runs as TorchScript: its twin differs by {difference:.2g} N, "
+            f"{file.path} runs as TorchScript: its fused kernel differs by {difference:.2g} N, "
             f"more than {PARITY:g} N",
             stacklevel=2,
         )
         return module
-    return twin
+    return fused
 
 
 def forces_of(query: ForceQuery, history: History) -> Array:

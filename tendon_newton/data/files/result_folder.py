@@ -1,4 +1,4 @@
-"""What several verbs do before they write."""
+"""Steps that several verbs take before they write."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@
 //
 // The constants in capitals stand before this text: WINDOW samples (at most a warp's lanes) of
 // WIDTH numbers, HEADS of DEPTH, FEED units between the layers, and AT_..., where each block of
-// numbers begins among the weights (see `twin_weights.py`).
+// numbers begins among the weights (see `fused_weights.py`).
 
 constexpr int LANES = 32, PAIRS = HEADS * WIDTH, ROW = WIDTH + 4;  // ROW: no two lanes on one bank
 constexpr int FIRST_LAYER = AT_LAYER_2 - AT_LAYER_1, OWN = 4 * WIDTH;

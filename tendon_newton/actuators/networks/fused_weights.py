@@ -1,4 +1,4 @@
-"""A Transformer's weights as its compiled twin reads them: one array, products taken beforehand."""
+"""A Transformer's weights as its fused kernel reads them: one array, products taken beforehand."""
 
 from __future__ import annotations
 
@@ -18,8 +18,12 @@ ALIGNED = 4
 """Numbers that a GPU loads at once, from a multiple of their size."""
 
 
+Shape = tuple[int, int, int, int, bool, tuple[tuple[str, int], ...]]
+"""Window, width, heads, units of the feed-forward layer, causality, places of the blocks."""
+
+
 @dataclass(frozen=True, kw_only=True)
-class TwinWeights:
+class FusedWeights:
     """All numbers of a Transformer with two layers, and where each block of them begins."""
 
     values: NDArray[np.float32]
@@ -32,9 +36,15 @@ class TwinWeights:
     feed: int
     causal: bool
 
+    @property
+    def shape(self) -> Shape:
+        """What decides the code of the kernel."""
+        places = tuple(self.places.items())
+        return (self.window, self.width, self.heads, self.feed, self.causal, places)
 
-class NoTwin(Exception):
-    """The network is not of a kind that has a twin; the message says why."""
+
+class NoFusedKernel(Exception):
+    """The network has no fused kernel; the message says why."""
 
 
 def is_transformer(module: Any) -> bool:
@@ -42,7 +52,7 @@ def is_transformer(module: Any) -> bool:
     return any(name.startswith("encoder.") for name, _ in tensors(module))
 
 
-def twin_weights(module: Any) -> TwinWeights:
+def fused_weights(module: Any) -> FusedWeights:
     """Read a Transformer's weights by name.
 
     The input's normalisation, projection and places go into one matrix and one constant per place,
@@ -50,19 +60,21 @@ def twin_weights(module: Any) -> TwinWeights:
     linear layer, the logits' scale into the queries.
 
     Raises:
-        NoTwin: The network has other layers.
+        NoFusedKernel: The network has other layers.
     """
     state = {name: tensor.detach().cpu().double().numpy() for name, tensor in tensors(module)}
     needed = ("project.weight", "encoder.1.query_key_value.weight", "head.4.weight", "mask")
     if any(name not in state for name in needed) or f"encoder.{LAYERS}.mix.weight" in state:
-        raise NoTwin(f"it is no Transformer of {LAYERS} layers with weights of the known names")
+        raise NoFusedKernel(
+            f"it is no Transformer of {LAYERS} layers with weights of the known names"
+        )
     window, width = state["positions"].shape
     heads = int(dict(module.named_modules())["encoder.0"].heads)
     widths = tuple(len(state[f"head.{k}.bias"]) for k in (0, 2, 4))
     hidden = np.triu(np.ones((window, window), dtype=bool), 1)
     causal = bool(np.all(np.isneginf(state["mask"][hidden]))) and window > 1
     if widths != HEAD_WIDTHS or not (causal or not state["mask"].any()):
-        raise NoTwin("its perceptron or its mask is of another form")
+        raise NoFusedKernel("its perceptron or its mask is of another form")
     inputs = state["project.weight"] / state["input_scale"]
     shift = state["project.bias"] - inputs @ state["input_mean"]
     place = state["positions"] + shift
@@ -87,7 +99,7 @@ def twin_weights(module: Any) -> TwinWeights:
         block, inner = laid_out(layer_blocks(state, layer), 0)
         places |= {f"layer_{layer + 1}": len(values), **inner}
         values = np.concatenate([values, block])
-    return TwinWeights(
+    return FusedWeights(
         values=values.astype(np.float32),
         places=places,
         window=window,
