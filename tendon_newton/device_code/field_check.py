@@ -6,13 +6,49 @@ import ast
 import inspect
 import textwrap
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 from tendon_newton.errors import InvalidDeviceCode
 
 
+@dataclass(frozen=True)
+class FieldUse:
+    """A place where a device function reads or writes a field of a struct."""
+
+    struct: type
+    """Declaration of the struct."""
+    field: str
+    """Name of the field."""
+    place: str
+    """File and line."""
+
+
 @cache
+def field_uses(
+    template: Callable[..., Any], is_struct: Callable[[Any], bool]
+) -> tuple[FieldUse, ...]:
+    """Return the fields that a device function reads or writes.
+
+    Args:
+        template: A device function whose structs are declared.
+        is_struct: Whether a value is the declaration of a struct.
+    """
+    lines, first = inspect.getsourcelines(template)
+    function = ast.parse(textwrap.dedent("".join(lines))).body[0]
+    structs = _structs_of(function, template.__globals__, is_struct)
+    file = inspect.getsourcefile(template)
+    uses = []
+    for node in ast.walk(function):
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
+            struct = structs.get(node.value.id)
+            if struct is not None:
+                place = f"{file}:{first + node.lineno - 1}"
+                uses.append(FieldUse(struct=struct, field=node.attr, place=place))
+    return tuple(uses)
+
+
 def check_fields(template: Callable[..., Any], is_struct: Callable[[Any], bool]) -> None:
     """Refuse a device function that reads or writes a field which its struct does not have.
 
@@ -23,18 +59,12 @@ def check_fields(template: Callable[..., Any], is_struct: Callable[[Any], bool])
     Raises:
         InvalidDeviceCode: It does; the message names function, struct, field and line.
     """
-    lines, first = inspect.getsourcelines(template)
-    function = ast.parse(textwrap.dedent("".join(lines))).body[0]
-    structs = _structs_of(function, template.__globals__, is_struct)
-    for node in ast.walk(function):
-        if not (isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name)):
-            continue
-        struct = structs.get(node.value.id)
-        if struct is not None and node.attr not in struct.__annotations__:
+    for use in field_uses(template, is_struct):
+        known = use.struct.__annotations__
+        if use.field not in known:
             raise InvalidDeviceCode(
-                f"{template.__qualname__} asks a {struct.__name__} for {node.attr!r}; it has "
-                f"{', '.join(struct.__annotations__)} "
-                f"({inspect.getsourcefile(template)}:{first + node.lineno - 1})"
+                f"{template.__qualname__} asks a {use.struct.__name__} for {use.field!r}; it has "
+                f"{', '.join(known)} ({use.place})"
             )
 
 

@@ -20,6 +20,7 @@ from tendon_newton.simulation.dynamics import settling
 from tendon_newton.simulation.kernels import position_kernels, rollout_kernels
 from tendon_newton.simulation.kernels.position_kernels import POSITION_EFFECTS
 from tendon_newton.simulation.model.kernel_types import kernel_types
+from tendon_newton.simulation.model.stage_fields import check_stage
 from tendon_newton.simulation.model.structure import Structure
 from tendon_newton.simulation.tendons import measured_force, routes, stages
 
@@ -179,6 +180,8 @@ def bind_stages(specialiser: Specialiser, structure: Structure) -> None:
     for stage, (slot, template) in STAGES.items():
         hooks = [(effect.name, structure.hook(effect, stage)) for effect in effects]
         acting = [(name, hook) for name, hook in hooks if hook]
+        for _, hook in acting:
+            check_stage(hook, stage)
         specialiser.bind(slot, stage_function(specialiser, template, acting, structure))
     for stage, (slot, template) in MEMORIES.items():
         keeping = [
