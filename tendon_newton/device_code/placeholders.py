@@ -69,7 +69,7 @@ class Jet(Placeholder):
 class Values(Placeholder):
     """An effect's own parameters in the order of its declaration, padded with zeros to three.
 
-    `values[3]` is what the effect remembers.
+    `values[3]` is what the effect remembers, `values[4]` the second of two such numbers.
     """
 
 
@@ -164,6 +164,8 @@ HAS_ROTOR: bool = constant()
 """Whether a rotor's inertia stands between the motor and the load cell."""
 MAY_HOLD: bool = constant()
 """Whether any effect of the kernel holds a tendon at a speed."""
+HAS_DUTY: bool = constant()
+"""Whether any effect acts on the share of all it has which a servo gives."""
 DRY_OFFSETS: tuple[int, ...] = constant()
 """Where the strengths of the tendons' dry frictions stand among the parameters."""
 REST: float = constant()
@@ -177,6 +179,10 @@ OFFSETS: tuple[int, ...] = constant()
 """Where their parameters start."""
 MEMORIES: tuple[int, ...] = constant()
 """Where their memories start, -1 for none."""
+SECOND_MEMORIES: tuple[int, ...] = constant()
+"""Where the second of two memories starts, -1 for none."""
+PLACES: tuple[int, ...] = constant()
+"""Where the results of functions that renew a memory start."""
 
 HAS_MEMORY: bool = constant()
 """Whether any effect of the kernel has internal state."""

@@ -128,6 +128,12 @@ def error_effects(error: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
 
 
 @slot
+def duty_effects(duty: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
+    """The share of all that it has which the servo gives [1]: duty cycle, or force over limit."""
+    ...
+
+
+@slot
 def motor_force_effects(force: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
     """The motor's force at the spool [N], pulling or pushing, after the servo's own limit."""
     ...
@@ -167,6 +173,22 @@ def damping_effects(torque: Jet, joint: Joint, p: ParameterVector) -> Jet:
 
 
 # --- what effects remember after a stage
+
+
+@slot
+def error_memory(
+    error: Jet, tendon: Tendon, p: ParameterVector, memory: MemoryVector
+) -> MemoryVector:
+    """A memory renewed by the effects that remember the position error."""
+    ...
+
+
+@slot
+def duty_memory(
+    duty: Jet, tendon: Tendon, p: ParameterVector, memory: MemoryVector
+) -> MemoryVector:
+    """A memory renewed by the effects that remember the servo's duty."""
+    ...
 
 
 @slot
@@ -214,6 +236,18 @@ def offset_effects(angle: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
 @slot
 def actuator_force(error: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
     """The actuator's force at the spool [N], before the servo's limit."""
+    ...
+
+
+@slot
+def asked_duty(error: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
+    """The share of all that it has which the actuator asks for [1]."""
+    ...
+
+
+@slot
+def driven_force(duty: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
+    """The actuator's force at such a share [N], before the servo's limit."""
     ...
 
 

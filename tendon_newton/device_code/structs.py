@@ -62,6 +62,8 @@ class Tendon:
     """What was decided at the start of a step: 0 nothing, 1 the string is taut, 2 it is slack."""
     force_limit: real
     """Greatest force of the servo, pulling or pushing [N]."""
+    carried: real
+    """What the gear of a shaft carries [N]; 0 where that is not known."""
     least_tension: real
     """Least tension [N]: 0 for a string, which cannot push."""
     command: real
@@ -481,6 +483,8 @@ class Drive:
     """What was decided at the start of a step: 0 nothing, 1 taut, 2 slack."""
     string: real
     """Stiffness of the strings of spools that move on their own [N/m]."""
+    carried: TendonVector
+    """What the gears of shafts carry [N]; 0 where that is not known."""
     q: JointVector
     """Coordinates [rad, m]."""
     v: JointVector
@@ -597,6 +601,10 @@ class Flow:
 
     angle: Jet
     """Angle that the servo acts on [rad]."""
+    error: Jet
+    """Position error that it acts on [rad]."""
+    duty: Jet
+    """Share of all that it has which it gives [1], where an effect asks for it."""
     motor_force: Jet
     """Motor's force at the spool [N]."""
     tension: Jet

@@ -72,6 +72,8 @@ def test_no_effect_reads_what_its_stage_does_not_know(name: str) -> None:
         hook = EFFECTS[name].hook(stage)
         if hook is not None:
             check_stage(hook, stage)
+    for renewal in EFFECTS[name].renewals():
+        check_stage(renewal, None)
 
 
 def functions_of(module: ModuleType) -> Iterator[ast.FunctionDef]:

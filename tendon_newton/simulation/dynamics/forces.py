@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warp as wp
 
+from tendon_newton.device_code.linear_algebra import inverse
 from tendon_newton.device_code.placeholders import (
     FREE_SPOOL,
     HAS_ROTOR,
@@ -58,6 +59,9 @@ def smooth_forces(mechanism: Mechanism, p: ParameterVector, here: Drive, modes: 
         damping = damping + touch.damping
     arms = tendon_arms(mechanism, here)
     bow = tendon_bow(here)
+    loaded = here
+    if wp.static(HAS_ROTOR and not FREE_SPOOL):
+        loaded.carried = carried_forces(mechanism, p, here, modes, mass_matrix, torque)
     out = Forces()
     tension = TendonVector()
     slack = TendonVector()
@@ -70,7 +74,7 @@ def smooth_forces(mechanism: Mechanism, p: ParameterVector, here: Drive, modes: 
         if wp.static(FREE_SPOOL):
             moves = modes.joint_sticks[LINKS + d] == real(0.0)
         if modes.tendon_sticks[d] == real(0.0) and not moves:
-            flow = flow_at(mechanism, p, here, d, modes.tendon[d])
+            flow = flow_at(mechanism, p, loaded, d, modes.tendon[d])
             pull = flow.pull
             tension[d] = pull[0]
             slack[d] = flow.slack
@@ -113,6 +117,54 @@ def smooth_forces(mechanism: Mechanism, p: ParameterVector, here: Drive, modes: 
             if modes.joint_sticks[LINKS + d] == real(0.0):
                 out = with_spool(mechanism, p, here, modes, d, out)
     return out
+
+
+@device_template
+def carried_forces(
+    mechanism: Mechanism,
+    p: ParameterVector,
+    here: Drive,
+    modes: Modes,
+    mass_matrix: JointMatrix,
+    torque: JointVector,
+) -> TendonVector:
+    """Return the force [N] that each sliding gear is given, by its motor less the rotor.
+
+    Friction under load is taken on the side of the motor here. That changes how much the gear
+    carries, and not on which side: what is left of it after dry friction is a sum of the motor's
+    and the load's part, each times an inertia, over one that alone knows of the side.
+    """
+    arms = tendon_arms(mechanism, here)
+    bow = tendon_bow(here)
+    m = mass_matrix
+    push = torque
+    force = TendonVector()
+    felt = TendonVector()
+    for d in range(TENDONS):
+        if modes.tendon_sticks[d] == real(0.0):
+            flow = flow_at(mechanism, p, here, d, modes.tendon[d])
+            inertia = rotor_inertia(mechanism, here.world, p, d)
+            force[d] = flow.motor_force[0]
+            felt[d] = inertia
+            for i in range(JOINTS):
+                passed = flow.pull[0] - flow.pull_gain * inertia * bow[d]
+                push[i] = push[i] + arms[d, i] * passed
+                for j in range(JOINTS):
+                    m[i, j] = m[i, j] + arms[d, i] * arms[d, j] * flow.pull_gain * inertia
+    for j in range(JOINTS):
+        if modes.joint_sticks[j] > real(0.0):
+            push[j] = real(0.0)
+            for i in range(JOINTS):
+                m[i, j] = real(0.0)
+                m[j, i] = real(0.0)
+            m[j, j] = real(1.0)
+    acceleration = inverse(m) * push
+    for d in range(TENDONS):
+        rate = bow[d]
+        for j in range(JOINTS):
+            rate = rate + arms[d, j] * acceleration[j]
+        force[d] = force[d] - felt[d] * rate
+    return force
 
 
 @device_template

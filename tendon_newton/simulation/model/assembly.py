@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -22,7 +22,7 @@ from tendon_newton.simulation.kernels.position_kernels import POSITION_EFFECTS
 from tendon_newton.simulation.model.kernel_types import kernel_types
 from tendon_newton.simulation.model.stage_fields import check_stage
 from tendon_newton.simulation.model.structure import Structure
-from tendon_newton.simulation.tendons import measured_force, routes, stages
+from tendon_newton.simulation.tendons import measured_force, pipeline, routes, stages
 
 STAGES: dict[Stage, tuple[Any, Any]] = {
     Stage.PERIOD: (slots.period_effects, stages.scalar_stage),
@@ -32,6 +32,7 @@ STAGES: dict[Stage, tuple[Any, Any]] = {
     Stage.STRETCH: (slots.stretch_effects, stages.tendon_stage),
     Stage.ANGLE: (slots.angle_effects, stages.tendon_stage),
     Stage.ERROR: (slots.error_effects, stages.tendon_stage),
+    Stage.DUTY: (slots.duty_effects, stages.tendon_stage),
     Stage.MOTOR_FORCE: (slots.motor_force_effects, stages.tendon_stage),
     Stage.TENSION: (slots.tension_effects, stages.tendon_stage),
     Stage.ENCODER: (slots.encoder_effects, stages.tendon_stage),
@@ -48,6 +49,8 @@ STAGES: dict[Stage, tuple[Any, Any]] = {
 }
 """Where each stage is called, and the template that applies its effects."""
 MEMORIES: dict[Stage, tuple[Any, Any]] = {
+    Stage.ERROR: (slots.error_memory, stages.tendon_memory),
+    Stage.DUTY: (slots.duty_memory, stages.tendon_memory),
     Stage.MOTOR_FORCE: (slots.motor_force_memory, stages.tendon_memory),
     Stage.TENSION: (slots.tension_memory, stages.tendon_memory),
     Stage.SPRING: (slots.spring_memory, stages.joint_memory),
@@ -150,6 +153,7 @@ def assemble(structure: Structure, *, taped: bool = False) -> Assembly:
         specialiser.bind(slots.actuator_force, measured_force.true_tension)
         specialiser.bind(slots.armature, measured_force.no_armature)
         specialiser.bind(slots.clock_effects, measured_force.reading_instant)
+    bind_duty(specialiser, structure)
     chain = planar_chain if structure.planar else spatial_chain
     specialiser.bind(slots.chain_terms, chain.chain_terms)
     if structure.routes.spans:
@@ -162,6 +166,16 @@ def assemble(structure: Structure, *, taped: bool = False) -> Assembly:
         specialiser.bind(slots.contact_terms, contacts.contact_terms)
         specialiser.bind(slots.contact_memory, contacts.contact_memory)
     return Assembly(structure=structure, types=types, specialiser=specialiser)
+
+
+def bind_duty(specialiser: Specialiser, structure: Structure) -> None:
+    """Bind what a servo gives as a share of all that it has: a motor's duty, else its force."""
+    actuator = find_actuator(structure.actuator)
+    asked, given = pipeline.duty_of_force, pipeline.force_of_duty
+    if structure.driven_by == "command" and actuator.modulated:
+        asked, given = actuator.duty, actuator.driven
+    specialiser.bind(slots.asked_duty, asked)
+    specialiser.bind(slots.driven_force, given)
 
 
 def bind_routes(specialiser: Specialiser, *, taped: bool) -> None:
@@ -184,12 +198,13 @@ def bind_stages(specialiser: Specialiser, structure: Structure) -> None:
             check_stage(hook, stage)
         specialiser.bind(slot, stage_function(specialiser, template, acting, structure))
     for stage, (slot, template) in MEMORIES.items():
-        keeping = [
-            (effect.name, effect.renewal())
-            for effect in effects
-            if effect.memory is stage and structure.remembers(effect)
-        ]
-        specialiser.bind(slot, stage_function(specialiser, template, keeping, structure))
+        keepers = [e for e in effects if e.memory is stage and structure.remembers(e)]
+        keeping = [(e.name, renewal) for e in keepers for renewal in e.renewals()]
+        for _, renewal in keeping:
+            check_stage(renewal, None)
+        places = [place for e in keepers for place in structure.memories[e.name]]
+        function = stage_function(specialiser, template, keeping, structure, places)
+        specialiser.bind(slot, function)
 
 
 def able_effects(structure: Structure) -> list[type[Effect]]:
@@ -211,11 +226,26 @@ def bind_position_stages(specialiser: Specialiser, structure: Structure) -> None
 
 
 def stage_function(
-    specialiser: Specialiser, template: Any, hooks: list[tuple[str, Any]], structure: Structure
+    specialiser: Specialiser,
+    template: Any,
+    hooks: list[tuple[str, Any]],
+    structure: Structure,
+    places: Sequence[int] = (),
 ) -> Any:
-    """Bind a stage's template to the device functions of some effects."""
+    """Bind a stage's template to the device functions of some effects.
+
+    Args:
+        specialiser: Binds it.
+        template: Of the stage.
+        hooks: Device functions with the names of their effects.
+        structure: Has the effects.
+        places: Where each function's result goes in a world's memory, if it is remembered.
+    """
     child = specialiser.child()
     child.bind(placeholders.FUNCTIONS, tuple(child.function(hook) for _, hook in hooks))
     child.bind(placeholders.OFFSETS, tuple(structure.offsets[name] for name, _ in hooks))
-    child.bind(placeholders.MEMORIES, tuple(structure.memories.get(name, -1) for name, _ in hooks))
+    own = [(*structure.memories.get(name, ()), -1, -1) for name, _ in hooks]
+    child.bind(placeholders.MEMORIES, tuple(first for first, *_ in own))
+    child.bind(placeholders.SECOND_MEMORIES, tuple(second for _, second, *_ in own))
+    child.bind(placeholders.PLACES, tuple(places))
     return child.function(template)

@@ -59,7 +59,7 @@ def vector_types(structure: Structure) -> dict[Any, Any]:
         d.Place: vector(2) if structure.planar else vector(3),
         d.LinkInertia: real if structure.planar else matrix(3, 3),
         d.Jet: vector(3),
-        d.Values: vector(4),
+        d.Values: vector(5),
         d.MemoryVector: vector(max(structure.memory_count, 1)),
         d.JointVector: vector(joints),
         d.JointMatrix: matrix(joints, joints),
@@ -91,6 +91,7 @@ def code_constants(structure: Structure) -> dict[Any, Any]:
         d.FREE_SPOOL: structure.free_spool,
         d.HAS_ROTOR: structure.has_rotor,
         d.MAY_HOLD: structure.may_hold,
+        d.HAS_DUTY: structure.uses(Stage.DUTY),
         d.DRY_OFFSETS: structure.dry_offsets,
         d.REST: REST[structure.precision],
     }

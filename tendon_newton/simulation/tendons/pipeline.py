@@ -1,6 +1,6 @@
 r"""The stages between a command and the tendon's pull, and between a joint's state and its torque.
 
-    clock -> error -> [actuator] -> [servo's limit] -> motor force -> tension
+    clock -> error -> duty -> [actuator] -> [servo's limit] -> motor force -> tension
           -> [a string cannot push] -> transmission -> mechanism
     mechanism -> radius -> stretch -> angle -> error
 
@@ -21,6 +21,7 @@ import warp as wp
 
 from tendon_newton.device_code.placeholders import (
     FREE_SPOOL,
+    HAS_DUTY,
     HAS_ROTOR,
     JOINTS,
     LINKS,
@@ -35,8 +36,13 @@ from tendon_newton.device_code.placeholders import (
 from tendon_newton.device_code.slots import (
     actuator_force,
     angle_effects,
+    asked_duty,
     damping_effects,
+    driven_force,
+    duty_effects,
+    duty_memory,
     error_effects,
+    error_memory,
     motor_force_effects,
     motor_force_memory,
     radius_effects,
@@ -97,6 +103,7 @@ def tendon_state(
     tendon.voltage = here.voltage
     tendon.enabled = here.enabled
     tendon.slack = here.slack[d]
+    tendon.carried = here.carried[d]
     tendon.force_limit = mechanism.force_limit[here.world][d]
     tendon.least_tension = mechanism.least_tension[here.world][d]
     tendon.command = here.command[d]
@@ -155,9 +162,28 @@ def servo_flow(tendon: Tendon, p: ParameterVector) -> Flow:
     error = Jet(tendon.command, real(0.0), real(0.0)) - flow.angle
     acting = tendon
     acting.error = error[0]
-    force = clip(actuator_force(error_effects(error, acting, p), acting, p), -limit, limit)
+    flow.error = error_effects(error, acting, p)
+    if wp.static(HAS_DUTY):
+        acting.force_limit = wp.min(limit, real(HELD))
+        flow.duty = duty_effects(asked_duty(flow.error, acting, p), acting, p)
+        force = clip(driven_force(flow.duty, acting, p), -limit, limit)
+    else:
+        force = clip(actuator_force(flow.error, acting, p), -limit, limit)
     flow.motor_force = motor_force_effects(force * tendon.enabled, acting, p)
     return flow
+
+
+@device_template
+def duty_of_force(error: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
+    """Return the share of its limit that a servo's force would be [1]."""
+    limit = tendon.force_limit
+    return clip(actuator_force(error, tendon, p), -limit, limit) * (real(1.0) / limit)
+
+
+@device_template
+def force_of_duty(duty: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
+    """Return the force [N] that is a share of a servo's limit."""
+    return duty * tendon.force_limit
 
 
 @device_template
@@ -181,11 +207,15 @@ def rotor_flow(flow: Flow, tendon: Tendon, p: ParameterVector) -> Flow:
     """Follow the motor's force through gear and guides, and how much of the rotor they pass on.
 
     What the motor gives may be negative where a string still pulls, as its rotor slows down. So
-    friction is taken as of a pulling force, and who knows the acceleration decides on slack.
+    friction is taken as of a pulling force, and who knows the acceleration decides on slack. A gear
+    of a shaft is loaded on the side of what it carries, which may be all rotor, as in a fall with
+    the motor off; where that is not known, on the side of the motor.
     """
     out = flow
     motor = flow.motor_force
     probe = motor[0]
+    if tendon.carried != real(0.0):
+        probe = tendon.carried
     if tendon.least_tension == real(0.0):
         probe = wp.max(motor[0], real(PULLING))
     gear = gear_line(probe, tendon, p)
@@ -218,6 +248,8 @@ def flow_memory(
     """Renew what the effects along one tendon remember."""
     tendon = tendon_state(mechanism, p, here, d, side)
     flow = tendon_flow(tendon, p)
+    memory = error_memory(flow.error, tendon, p, memory)
+    memory = duty_memory(flow.duty, tendon, p, memory)
     memory = motor_force_memory(flow.motor_force, tendon, p, memory)
     return tension_memory(flow.tension, tendon, p, memory)
 

@@ -8,6 +8,8 @@ from tendon_newton.device_code.placeholders import (
     FUNCTIONS,
     MEMORIES,
     OFFSETS,
+    PLACES,
+    SECOND_MEMORIES,
     Jet,
     MemoryVector,
     ParameterVector,
@@ -19,16 +21,17 @@ from tendon_newton.device_code.templates import device_template
 
 
 @device_template
-def own_values(p: ParameterVector, offset: int, remembered: real) -> Values:
+def own_values(p: ParameterVector, offset: int, remembered: real, second: real) -> Values:
     """Return what is an effect's own; the parameter vector ends in two zeros of padding."""
-    return Values(p[offset], p[offset + 1], p[offset + 2], remembered)
+    return Values(p[offset], p[offset + 1], p[offset + 2], remembered, second)
 
 
 @device_template
 def scalar_stage(signal: real, p: ParameterVector) -> real:
     """Apply effects to a number that neither position nor speed decides."""
     for i in range(wp.static(len(FUNCTIONS))):
-        signal = wp.static(FUNCTIONS[i])(signal, own_values(p, wp.static(OFFSETS[i]), real(0.0)))
+        values = own_values(p, wp.static(OFFSETS[i]), real(0.0), real(0.0))
+        signal = wp.static(FUNCTIONS[i])(signal, values)
     return signal
 
 
@@ -36,7 +39,7 @@ def scalar_stage(signal: real, p: ParameterVector) -> real:
 def timed_stage(signal: real, time: real, p: ParameterVector) -> real:
     """Apply effects to a number at an instant [s]."""
     for i in range(wp.static(len(FUNCTIONS))):
-        values = own_values(p, wp.static(OFFSETS[i]), real(0.0))
+        values = own_values(p, wp.static(OFFSETS[i]), real(0.0), real(0.0))
         signal = wp.static(FUNCTIONS[i])(signal, time, values)
     return signal
 
@@ -45,7 +48,7 @@ def timed_stage(signal: real, time: real, p: ParameterVector) -> real:
 def joint_number_stage(signal: real, joint: Joint, p: ParameterVector) -> real:
     """Apply effects to a number of one joint."""
     for i in range(wp.static(len(FUNCTIONS))):
-        values = own_values(p, wp.static(OFFSETS[i]), real(0.0))
+        values = own_values(p, wp.static(OFFSETS[i]), real(0.0), real(0.0))
         signal = wp.static(FUNCTIONS[i])(signal, joint, values)
     return signal
 
@@ -57,7 +60,10 @@ def joint_stage(torque: Jet, joint: Joint, p: ParameterVector) -> Jet:
         remembered = real(0.0)
         if wp.static(MEMORIES[i] >= 0):
             remembered = joint.memory[wp.static(MEMORIES[i]) + joint.index]
-        values = own_values(p, wp.static(OFFSETS[i]), remembered)
+        second = real(0.0)
+        if wp.static(SECOND_MEMORIES[i] >= 0):
+            second = joint.memory[wp.static(SECOND_MEMORIES[i]) + joint.index]
+        values = own_values(p, wp.static(OFFSETS[i]), remembered, second)
         torque = wp.static(FUNCTIONS[i])(torque, joint, values)
     return torque
 
@@ -69,7 +75,10 @@ def tendon_stage(signal: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
         remembered = real(0.0)
         if wp.static(MEMORIES[i] >= 0):
             remembered = tendon.memory[wp.static(MEMORIES[i]) + tendon.index]
-        values = own_values(p, wp.static(OFFSETS[i]), remembered)
+        second = real(0.0)
+        if wp.static(SECOND_MEMORIES[i] >= 0):
+            second = tendon.memory[wp.static(SECOND_MEMORIES[i]) + tendon.index]
+        values = own_values(p, wp.static(OFFSETS[i]), remembered, second)
         signal = wp.static(FUNCTIONS[i])(signal, tendon, values)
     return signal
 
@@ -81,9 +90,12 @@ def joint_memory(
     """Renew what effects remember of one joint."""
     out = memory
     for i in range(wp.static(len(FUNCTIONS))):
-        slot = wp.static(MEMORIES[i]) + joint.index
-        values = own_values(p, wp.static(OFFSETS[i]), joint.memory[slot])
-        out[slot] = wp.static(FUNCTIONS[i])(torque, joint, values)
+        remembered = joint.memory[wp.static(MEMORIES[i]) + joint.index]
+        second = real(0.0)
+        if wp.static(SECOND_MEMORIES[i] >= 0):
+            second = joint.memory[wp.static(SECOND_MEMORIES[i]) + joint.index]
+        values = own_values(p, wp.static(OFFSETS[i]), remembered, second)
+        out[wp.static(PLACES[i]) + joint.index] = wp.static(FUNCTIONS[i])(torque, joint, values)
     return out
 
 
@@ -94,7 +106,10 @@ def tendon_memory(
     """Renew what effects remember of one tendon."""
     out = memory
     for i in range(wp.static(len(FUNCTIONS))):
-        slot = wp.static(MEMORIES[i]) + tendon.index
-        values = own_values(p, wp.static(OFFSETS[i]), tendon.memory[slot])
-        out[slot] = wp.static(FUNCTIONS[i])(signal, tendon, values)
+        remembered = tendon.memory[wp.static(MEMORIES[i]) + tendon.index]
+        second = real(0.0)
+        if wp.static(SECOND_MEMORIES[i] >= 0):
+            second = tendon.memory[wp.static(SECOND_MEMORIES[i]) + tendon.index]
+        values = own_values(p, wp.static(OFFSETS[i]), remembered, second)
+        out[wp.static(PLACES[i]) + tendon.index] = wp.static(FUNCTIONS[i])(signal, tendon, values)
     return out

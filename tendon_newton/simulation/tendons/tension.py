@@ -69,8 +69,13 @@ def tension_now(
                 arms = tendon_arms(mechanism, here)
                 bow = tendon_bow(here)
                 rate = excursion(arms, d, acceleration) + bow[d]
-                felt = sliding.tension_gain * rotor_inertia(mechanism, here.world, p, d)
-                tension = tension - felt * rate
+                inertia = rotor_inertia(mechanism, here.world, p, d)
+                tension = tension - sliding.tension_gain * inertia * rate
+                if wp.static(not FREE_SPOOL):
+                    loaded = here
+                    loaded.carried[d] = sliding.motor_force[0] - inertia * rate
+                    sliding = flow_at(mechanism, p, loaded, d, modes.tendon[d])
+                    tension = sliding.tension[0] - sliding.tension_gain * inertia * rate
         else:
             least = flow_at(mechanism, p, here, d, modes.least_side[d])
             most = flow_at(mechanism, p, here, d, modes.most_side[d])
