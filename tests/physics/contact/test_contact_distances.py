@@ -17,12 +17,11 @@ from tendon_newton.device_code.placeholders import (
     Vec3,
     real,
 )
-from tendon_newton.device_code.templates import device_template
+from tendon_newton.device_code.templates import Bindings, device_template
 from tendon_newton.mechanisms.geometry.obstacles import Box, Obstacle, Plane, Sphere
 from tendon_newton.simulation.contact.contact_distances import TILT, overlap_at
 from tendon_newton.simulation.contact.contact_plan import BETWEEN, END, SHAPES, START, ContactPlan
 from tendon_newton.simulation.model.assembly import assemble
-from tendon_newton.simulation.model.kernel_types import kernel_types
 from tendon_newton.simulation.model.structure import Structure
 from tests.physics.contact.contacts import deepest
 
@@ -47,7 +46,7 @@ def overlap_kernel(
 
 
 @cache
-def overlap_program() -> tuple[dict, wp.Kernel]:
+def overlap_program() -> tuple[Bindings, wp.Kernel]:
     """Compile the distances alone."""
     structure = Structure(
         parents=(-1,),
@@ -57,14 +56,14 @@ def overlap_program() -> tuple[dict, wp.Kernel]:
         effects=(),
         touch=ContactPlan(links=(0,), shapes=SHAPES),
     )
-    types = kernel_types(structure)
-    return types, assemble(structure, types).kernel(overlap_kernel)
+    assembly = assemble(structure)
+    return assembly.types, assembly.kernel(overlap_kernel)
 
 
 def depths(obstacle: Obstacle, ends: Array, radius: float, spot: int) -> tuple[Array, Array]:
     """Return depths [m] and normals of capsules with axes from and to, shape (N, 2, 3)."""
     types, kernel = overlap_program()
-    vector, square = types["Vec3"], types["Mat33"]
+    vector, square = types[Vec3], types[Mat33]
     depth = wp.zeros(len(ends), dtype=wp.float64, device="cpu")
     normal = wp.zeros(len(ends), dtype=vector, device="cpu")
     inputs = [
