@@ -239,6 +239,28 @@ class Worlds:
 
 
 @device_struct
+class Rows:
+    """The rows through which a launch takes worlds."""
+
+    begin: DeviceArray[int]
+    """First row of each recording."""
+    end: DeviceArray[int]
+    """The one behind its last."""
+    out: DeviceArray[int]
+    """Where the first row of each world's recording stands in a readout."""
+
+
+@device_struct
+class Samples:
+    """What force networks have seen of all servos; see `networks.history`."""
+
+    ring: DeviceBlock[wp.float32]
+    """Samples, shape (H, 3, N)."""
+    newest: DeviceArray[int]
+    """Place of each servo's newest sample in the ring, shape (N,)."""
+
+
+@device_struct
 class States:
     """The state of every world, carried on from launch to launch."""
 

@@ -41,7 +41,12 @@ from tendon_newton.device_code.structs import (
 )
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.gradients.substep_kernels import with_command
-from tendon_newton.simulation.dynamics.forces import smooth_forces
+from tendon_newton.simulation.dynamics.forces import (
+    along_free,
+    free_rows,
+    smooth_forces,
+    without_held,
+)
 from tendon_newton.simulation.dynamics.memory import remembered
 from tendon_newton.simulation.dynamics.modes import SWEEPS, choose_modes, row_force
 from tendon_newton.simulation.dynamics.sensors import tensions_in
@@ -200,20 +205,10 @@ def holding_forces(
 ) -> RowVector:
     """Return the pull [N] of each tendon that sticks: nothing accelerates along what holds."""
     forces = smooth_forces(mechanism, p, here, modes)
-    matrix = forces.mass_matrix
-    load = forces.torque
-    free = row_arms(mechanism, here, modes)
+    load = along_free(forces.torque, modes)
+    free = free_rows(row_arms(mechanism, here, modes), modes)
     bow = row_bow(here)
-    for j in range(JOINTS):
-        if modes.joint_sticks[j] > real(0.0):
-            for i in range(JOINTS):
-                matrix[i, j] = real(0.0)
-                matrix[j, i] = real(0.0)
-            for d in range(ROWS):
-                free[d, j] = real(0.0)
-            matrix[j, j] = real(1.0)
-            load[j] = real(0.0)
-    mobility = inverse(matrix)
+    mobility = inverse(without_held(forces.mass_matrix, modes))
     hold = RowVector()
     for d in range(ROWS):
         if modes.tendon_sticks[d] > real(0.0):

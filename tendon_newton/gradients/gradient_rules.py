@@ -14,7 +14,6 @@ import warp as wp
 from tendon_newton.device_code.linear_algebra import inverse, looped_inverse
 from tendon_newton.device_code.placeholders import (
     FREE_SPOOL,
-    JOINTS,
     ROWS,
     TOUCHES,
     JointMatrix,
@@ -27,7 +26,7 @@ from tendon_newton.device_code.placeholders import (
 from tendon_newton.device_code.structs import Commands, Drive, Log, Mechanism, Modes
 from tendon_newton.device_code.templates import Specialiser, device_template
 from tendon_newton.simulation.contact.contact_distances import constant_share, halved_share
-from tendon_newton.simulation.dynamics.forces import touching
+from tendon_newton.simulation.dynamics.forces import along_free, free_rows, touching
 from tendon_newton.simulation.dynamics.modes import SWEEPS, choose_modes, constrained_solve
 from tendon_newton.simulation.kernels.command_log import find_row
 
@@ -47,13 +46,8 @@ def constraint_forces(
 
     A^T z = load - M x over the joints that are free.
     """
-    rest = load - matrix * x
-    free = arms
-    for j in range(JOINTS):
-        if modes.joint_sticks[j] > real(0.0):
-            rest[j] = real(0.0)
-            for d in range(ROWS):
-                free[d, j] = real(0.0)
+    rest = along_free(load - matrix * x, modes)
+    free = free_rows(arms, modes)
     z = RowVector()
     for _sweep in range(wp.static(1 if ROWS == 1 else SWEEPS)):
         for d in range(ROWS):

@@ -11,12 +11,14 @@ from tendon_newton.device_code.placeholders import (
     JOINTS,
     LINKS,
     ROUTED,
+    ROWS,
     TENDONS,
     TOUCHES,
     Jet,
     JointMatrix,
     JointVector,
     ParameterVector,
+    RowMatrix,
     TendonVector,
     real,
 )
@@ -120,6 +122,40 @@ def smooth_forces(mechanism: Mechanism, p: ParameterVector, here: Drive, modes: 
 
 
 @device_template
+def without_held(matrix: JointMatrix, modes: Modes) -> JointMatrix:
+    """Return a matrix that leaves the joints alone which are held: their rows are those of one."""
+    out = matrix
+    for j in range(JOINTS):
+        if modes.joint_sticks[j] > real(0.0):
+            for i in range(JOINTS):
+                out[i, j] = real(0.0)
+                out[j, i] = real(0.0)
+            out[j, j] = real(1.0)
+    return out
+
+
+@device_template
+def along_free(load: JointVector, modes: Modes) -> JointVector:
+    """Return a load on the joints that are not held."""
+    out = load
+    for j in range(JOINTS):
+        if modes.joint_sticks[j] > real(0.0):
+            out[j] = real(0.0)
+    return out
+
+
+@device_template
+def free_rows(arms: RowMatrix, modes: Modes) -> RowMatrix:
+    """Return the rows of the tendons on the joints that are not held."""
+    out = arms
+    for j in range(JOINTS):
+        if modes.joint_sticks[j] > real(0.0):
+            for d in range(ROWS):
+                out[d, j] = real(0.0)
+    return out
+
+
+@device_template
 def carried_forces(
     mechanism: Mechanism,
     p: ParameterVector,
@@ -151,14 +187,7 @@ def carried_forces(
                 push[i] = push[i] + arms[d, i] * passed
                 for j in range(JOINTS):
                     m[i, j] = m[i, j] + arms[d, i] * arms[d, j] * flow.pull_gain * inertia
-    for j in range(JOINTS):
-        if modes.joint_sticks[j] > real(0.0):
-            push[j] = real(0.0)
-            for i in range(JOINTS):
-                m[i, j] = real(0.0)
-                m[j, i] = real(0.0)
-            m[j, j] = real(1.0)
-    acceleration = inverse(m) * push
+    acceleration = inverse(without_held(m, modes)) * along_free(push, modes)
     for d in range(TENDONS):
         rate = bow[d]
         for j in range(JOINTS):

@@ -31,7 +31,13 @@ from tendon_newton.device_code.placeholders import (
 )
 from tendon_newton.device_code.structs import Drive, Mechanism, Modes
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.simulation.dynamics.forces import smooth_forces, touching
+from tendon_newton.simulation.dynamics.forces import (
+    along_free,
+    free_rows,
+    smooth_forces,
+    touching,
+    without_held,
+)
 from tendon_newton.simulation.tendons.pipeline import flow_at
 from tendon_newton.simulation.tendons.routes import row_arms, row_bow
 from tendon_newton.simulation.tendons.spools import (
@@ -293,20 +299,9 @@ def constrained_solve(
     matrix: JointMatrix, load: JointVector, modes: Modes, arms: RowMatrix, bow: RowVector
 ) -> JointVector:
     """Solve matrix x = load with x = 0 along every joint that is held, -bow along every tendon."""
-    m = matrix
-    b = load
-    free = arms
-    for j in range(JOINTS):
-        if modes.joint_sticks[j] > real(0.0):
-            for i in range(JOINTS):
-                m[i, j] = real(0.0)
-                m[j, i] = real(0.0)
-            for d in range(ROWS):
-                free[d, j] = real(0.0)
-            m[j, j] = real(1.0)
-            b[j] = real(0.0)
-    mobility = inverse(m)
-    x = mobility * b
+    free = free_rows(arms, modes)
+    mobility = inverse(without_held(matrix, modes))
+    x = mobility * along_free(load, modes)
     if wp.static(MAY_HOLD):
         for _sweep in range(wp.static(1 if ROWS == 1 else SWEEPS)):
             for d in range(ROWS):

@@ -14,7 +14,7 @@ from tendon_newton.data.checks.lint_checks import blocked_rows
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.device_code.placeholders import ParameterVector, TendonVector, real
-from tendon_newton.device_code.structs import Commands, Readout, States, Worlds
+from tendon_newton.device_code.structs import Commands, Readout, Rows, States, Worlds
 from tendon_newton.device_code.structs import Mechanism as MechanismNumbers
 from tendon_newton.errors import (
     InvalidModelFile,
@@ -320,13 +320,14 @@ class Rollout:
         force = self.force.open(launch.count, self.kernels.structure.tendon_count, self.device)
         force.settle(servos)
         begin, end = (self.array(rounds[0].astype(np.int32), wp.int32) for _ in range(2))
+        span = struct_of(self.kernels.types, Rows, begin=begin, end=end, out=first)
         after = np.append(rounds[1:], np.full_like(rounds[:1], NONE_LEFT), axis=0)
         for rows, following in zip(rounds, after, strict=True):
             servos.look_at(rows)
             force.renew(servos)
             begin.assign(np.where(rows < 0, NEVER, rows))
             end.assign(np.where(following < 0, NEVER, following))
-            launch.run(self.kernels.rollout, begin, end, step, launch.states, first, readout)
+            launch.run(self.kernels.rollout, span, step, launch.states, readout)
 
     def rows_of(self, recording: int) -> slice:
         """Return where a recording's simulated rows stand among all."""

@@ -13,6 +13,7 @@ from tendon_newton.data.recording import Indices
 from tendon_newton.simulation.hosts.launch import Launch
 from tendon_newton.simulation.kernels import history_kernels
 from tendon_newton.simulation.model.assembly import KernelSet, assemble
+from tendon_newton.simulation.model.kernel_arrays import samples_of
 from tendon_newton.simulation.model.structure import Structure
 
 if TYPE_CHECKING:
@@ -45,8 +46,8 @@ class RolloutServos:
     def sense(self, samples: History, *, fill: bool = False) -> None:
         """Add what each servo does in its row to its history."""
         sense, _ = servo_kernel_set(self._kernels.structure)
-        states, ring = self._worlds.states, samples.ring
-        self._worlds.run(sense, self._rows, int(fill), states, ring, samples.newest)
+        own = self._worlds
+        own.run(sense, self._rows, int(fill), own.states, samples_of(self._kernels.types, samples))
 
     def hold(self, force: wp.array) -> None:
         """Hold forces [N], shape (W, D), from now on."""

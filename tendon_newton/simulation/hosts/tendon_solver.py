@@ -35,7 +35,7 @@ from tendon_newton.simulation.kernels import contact_kernels, control_kernels
 from tendon_newton.simulation.model.assembly import assemble, kernel_set
 from tendon_newton.simulation.model.chain_copies import chain_copies, gather_kernel, spread_kernel
 from tendon_newton.simulation.model.joint_places import joint_places
-from tendon_newton.simulation.model.kernel_arrays import struct_of, zeros
+from tendon_newton.simulation.model.kernel_arrays import samples_of, struct_of, zeros
 from tendon_newton.simulation.model.mechanism_arrays import (
     fill_mechanism,
     moment_arms,
@@ -301,7 +301,7 @@ class TendonSolver(SolverBase):
             self._kernel_of["sense"],
             self._chains,
             inputs=[*self._inputs(), self._spread(chosen), int(fill), self._joints_of(state)],
-            outputs=[samples.ring, samples.newest],
+            outputs=[samples_of(self._kernels.types, samples)],
             device=self.model.device,
         )
 

@@ -27,6 +27,7 @@ from tendon_newton.device_code.structs import (
     Log,
     Mechanism,
     NewtonJoints,
+    Samples,
     Servo,
     States,
 )
@@ -223,8 +224,7 @@ def sense_kernel(
     chosen: DeviceArray[wp.bool],
     fill: int,
     given: NewtonJoints,
-    ring: wp.array3d[wp.float32],
-    newest: DeviceArray[int],
+    samples: Samples,
 ) -> None:
     """Show force networks the chosen worlds just after the present command was given.
 
@@ -235,7 +235,7 @@ def sense_kernel(
         p = servo.parameters[i]
         here = just_asked(mechanism, servo, history, given, i)
         reading = read_sensors(mechanism, p, here)
-        push_samples(mechanism, p, here, reading, i * TENDONS, fill, ring, newest)
+        push_samples(mechanism, p, here, reading, i * TENDONS, fill, samples)
         servo.memory[i] = all_present(mechanism, p, here)
 
 

@@ -18,7 +18,15 @@ from tendon_newton.device_code.placeholders import (
     real,
 )
 from tendon_newton.device_code.slots import error_effects
-from tendon_newton.device_code.structs import Commands, Drive, Mechanism, Reading, States, Worlds
+from tendon_newton.device_code.structs import (
+    Commands,
+    Drive,
+    Mechanism,
+    Reading,
+    Samples,
+    States,
+    Worlds,
+)
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.dynamics.sensors import read_sensors
 from tendon_newton.simulation.kernels.command_log import just_after_row, log_of
@@ -50,14 +58,13 @@ def push_samples(
     reading: Reading,
     first: int,
     fill: int,
-    ring: wp.array3d[wp.float32],
-    newest: DeviceArray[int],
+    samples: Samples,
 ) -> None:
     """Add a world's samples to the ring, its first servo standing at `first`."""
     for d in range(TENDONS):
         sample = servo_sample(mechanism, p, here, d, reading.angle[d], reading.angle_rate[d])
         single = wp.vec3f(wp.float32(sample[0]), wp.float32(sample[1]), wp.float32(sample[2]))
-        push_sample(ring, newest, first + d, single, fill)
+        push_sample(samples.ring, samples.newest, first + d, single, fill)
 
 
 @device_template
@@ -111,8 +118,7 @@ def sense_rows_kernel(
     rows: DeviceArray[int],
     fill: int,
     states: States,
-    ring: wp.array3d[wp.float32],
-    newest: DeviceArray[int],
+    samples: Samples,
 ) -> None:
     """Show force networks each world in a row of its recording; below zero it has none left.
 
@@ -128,7 +134,7 @@ def sense_rows_kernel(
         drive = just_after_row(mechanism, world, p, commands, log, row, states.memory[i])
         here = located(mechanism, drive, states.q[i], states.v[i])
         reading = read_sensors(mechanism, p, here)
-        push_samples(mechanism, p, here, reading, i * TENDONS, fill, ring, newest)
+        push_samples(mechanism, p, here, reading, i * TENDONS, fill, samples)
         states.memory[i] = all_present(mechanism, p, here)
 
 

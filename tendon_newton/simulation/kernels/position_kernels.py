@@ -11,7 +11,6 @@ from __future__ import annotations
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (
-    DeviceArray,
     Jet,
     JointVector,
     MemoryVector,
@@ -26,7 +25,15 @@ from tendon_newton.device_code.slots import (
     play_effects,
     speed_effects,
 )
-from tendon_newton.device_code.structs import Commands, Mechanism, Readout, States, Tendon, Worlds
+from tendon_newton.device_code.structs import (
+    Commands,
+    Mechanism,
+    Readout,
+    Rows,
+    States,
+    Tendon,
+    Worlds,
+)
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.kernels.command_log import acting_row, log_of, mean_command
 from tendon_newton.simulation.tendons.world_drive import UNBOUNDED
@@ -98,26 +105,24 @@ def position_kernel(
     mechanism: Mechanism,
     worlds: Worlds,
     commands: Commands,
-    rows_from: DeviceArray[int],
-    rows_to: DeviceArray[int],
+    rows: Rows,
     time_step: real,
     states: States,
-    output_first: DeviceArray[int],
     readout: Readout,
 ) -> None:
     """Move each world's shaft through its recording; the memory holds the drive's position."""
     i = first_world + wp.tid()  # pyright: ignore[reportOperatorIssue]
     recording = worlds.recording[i]
-    begin = rows_from[recording]
+    begin = rows.begin[recording]
     p = worlds.parameters[i]
     log = log_of(commands, recording, p)
     shaft = states.q[i][0]
     drive = states.memory[i][0]
     acting = int(begin)
-    out = output_first[i]
+    out = rows.out[i]
     before = reported(p, shaft)
     passed = real(1.0)
-    for row in range(begin, wp.min(rows_to[recording], log.count)):
+    for row in range(begin, wp.min(rows.end[recording], log.count)):
         now = commands.time[log.first + row] * log.scale
         enabled = commands.enabled[log.first + row] > real(0.0)
         acting = acting_row(commands, log, p, now, acting)

@@ -8,12 +8,19 @@ from tendon_newton.device_code.placeholders import (
     CELL_MEMORY,
     HAS_SLOW_CELL,
     TENDONS,
-    DeviceArray,
     TendonVector,
     real,
 )
 from tendon_newton.device_code.slots import cell_effects
-from tendon_newton.device_code.structs import Cell, Commands, Mechanism, Readout, States, Worlds
+from tendon_newton.device_code.structs import (
+    Cell,
+    Commands,
+    Mechanism,
+    Readout,
+    Rows,
+    States,
+    Worlds,
+)
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.dynamics.integrator import step
 from tendon_newton.simulation.dynamics.sensors import (
@@ -35,11 +42,9 @@ def rollout_kernel(
     mechanism: Mechanism,
     worlds: Worlds,
     commands: Commands,
-    rows_from: DeviceArray[int],
-    rows_to: DeviceArray[int],
+    rows: Rows,
     time_step: real,
     states: States,
-    output_first: DeviceArray[int],
     readout: Readout,
 ) -> None:
     """Simulate each world's recording between two rows; the states are carried on.
@@ -48,7 +53,7 @@ def rollout_kernel(
     """
     i = first_world + wp.tid()  # pyright: ignore[reportOperatorIssue]
     recording = worlds.recording[i]
-    begin = rows_from[recording]
+    begin = rows.begin[recording]
     p = worlds.parameters[i]
     log = log_of(commands, recording, p)
     drive = placed(world_drive(mechanism, worlds.mechanism[i], p), states.q[i], states.v[i])
@@ -60,8 +65,8 @@ def rollout_kernel(
         for d in range(TENDONS):
             cell.force[d] = drive.memory[wp.static(CELL_MEMORY) + d]
     acting = int(begin)
-    out = output_first[i]
-    for row in range(begin, wp.min(rows_to[recording], log.count)):
+    out = rows.out[i]
+    for row in range(begin, wp.min(rows.end[recording], log.count)):
         drive = in_row(drive, commands, log, row)
         now = drive.time
         acting = acting_row(commands, log, p, now, acting)

@@ -6,6 +6,8 @@ from typing import Any
 
 import warp as wp
 
+from tendon_newton.actuators.networks.history import History
+from tendon_newton.device_code.structs import Samples
 from tendon_newton.device_code.templates import Bindings
 
 
@@ -34,3 +36,8 @@ def struct_of(types: Bindings, struct: type, **arrays: Any) -> Any:
     for name, array in arrays.items():
         setattr(out, name, array)
     return out
+
+
+def samples_of(types: Bindings, history: History) -> Any:
+    """Return what force networks have seen, as kernels write it."""
+    return struct_of(types, Samples, ring=history.ring, newest=history.newest)

@@ -31,6 +31,7 @@ from tendon_newton.device_code.structs import (
     NewtonJoints,
     Reading,
     Readout,
+    Samples,
     Track,
 )
 from tendon_newton.device_code.templates import device_template
@@ -242,8 +243,7 @@ def track_sense_kernel(
     commands: Commands,
     track: Track,
     given: NewtonJoints,
-    ring: wp.array3d[wp.float32],
-    newest: DeviceArray[int],
+    samples: Samples,
 ) -> None:
     """Show force networks each world at the start of the substep to come.
 
@@ -263,5 +263,5 @@ def track_sense_kernel(
         flow = flow_at(mechanism, p, here, d, real(1.0))
         reading.angle[d] = flow.angle[0]
         reading.angle_rate[d] = flow.angle[1] * excursion(arms, d, here.v)
-    push_samples(mechanism, p, here, reading, i * TENDONS, 0, ring, newest)
+    push_samples(mechanism, p, here, reading, i * TENDONS, 0, samples)
     track.latest[i] = all_present(mechanism, p, here)

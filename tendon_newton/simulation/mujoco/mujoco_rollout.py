@@ -23,6 +23,7 @@ from tendon_newton.device_code.structs import (
     Track,
     Worlds,
 )
+from tendon_newton.device_code.templates import Bindings
 from tendon_newton.effects import Stage
 from tendon_newton.errors import SimulationDiverged
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
@@ -33,7 +34,7 @@ from tendon_newton.simulation.hosts.rollout import Trajectory
 from tendon_newton.simulation.hosts.rollout_servos import RolloutServos
 from tendon_newton.simulation.model.assembly import assemble
 from tendon_newton.simulation.model.joint_places import joint_places, write_joints
-from tendon_newton.simulation.model.kernel_arrays import struct_of, zeros
+from tendon_newton.simulation.model.kernel_arrays import samples_of, struct_of, zeros
 from tendon_newton.simulation.model.structure import Structure
 from tendon_newton.simulation.model.supported_effects import LOG_STAGES, refuse_stages
 from tendon_newton.simulation.mujoco import mujoco_kernels
@@ -128,7 +129,7 @@ class MujocoRollout:
         force.settle(first)
         self._place(states[0], launch.states)
         joints = self._joints_of(states[0])
-        servos = TrackServos(launch, self._kernel_of["sense"], track, joints, first)
+        servos = TrackServos(launch, self._types, self._kernel_of["sense"], track, joints, first)
         force.renew(servos)
         self._step_twice(states, control, track)  # compiles and allocates before the capture
         with wp.ScopedCapture(device=self._model.device) as capture:
@@ -270,6 +271,8 @@ class TrackServos:
 
     launch: Launch
     """The worlds."""
+    types: Bindings
+    """What the kernels' declarations stand for."""
     kernel: wp.Kernel
     """Shows what their servos do."""
     track: Any
@@ -283,7 +286,13 @@ class TrackServos:
         """Add what each servo does at the start of the substep to come to its history."""
         assert not fill, "what fills a history is the start of a recording"
         own = self.launch
-        inputs = [own.numbers, own.commands, self.track, self.joints, samples.ring, samples.newest]
+        inputs = [
+            own.numbers,
+            own.commands,
+            self.track,
+            self.joints,
+            samples_of(self.types, samples),
+        ]
         wp.launch(self.kernel, own.count, inputs=inputs, device=own.device)
 
     def hold(self, force: wp.array) -> None:
