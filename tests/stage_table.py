@@ -38,7 +38,7 @@ def table_lines() -> Iterator[str]:
         cells = (
             f"`{stage.value}`" + (" (may be remembered)" if stage in MEMORIES else ""),
             ", ".join(f"`{name}`" for name in [*names, "values"]),
-            inspect.getdoc(slot).rstrip("."),
+            str(inspect.getdoc(slot)).rstrip("."),
             DERIVATIVES[owner] if jet else "",
             ", ".join(late) if owner == "tendon" else "",
         )
