@@ -88,7 +88,7 @@ class Bindings:
         scope = vars(sys.modules[declaration.__module__])
         fields = {}
         for name, kind in self.annotations(declaration, scope).items():
-            conditions: tuple[Any, ...] = ()
+            conditions: list[Any] = []
             if get_origin(kind) is Annotated:
                 kind, *conditions = get_args(kind)
             if all(conditions):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -97,7 +98,7 @@ def first_of_rows(row: Indices) -> Indices:
     return np.flatnonzero(np.diff(row, prepend=-1))
 
 
-def laid_out(plans: list[Substeps], slots: list[Indices], length: int) -> dict[str, Array]:
+def laid_out(plans: list[Substeps], slots: list[Indices], length: int) -> dict[str, Any]:
     """Return the columns of plans whose substeps stand in slots, shape (length, plans) each."""
     shape = (length, len(plans))
     out = {name: np.zeros(shape) for name in COLUMNS}
@@ -107,7 +108,7 @@ def laid_out(plans: list[Substeps], slots: list[Indices], length: int) -> dict[s
     return {**out, "row": out["row"].astype(np.int32)}
 
 
-def query_parts(row: Array, queries: Indices) -> list[Indices]:
+def query_parts(row: Indices, queries: Indices) -> list[Indices]:
     """Return the substeps from each query of a recording to the next.
 
     Args:

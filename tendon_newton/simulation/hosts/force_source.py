@@ -8,7 +8,7 @@ how they hold a force: `Servos`.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 import numpy as np
 import warp as wp
@@ -66,7 +66,7 @@ class Force(Protocol):
 class ForceSource(Protocol):
     """Where the forces of an actuator come from."""
 
-    is_network: bool
+    is_network: ClassVar[bool]
     """Whether a network gives them."""
 
     @property
@@ -105,7 +105,7 @@ class EquationForce:
 class Equation:
     """Forces that an actuator's equation gives."""
 
-    is_network = False
+    is_network: ClassVar[bool] = False
     period = 0.0
 
     def completed(self, model: Model) -> Model:

@@ -219,8 +219,8 @@ def fill_mechanism(model: FinalModel, kernels: KernelSet | Assembly, device: Any
             values = values.reshape(chains, values.shape[1] // copies, *values.shape[2:])
         values = with_spools(name, values, structure.spool_count)
         dtype = types[MechanismNumbers].vars[name].type.dtype
-        values = np.ascontiguousarray(values, dtype=scalar)
-        setattr(struct, name, wp.array(values, dtype=dtype, device=device))
+        exact = np.ascontiguousarray(values, dtype=scalar)
+        setattr(struct, name, wp.array(exact, dtype=dtype, device=device))
 
     tendons = tendon_numbers(model)
     for name, values in (joint_numbers(model) | tendons).items():

@@ -230,7 +230,7 @@ def track_reading_kernel(
         angle[d] = flow.angle[0]
         speed[d] = flow.angle[1] * excursion(arms, d, v)
         least = mechanism.least_tension[i][d]
-        felt[d] = cell_effects(wp.max(tension[0], least), now, p)
+        felt[d] = cell_effects(real(wp.max(tension[0], least)), now, p)
     readout.joint_position[out] = q
     readout.motor_position[out] = angle
     readout.motor_velocity[out] = speed
