@@ -56,6 +56,8 @@ class BenchOptions(LoadCellOptions):
     """How often an instruction to the servo is sent again, 4 ms each; 2 unless given."""
     rate: float = 80.0
     """Readings of the servo per second [Hz]; a policy's card must name the same."""
+    spool_radius: float = 0.0125
+    """Radius of the spool [m]; a policy's card must name the same, a recording's model has it."""
     force_limit: float = 30.0
     """Tension at which the motor is switched off, or with a policy the tendon let out [N]."""
     temperature_limit: float = 65.0
@@ -126,8 +128,6 @@ class DeployOptions(BenchOptions, BenchPorts, FurtherLoadCells):
     """Readings per second of the load cell: 80, 20 or 10 [Hz]."""
     further_servo_ids: tuple[int, ...] = ()
     """IDs of further servos, in the order of the asset's tendons; unless given the next ones."""
-    spool_radius: float = 0.0125
-    """Of the bench [m]; the policy's card must name the same."""
     policy_rate: float = 20.0
     """Policy steps per second [Hz]; the policy's card must name the same."""
 
