@@ -99,7 +99,8 @@ class DeployOptions(BenchOptions, BenchPorts, FurtherLoadCells):
     """Which policy, where the bench is, and how far it may go."""
 
     policy: Path | None = None
-    """ONNX file of the policy with its card inside, or TorchScript where torch is installed."""
+    """ONNX file of the policy with its card inside, or TorchScript where torch is installed; or
+    finger-stairs, which comes along."""
     goals: str = "keyboard"
     """Where goals come from: keyboard, stdin, udp:5005, udp:ADDRESS:PORT, stairs, a file of times
     [s] and angles [rad], or one angle [rad]."""
@@ -107,7 +108,7 @@ class DeployOptions(BenchOptions, BenchPorts, FurtherLoadCells):
     """File with a key of 16 bytes or more, with which goals over UDP are signed; those from other
     computers must be."""
     duration: float | None = None
-    """Length [s]; without it the run ends with a key."""
+    """Length [s]; by default that of stairs or of a file of goals, else a key ends the run."""
     out: Path = Path("deployments")
     """Folder for the log; it becomes a dataset."""
     split: Literal["train", "test"] = "train"
@@ -137,7 +138,7 @@ class ClimbOptions(BenchPorts, FurtherLoadCells):
     """Let policies climb stairs of goals, in simulation and on a bench, and compare them."""
 
     policies: Annotated[tuple[Path, ...], tyro.conf.Positional]
-    """Policy files, ONNX or TorchScript."""
+    """Policy files, ONNX or TorchScript; finger-stairs names the one that comes along."""
     out: Path
     """Folder for the results; made if it is not there."""
     force: tuple[str, ...] = ("ideal",)
