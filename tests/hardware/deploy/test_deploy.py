@@ -102,7 +102,7 @@ def test_a_busy_computer_is_told_of_once(tmp_path: Path) -> None:
 
     def stall(bench: Bench, stop: StopRequest) -> None:
         if next(steps) % 60 == 0:
-            bench.clock.sleep_until(bench.clock.now() + 0.055)
+            bench.clock.sleep_until(bench.clock.now() + 0.075)
 
     settings = DeploySettings(duration=10.0)
     flight = Flight(path=tmp_path / "run.mcap", settings=settings, fault=stall, in_step=True)
