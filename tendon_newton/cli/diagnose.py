@@ -110,13 +110,14 @@ VERDICTS = {
 
 def summary(diagnosis: Diagnosis) -> str:
     """Return the result as a table for a terminal."""
+    from tendon_newton.data.parameters import with_unit
     from tendon_newton.diagnosis.reporting.report_doubts import doubts
 
     force = diagnosis.scale
     lines = ["", VERDICTS[diagnosis.verdict], ""]
     for effect in diagnosis.effects:
         numbers = ", ".join(
-            f"{name} = {p.value:.4g} {p.unit} [{p.ci95[0]:.4g}, {p.ci95[1]:.4g}]"
+            f"{name} = {with_unit(f'{p.value:.4g}', p.unit)} [{p.ci95[0]:.4g}, {p.ci95[1]:.4g}]"
             for name, p in effect.parameters.items()
         )
         lines.append(f"  {effect.name:26s} {numbers}")
