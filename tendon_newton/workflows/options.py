@@ -144,8 +144,9 @@ class ClimbOptions(BenchPorts, FurtherLoadCells):
     force: tuple[str, ...] = ("ideal",)
     """What pulls the simulated finger: ideal, model files (.toml) or force networks
     (.safetensors)."""
-    finger: str = "finger"
-    """Finger with a tip and tendons that close it: a name under assets/, or a USD file."""
+    finger: str | None = None
+    """Finger of the policies: a name under assets/, a USD file or an asset's folder; unless given
+    the one on their cards."""
     worlds: int = 1
     """Simulated fingers; all but the first have numbers of their own."""
     randomise: tuple[str, ...] = ("joint_friction", "link_mass", "spool_radius", "joint_spring")
