@@ -250,6 +250,22 @@ def test_a_picture_needs_no_display(policy: Path, tmp_path: Path) -> None:
     root = ElementTree.fromstring(text)
     titles = [element.text for element in root.iter("{http://www.w3.org/2000/svg}text")]
     assert {"goal angle [deg]", "spool angle [rad]", "tension [N]", "loop timing [ms]"} <= {*titles}
+    (title,) = [text for text in titles if text and text.startswith("closing_0.mcap")]
+    said = re.fullmatch(
+        r"closing_0\.mcap: policy closing on the virtual bench finger; "
+        r"tip ([\d.]+) deg RMS from its goal",
+        title,
+    )
+    assert said is not None, title
+    log = read_mcap(out / "closing_0.mcap", bench="finger")
+    goals = {step.time: step.sample[4] for step in read_steps(out / "closing_0.mcap")}
+    assert log.tip is not None
+    alpha = np.arctan2(-log.tip[:, 1], log.tip[:, 0])
+    held = np.array([goals[max(t for t in goals if t <= time)] for time in log.time[8:-8]])
+    assert float(said[1]) == pytest.approx(
+        np.degrees(np.sqrt(np.nanmean((alpha[8:-8] - held) ** 2))), rel=0.05
+    )
+    assert "lateness, median" in titles
     numbers = [float(word) for word in re.findall(r"[ML](-?[\d.]+) ", text)]
     assert numbers
     assert all(0.0 <= number <= 1100.0 for number in numbers)
