@@ -4,6 +4,7 @@ import re
 import subprocess
 import sys
 import tomllib
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -158,3 +159,19 @@ def test_every_version_that_is_pinned_has_its_hashes() -> None:
     assert {canonicalize_name(line) for line in hashed} == {
         canonicalize_name(line) for line in pinned - torch
     }
+
+
+TABLES = {"tendon_newton/effects", "tendon_newton/cli", "examples/studies"}
+"""Folders with one file for each entry of a table."""
+MOST_FILES = 15
+"""Modules that a reader can hold in the head."""
+
+
+def test_no_folder_is_crowded() -> None:
+    """A folder shows the architecture only while its names can be read at a glance."""
+    counts = Counter(
+        path.parent.relative_to(ROOT).as_posix()
+        for path in repository_files()
+        if path.suffix == ".py" and path.name != "__init__.py"
+    )
+    assert {name for name, count in counts.items() if count > MOST_FILES} - TABLES == set()

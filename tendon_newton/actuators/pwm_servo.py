@@ -11,6 +11,21 @@ from tendon_newton.device_code.placeholders import Jet, ParameterVector, real
 from tendon_newton.device_code.templates import device_template
 
 
+@device_template
+def motor_force(duty: Jet, tendon: Any, p: ParameterVector) -> Jet:
+    """Return the force [N] of a motor at a duty, which the firmware limits."""
+    limited = duty
+    if duty[0] > p[1]:
+        limited = Jet(p[1], real(0.0), real(0.0))
+    if duty[0] < -p[1]:
+        limited = Jet(-p[1], real(0.0), real(0.0))
+    supply = p[2]
+    if tendon.voltage > real(0.0):
+        supply = tendon.voltage
+    current = (limited * supply - tendon.angle_rate * p[3]) * (tendon.enabled / p[4])
+    return current * (p[3] / tendon.spool_radius)
+
+
 class PwmServo(Actuator):
     r"""Position error to duty cycle, duty cycle to current, current to torque.
 
@@ -28,6 +43,7 @@ class PwmServo(Actuator):
 
     name = "pwm_servo"
     rotor = True
+    modulated = True
     parameters = (
         Parameter(
             name="duty_per_rad",
@@ -97,16 +113,19 @@ class PwmServo(Actuator):
     @device_template
     def force(error: Jet, tendon: Any, p: ParameterVector) -> Jet:
         """F = k_t (u V - k_t theta_dot) / (R r)."""
-        duty = error * p[0]
-        if duty[0] > p[1]:
-            duty = Jet(p[1], real(0.0), real(0.0))
-        if duty[0] < -p[1]:
-            duty = Jet(-p[1], real(0.0), real(0.0))
-        supply = p[2]
-        if tendon.voltage > real(0.0):
-            supply = tendon.voltage
-        current = (duty * supply - tendon.angle_rate * p[3]) * (tendon.enabled / p[4])
-        return current * (p[3] / tendon.spool_radius)
+        return motor_force(error * p[0], tendon, p)
+
+    @staticmethod
+    @device_template
+    def duty(error: Jet, tendon: Any, p: ParameterVector) -> Jet:
+        """Return u = k_u (theta_d - theta)."""
+        return error * p[0]
+
+    @staticmethod
+    @device_template
+    def driven(duty: Jet, tendon: Any, p: ParameterVector) -> Jet:
+        """F = k_t (u V - k_t theta_dot) / (R r)."""
+        return motor_force(duty, tendon, p)
 
     @staticmethod
     @device_template

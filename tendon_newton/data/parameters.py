@@ -14,6 +14,7 @@ DIMENSIONS: dict[str, tuple[int, int, int]] = {
     "1/N2": (-2, 0, 0),
     "rad": (0, 1, 0),
     "rad/s": (0, 1, 0),
+    "rad/s2": (0, 1, 0),
     "1/rad": (0, -1, 0),
     "N/rad": (1, -1, 0),
     "N s/rad": (1, -1, 0),

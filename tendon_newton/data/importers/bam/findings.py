@@ -1,6 +1,6 @@
-"""What the registers of an XL330 tell about its own logs."""
+"""What the registers of a servo tell about its own logs."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -14,8 +14,13 @@ LATENCIES = np.arange(0.0, 0.0101, 0.0005)  # [s] two rows at 190 Hz
 COUNT = 1.0 / 885.0  # [1] resolution of the duty
 
 
-def log_findings(log: ImportedLog, duty_wraps: int, speed_wraps: int) -> list[Finding]:
-    """Say what stands out in one log."""
+def log_findings(log: ImportedLog, wraps: Mapping[str, int]) -> list[Finding]:
+    """Say what stands out in one log.
+
+    Args:
+        log: The log.
+        wraps: Rows of ``load`` and ``speed`` that held a negative value as an unsigned one.
+    """
     recording = log.recording
     found = [
         Finding(
@@ -26,9 +31,11 @@ def log_findings(log: ImportedLog, duty_wraps: int, speed_wraps: int) -> list[Fi
             "values read as unsigned 16-bit counts",
             consequence="unwrapped on import; whoever reads the source must do so too",
         )
-        for channel, count in (("duty", duty_wraps), ("theta_dot", speed_wraps))
+        for channel, count in (("duty", wraps.get("load", 0)), ("theta_dot", wraps.get("speed", 0)))
         if count
     ]
+    if "duty" not in recording.extra:
+        return found
     return [*found, *duty_law(recording), *supply_and_duty(recording)]
 
 
@@ -61,7 +68,8 @@ def duty_law(recording: Recording) -> Iterator[Finding]:
 def supply_and_duty(recording: Recording) -> Iterator[Finding]:
     """Scatter of the supply register by duty: switching makes it, not the supply."""
     voltage = recording.voltage
-    assert voltage is not None
+    if voltage is None:
+        return
     duty = np.abs(recording.extra["duty"])
     parts = []
     for lower, upper in DUTY_BANDS:
@@ -81,25 +89,43 @@ def supply_and_duty(recording: Recording) -> Iterator[Finding]:
 
 def dataset_findings(logs: Sequence[ImportedLog]) -> tuple[Finding, ...]:
     """Say what the files as a whole leave out or contradict."""
+    return (*arm_findings(logs), *supply_findings(logs))
+
+
+def supply_findings(logs: Sequence[ImportedLog]) -> Iterator[Finding]:
+    """Compare the supply that was stated with the one that was measured."""
     means = [
         float(log.recording.voltage.mean()) for log in logs if log.recording.voltage is not None
     ]
     stated = sorted({float(log.conditions["vin"]) for log in logs})
-    supply = Finding(
-        recording="all",
-        channel="voltage",
-        evidence=f"stated {', '.join(f'{value:g}' for value in stated)} V; measured means "
-        f"{min(means):.2f}-{max(means):.2f} V",
-        consequence="the measured supply is the one that drives the motor",
-        severity="note",
-    )
-    if any("arm_mass" in log.conditions for log in logs):
-        return (supply,)
-    arm = Finding(
-        recording="all",
-        channel="mass",
-        evidence="the arm's own mass is not logged, only that of the weight at its end",
-        consequence="inertia and gravity torque are somewhat larger than the bench says",
-        severity="caution",
-    )
-    return (arm, supply)
+    if means:
+        yield Finding(
+            recording="all",
+            channel="voltage",
+            evidence=f"stated {', '.join(f'{value:g}' for value in stated)} V; measured means "
+            f"{min(means):.2f}-{max(means):.2f} V",
+            consequence="the measured supply is the one that drives the motor",
+            severity="note",
+        )
+
+
+def arm_findings(logs: Sequence[ImportedLog]) -> Iterator[Finding]:
+    """Say that the model's arm has no mass."""
+    masses = [log.conditions["arm_mass"] for log in logs if "arm_mass" in log.conditions]
+    if not masses:
+        yield Finding(
+            recording="all",
+            channel="mass",
+            evidence="the arm's own mass is not logged, only that of the weight at its end",
+            consequence="inertia and gravity torque are somewhat larger than the bench says",
+            severity="caution",
+        )
+    elif any(masses):
+        yield Finding(
+            recording="all",
+            channel="mass",
+            evidence=f"the arm weighs {', '.join(str(mass) for mass in dict.fromkeys(masses))} kg",
+            consequence="the bench has an arm without mass: gravity's torque is larger by half of "
+            "it at the arm's length, and inertia by a third",
+            severity="caution",
+        )
