@@ -29,8 +29,7 @@ $(STAMP): $(BIN)/python pyproject.toml constraints.txt requirements-hashes.txt
 	@touch $@
 
 demo: setup  ## find the friction that a bundled dataset hides; the report is in build/demo
-	$(BIN)/tendon-newton diagnose examples/hidden_friction \
-		--model examples/hidden_friction/model.toml --out build/demo
+	$(BIN)/tendon-newton demo --out build/demo
 
 check: setup  ## lint, format, types, layers
 	$(BIN)/ruff check
