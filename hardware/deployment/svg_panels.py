@@ -1,4 +1,4 @@
-"""Panels of lines over time as an SVG file, which every browser shows; no matplotlib, no display."""
+"""Panels of lines over time as an SVG file, which every browser shows; without matplotlib."""
 
 from __future__ import annotations
 

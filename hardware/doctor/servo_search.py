@@ -94,8 +94,8 @@ def set_identifier(
     found = find_servos(port, clock, show)
     if found is None or len(found[1]) != 1 or not 0 <= identifier <= LAST_IDENTIFIER:
         raise ServoSilent(
-            f"{port_name(port)}: one servo must answer to be given an ID of 0 to {LAST_IDENTIFIER}; asked for "
-            f"{identifier}, and {len(found[1]) if found else 0} answer"
+            f"{port_name(port)}: one servo must answer to be given an ID of 0 to "
+            f"{LAST_IDENTIFIER}; asked for {identifier}, and {len(found[1]) if found else 0} answer"
         )
     rate, (before,) = found[0], found[1]
     for each in (before, identifier):
@@ -117,7 +117,9 @@ def set_identifier(
     )
 
 
-def reboot_servos(port: str | PortHandler, clock: Clock, show: Callable[[str], None]) -> Observation:
+def reboot_servos(
+    port: str | PortHandler, clock: Clock, show: Callable[[str], None]
+) -> Observation:
     """Restart all servos on a port, which clears their alerts and switches their motors off.
 
     Raises:

@@ -85,7 +85,7 @@ def show_observation(observation: Observation) -> None:
 
 
 def coloured(text: str, colour: int) -> str:
-    """Return a text in a colour of the terminal; plain for a file, or where NO_COLOR asks for it."""
+    """Return a text in a colour of the terminal; plain in a file, or where NO_COLOR is set."""
     if not sys.stdout.isatty() or os.environ.get("NO_COLOR"):
         return text
     return f"\033[{colour}m{text}\033[0m"

@@ -3,7 +3,8 @@
   tendon-newton plot deployments/policy_0.mcap
 
 writes deployments/policy_0.svg, which every browser shows: goal and tip, spool and command,
-tension, and how late the loop was, from the least to the greatest about the median. The verb needs neither matplotlib nor a display.
+tension, and how late the loop was: median, least and greatest. The verb needs neither matplotlib
+nor a display.
 """
 
 from __future__ import annotations

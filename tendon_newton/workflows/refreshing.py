@@ -46,7 +46,6 @@ from train.refresh.slip import SLIP, SLIPS, taut_from, with_slip
 from train.refresh.tuning import tune
 from train.refresh.turning import slip_since
 
-
 POLICY_ENDINGS = (".onnx", ".pt")
 """Of the two files that a training writes of the same policy."""
 

@@ -85,8 +85,7 @@ def judge_drift(
             name=effect.name,
             words=SUSPECTS[effect.name].words if effect.name in SUSPECTS else "",
             numbers=tuple(
-                f"{name} = {with_unit(f'{p.value:.4g}', p.unit)} "
-                f"[{p.ci95[0]:.4g}, {p.ci95[1]:.4g}]"
+                f"{name} = {with_unit(f'{p.value:.4g}', p.unit)} [{p.ci95[0]:.4g}, {p.ci95[1]:.4g}]"
                 for name, p in effect.parameters.items()
             ),
             rivals=effect.indistinguishable_from,

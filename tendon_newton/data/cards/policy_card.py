@@ -57,7 +57,8 @@ class PolicyTraining:
     @property
     def finger(self) -> str | None:
         """Name of the finger: that of its USD file, which is one of the files."""
-        return next((PurePath(name).stem for name in self.files if name.endswith(USD_ENDINGS)), None)
+        drawn = (PurePath(name) for name in self.files if name.endswith(USD_ENDINGS))
+        return next((path.stem for path in drawn), None)
 
     def __post_init__(self) -> None:
         """Protect the tables."""

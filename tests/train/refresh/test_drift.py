@@ -19,7 +19,6 @@ from train.refresh.outcome import (
     CHANGED,
     WORN,
     headline,
-    headline,
     judge_drift,
     read_drift,
     write_page,
