@@ -49,17 +49,18 @@ def forecast(environment: FingerEnvironment, steps: int) -> Forecast:
         environment: The fingers that will learn.
         steps: Policy steps that are left, of all worlds.
     """
+    device = torch.device(environment.device)
     actions = torch.zeros(environment.num_envs, environment.num_actions)
     environment.step(actions)
-    begin = now(environment.device)
+    begin = now(device)
     for _ in range(TIMED_STEPS):
         environment.step(actions)
-    pace = (now(environment.device) - begin) / (TIMED_STEPS * environment.num_envs)
-    on_cpu = environment.device.type == "cpu"
+    pace = (now(device) - begin) / (TIMED_STEPS * environment.num_envs)
+    on_cpu = device.type == "cpu"
     return Forecast(
         steps=steps,
         worlds=environment.num_envs,
-        device="the CPU" if on_cpu else torch.cuda.get_device_name(environment.device),
+        device="the CPU" if on_cpu else torch.cuda.get_device_name(device),
         seconds=pace * steps,
         idle_gpu=on_cpu and torch.cuda.is_available(),
     )
