@@ -9,14 +9,13 @@ from typing import Any
 import tendon_newton
 
 PAGE = Path(__file__).resolve().parent / "api.md"
-INTRODUCTION = """\
-# Public names
-
-`import tendon_newton as tn` has the names below; [a tour](python.md) uses most of them. `help(tn.NAME)` has arguments, shapes, units and errors.
-The site of `make docs` shows the same below this table. The package's own table makes this page (`python docs/make_api.py`), and a test compares
-the two.
-
-"""
+INTRODUCTION = (
+    "# Public names\n\n"
+    "`import tendon_newton as tn` has the names below; [a tour](python.md) uses most of them. "
+    "`help(tn.NAME)` has arguments, shapes, units and errors, and so has the site of `make docs`, "
+    "below this table. The package's own table makes this page (`python docs/make_api.py`), and a "
+    "test compares the two.\n\n"
+)
 
 
 def main() -> None:
