@@ -36,6 +36,10 @@ class InvalidDiagnosis(TendonNewtonError):
     """A ``diagnosis.json`` breaks what the format promises."""
 
 
+class NothingToSeparate(TendonNewtonError):
+    """A diagnosis told all its causes apart, or names none."""
+
+
 class InvalidAsset(TendonNewtonError):
     """A bench's USD asset lacks something or contradicts itself."""
 
