@@ -14,6 +14,7 @@ from hardware.servos.base import ServoCounters
 from hardware.servos.bus import Bus
 from hardware.servos.families import FAMILIES
 from hardware.servos.serial_bus.register import Register
+from hardware.servos.serial_bus.servo_port import PortHandler
 
 SOUGHT = tuple(
     (name, rate)
@@ -43,10 +44,15 @@ class Found:
     """Model numbers by ID."""
 
 
-def find_servos(port: str, clock: Clock, show: Callable[[str], None]) -> Found | None:
+def port_name(port: str | PortHandler) -> str:
+    """Return what a port is called in messages."""
+    return port if isinstance(port, str) else "the virtual bench"
+
+
+def find_servos(port: str | PortHandler, clock: Clock, show: Callable[[str], None]) -> Found | None:
     """Return the servos of the first family and rate that answer."""
     for family, rate in SOUGHT:
-        show(f"looking for {family} servos on {port} at {rate} baud")
+        show(f"looking for {family} servos on {port_name(port)} at {rate} baud")
         with opened(port, clock, family, 1, rate, retries=0) as bus:
             models = bus.find_all()
         if models:
@@ -56,7 +62,12 @@ def find_servos(port: str, clock: Clock, show: Callable[[str], None]) -> Found |
 
 @contextmanager
 def opened(
-    port: str, clock: Clock, family: str, identifier: int, rate: int, retries: int = RETRIES
+    port: str | PortHandler,
+    clock: Clock,
+    family: str,
+    identifier: int,
+    rate: int,
+    retries: int = RETRIES,
 ) -> Iterator[Bus]:
     """Open a bus for one servo, and close it."""
     bus = Bus(
@@ -75,7 +86,9 @@ def opened(
         bus.close()
 
 
-def set_baud(port: str, baud: int, clock: Clock, show: Callable[[str], None]) -> Observation:
+def set_baud(
+    port: str | PortHandler, baud: int, clock: Clock, show: Callable[[str], None]
+) -> Observation:
     """Set the rate of the only servo on a port, which it keeps.
 
     Raises:
@@ -86,7 +99,7 @@ def set_baud(port: str, baud: int, clock: Clock, show: Callable[[str], None]) ->
     if found is None or len(found.models) != 1 or baud not in codes:
         listed = ", ".join(str(rate) for rate in sorted(codes))
         raise ServoSilent(
-            f"{port}: one servo must answer to be set to one of {listed} baud; "
+            f"{port_name(port)}: one servo must answer to be set to one of {listed} baud; "
             f"asked for {baud}, and {len(found.models) if found else 0} answer"
         )
     (identifier,) = found.models
@@ -100,7 +113,7 @@ def set_baud(port: str, baud: int, clock: Clock, show: Callable[[str], None]) ->
 
 
 def set_identifier(
-    port: str, identifier: int, clock: Clock, show: Callable[[str], None]
+    port: str | PortHandler, identifier: int, clock: Clock, show: Callable[[str], None]
 ) -> Observation:
     """Set the ID of the only servo on a port, which it keeps: on one bus each has its own.
 
@@ -110,8 +123,8 @@ def set_identifier(
     found = find_servos(port, clock, show)
     if found is None or len(found.models) != 1 or not 0 <= identifier <= LAST_IDENTIFIER:
         raise ServoSilent(
-            f"{port}: one servo must answer to be given an ID of 0 to {LAST_IDENTIFIER}; asked for "
-            f"{identifier}, and {len(found.models) if found else 0} answer"
+            f"{port_name(port)}: one servo must answer to be given an ID of 0 to "
+            f"{LAST_IDENTIFIER}; asked for {identifier}, and {len(found.models) if found else 0} answer"
         )
     (before,) = found.models
     register = FAMILIES[found.family].table.identifier
@@ -122,7 +135,7 @@ def set_identifier(
 
 
 def change(
-    port: str,
+    port: str | PortHandler,
     clock: Clock,
     found: Found,
     register: Register,
@@ -146,7 +159,9 @@ def change(
             bus.write(lock, 1)
 
 
-def reboot_servos(port: str, clock: Clock, show: Callable[[str], None]) -> Observation:
+def reboot_servos(
+    port: str | PortHandler, clock: Clock, show: Callable[[str], None]
+) -> Observation:
     """Restart all servos on a port, which clears their alerts and switches their motors off.
 
     Raises:
@@ -155,7 +170,7 @@ def reboot_servos(port: str, clock: Clock, show: Callable[[str], None]) -> Obser
     """
     found = find_servos(port, clock, show)
     if found is None:
-        raise ServoSilent(f"{port}: a servo must answer to be restarted; none does")
+        raise ServoSilent(f"{port_name(port)}: a servo must answer to be restarted; none does")
     for identifier in found.models:
         with opened(port, clock, found.family, identifier, found.rate) as bus:
             bus.reboot()

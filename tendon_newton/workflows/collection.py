@@ -28,6 +28,7 @@ def record(options: CollectOptions, operator: Operator) -> Collection:
         loop=no_stronger(HostPositionLoop(), find_servo(options.servo)),
         limits=SafetyLimits(force=options.force_limit, temperature=options.temperature_limit),
         seed=options.seed,
+        spool_radius=options.spool_radius,
         notes=options.notes,
     )
     address = address_of(
