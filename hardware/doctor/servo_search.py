@@ -124,7 +124,8 @@ def set_identifier(
     if found is None or len(found.models) != 1 or not 0 <= identifier <= LAST_IDENTIFIER:
         raise ServoSilent(
             f"{port_name(port)}: one servo must answer to be given an ID of 0 to "
-            f"{LAST_IDENTIFIER}; asked for {identifier}, and {len(found.models) if found else 0} answer"
+            f"{LAST_IDENTIFIER}; asked for {identifier}, and "
+            f"{len(found.models) if found else 0} answer"
         )
     (before,) = found.models
     register = FAMILIES[found.family].table.identifier
