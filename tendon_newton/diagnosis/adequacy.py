@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_newton.diagnosis.search import Fit, Search, form_scales, trimmed_size
+from tendon_newton.diagnosis.greedy import Fit, Search, form_scales, trimmed_size
 from tendon_newton.effects import find_effect
 from tendon_newton.identification.noise_floor import NoiseFloor
 

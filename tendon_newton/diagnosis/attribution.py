@@ -17,7 +17,7 @@ from tendon_newton.diagnosis.gate import (
     paired,
     simplest,
 )
-from tendon_newton.diagnosis.search import Fit, Round, Search
+from tendon_newton.diagnosis.greedy import Fit, Round, Search
 from tendon_newton.effects import find_effect
 from tendon_newton.identification.least_squares import Candidate
 from tendon_newton.identification.noise_floor import NoiseFloor

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tendon_newton.diagnosis.search import Fit, Search
+from tendon_newton.diagnosis.greedy import Fit, Search
 from tendon_newton.identification.least_squares import invertible
 from tendon_newton.identification.objective import loss_terms, loss_weights
 from tendon_newton.recording import Array

@@ -33,7 +33,7 @@ from tendon_newton.diagnosis.result import (
     Unexplained,
     Verdict,
 )
-from tendon_newton.diagnosis.search import Fit, Search
+from tendon_newton.diagnosis.greedy import Fit, Search
 from tendon_newton.diagnosis.separation import propose
 from tendon_newton.diagnosis.structure import find_structure
 from tendon_newton.effects import EFFECTS, find_effect

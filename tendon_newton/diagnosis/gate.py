@@ -9,7 +9,7 @@ import numpy as np
 
 from tendon_newton.diagnosis.adequacy import COUNT, is_noise, residual_sizes
 from tendon_newton.diagnosis.detection import gain_p_value
-from tendon_newton.diagnosis.search import Fit, Round, Search, at_bounds, parameter_count
+from tendon_newton.diagnosis.greedy import Fit, Round, Search, at_bounds, parameter_count
 from tendon_newton.effects import find_effect
 from tendon_newton.identification.intervals import intervals
 from tendon_newton.identification.least_squares import Candidate

@@ -9,7 +9,7 @@ import pytest
 from tendon_newton.diagnosis.diagnose import diagnose, values_of
 from tendon_newton.diagnosis.evaluation import evaluate_models
 from tendon_newton.diagnosis.gate import Gate, paired
-from tendon_newton.diagnosis.search import Round, Search
+from tendon_newton.diagnosis.greedy import Round, Search
 from tendon_newton.identification.least_squares import Candidate, refine
 from tendon_newton.identification.study import Study
 from tendon_newton.importers.so101 import read_so101

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tendon_newton.diagnosis.gate import Gate
-from tendon_newton.diagnosis.search import Fit, Round, Search
+from tendon_newton.diagnosis.greedy import Fit, Round, Search
 from tendon_newton.identification.study import Study
 from tendon_newton.importers.imported import ImportedLog
 from tendon_newton.importers.xl330 import duty_per_rad, start_model

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tendon_newton.bench_overrides import BenchOverrides
-from tendon_newton.diagnosis.search import Search
+from tendon_newton.diagnosis.greedy import Search
 from tendon_newton.errors import InvalidModelFile, UnknownName
 from tendon_newton.identification.study import Study
 from tendon_newton.model_file import Model, NamedValues

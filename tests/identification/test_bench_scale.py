@@ -7,7 +7,7 @@ import pytest
 
 from tendon_newton.actuators import ACTUATORS
 from tendon_newton.bench_overrides import BenchOverrides
-from tendon_newton.diagnosis.search import FORM_FORCE, FORM_THETA, form_scales
+from tendon_newton.diagnosis.greedy import FORM_FORCE, FORM_THETA, form_scales
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.bench_scale import SPARE, scale_of
 from tendon_newton.mechanisms.mechanism import load_mechanism

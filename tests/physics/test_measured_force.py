@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tendon_newton.bench_overrides import BenchOverrides
 from tendon_newton.diagnosis.attribution import attribute
-from tendon_newton.diagnosis.search import Search
+from tendon_newton.diagnosis.greedy import Search
 from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import InvalidRecording
 from tendon_newton.identification import testable

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tendon_newton.diagnosis.search import Search
+from tendon_newton.diagnosis.greedy import Search
 from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import InvalidModelFile, InvalidRecording
 from tendon_newton.identification import testable

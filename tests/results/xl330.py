@@ -17,7 +17,7 @@ from tendon_newton.cli import main as tendon_newton
 from tendon_newton.dataset import Dataset, load_dataset
 from tendon_newton.diagnosis.diagnose import SEARCH_STEP, diagnose, values_of
 from tendon_newton.diagnosis.evaluation import evaluate_models
-from tendon_newton.diagnosis.search import Search
+from tendon_newton.diagnosis.greedy import Search
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.least_squares import choose_start
 from tendon_newton.identification.study import Study, replacements

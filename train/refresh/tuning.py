@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from tendon_newton.diagnosis.diagnose import SEARCH_STEP, values_of
-from tendon_newton.diagnosis.search import Search
+from tendon_newton.diagnosis.greedy import Search
 from tendon_newton.identification.least_squares import evaluate
 from tendon_newton.identification.objective import loss_terms
 from tendon_newton.identification.study import Study

@@ -11,7 +11,7 @@ import numpy as np
 from tendon_newton.dataset import Dataset
 from tendon_newton.diagnosis.diagnose import SEARCH_STEP, diagnose, extended_model, values_of
 from tendon_newton.diagnosis.result import Diagnosis
-from tendon_newton.diagnosis.search import Search
+from tendon_newton.diagnosis.greedy import Search
 from tendon_newton.errors import InvalidDataset
 from tendon_newton.identification.least_squares import Candidate, refine
 from tendon_newton.identification.study import Study
