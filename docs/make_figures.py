@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from tendon_newton.dataset import load_dataset
+from tendon_newton.data.dataset import load_dataset
+from tendon_newton.data.model_file import load_model
 from tendon_newton.diagnosis.diagnose import diagnose
 from tendon_newton.diagnosis.held_out import WINDOW, Window, compare, telling_windows
-from tendon_newton.model_file import load_model
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLE = ROOT / "examples" / "hidden_friction"

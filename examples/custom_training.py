@@ -7,8 +7,8 @@ import sys
 
 import torch
 
-from train.policy.environment import FingerEnvironment
-from train.policy.environment_config import EnvironmentConfig
+from train.policy.config.environment_config import EnvironmentConfig
+from train.policy.worlds.environment import FingerEnvironment
 
 
 def train(

@@ -7,7 +7,7 @@ SPIN = 2.0e-4
 """End of a wait that is spent spinning [s].
 
 Of a minute's ticks 99 % then come within 0.06 ms, for 1 % of a core; without it within 0.32 ms
-(`python -m tests.results.pacing`, two cores at rest).
+(`python -m examples.studies.pacing`, two cores at rest).
 """
 
 

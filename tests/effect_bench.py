@@ -5,12 +5,12 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_newton.bench_overrides import BenchOverrides
+from tendon_newton.data.bench_overrides import BenchOverrides
+from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.recording import Recording
 from tendon_newton.effects import EFFECTS
-from tendon_newton.mechanisms.mechanism import load_mechanism
-from tendon_newton.model_file import Model, NamedValues
-from tendon_newton.recording import Recording
-from tendon_newton.simulation.rollout import TIME_STEP, Rollout, Trajectory
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.simulation.hosts.rollout import TIME_STEP, Rollout, Trajectory
 
 Array = NDArray[np.float64]
 GAIN = 4.2  # [N/rad]

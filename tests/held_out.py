@@ -22,11 +22,11 @@ import numpy as np
 
 from tendon_newton.cli import main as run
 from tendon_newton.cli.refresh import RefreshConfig, correct, find
-from tendon_newton.dataset import load_dataset, write_dataset
+from tendon_newton.data.dataset import load_dataset, write_dataset
+from tendon_newton.data.model_file import NamedValues, write_model
+from tendon_newton.data.recording import Array, Recording
 from tendon_newton.device_code.quiet import quiet_warp
 from tendon_newton.identification.cutting import rows_of
-from tendon_newton.model_file import NamedValues, write_model
-from tendon_newton.recording import Array, Recording
 from tests.physics.runs import ideal_model
 from tests.train.actuator.pulled_benches import pulled_log
 from tests.train.actuator.servo_logs import write_servo_dataset
@@ -220,9 +220,13 @@ def refresh(folder: Path, noisy: bool) -> Made:
     ways = {"found": None, "slip": (WORN, (slip,)), "all": (CHANGED, ())}
     for way, forced in ways.items():
         config = RefreshConfig(
-            logs=(folder / "worn",), reference=(folder / "new",), model=folder / "model.toml",
-            policy=folder / "none.onnx", out=folder / way, suspects=suspects,
-        )  # fmt: skip
+            logs=(folder / "worn",),
+            reference=(folder / "new",),
+            model=folder / "model.toml",
+            policy=folder / "none.onnx",
+            out=folder / way,
+            suspects=suspects,
+        )
         config.out.mkdir()
         ledger = Ledger(config.out / "refresh.json", {})
         if forced is None:
@@ -232,9 +236,12 @@ def refresh(folder: Path, noisy: bool) -> Made:
             made |= {"verdict": drift.verdict, "causes": drift.causes}
         else:
             drift = Drift(
-                verdict=forced[0], causes=forced[1], theta_rmse=0.0, corrected_theta_rmse=0.0,
+                verdict=forced[0],
+                causes=forced[1],
+                theta_rmse=0.0,
+                corrected_theta_rmse=0.0,
                 reference_theta_rmse=None,
-            )  # fmt: skip
+            )
         with redirect_stdout(StringIO()):
             correct(config, drift, ledger)
         made[f"{way}/model.toml"] = (config.out / "model.toml").read_text()
@@ -269,7 +276,7 @@ def reproduce(folder: Path, noisy: bool) -> Made:
     """
     from tests.train.reproduction.tiny import SETTINGS, TinyBench
     from train.reproduction.reproduction import Reproduction
-    from train.reproduction.stages import run_stages
+    from train.reproduction.steps.stages import run_stages
     from train.reproduction.unit import EXPERIMENTS, RECORDINGS
 
     TinyBench().record(0, folder / "recorded", seed=0, most=None)

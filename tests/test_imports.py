@@ -33,12 +33,12 @@ def loaded_by(statement: str) -> set[str]:
     [
         "hardware",
         "tendon_newton.cli",
-        "tendon_newton.dataset",
-        "tendon_newton.importers",
-        "tendon_newton.lint",
-        "tendon_newton.model_file",
-        "tendon_newton.parameters",
-        "tendon_newton.recording",
+        "tendon_newton.data.dataset",
+        "tendon_newton.data.importers",
+        "tendon_newton.data.checks.lint",
+        "tendon_newton.data.model_file",
+        "tendon_newton.data.parameters",
+        "tendon_newton.data.recording",
     ],
 )
 def test_what_a_raspberry_pi_runs_loads_no_simulator(module: str) -> None:
@@ -51,8 +51,11 @@ def test_imports_point_down() -> None:
     linter = "from importlinter.cli import lint_imports; sys.exit(lint_imports())"
     result = subprocess.run(
         [sys.executable, "-c", f"import sys; {linter}"],
-        cwd=ROOT, capture_output=True, text=True, timeout=60,
-    )  # fmt: skip
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
     assert result.returncode == 0, result.stdout
 
 

@@ -33,8 +33,10 @@ def repository_files() -> list[Path]:
     """Return the files that are, or would be, under version control."""
     listing = subprocess.run(
         ["git", "ls-files", "--cached", "--others", "--exclude-standard", "-z"],
-        cwd=ROOT, capture_output=True, text=True,
-    )  # fmt: skip
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+    )
     if listing.returncode:
         pytest.skip("not a git checkout")
     return [ROOT / name for name in listing.stdout.split("\0") if name and (ROOT / name).is_file()]
@@ -66,8 +68,10 @@ def test_the_command_line_answers_as_a_module() -> None:
     """``python -m tendon_newton --help`` lists the verbs."""
     result = subprocess.run(
         [sys.executable, "-m", "tendon_newton", "--help"],
-        capture_output=True, text=True, timeout=60,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
     assert result.returncode == 0, result.stderr
     assert "usage: tendon-newton VERB" in result.stdout
 

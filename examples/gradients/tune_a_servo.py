@@ -13,11 +13,11 @@ import numpy as np
 import torch
 import warp as wp
 
-from tendon_newton.mechanisms.mechanism import load_mechanism
-from tendon_newton.model_file import Model, NamedValues
-from tendon_newton.recording import Recording
-from tendon_newton.simulation.differentiable_learned import DifferentiableLearnedRollout
-from tendon_newton.simulation.trajectory_gradient import simulate_with_gradients
+from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.recording import Recording
+from tendon_newton.gradients.differentiable_learned import DifferentiableLearnedRollout
+from tendon_newton.gradients.trajectory_gradient import simulate_with_gradients
+from tendon_newton.mechanisms.loading import load_mechanism
 from train.actuator.network_sets import build_network
 
 wp.config.log_level = wp.LOG_ERROR
@@ -28,25 +28,36 @@ network.force_mean.fill_(4.0)
 time = np.arange(81) / 80.0
 command = np.where(time < 0.5, 1.0, 2.0)[:, None]
 recording = Recording(
-    name="steps", bench="finger", time=time, command=command,
-    motor_position=np.zeros((81, 1)), motor_velocity=np.zeros((81, 1)),
-)  # fmt: skip
+    name="steps",
+    bench="finger",
+    time=time,
+    command=command,
+    motor_position=np.zeros((81, 1)),
+    motor_velocity=np.zeros((81, 1)),
+)
 model = Model(
     actuator=NamedValues(name="learned", values={"spool_radius": 0.0125}),
     effects=(NamedValues(name="viscous_friction", values={"coefficient": 0.1}),),
 )
 rollout = DifferentiableLearnedRollout(
-    load_mechanism("finger"), [recording], model, network=network, window=30, rate=20.0,
+    load_mechanism("finger"),
+    [recording],
+    model,
+    network=network,
+    window=30,
+    rate=20.0,
     time_step=1.0e-3,
-)  # fmt: skip
+)
 target = torch.tensor(0.8 + 0.2 * np.sin(2.0 * np.pi * time))[:, None]
 parameters = torch.tensor(rollout.inputs.parameters.numpy(), requires_grad=True)
 commands = torch.tensor(command, requires_grad=True)
-optimiser = torch.optim.Adam([
-    {"params": [commands], "lr": 0.1},
-    {"params": [parameters], "lr": 0.01},
-    {"params": rollout.weights, "lr": 0.01},
-])  # fmt: skip
+optimiser = torch.optim.Adam(
+    [
+        {"params": [commands], "lr": 0.1},
+        {"params": [parameters], "lr": 0.01},
+        {"params": rollout.weights, "lr": 0.01},
+    ]
+)
 for step in range(31):
     optimiser.zero_grad()
     out = simulate_with_gradients(rollout, parameters=parameters, command=commands)

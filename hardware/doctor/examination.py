@@ -25,9 +25,11 @@ LATENESS_MAX = 1e-3
 def examine(
     port: str | None,
     load_cell_port: str | None,
-    *, clock: Clock, ours: frozenset[int] = frozenset(),
+    *,
+    clock: Clock,
+    ours: frozenset[int] = frozenset(),
     show: Callable[[str], None] = lambda _: None,
-) -> Iterator[Observation]:  # fmt: skip
+) -> Iterator[Observation]:
     """Examine a bench, yielding each thing as it is known; no motor moves.
 
     Args:

@@ -121,9 +121,13 @@ def reboot_servos(port: str, clock: Clock, show: Callable[[str], None]) -> Obser
     rate, models = found
     for identifier in models:
         bus = Bus(
-            port, identifier=identifier, baud=rate, clock=clock,
-            counters=ServoCounters(), retries=RETRIES,
-        )  # fmt: skip
+            port,
+            identifier=identifier,
+            baud=rate,
+            clock=clock,
+            counters=ServoCounters(),
+            retries=RETRIES,
+        )
         bus.open()
         try:
             bus.reboot()

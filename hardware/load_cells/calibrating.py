@@ -71,10 +71,13 @@ class Calibrated:
 
 
 def run_plan(
-    plan: CalibrationPlan, cell: LoadCell, clock: Clock, operator: CalibrationOperator,
+    plan: CalibrationPlan,
+    cell: LoadCell,
+    clock: Clock,
+    operator: CalibrationOperator,
     done: Sequence[CalibrationPoint] = (),
     keep: Callable[[Sequence[CalibrationPoint]], None] = lambda _: None,
-) -> Calibrated:  # fmt: skip
+) -> Calibrated:
     """Measure every step of a plan that is not done yet.
 
     Args:

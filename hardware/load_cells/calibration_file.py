@@ -10,7 +10,7 @@ from typing import Any
 from hardware.errors import InvalidCalibration
 from hardware.load_cells.calibration import CalibrationPoint, LoadCellCalibration
 from hardware.load_cells.calibration_fit import fit_calibration
-from tendon_newton.toml_file import read_toml, refuse_unknown_keys, write_toml
+from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys, write_toml
 
 SETTING_KEYS = ("cell", "gain", "rate", "gravity", "date")
 RESULT_KEYS = ("identifier", "tare", "slope", "residual", "hysteresis", "r_squared")

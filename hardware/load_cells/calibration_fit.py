@@ -24,8 +24,13 @@ HYSTERESIS_LIMIT = 0.02
 
 def fit_calibration(
     points: Sequence[CalibrationPoint],
-    *, cell: str, gain: int, rate: float, date: str, gravity: float = STANDARD_GRAVITY,
-) -> LoadCellCalibration:  # fmt: skip
+    *,
+    cell: str,
+    gain: int,
+    rate: float,
+    date: str,
+    gravity: float = STANDARD_GRAVITY,
+) -> LoadCellCalibration:
     """Lay a line through the points and refuse it where they do not support one.
 
     Raises:
@@ -37,11 +42,18 @@ def fit_calibration(
     slope, tare, error = line_through(points, gravity)
     load = gravity * np.array([point.mass for point in points])
     calibration = LoadCellCalibration(
-        cell=cell, gain=gain, rate=rate, gravity=gravity, date=date, points=tuple(points),
-        tare=tare, slope=slope, residual=float(np.sqrt(np.mean(error**2))),
+        cell=cell,
+        gain=gain,
+        rate=rate,
+        gravity=gravity,
+        date=date,
+        points=tuple(points),
+        tare=tare,
+        slope=slope,
+        residual=float(np.sqrt(np.mean(error**2))),
         hysteresis=abs(slope) * count_hysteresis(points),
         r_squared=float(1.0 - error @ error / ((load - load.mean()) @ (load - load.mean()))),
-    )  # fmt: skip
+    )
     refuse_inaccurate(calibration)
     return calibration
 

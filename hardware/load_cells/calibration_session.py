@@ -92,14 +92,22 @@ class CalibrationSession:
             LoadCellSilent: The cell sends nothing.
         """
         measured = run_plan(
-            self.plan, cell, clock, operator, self.resume(),
+            self.plan,
+            cell,
+            clock,
+            operator,
+            self.resume(),
             keep=lambda points: write_partial(self.partial, self.settings, points),
-        )  # fmt: skip
+        )
         try:
             calibration = fit_calibration(
-                measured.points, cell=self.cell, gain=self.gain, rate=measured.rate,
-                gravity=self.gravity, date=datetime.now().astimezone().isoformat("T", "seconds"),
-            )  # fmt: skip
+                measured.points,
+                cell=self.cell,
+                gain=self.gain,
+                rate=measured.rate,
+                gravity=self.gravity,
+                date=datetime.now().astimezone().isoformat("T", "seconds"),
+            )
         except InvalidCalibration as error:
             refused = self.partial.with_name(f"{self.out.stem}.refused.toml")
             self.partial.replace(refused)
@@ -110,9 +118,12 @@ class CalibrationSession:
 
 
 def measure_drift(
-    calibration: LoadCellCalibration, cell: LoadCell, clock: Clock,
-    operator: CalibrationOperator, duration: float,
-) -> float:  # fmt: skip
+    calibration: LoadCellCalibration,
+    cell: LoadCell,
+    clock: Clock,
+    operator: CalibrationOperator,
+    duration: float,
+) -> float:
     """Return how far zero has moved since the calibration [N], the load taken off.
 
     Args:

@@ -102,9 +102,11 @@ class Hx711Serial:
             self.counters.rejected += 1
             return []
         reading = LoadCellReading(
-            sequence=frame.sequence, device_time_us=frame.device_time_us,
-            host_time=instant, counts=frame.counts,
-        )  # fmt: skip
+            sequence=frame.sequence,
+            device_time_us=frame.device_time_us,
+            host_time=instant,
+            counts=frame.counts,
+        )
         if self._last is None or follows(self._last, reading):
             self.counters.rejected += self._stray is not None
             self._stray = None

@@ -61,9 +61,15 @@ class Bus:
     """
 
     def __init__(
-        self, port: str | PortHandler | ServoPort, *, identifier: int, baud: int, clock: Clock,
-        counters: ServoCounters, retries: int,
-    ) -> None:  # fmt: skip
+        self,
+        port: str | PortHandler | ServoPort,
+        *,
+        identifier: int,
+        baud: int,
+        clock: Clock,
+        counters: ServoCounters,
+        retries: int,
+    ) -> None:
         self.identifier = identifier
         self.instant = 0.0
         """Middle of the last transaction that succeeded [s]."""

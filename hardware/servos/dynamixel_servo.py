@@ -60,9 +60,15 @@ class DynamixelServo:
     """
 
     def __init__(
-        self, spec: ServoSpec, port: str | PortHandler | ServoPort, *, identifier: int = 1,
-        baud: int = 1_000_000, clock: Clock | None = None, retries: int = 2,
-    ) -> None:  # fmt: skip
+        self,
+        spec: ServoSpec,
+        port: str | PortHandler | ServoPort,
+        *,
+        identifier: int = 1,
+        baud: int = 1_000_000,
+        clock: Clock | None = None,
+        retries: int = 2,
+    ) -> None:
         self.spec = spec
         name = port.path if isinstance(port, ServoPort) else port
         self.port = name if isinstance(name, str) else None
@@ -74,9 +80,13 @@ class DynamixelServo:
         """Duty that it was last given [1]."""
         self._clock: Clock = MonotonicClock() if clock is None else clock
         self._bus = Bus(
-            port, identifier=identifier, baud=baud, clock=self._clock,
-            counters=self.counters, retries=retries,
-        )  # fmt: skip
+            port,
+            identifier=identifier,
+            baud=baud,
+            clock=self._clock,
+            counters=self.counters,
+            retries=retries,
+        )
         self._spool = SpoolAngle(spec)
         self._torque = False
         self._restarted = False

@@ -41,17 +41,40 @@ def targets(
 def read_settings(bus: Bus, spec: ServoSpec, port: str | None) -> ServoSettings:
     """Read back all that decides a step response, in two transactions."""
     (
-        firmware, return_delay, drive_mode, mode, temperature, voltage_max, voltage_min, duty,
-        current, velocity, shutdown,
+        firmware,
+        return_delay,
+        drive_mode,
+        mode,
+        temperature,
+        voltage_max,
+        voltage_min,
+        duty,
+        current,
+        velocity,
+        shutdown,
     ) = bus.read(
-        r.FIRMWARE, r.RETURN_DELAY, r.DRIVE_MODE, r.OPERATING_MODE, r.TEMPERATURE_LIMIT,
-        r.VOLTAGE_LIMIT_MAX, r.VOLTAGE_LIMIT_MIN, r.PWM_LIMIT, r.CURRENT_LIMIT, r.VELOCITY_LIMIT,
+        r.FIRMWARE,
+        r.RETURN_DELAY,
+        r.DRIVE_MODE,
+        r.OPERATING_MODE,
+        r.TEMPERATURE_LIMIT,
+        r.VOLTAGE_LIMIT_MAX,
+        r.VOLTAGE_LIMIT_MIN,
+        r.PWM_LIMIT,
+        r.CURRENT_LIMIT,
+        r.VELOCITY_LIMIT,
         r.SHUTDOWN,
-    )  # fmt: skip
+    )
     d, i, p, second, first, watchdog, acceleration, profile = bus.read(
-        r.POSITION_D_GAIN, r.POSITION_I_GAIN, r.POSITION_P_GAIN, r.FEEDFORWARD_2ND,
-        r.FEEDFORWARD_1ST, r.BUS_WATCHDOG, r.PROFILE_ACCELERATION, r.PROFILE_VELOCITY,
-    )  # fmt: skip
+        r.POSITION_D_GAIN,
+        r.POSITION_I_GAIN,
+        r.POSITION_P_GAIN,
+        r.FEEDFORWARD_2ND,
+        r.FEEDFORWARD_1ST,
+        r.BUS_WATCHDOG,
+        r.PROFILE_ACCELERATION,
+        r.PROFILE_VELOCITY,
+    )
     return ServoSettings(
         model=spec.name,
         firmware=firmware,

@@ -4,9 +4,9 @@
 real time.
 """
 
-from hardware.virtual_bench.constants import BENCH_SEEDS
 from hardware.virtual_bench.faults import FaultEvent, Faults
 from hardware.virtual_bench.lockstep import LockstepBench
+from hardware.virtual_bench.physics.constants import BENCH_SEEDS
 from hardware.virtual_bench.process import VirtualPorts, open_virtual
 
 __all__ = [

@@ -7,18 +7,18 @@ from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from hardware.virtual_bench import addresses as at
-from hardware.virtual_bench.control_table import XC330_T288_T, ServoModel
-from hardware.virtual_bench.drive_line import DriveLine
+from hardware.virtual_bench.emulation.drive_line import DriveLine
+from hardware.virtual_bench.emulation.firmware import TICK
+from hardware.virtual_bench.emulation.plant import Plant, PlantState
+from hardware.virtual_bench.emulation.servo_emulator import ServoEmulator
 from hardware.virtual_bench.faults import ALERT_BITS, FaultEvent, Faults
-from hardware.virtual_bench.firmware import TICK
-from hardware.virtual_bench.load_cell import BANNER
-from hardware.virtual_bench.obstacle import Obstacle, grips
-from hardware.virtual_bench.plant import Plant, PlantState
-from hardware.virtual_bench.protocol import FrameParser
-from hardware.virtual_bench.servo_emulator import ServoEmulator
-from hardware.virtual_bench.unit import draw_unit
-from hardware.virtual_bench.wear import NEW, worn
+from hardware.virtual_bench.memory import addresses as at
+from hardware.virtual_bench.memory.control_table import XC330_T288_T, ServoModel
+from hardware.virtual_bench.memory.protocol import FrameParser
+from hardware.virtual_bench.physics.load_cell import BANNER
+from hardware.virtual_bench.physics.obstacle import Obstacle, grips
+from hardware.virtual_bench.physics.unit import draw_unit
+from hardware.virtual_bench.physics.wear import NEW, worn
 
 BUS_BAUD = 3
 """Register 8 of a bench's servo: 1 Mbit/s, as an operator has set it once."""

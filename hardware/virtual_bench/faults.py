@@ -15,9 +15,15 @@ ALERT_BITS = {
 }
 """Hardware errors by word; which of them switch the torque off is register 63's business."""
 EVENTS = (
-    "unplug", "alert", "supply_dip", "reboot", "cell_silence", "cell_stuck", "cell_spike",
+    "unplug",
+    "alert",
+    "supply_dip",
+    "reboot",
+    "cell_silence",
+    "cell_stuck",
+    "cell_spike",
     "cell_deaf",
-)  # fmt: skip
+)
 """A load cell may send nothing, always the same, one wrong reading, or noise about what it felt
 last."""
 COUNTS = (-(2**23), 2**23 - 1)

@@ -11,11 +11,11 @@ from collections import deque
 from pathlib import Path
 
 from hardware.virtual_bench.bench import Reply, VirtualBench
-from hardware.virtual_bench.control_table import XC330_T288_T, ServoModel
+from hardware.virtual_bench.emulation.plant import PlantState
+from hardware.virtual_bench.emulation.truth import write_plant_file
 from hardware.virtual_bench.faults import FaultEvent, Faults
-from hardware.virtual_bench.plant import PlantState
-from hardware.virtual_bench.truth import write_plant_file
-from hardware.virtual_bench.wear import NEW
+from hardware.virtual_bench.memory.control_table import XC330_T288_T, ServoModel
+from hardware.virtual_bench.physics.wear import NEW
 
 UNPLUGGED = termios.error(5, "Input/output error")
 """What the kernel says of an adapter that is gone; no OSError, as in reality."""

@@ -13,13 +13,13 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from hardware.virtual_bench.control_table import XC330_T288_T
+from hardware.virtual_bench.emulation.plant import PlantState
+from hardware.virtual_bench.emulation.truth import write_plant_file
 from hardware.virtual_bench.faults import FaultEvent, Faults
-from hardware.virtual_bench.plant import PlantState
+from hardware.virtual_bench.memory.control_table import XC330_T288_T
+from hardware.virtual_bench.physics.unit import BENCHES, draw_unit
+from hardware.virtual_bench.physics.wear import NEW, WEARS, worn
 from hardware.virtual_bench.server import CONTROL, SERVO, load_cell_name
-from hardware.virtual_bench.truth import write_plant_file
-from hardware.virtual_bench.unit import BENCHES, draw_unit
-from hardware.virtual_bench.wear import NEW, WEARS, worn
 from tendon_newton.errors import TendonNewtonError, listed, unknown_name
 
 WORD = "virtual"

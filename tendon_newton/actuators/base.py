@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
-from tendon_newton.parameters import Parameter
+from tendon_newton.data.parameters import Parameter
 
 
 class Actuator:

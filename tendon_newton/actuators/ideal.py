@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from tendon_newton.actuators.base import Actuator
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, ParameterVector, real
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.parameters import Parameter
 
 
 class Ideal(Actuator):
@@ -23,10 +23,15 @@ class Ideal(Actuator):
     stiffness = "gain"
     parameters = (
         Parameter(
-            name="gain", unit="N/rad", null=0.0, nominal=4.2, lower=0.1, upper=100.0,
+            name="gain",
+            unit="N/rad",
+            null=0.0,
+            nominal=4.2,
+            lower=0.1,
+            upper=100.0,
             source="measured at 4.2 N/rad by the paper's authors",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

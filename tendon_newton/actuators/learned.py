@@ -7,9 +7,9 @@ from typing import Any
 import warp as wp
 
 from tendon_newton.actuators.base import Actuator
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import TENDONS, Jet, ParameterVector, real
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.parameters import Parameter
 
 HELD_MEMORY = 0
 """Where the held forces stand in a world's memory; what each is reckoned from stands behind."""
@@ -53,18 +53,33 @@ class Learned(Actuator):
     name = "learned"
     parameters = (
         Parameter(
-            name="hold_stiffness", unit="N/rad", null=0.0, nominal=6.0, lower=0.0, upper=1000.0,
+            name="hold_stiffness",
+            unit="N/rad",
+            null=0.0,
+            nominal=6.0,
+            lower=0.0,
+            upper=1000.0,
             source="fitted to train recordings; the virtual bench has 6.3 N/rad",
         ),
         Parameter(
-            name="hold_damping", unit="N s/rad", null=0.0, nominal=10.0, lower=0.0, upper=1000.0,
+            name="hold_damping",
+            unit="N s/rad",
+            null=0.0,
+            nominal=10.0,
+            lower=0.0,
+            upper=1000.0,
             source="the same fit; 10.6 N s/rad there, which is back-EMF",
         ),
         Parameter(
-            name="force_scale", unit="1", null=1.0, nominal=1.0, lower=0.0, upper=10.0,
+            name="force_scale",
+            unit="1",
+            null=1.0,
+            nominal=1.0,
+            lower=0.0,
+            upper=10.0,
             source="servos of one type differ by a tenth; none is ten times as strong",
         ),
-    )  # fmt: skip
+    )
     held = True
 
     @staticmethod

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from tendon_newton.actuators.base import Actuator
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, ParameterVector, real
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.parameters import Parameter
 
 
 class PwmServo(Actuator):
@@ -30,30 +30,60 @@ class PwmServo(Actuator):
     rotor = True
     parameters = (
         Parameter(
-            name="duty_per_rad", unit="1/rad", null=0.0, nominal=1.0, lower=0.01, upper=100.0,
+            name="duty_per_rad",
+            unit="1/rad",
+            null=0.0,
+            nominal=1.0,
+            lower=0.01,
+            upper=100.0,
             source="Dynamixel X position P-gain registers 50 to 5,000",
         ),
         Parameter(
-            name="max_duty", unit="1", null=0.0, nominal=1.0, lower=0.01, upper=1.0,
+            name="max_duty",
+            unit="1",
+            null=0.0,
+            nominal=1.0,
+            lower=0.01,
+            upper=1.0,
             source="full duty",
         ),
         Parameter(
-            name="supply_voltage", unit="V", null=0.0, nominal=5.0, lower=3.0, upper=30.0,
+            name="supply_voltage",
+            unit="V",
+            null=0.0,
+            nominal=5.0,
+            lower=3.0,
+            upper=30.0,
             source="hobby servos run on 3.5 to 24 V",
         ),
         Parameter(
-            name="torque_constant", unit="N m/A", null=0.0, nominal=0.4, lower=0.01, upper=10.0,
+            name="torque_constant",
+            unit="N m/A",
+            null=0.0,
+            nominal=0.4,
+            lower=0.01,
+            upper=10.0,
             source="stall torque over stall current of hobby servos, at the output shaft",
         ),
         Parameter(
-            name="resistance", unit="ohm", null=0.0, nominal=3.0, lower=0.1, upper=100.0,
+            name="resistance",
+            unit="ohm",
+            null=0.0,
+            nominal=3.0,
+            lower=0.1,
+            upper=100.0,
             source="supply over stall current of hobby servos",
         ),
         Parameter(
-            name="armature", unit="kg m2", null=0.0, nominal=0.002, lower=0.0, upper=0.1,
+            name="armature",
+            unit="kg m2",
+            null=0.0,
+            nominal=0.002,
+            lower=0.0,
+            upper=0.1,
             source="rotor inertia times the square of a gear ratio of 100 to 400",
         ),
-    )  # fmt: skip
+    )
 
     @classmethod
     def static_force(cls, values: Mapping[str, float | str], error: float, radius: float) -> float:

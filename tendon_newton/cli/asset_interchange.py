@@ -48,9 +48,9 @@ class Export:
 def import_asset(config: Import) -> None:
     """Write the layers and print what to do with them."""
     from tendon_newton.mechanisms.asset_library import check_new_name
-    from tendon_newton.mechanisms.foreign_asset import write_foreign
-    from tendon_newton.mechanisms.foreign_file import read_foreign
-    from tendon_newton.mechanisms.foreign_plan import plan_foreign
+    from tendon_newton.mechanisms.authoring.foreign_asset import write_foreign
+    from tendon_newton.mechanisms.authoring.foreign_file import read_foreign
+    from tendon_newton.mechanisms.authoring.foreign_plan import plan_foreign
 
     check_new_name(config.name)
     plan = plan_foreign(
@@ -71,8 +71,8 @@ def import_asset(config: Import) -> None:
 
 def export_asset(config: Export) -> None:
     """Write the file and print where it is."""
-    from tendon_newton.mechanisms.mechanism import load_mechanism
-    from tendon_newton.mechanisms.mujoco_file import write_mujoco
+    from tendon_newton.mechanisms.authoring.mujoco_file import write_mujoco
+    from tendon_newton.mechanisms.loading import load_mechanism
 
     mechanism = load_mechanism(config.asset)
     path = config.out or Path(f"{mechanism.name}.xml")

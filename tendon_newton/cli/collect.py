@@ -24,9 +24,9 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Literal, Self
 
 if TYPE_CHECKING:
-    from hardware.collect_plan import Collection
-    from hardware.excitation_plan import PlannedRun
-    from hardware.operator import Progress
+    from hardware.collection.collect_plan import Collection
+    from hardware.collection.excitation_plan import PlannedRun
+    from hardware.control.operator import Progress
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,10 +83,10 @@ class CollectConfig:
 
 def main(config: CollectConfig) -> None:
     """Record, and say what came of it."""
-    from hardware.bench_address import BenchAddress
-    from hardware.collect_plan import SINGLE_RUNS, collect
-    from hardware.collect_settings import CollectSettings
-    from hardware.limits import SafetyLimits
+    from hardware.benches.bench_address import BenchAddress
+    from hardware.collection.collect_plan import SINGLE_RUNS, collect
+    from hardware.collection.collect_settings import CollectSettings
+    from hardware.safety_rules.limits import SafetyLimits
     from hardware.stop_request import StopRequest
 
     plan = planned(config)
@@ -113,16 +113,21 @@ def main(config: CollectConfig) -> None:
     operator = Terminal()
     with StopRequest() as stop, operator:
         collection = collect(
-            address, plan, settings, config.out, operator, stop,
+            address,
+            plan,
+            settings,
+            config.out,
+            operator,
+            stop,
             title=config.plan or SINGLE_RUNS,
-        )  # fmt: skip
+        )
     conclude(collection, config.out)
 
 
 def planned(config: CollectConfig) -> tuple[PlannedRun, ...]:
     """Return what is to be recorded."""
-    from hardware.collect_plan import free_name
-    from hardware.excitation_plan import PlannedRun, find_plan
+    from hardware.collection.collect_plan import free_name
+    from hardware.collection.excitation_plan import PlannedRun, find_plan
 
     if config.plan is not None:
         return find_plan(config.plan)
@@ -177,9 +182,11 @@ class Terminal:
         return self
 
     def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None,
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
         trace: TracebackType | None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Leave the line of figures."""
         self.end_line()
 

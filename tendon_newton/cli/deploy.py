@@ -31,15 +31,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
-    from hardware.bench import Bench
-    from hardware.bench_address import BenchAddress, DriveAddress
-    from hardware.deploy import DeployOutcome
-    from hardware.deploy_settings import DeploySettings
-    from hardware.force_estimate import ForceEstimate
-    from hardware.goals import Goals
-    from hardware.limits import SafetyLimits
-    from hardware.operator import Operator
-    from hardware.policy_runner import Policy
+    from hardware.benches.bench import Bench
+    from hardware.benches.bench_address import BenchAddress, DriveAddress
+    from hardware.control.goals import Goals
+    from hardware.control.operator import Operator
+    from hardware.control.policy_runner import Policy
+    from hardware.deployment.deploy import DeployOutcome
+    from hardware.deployment.deploy_settings import DeploySettings
+    from hardware.safety_rules.force_estimate import ForceEstimate
+    from hardware.safety_rules.limits import SafetyLimits
 
 JOG_RANGE = (-pi, 2.0 * pi)
 """Spool angles that a hand may reach [rad]: a tendon that begins too tight is let out."""
@@ -125,10 +125,10 @@ class DeployConfig:
 
 def main(config: DeployConfig) -> None:
     """Deploy, replay or jog, and say what came of it."""
-    from hardware.bench import open_bench
-    from hardware.deploy import Deployment, deploy
-    from hardware.keyboard import Keyboard
-    from hardware.pilot import JogPilot, PolicyPilot
+    from hardware.benches.bench import open_bench
+    from hardware.control.keyboard import Keyboard
+    from hardware.control.pilot import JogPilot, PolicyPilot
+    from hardware.deployment.deploy import Deployment, deploy
     from hardware.stop_request import StopRequest
     from tendon_newton.cli.collect import Terminal
 
@@ -139,7 +139,7 @@ def main(config: DeployConfig) -> None:
     address = address_of(config, 1 if policy is None else policy.card.servo_count)
     settings = settings_of(config, policy)
     if policy is not None:
-        from hardware.deploy_settings import refuse_mismatch
+        from hardware.deployment.deploy_settings import refuse_mismatch
 
         refuse_mismatch(policy.card, settings, address)
         pilot = PolicyPilot(policy)
@@ -154,9 +154,13 @@ def main(config: DeployConfig) -> None:
     ):
         get_ready(bench, operator)
         deployment = Deployment(
-            bench=bench, pilot=pilot, settings=settings, goals=goals, policy=policy,
+            bench=bench,
+            pilot=pilot,
+            settings=settings,
+            goals=goals,
+            policy=policy,
             estimate=estimate_of(config),
-        )  # fmt: skip
+        )
         with Keyboard() as keyboard:
             if config.goals == "keyboard" and not keyboard.there and config.duration is None:
                 operator.tell("No terminal: no keys move the goal; a signal ends the run.")
@@ -166,7 +170,7 @@ def main(config: DeployConfig) -> None:
 
 def read_policy(config: DeployConfig) -> Policy | None:
     """Load the policy, or refuse words that contradict each other."""
-    from hardware.policy_runner import load_policy
+    from hardware.control.policy_runner import load_policy
     from tendon_newton.errors import InvalidParameter
 
     if config.jog and (config.policy is not None or config.replay is not None):
@@ -192,7 +196,7 @@ def bench_of(config: DeployConfig) -> str:
 
 def address_of(config: DeployConfig, servos: int) -> BenchAddress:
     """Return where the bench is, with as many servos as the policy drives."""
-    from hardware.bench_address import BenchAddress
+    from hardware.benches.bench_address import BenchAddress
     from tendon_newton.errors import unknown_name
     from tendon_newton.mechanisms.asset_library import asset_files
 
@@ -217,7 +221,7 @@ def address_of(config: DeployConfig, servos: int) -> BenchAddress:
 
 def further_drives(config: DeployConfig, servos: int) -> tuple[DriveAddress, ...]:
     """Return where the servos behind the first are, with their load cells."""
-    from hardware.bench_address import DriveAddress
+    from hardware.benches.bench_address import DriveAddress
     from tendon_newton.errors import InvalidParameter
 
     own = range(config.servo_id + 1, config.servo_id + servos)
@@ -241,8 +245,8 @@ def further_drives(config: DeployConfig, servos: int) -> tuple[DriveAddress, ...
 
 def settings_of(config: DeployConfig, policy: Policy | None) -> DeploySettings:
     """Return rates and limits; the command range is the policy's, or a hand's."""
-    from hardware.deploy_settings import DeploySettings, loops_of
-    from hardware.safety_limits import limits_for
+    from hardware.deployment.deploy_settings import DeploySettings, loops_of
+    from hardware.safety_rules.safety_limits import limits_for
     from hardware.servos import SERVOS
     from hardware.servos.host_position_loop import HostPositionLoop
     from tendon_newton.errors import unknown_name
@@ -275,7 +279,7 @@ def settings_of(config: DeployConfig, policy: Policy | None) -> DeploySettings:
 
 def bench_limits(config: DeployConfig, *, jog: bool) -> SafetyLimits:
     """Return force, temperature and window; a hand may let the tendon out beyond home."""
-    from hardware.limits import SafetyLimits
+    from hardware.safety_rules.limits import SafetyLimits
 
     low, high = SafetyLimits().position
     return SafetyLimits(
@@ -287,7 +291,7 @@ def bench_limits(config: DeployConfig, *, jog: bool) -> SafetyLimits:
 
 def goals_of(config: DeployConfig, policy: Policy | None, settings: DeploySettings) -> Goals:
     """Return where goals come from; a hand's goal is the spool angle."""
-    from hardware.goals import FixedGoal, open_goals
+    from hardware.control.goals import FixedGoal, open_goals
 
     if policy is None:
         return FixedGoal(0.0, settings.loop.position_range, JOG_STEP)
@@ -298,14 +302,14 @@ def estimate_of(config: DeployConfig) -> ForceEstimate | None:
     """Return what estimates the tension, if anything."""
     if config.force_network is None:
         return None
-    from hardware.force_estimate import load_estimate
+    from hardware.safety_rules.force_estimate import load_estimate
 
     return load_estimate(config.force_network, config.policy_rate)
 
 
 def get_ready(bench: Bench, operator: Operator) -> None:
     """Ask for the bench to be made ready; without a terminal say what is taken for granted."""
-    from hardware.collect_plan import mount
+    from hardware.collection.collect_plan import mount
 
     if sys.stdin.isatty():
         mount(bench, operator)
@@ -319,7 +323,7 @@ def get_ready(bench: Bench, operator: Operator) -> None:
 
 def free_log(config: DeployConfig) -> Path:
     """Return a path for the log that nothing has yet."""
-    from hardware.collect_plan import free_name
+    from hardware.collection.collect_plan import free_name
     from tendon_newton.cli.output import make_folder
 
     folder = make_folder(config.out)
@@ -329,7 +333,7 @@ def free_log(config: DeployConfig) -> Path:
 
 def compare(policy: Policy | None, path: Path) -> None:
     """Say how a policy's actions compare with those in a log."""
-    from hardware.deploy_replay import DIFFERENCE, replay_log
+    from hardware.deployment.deploy_replay import DIFFERENCE, replay_log
     from tendon_newton.errors import InvalidRecording
 
     assert policy is not None
@@ -364,12 +368,16 @@ def conclude(config: DeployConfig, outcome: DeployOutcome) -> None:
 
 def enlist(config: DeployConfig, file: str) -> None:
     """List a log as a recording of its folder."""
-    from tendon_newton.dataset import list_recording
+    from tendon_newton.data.dataset import list_recording
 
     slow = config.calibration is not None or (config.port or "").startswith("virtual")
     list_recording(
-        config.out, file, bench=bench_of(config), split=config.split, start="first_row",
+        config.out,
+        file,
+        bench=bench_of(config),
+        split=config.split,
+        start="first_row",
         load_cell_rate=float(config.load_cell_rate)
         if slow and config.load_cell_rate < 0.9 * config.rate
         else None,
-    )  # fmt: skip
+    )

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 if TYPE_CHECKING:
-    from tendon_newton.dataset import Dataset
+    from tendon_newton.data.dataset import Dataset
     from tendon_newton.diagnosis.result import Diagnosis
 
 
@@ -39,8 +39,8 @@ class DiagnoseConfig:
 def main(config: DiagnoseConfig) -> None:
     """Diagnose and write what was found."""
     from tendon_newton.cli.output import make_folder
+    from tendon_newton.data.model_file import load_model, write_model
     from tendon_newton.device_code.quiet import quiet_warp
-    from tendon_newton.model_file import load_model, write_model
 
     quiet_warp()
     dataset = read_dataset(config)
@@ -49,7 +49,7 @@ def main(config: DiagnoseConfig) -> None:
 
     from tendon_newton.diagnosis.diagnose import diagnose
     from tendon_newton.diagnosis.identified import write_identified
-    from tendon_newton.diagnosis.report import Origin, write_report
+    from tendon_newton.diagnosis.reporting.report import Origin, write_report
     from tendon_newton.diagnosis.result import write_diagnosis
 
     diagnosis, evidence = diagnose(dataset, model, progress=lambda text: print(f"  {text} ..."))
@@ -67,7 +67,7 @@ def main(config: DiagnoseConfig) -> None:
 
 def read_dataset(config: DiagnoseConfig) -> Dataset:
     """Read the recordings, and cut those of a dataset that holds none out."""
-    from tendon_newton.dataset import Dataset, load_dataset
+    from tendon_newton.data.dataset import Dataset, load_dataset
     from tendon_newton.errors import InvalidParameter
     from tendon_newton.identification.cutting import hold_out
 
@@ -95,7 +95,7 @@ VERDICTS = {
 
 def summary(diagnosis: Diagnosis) -> str:
     """Return the result as a table for a terminal."""
-    from tendon_newton.diagnosis.report_doubts import doubts
+    from tendon_newton.diagnosis.reporting.report_doubts import doubts
 
     force = diagnosis.scale
     lines = ["", VERDICTS[diagnosis.verdict], ""]

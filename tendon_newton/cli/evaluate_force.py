@@ -38,14 +38,14 @@ def main(config: EvaluateForceConfig) -> None:
     import json
 
     from tendon_newton.cli.output import make_folder
-    from tendon_newton.dataset import load_dataset
+    from tendon_newton.data.dataset import load_dataset
     from tendon_newton.device_code.quiet import quiet_warp
 
     quiet_warp()
 
-    from train.actuator.evaluation import evaluate
-    from train.actuator.evaluation_file import to_markdown, to_table
     from train.actuator.models import load_networks
+    from train.actuator.scoring.evaluation import evaluate
+    from train.actuator.scoring.evaluation_file import to_markdown, to_table
 
     dataset = load_dataset(config.dataset, require_train=False)
     networks = load_networks(config.networks, trust=config.trust)
@@ -57,7 +57,7 @@ def main(config: EvaluateForceConfig) -> None:
     (out / "evaluation.md").write_text(text, encoding="utf-8")
     print(text)
     if config.plots:
-        from train.actuator.figures import draw
+        from train.actuator.scoring.figures import draw
 
         for file in draw(evaluation, out):
             print(f"drew {file}")

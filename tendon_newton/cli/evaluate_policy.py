@@ -23,8 +23,8 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 if TYPE_CHECKING:
-    from train.policy.evaluation import Climb, RunnablePolicy
-    from train.policy.evaluation_scores import ClimbScore
+    from train.policy.scoring.evaluation import Climb, RunnablePolicy
+    from train.policy.scoring.evaluation_scores import ClimbScore
 
 
 BENCH_DURATION = 16.5
@@ -83,9 +83,9 @@ def main(config: EvaluatePolicyConfig) -> None:
     quiet_warp()
 
     from tendon_newton.errors import InvalidParameter
-    from tendon_newton.mechanisms.mechanism import load_mechanism
-    from train.policy.evaluation import reachable_error
-    from train.policy.evaluation_scores import score, to_markdown
+    from tendon_newton.mechanisms.loading import load_mechanism
+    from train.policy.scoring.evaluation import reachable_error
+    from train.policy.scoring.evaluation_scores import score, to_markdown
 
     policies = load_policies(config)
     out = make_folder(config.out)
@@ -105,7 +105,7 @@ def main(config: EvaluatePolicyConfig) -> None:
     print(text)
     tell_floor(scores)
     if config.plots:
-        from train.policy.evaluation_figure import draw_climbs
+        from train.policy.scoring.evaluation_figure import draw_climbs
 
         print(f"drew {draw_climbs(climbs, scores, out / 'climb.png')}")
     print(f"wrote {out / 'evaluation.json'} and evaluation.md")
@@ -113,10 +113,10 @@ def main(config: EvaluatePolicyConfig) -> None:
 
 def load_policies(config: EvaluatePolicyConfig) -> list[RunnablePolicy]:
     """Load the policies, and name each after its file, or after its folder where that says more."""
-    from hardware.policy_runner import load_policy
+    from hardware.control.policy_runner import load_policy
     from tendon_newton.errors import InvalidParameter
-    from train.policy.evaluation import RunnablePolicy
-    from train.policy.force_model import trust_force
+    from train.policy.scoring.evaluation import RunnablePolicy
+    from train.policy.worlds.force_model import trust_force
 
     if not config.policies:
         raise InvalidParameter("name the files of one or more policies to evaluate")
@@ -141,9 +141,9 @@ def climbs_in_simulation(
     """Let the policies climb under each force model."""
     import numpy as np
 
-    from hardware.goals import stairs
-    from train.policy.environment_config import EnvironmentConfig
-    from train.policy.evaluation import climb_stairs
+    from hardware.control.goals import stairs
+    from train.policy.config.environment_config import EnvironmentConfig
+    from train.policy.scoring.evaluation import climb_stairs
 
     climbs = []
     for force in config.force:
@@ -161,9 +161,9 @@ def climbs_on_bench(
     config: EvaluatePolicyConfig, policies: list[RunnablePolicy], out: Path
 ) -> list[Climb]:
     """Let the policies climb on a bench, where there is one, and read the logs that are given."""
-    from hardware.deploy_log import step_table
-    from tendon_newton.mechanisms.mechanism import load_mechanism
-    from train.policy.bench_climb import climb_on_bench
+    from hardware.deployment.deploy_log import step_table
+    from tendon_newton.mechanisms.loading import load_mechanism
+    from train.policy.scoring.bench_climb import climb_on_bench
 
     logs = [(path.stem, path, policies[0]) for path in config.logs]
     if config.port is not None:

@@ -13,7 +13,7 @@ import tyro
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from tendon_newton.diagnosis.exam_score import Mark
+    from tendon_newton.exam.exam_score import Mark
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,9 +40,9 @@ def main(config: ExamConfig) -> None:
     import json
 
     from tendon_newton.cli.output import make_folder
-    from tendon_newton.diagnosis.exam import read_truths, take_exam
-    from tendon_newton.diagnosis.exam_rates import by_strength, confusion, rates
-    from tendon_newton.diagnosis.exam_report import write_exam_report
+    from tendon_newton.exam.exam import read_truths, take_exam
+    from tendon_newton.exam.exam_rates import by_strength, confusion, rates
+    from tendon_newton.exam.exam_report import write_exam_report
 
     out = make_folder(config.out)
     total = len(config.only or read_truths(config.folder))
@@ -84,7 +84,7 @@ def line(mark: Mark) -> str:
 
 def table(marks: Sequence[Mark]) -> str:
     """Return the figures as tables."""
-    from tendon_newton.diagnosis.exam_rates import by_strength, rates
+    from tendon_newton.exam.exam_rates import by_strength, rates
 
     rows = [f"  {r.name:46s} {r.value:9.3f}   of {r.cases}" for r in rates(marks)]
     bins = [

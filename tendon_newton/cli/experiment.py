@@ -11,7 +11,7 @@ import tyro
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from tendon_newton.diagnosis.separation import Prediction
+    from tendon_newton.diagnosis.next_experiment.separation import Prediction
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,13 +49,13 @@ def main(config: ExperimentConfig) -> None:
         raise InvalidOutput(f"{config.out}: a command file is a CSV file, NAME.csv")
     quiet_warp()
 
-    from tendon_newton.diagnosis.open_class_file import read_open_class
-    from tendon_newton.diagnosis.separation import SEEDS, propose
-    from tendon_newton.diagnosis.separation_files import (
+    from tendon_newton.diagnosis.next_experiment.separation import SEEDS, propose
+    from tendon_newton.diagnosis.next_experiment.separation_files import (
         draw_prediction,
         write_command,
         write_prediction,
     )
+    from tendon_newton.exam.open_class_file import read_open_class
 
     question = read_open_class(config.diagnosis, config.cause)
     make_folder(config.out.parent)
@@ -75,7 +75,7 @@ def main(config: ExperimentConfig) -> None:
 
 def table(predictions: Sequence[Prediction]) -> str:
     """Return the best runs as a table."""
-    from tendon_newton.diagnosis.separation import bench_text
+    from tendon_newton.diagnosis.next_experiment.separation import bench_text
 
     head = f"  {'bench':16s} {'excitation':14s} {'noise floors':>12s} {'mrad':>9s} {'N':>8s}  runs"
     rows = ["", head]

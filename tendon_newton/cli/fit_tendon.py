@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 if TYPE_CHECKING:
-    from tendon_newton.model_file import Model
+    from tendon_newton.data.model_file import Model
     from train.policy.tendon_fit import TendonFit
 
 
@@ -44,8 +44,8 @@ def main(config: FitTendonConfig) -> None:
 
     quiet_warp()
 
-    from tendon_newton.dataset import load_dataset
-    from tendon_newton.model_file import write_model
+    from tendon_newton.data.dataset import load_dataset
+    from tendon_newton.data.model_file import write_model
     from train.policy.tendon_fit import fit_tendon
 
     dataset = load_dataset(config.dataset, require_test=False)
@@ -54,15 +54,17 @@ def main(config: FitTendonConfig) -> None:
     write_model(out / "model.toml", model)
     (out / "tendon.json").write_text(fit.to_json(), encoding="utf-8")
     print(summary(fit))
-    print(f"wrote {out / 'model.toml'} and tendon.json; next: tendon-newton train-policy --force "
-          f"{out / 'model.toml'} --randomise none --out policy")  # fmt: skip
+    print(
+        f"wrote {out / 'model.toml'} and tendon.json; next: tendon-newton train-policy --force "
+        f"{out / 'model.toml'} --randomise none --out policy"
+    )
 
 
 def read_model(force: str) -> Model:
     """Return the model of a word or a file, whole."""
-    from tendon_newton.mechanisms.mechanism import load_mechanism
-    from tendon_newton.model_file import load_model
-    from train.policy.force_model import open_force_model
+    from tendon_newton.data.model_file import load_model
+    from tendon_newton.mechanisms.loading import load_mechanism
+    from train.policy.worlds.force_model import open_force_model
 
     if Path(force).suffix == ".toml":
         return load_model(Path(force))

@@ -27,11 +27,11 @@ class ImportConfig:
 
 def main(config: ImportConfig) -> None:
     """Import, write and report."""
+    from tendon_newton.data.importers import IMPORTERS, MAPPED
+    from tendon_newton.data.importers.mapped import read_mapped
+    from tendon_newton.data.importers.split import read_conditions, split_logs
+    from tendon_newton.data.importers.writing import write_import
     from tendon_newton.errors import InvalidParameter, unknown_name
-    from tendon_newton.importers import IMPORTERS, MAPPED
-    from tendon_newton.importers.mapped import read_mapped
-    from tendon_newton.importers.split import read_conditions, split_logs
-    from tendon_newton.importers.writing import write_import
 
     if config.format not in (*IMPORTERS, MAPPED):
         raise unknown_name("log format", config.format, (*IMPORTERS, MAPPED))

@@ -26,7 +26,7 @@ class PlotConfig:
 
 def main(config: PlotConfig) -> None:
     """Draw it."""
-    from hardware.deploy_plot import draw, panels_of
+    from hardware.deployment.deploy_plot import draw, panels_of
     from tendon_newton.errors import InvalidOutput, InvalidParameter
 
     out = config.out or config.log.with_suffix(".svg")

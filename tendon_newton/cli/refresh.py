@@ -26,8 +26,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 if TYPE_CHECKING:
-    from train.policy.evaluation import Climb
-    from train.policy.evaluation_scores import ClimbScore
+    from train.policy.scoring.evaluation import Climb
+    from train.policy.scoring.evaluation_scores import ClimbScore
     from train.refresh.ledger import Ledger
     from train.refresh.outcome import Drift, TipFigure
 
@@ -96,8 +96,8 @@ def main(config: RefreshConfig) -> None:
 
 def open_ledger(config: RefreshConfig, out: Path) -> Ledger:
     """Return how far an earlier call came; other inputs are refused."""
-    from tendon_newton.trust import content_hash
-    from train.policy.force_model import file_hash
+    from tendon_newton.data.files.trust import content_hash
+    from train.policy.worlds.force_model import file_hash
     from train.refresh.ledger import Ledger
     from train.refresh.logs import log_files
     from train.refresh.retraining import find_training
@@ -118,11 +118,11 @@ def open_ledger(config: RefreshConfig, out: Path) -> Ledger:
 
 def find(config: RefreshConfig, ledger: Ledger) -> Drift:
     """Hold the logs against the model."""
-    from hardware.deploy_log import policy_span
+    from hardware.deployment.deploy_log import policy_span
     from tendon_newton.cli.output import make_folder
-    from tendon_newton.diagnosis.report import Origin, write_report
+    from tendon_newton.data.model_file import load_model, write_model
+    from tendon_newton.diagnosis.reporting.report import Origin, write_report
     from tendon_newton.diagnosis.result import write_diagnosis
-    from tendon_newton.model_file import load_model, write_model
     from train.refresh.drift import SUSPECTS, find_drift, growth, model_error
     from train.refresh.logs import fitted_parts, logs_as_dataset, read_logs
     from train.refresh.outcome import judge_drift, read_drift
@@ -160,8 +160,8 @@ def find(config: RefreshConfig, ledger: Ledger) -> Drift:
 
 def correct(config: RefreshConfig, drift: Drift, ledger: Ledger) -> None:
     """Put what was found into the model; where nothing was, fit all its numbers to the logs."""
-    from hardware.deploy_log import policy_span
-    from tendon_newton.model_file import load_model, write_model
+    from hardware.deployment.deploy_log import policy_span
+    from tendon_newton.data.model_file import load_model, write_model
     from train.refresh.logs import fitted_parts, read_logs, taut_parts
     from train.refresh.slip import SLIPS, taut_from, with_slip
     from train.refresh.tuning import tune
@@ -215,10 +215,10 @@ def train(config: RefreshConfig, ledger: Ledger) -> None:
 
 def compare(config: RefreshConfig, ledger: Ledger) -> tuple[list[TipFigure], Path]:
     """Measure the old and the new policy, before and after, simulated and on the bench."""
-    from tendon_newton.mechanisms.mechanism import load_mechanism
-    from train.policy.evaluation import reachable_error
-    from train.policy.evaluation_figure import draw_climbs
-    from train.policy.evaluation_scores import score
+    from tendon_newton.mechanisms.loading import load_mechanism
+    from train.policy.scoring.evaluation import reachable_error
+    from train.policy.scoring.evaluation_figure import draw_climbs
+    from train.policy.scoring.evaluation_scores import score
     from train.refresh.outcome import TipFigure
     from train.refresh.retraining import find_training
 
@@ -240,9 +240,9 @@ def simulated(config: RefreshConfig) -> list[Climb]:
 
     import numpy as np
 
-    from hardware.goals import stairs
-    from hardware.policy_runner import load_policy
-    from train.policy.evaluation import RunnablePolicy, climb_stairs
+    from hardware.control.goals import stairs
+    from hardware.control.policy_runner import load_policy
+    from train.policy.scoring.evaluation import RunnablePolicy, climb_stairs
     from train.refresh.retraining import find_training
 
     earlier = find_training(config.policy).config.environment
@@ -296,10 +296,10 @@ def climb_of(config: RefreshConfig, policy: str, log: Path, when: str) -> Climb:
     """Read a climb from a log."""
     from dataclasses import replace
 
-    from hardware.deploy_log import step_table
-    from hardware.policy_runner import load_policy
-    from tendon_newton.mechanisms.mechanism import load_mechanism
-    from train.policy.bench_climb import climb_on_bench
+    from hardware.control.policy_runner import load_policy
+    from hardware.deployment.deploy_log import step_table
+    from tendon_newton.mechanisms.loading import load_mechanism
+    from train.policy.scoring.bench_climb import climb_on_bench
     from train.refresh.retraining import find_training
 
     mechanism = load_mechanism(find_training(config.policy).config.environment.finger)
@@ -309,9 +309,12 @@ def climb_of(config: RefreshConfig, policy: str, log: Path, when: str) -> Climb:
 
 
 def finish(
-    config: RefreshConfig, drift: Drift, figures: list[TipFigure], ledger: Ledger,
+    config: RefreshConfig,
+    drift: Drift,
+    figures: list[TipFigure],
+    ledger: Ledger,
     picture: Path | None,
-) -> None:  # fmt: skip
+) -> None:
     """Write the page and say where everything is."""
     from tendon_newton import __version__
     from train.refresh.outcome import write_page

@@ -65,7 +65,7 @@ def main(config: ReproduceConfig) -> None:
     from train.reproduction.pieces import Workers
     from train.reproduction.report import rows_table, write_report
     from train.reproduction.reproduction import Reproduction
-    from train.reproduction.stages import run_stages
+    from train.reproduction.steps.stages import run_stages
 
     with Workers(config.jobs) as workers:
         reproduction = Reproduction(
@@ -107,9 +107,9 @@ class VirtualBenches:
 
     def record(self, unit: int, out: Path, *, seed: int, most: int | None) -> None:
         """Record the paper's plan and its further experiments on one unit."""
-        from hardware.bench_address import BenchAddress
-        from hardware.excitation_plan import find_plan
-        from hardware.experiment_plan import record_unit, thinned
+        from hardware.benches.bench_address import BenchAddress
+        from hardware.collection.excitation_plan import find_plan
+        from hardware.collection.experiment_plan import record_unit, thinned
         from hardware.stop_request import StopRequest
         from tendon_newton.cli.collect import Terminal
 
@@ -123,11 +123,11 @@ class VirtualBenches:
 
     def climb(self, unit: int, policy: Path, out: Path) -> float:
         """Let a policy climb the paper's stairs on one unit and return its tip error, RMS [m]."""
-        from hardware.policy_runner import load_policy
+        from hardware.control.policy_runner import load_policy
         from tendon_newton.cli.evaluate_policy import EvaluatePolicyConfig, climbs_on_bench
-        from tendon_newton.mechanisms.mechanism import load_mechanism
-        from train.policy.evaluation import RunnablePolicy, reachable_error
-        from train.policy.evaluation_scores import score
+        from tendon_newton.mechanisms.loading import load_mechanism
+        from train.policy.scoring.evaluation import RunnablePolicy, reachable_error
+        from train.policy.scoring.evaluation_scores import score
 
         config = EvaluatePolicyConfig(
             policies=(policy,), out=out, port=f"virtual:finger:{unit}", faster_than_real_time=True

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 if TYPE_CHECKING:
-    from tendon_newton.recording import Array, Recording
-    from tendon_newton.simulation.rollout import Trajectory
+    from tendon_newton.data.recording import Array, Recording
+    from tendon_newton.simulation.hosts.rollout import Trajectory
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,10 +43,10 @@ class SimulateConfig:
 def main(config: SimulateConfig) -> None:
     """Simulate and write trajectories and pictures."""
     from tendon_newton.cli.output import make_folder
-    from tendon_newton.dataset import load_dataset
+    from tendon_newton.data.dataset import load_dataset
+    from tendon_newton.data.model_file import load_model
     from tendon_newton.device_code.quiet import quiet_warp
     from tendon_newton.errors import InvalidParameter
-    from tendon_newton.model_file import load_model
 
     if config.time_step is not None and not 1.0e-6 <= config.time_step <= 0.01:
         raise InvalidParameter(
@@ -57,8 +57,8 @@ def main(config: SimulateConfig) -> None:
     model = load_model(config.model)
     out = make_folder(config.out)
 
-    from tendon_newton.recording_formats.csv_file import write_csv
-    from tendon_newton.simulation.replay import simulated_recording
+    from tendon_newton.data.formats.csv_file import write_csv
+    from tendon_newton.simulation.hosts.replay import simulated_recording
     from tendon_newton.simulation.simulators import find_simulator
     from tendon_newton.simulation.trajectory_plot import plot_trajectory
 

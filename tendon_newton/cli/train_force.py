@@ -30,8 +30,8 @@ import tyro
 from train.actuator.training_config import TrainingConfig
 
 if TYPE_CHECKING:
-    from tendon_newton.dataset import Dataset
-    from train.actuator.training import Progress
+    from tendon_newton.data.dataset import Dataset
+    from train.actuator.fitting.training import Progress
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,12 +51,12 @@ class TrainForceConfig:
 def main(config: TrainForceConfig) -> None:
     """Train and write the network."""
     from tendon_newton.cli.output import make_folder
-    from tendon_newton.dataset import load_dataset
+    from tendon_newton.data.dataset import load_dataset
     from tendon_newton.device_code.quiet import quiet_warp
-    from train.actuator.folds import SPLIT_WORDS
+    from train.actuator.fitting.run import train_to_file
     from train.actuator.ideal import SERVO_LIMIT
-    from train.actuator.run import train_to_file
-    from train.actuator.sensorless import IMPLIED_WORDS
+    from train.actuator.samples.folds import SPLIT_WORDS
+    from train.actuator.without_cell.sensorless import IMPLIED_WORDS
 
     quiet_warp()
     dataset = load_dataset(config.dataset, require_test=False)
@@ -87,7 +87,7 @@ def main(config: TrainForceConfig) -> None:
 
 def imply(dataset: Dataset, file: Path) -> Dataset:
     """Put implied forces in place of measured ones; write and print what implies them."""
-    from train.actuator.sensorless import imply_forces, write_lines
+    from train.actuator.without_cell.sensorless import imply_forces, write_lines
 
     print("finding what each bench's tendon gives, from encoders and tip ...", flush=True)
     implied = imply_forces(dataset)

@@ -29,10 +29,10 @@ from typing import TYPE_CHECKING
 
 import tyro
 
-from train.policy.training_config import PolicyTrainingConfig
+from train.policy.config.training_config import PolicyTrainingConfig
 
 if TYPE_CHECKING:
-    from train.policy.curve import Progress
+    from train.policy.runs.curve import Progress
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,10 +55,10 @@ def main(config: TrainPolicyConfig) -> None:
 
     quiet_warp()
 
-    from train.policy.export import export_policy
-    from train.policy.force_model import trust_force
-    from train.policy.process import Process
-    from train.policy.training import train_policy
+    from train.policy.runs.export import export_policy
+    from train.policy.runs.process import Process
+    from train.policy.runs.training import train_policy
+    from train.policy.worlds.force_model import trust_force
 
     own = config.training
     if config.trust:

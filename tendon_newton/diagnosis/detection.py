@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.greedy import Fit, Search
 from tendon_newton.identification.least_squares import invertible
 from tendon_newton.identification.objective import loss_terms, loss_weights
-from tendon_newton.recording import Array
 
 SURROGATES = 200
 """Noise records that the best gain is compared with; the least p-value is one in so many."""

@@ -8,7 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tendon_newton.dataset import Dataset
+from tendon_newton.data.dataset import Dataset
+from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.adequacy import is_noise
 from tendon_newton.diagnosis.attribution import Attribution, attribute
 from tendon_newton.diagnosis.evaluation import (
@@ -24,7 +26,9 @@ from tendon_newton.diagnosis.explanation import (
     settings_of,
 )
 from tendon_newton.diagnosis.gate import noise_loss
+from tendon_newton.diagnosis.greedy import Fit, Search
 from tendon_newton.diagnosis.identifiability import Confounded, find_confounded, is_flat
+from tendon_newton.diagnosis.next_experiment.separation import propose
 from tendon_newton.diagnosis.result import (
     CandidateScore,
     Diagnosis,
@@ -33,16 +37,12 @@ from tendon_newton.diagnosis.result import (
     Unexplained,
     Verdict,
 )
-from tendon_newton.diagnosis.greedy import Fit, Search
-from tendon_newton.diagnosis.separation import propose
-from tendon_newton.diagnosis.structure import find_structure
+from tendon_newton.diagnosis.unexplained.structure import find_structure
 from tendon_newton.effects import EFFECTS, find_effect
 from tendon_newton.identification.intervals import intervals
 from tendon_newton.identification.least_squares import Candidate
 from tendon_newton.identification.study import Study, refuse_several_tendons
 from tendon_newton.identification.testable import testable_effects, untested_sides
-from tendon_newton.model_file import Model, NamedValues
-from tendon_newton.recording import Array
 
 SEARCH_STEP = 5.0e-4
 """Simulation step while searching [s]; the reported errors use the finer default."""

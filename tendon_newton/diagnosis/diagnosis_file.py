@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, get_args
 
+from tendon_newton.data.files.json_file import read_json
+from tendon_newton.data.files.text_file import finite_number
 from tendon_newton.diagnosis.result import SCHEMA, Estimate, Verdict
 from tendon_newton.errors import InvalidDiagnosis, listed, shown
-from tendon_newton.json_file import read_json
-from tendon_newton.text_file import finite_number
 
 PROMISE = "a diagnosis is a JSON file"
 

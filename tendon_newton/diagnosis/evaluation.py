@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.result import Errors
 from tendon_newton.identification.noise_floor import NoiseFloor
 from tendon_newton.identification.objective import BLOCK, group_sums
 from tendon_newton.identification.study import Study, replacements
-from tendon_newton.recording import Array
 
 RESAMPLES = 2000
 """Bootstrap draws of blocks of time."""
@@ -54,13 +54,15 @@ def evaluate_models(study: Study, models: Sequence[Mapping[int, float]]) -> list
         for n, part in enumerate(parts):
             theta = residual.theta[n]
             force = np.zeros_like(theta) if residual.force is None else residual.force[n]
-            part.append({
-                "theta": group_sums(theta**2, block, count),
-                "theta_abs": group_sums(np.abs(theta), block, count),
-                "theta_rows": rows,
-                "force": group_sums(force**2, block, count),
-                "force_rows": rows if residual.force is not None else 0.0 * rows,
-            })  # fmt: skip
+            part.append(
+                {
+                    "theta": group_sums(theta**2, block, count),
+                    "theta_abs": group_sums(np.abs(theta), block, count),
+                    "theta_rows": rows,
+                    "force": group_sums(force**2, block, count),
+                    "force_rows": rows if residual.force is not None else 0.0 * rows,
+                }
+            )
     return [
         SquaredErrors(**{key: np.concatenate([p[key] for p in part]) for key in part[0]})
         for part in parts

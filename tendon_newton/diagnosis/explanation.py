@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from tendon_newton.bench_overrides import BenchOverrides, write_bench_overrides
+from tendon_newton.data.bench_overrides import BenchOverrides, write_bench_overrides
+from tendon_newton.data.model_file import Model
+from tendon_newton.data.parameters import BenchScale
+from tendon_newton.data.recording import Recording
 from tendon_newton.identification.noise_floor import NoiseFloor
-from tendon_newton.model_file import Model
-from tendon_newton.parameters import BenchScale
-from tendon_newton.recording import Recording
 
 
 @dataclass(frozen=True, kw_only=True)

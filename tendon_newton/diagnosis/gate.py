@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.adequacy import COUNT, is_noise, residual_sizes
 from tendon_newton.diagnosis.detection import gain_p_value
 from tendon_newton.diagnosis.greedy import Fit, Round, Search, at_bounds, parameter_count
@@ -15,7 +16,6 @@ from tendon_newton.identification.intervals import intervals
 from tendon_newton.identification.least_squares import Candidate
 from tendon_newton.identification.noise_floor import NoiseFloor
 from tendon_newton.identification.objective import group_sums
-from tendon_newton.recording import Array
 
 P_VALUE = 0.02
 """Chance of a false alarm that a step of the extension may take."""

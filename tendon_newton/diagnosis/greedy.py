@@ -9,6 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tendon_newton.data.model_file import Model
+from tendon_newton.data.parameters import BenchScale
+from tendon_newton.data.recording import Array, Indices
 from tendon_newton.diagnosis.starts import MOST_STARTS, spread, starting_grid, starts_around
 from tendon_newton.effects import find_effect
 from tendon_newton.identification.folds import held_out_losses, make_folds
@@ -23,9 +26,6 @@ from tendon_newton.identification.least_squares import (
 )
 from tendon_newton.identification.objective import Scales, layout, loss_terms, stack
 from tendon_newton.identification.study import Study
-from tendon_newton.model_file import Model
-from tendon_newton.parameters import BenchScale
-from tendon_newton.recording import Array, Indices
 
 FORM_THETA = 3.0e-3
 """Angle [rad] by which Coulomb's law misses real friction (bristles of 5 to 40 um).

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tendon_newton.data.recording import Array, Mask, Recording
 from tendon_newton.diagnosis.diagnose import Evidence
 from tendon_newton.identification.study import Residual, replacements
-from tendon_newton.recording import Array, Mask, Recording
 
 WINDOW = 4.0
 """Length of the window that is shown of a recording [s]."""

@@ -6,16 +6,16 @@ import hashlib
 from pathlib import Path
 
 from tendon_newton import __version__
-from tendon_newton.dataset import FILE_NAME, Dataset
+from tendon_newton.data.dataset import FILE_NAME, Dataset
 from tendon_newton.diagnosis.result import SCHEMA, Diagnosis
 from tendon_newton.effects import find_effect
-from tendon_newton.mechanisms.correction import correct
-from tendon_newton.mechanisms.identified_layer import (
+from tendon_newton.mechanisms.authoring.correction import correct
+from tendon_newton.mechanisms.authoring.identified_layer import (
     FoundNumber,
     Provenance,
     write_identified_layer,
 )
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 
 NAME = "identified"
 

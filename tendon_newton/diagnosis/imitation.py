@@ -8,12 +8,12 @@ from itertools import combinations, pairwise
 
 import numpy as np
 
+from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.explanation import Explanation
 from tendon_newton.identification.least_squares import STEP_FLOOR, STEP_SHARE
 from tendon_newton.identification.noise_floor import NoiseFloor
 from tendon_newton.identification.objective import Scales, loss_terms
 from tendon_newton.identification.study import Residual, Study
-from tendon_newton.recording import Array
 
 
 @dataclass(frozen=True, kw_only=True)

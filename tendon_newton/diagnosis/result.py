@@ -8,11 +8,11 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
+from tendon_newton.data.model_file import Model
+from tendon_newton.data.parameters import BenchScale
 from tendon_newton.diagnosis.explanation import Estimate, Explanation, Setting
 from tendon_newton.diagnosis.identifiability import Confounded
-from tendon_newton.diagnosis.structure import Structure
-from tendon_newton.model_file import Model
-from tendon_newton.parameters import BenchScale
+from tendon_newton.diagnosis.unexplained.structure import Structure
 
 __all__ = ["Diagnosis", "Errors", "Estimate", "NamedEffect", "Verdict", "write_diagnosis"]
 

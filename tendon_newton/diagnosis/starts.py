@@ -6,9 +6,9 @@ import itertools
 
 import numpy as np
 
+from tendon_newton.data.parameters import Parameter
+from tendon_newton.data.recording import Array
 from tendon_newton.identification.least_squares import Candidate
-from tendon_newton.parameters import Parameter
-from tendon_newton.recording import Array
 
 STARTS_AROUND = (0.7, 0.87, 1.15, 1.4)
 """Factors on a fitted value at which a finer search starts again.

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.first_order_lag import lagged, share_kept
 from tendon_newton.device_code.placeholders import Jet, Values, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect, Stage
-from tendon_newton.parameters import Parameter
 
 
 class ActuatorLag(Effect):
@@ -32,10 +32,15 @@ class ActuatorLag(Effect):
     memory = Stage.MOTOR_FORCE
     parameters = (
         Parameter(
-            name="time_constant", unit="s", null=0.0, nominal=0.02, lower=0.0, upper=0.5,
+            name="time_constant",
+            unit="s",
+            null=0.0,
+            nominal=0.02,
+            lower=0.0,
+            upper=0.5,
             source="a tenth of a hobby servo's slowest response",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

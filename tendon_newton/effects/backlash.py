@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
-from tendon_newton.parameters import Parameter
 
 
 class Backlash(Effect):
@@ -29,10 +29,15 @@ class Backlash(Effect):
     side = "transmission"
     parameters = (
         Parameter(
-            name="width", unit="rad", null=0.0, nominal=0.02, lower=0.0, upper=0.5,
+            name="width",
+            unit="rad",
+            null=0.0,
+            nominal=0.02,
+            lower=0.0,
+            upper=0.5,
             source="gear trains of hobby servos have 0.2 to 2 degrees; ten times that is broken",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

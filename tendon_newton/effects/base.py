@@ -6,7 +6,7 @@ from collections.abc import Callable
 from enum import Enum
 from typing import Any, ClassVar, Literal
 
-from tendon_newton.parameters import Parameter
+from tendon_newton.data.parameters import Parameter
 
 
 class Stage(Enum):

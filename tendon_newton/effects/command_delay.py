@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Values, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
-from tendon_newton.parameters import Parameter
 
 
 class CommandDelay(Effect):
@@ -26,10 +26,15 @@ class CommandDelay(Effect):
     side = "actuator"
     parameters = (
         Parameter(
-            name="delay", unit="s", null=0.0, nominal=0.02, lower=0.0, upper=0.4,
+            name="delay",
+            unit="s",
+            null=0.0,
+            nominal=0.02,
+            lower=0.0,
+            upper=0.4,
             source="twice the longest seen",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

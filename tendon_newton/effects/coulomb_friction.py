@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
-from tendon_newton.parameters import Parameter
 
 
 class CoulombFriction(Effect):
@@ -28,10 +28,15 @@ class CoulombFriction(Effect):
     dry = ("force",)
     parameters = (
         Parameter(
-            name="force", unit="N", null=0.0, nominal=0.5, lower=0.0, upper=8.0,
+            name="force",
+            unit="N",
+            null=0.0,
+            nominal=0.5,
+            lower=0.0,
+            upper=8.0,
             source="a third of the 21 N that the servo gives",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

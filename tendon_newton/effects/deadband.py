@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
-from tendon_newton.parameters import Parameter
 
 
 class Deadband(Effect):
@@ -27,10 +27,15 @@ class Deadband(Effect):
     side = "actuator"
     parameters = (
         Parameter(
-            name="width", unit="rad", null=0.0, nominal=0.05, lower=0.0, upper=1.0,
+            name="width",
+            unit="rad",
+            null=0.0,
+            nominal=0.05,
+            lower=0.0,
+            upper=1.0,
             source="firmware bands are below 0.1 rad; worn ones are wider",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

@@ -7,10 +7,10 @@ from typing import Any
 
 import warp as wp
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
-from tendon_newton.parameters import Parameter
 
 
 class ForceSaturation(Effect):
@@ -28,10 +28,15 @@ class ForceSaturation(Effect):
     side = "actuator"
     parameters = (
         Parameter(
-            name="limit", unit="N", null=math.inf, nominal=10.0, lower=0.5, upper=100.0,
+            name="limit",
+            unit="N",
+            null=math.inf,
+            nominal=10.0,
+            lower=0.5,
+            upper=100.0,
             source="from a tenth to five times what a small servo gives",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

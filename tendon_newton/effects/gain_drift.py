@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
-from tendon_newton.parameters import Parameter
 
 
 class GainDrift(Effect):
@@ -26,10 +26,15 @@ class GainDrift(Effect):
     side = "actuator"
     parameters = (
         Parameter(
-            name="rate", unit="1/s", null=0.0, nominal=0.005, lower=-0.05, upper=0.05,
+            name="rate",
+            unit="1/s",
+            null=0.0,
+            nominal=0.005,
+            lower=-0.05,
+            upper=0.05,
             source="a half of the gain in ten seconds is a fault of another kind",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
-from tendon_newton.parameters import Parameter
 
 
 class GearLoadFriction(Effect):
@@ -35,10 +35,15 @@ class GearLoadFriction(Effect):
     dry = ("coefficient",)
     parameters = (
         Parameter(
-            name="coefficient", unit="1", null=0.0, nominal=0.1, lower=0.0, upper=0.8,
+            name="coefficient",
+            unit="1",
+            null=0.0,
+            nominal=0.1,
+            lower=0.0,
+            upper=0.8,
             source="0 to 0.22 in the parameter files published with the source; at one it locks",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

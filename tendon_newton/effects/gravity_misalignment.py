@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Values, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
-from tendon_newton.parameters import Parameter
 
 
 class GravityMisalignment(Effect):
@@ -26,11 +26,16 @@ class GravityMisalignment(Effect):
     side = "mechanism"
     parameters = (
         Parameter(
-            name="angle", unit="rad", null=0.0, nominal=0.0, lower=-1.6, upper=1.6,
+            name="angle",
+            unit="rad",
+            null=0.0,
+            nominal=0.0,
+            lower=-1.6,
+            upper=1.6,
             absolute=True,
             source="a bench stood on its end",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
-from tendon_newton.parameters import Parameter
 
 
 class HoldingFriction(Effect):
@@ -29,10 +29,15 @@ class HoldingFriction(Effect):
     dry = ("share",)
     parameters = (
         Parameter(
-            name="share", unit="1", null=0.0, nominal=0.1, lower=0.0, upper=0.9,
+            name="share",
+            unit="1",
+            null=0.0,
+            nominal=0.1,
+            lower=0.0,
+            upper=0.9,
             source="at one the gear locks itself",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Values, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
-from tendon_newton.parameters import Parameter
 
 
 class InertiaError(Effect):
@@ -24,10 +24,15 @@ class InertiaError(Effect):
     side = "mechanism"
     parameters = (
         Parameter(
-            name="scale", unit="1", null=1.0, nominal=1.0, lower=0.2, upper=10.0,
+            name="scale",
+            unit="1",
+            null=1.0,
+            nominal=1.0,
+            lower=0.2,
+            upper=10.0,
             source="a heavy fingertip or a reflected rotor",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
-from tendon_newton.parameters import Parameter
 
 
 class JointDampingError(Effect):
@@ -26,10 +26,15 @@ class JointDampingError(Effect):
     side = "mechanism"
     parameters = (
         Parameter(
-            name="scale", unit="1", null=1.0, nominal=1.0, lower=0.0, upper=10.0,
+            name="scale",
+            unit="1",
+            null=1.0,
+            nominal=1.0,
+            lower=0.0,
+            upper=10.0,
             source="from none to ten times as much",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

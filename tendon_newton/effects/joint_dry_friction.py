@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Values, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
-from tendon_newton.parameters import Parameter
 
 
 class JointDryFriction(Effect):
@@ -26,10 +26,15 @@ class JointDryFriction(Effect):
     side = "mechanism"
     parameters = (
         Parameter(
-            name="fraction", unit="1", null=0.0, nominal=0.05, lower=0.0, upper=0.8,
+            name="fraction",
+            unit="1",
+            null=0.0,
+            nominal=0.05,
+            lower=0.0,
+            upper=0.8,
             source="a spring must still bring its joint back",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

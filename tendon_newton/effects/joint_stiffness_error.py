@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
-from tendon_newton.parameters import Parameter
 
 
 class JointStiffnessError(Effect):
@@ -27,10 +27,15 @@ class JointStiffnessError(Effect):
     side = "mechanism"
     parameters = (
         Parameter(
-            name="scale", unit="1", null=1.0, nominal=1.0, lower=0.2, upper=4.0,
+            name="scale",
+            unit="1",
+            null=1.0,
+            nominal=1.0,
+            lower=0.2,
+            upper=4.0,
             source="printed flexures vary by a factor of two and more",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

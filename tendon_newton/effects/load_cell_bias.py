@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Values, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
-from tendon_newton.parameters import Parameter
 
 
 class LoadCellBias(Effect):
@@ -23,10 +23,15 @@ class LoadCellBias(Effect):
     side = "sensor"
     parameters = (
         Parameter(
-            name="offset", unit="N", null=0.0, nominal=0.0, lower=-10.0, upper=10.0,
+            name="offset",
+            unit="N",
+            null=0.0,
+            nominal=0.0,
+            lower=-10.0,
+            upper=10.0,
             source="half of what the servo gives",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

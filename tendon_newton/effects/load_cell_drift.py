@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Values, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
-from tendon_newton.parameters import Parameter
 
 
 class LoadCellDrift(Effect):
@@ -23,10 +23,15 @@ class LoadCellDrift(Effect):
     side = "sensor"
     parameters = (
         Parameter(
-            name="rate", unit="N/s", null=0.0, nominal=0.0, lower=-1.0, upper=1.0,
+            name="rate",
+            unit="N/s",
+            null=0.0,
+            nominal=0.0,
+            lower=-1.0,
+            upper=1.0,
             source="a cell that runs away by a newton per second is broken",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

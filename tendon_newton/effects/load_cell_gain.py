@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Values, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
-from tendon_newton.parameters import Parameter
 
 
 class LoadCellGain(Effect):
@@ -23,10 +23,15 @@ class LoadCellGain(Effect):
     side = "sensor"
     parameters = (
         Parameter(
-            name="scale", unit="1", null=1.0, nominal=1.0, lower=0.3, upper=3.0,
+            name="scale",
+            unit="1",
+            null=1.0,
+            nominal=1.0,
+            lower=0.3,
+            upper=3.0,
             source="beyond, a calibration is of another cell",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

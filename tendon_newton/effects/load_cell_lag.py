@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Values, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
-from tendon_newton.parameters import Parameter
 
 
 class LoadCellLag(Effect):
@@ -24,10 +24,15 @@ class LoadCellLag(Effect):
     side = "sensor"
     parameters = (
         Parameter(
-            name="time_constant", unit="s", null=0.0, nominal=0.03, lower=0.0, upper=0.5,
+            name="time_constant",
+            unit="s",
+            null=0.0,
+            nominal=0.03,
+            lower=0.0,
+            upper=0.5,
             source="ten readings of a slow cell",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
-from tendon_newton.parameters import Parameter
 
 
 class LoadDependentFriction(Effect):
@@ -29,10 +29,15 @@ class LoadDependentFriction(Effect):
     dry = ("coefficient",)
     parameters = (
         Parameter(
-            name="coefficient", unit="1", null=0.0, nominal=0.1, lower=0.0, upper=0.8,
+            name="coefficient",
+            unit="1",
+            null=0.0,
+            nominal=0.1,
+            lower=0.0,
+            upper=0.8,
             source="hobby servos lose 10-40 % of their torque in the gear",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

@@ -6,10 +6,10 @@ from typing import Any
 
 import warp as wp
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
-from tendon_newton.parameters import Parameter
 
 
 class LoadStribeckFriction(Effect):
@@ -32,18 +32,33 @@ class LoadStribeckFriction(Effect):
     includes = ("gear_load_friction",)
     parameters = (
         Parameter(
-            name="coefficient", unit="1", null=0.0, nominal=0.1, lower=0.0, upper=0.8,
+            name="coefficient",
+            unit="1",
+            null=0.0,
+            nominal=0.1,
+            lower=0.0,
+            upper=0.8,
             source="as for gear_load_friction",
         ),
         Parameter(
-            name="static_coefficient", unit="1", null=0.0, nominal=0.2, lower=0.0, upper=0.9,
+            name="static_coefficient",
+            unit="1",
+            null=0.0,
+            nominal=0.2,
+            lower=0.0,
+            upper=0.9,
             source="0.06 to 0.23 in the parameter files published with the source",
         ),
         Parameter(
-            name="stribeck_velocity", unit="rad/s", null=1.0, nominal=1.0, lower=0.05, upper=10.0,
+            name="stribeck_velocity",
+            unit="rad/s",
+            null=1.0,
+            nominal=1.0,
+            lower=0.05,
+            upper=10.0,
             source="0.3 to 2.6 rad/s in the same files",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
-from tendon_newton.parameters import Parameter
 
 
 class Obstruction(Effect):
@@ -27,14 +27,24 @@ class Obstruction(Effect):
     side = "mechanism"
     parameters = (
         Parameter(
-            name="stiffness", unit="N/m", null=0.0, nominal=500.0, lower=0.0, upper=20000.0,
+            name="stiffness",
+            unit="N/m",
+            null=0.0,
+            nominal=500.0,
+            lower=0.0,
+            upper=20000.0,
             source="above, the contact is an end stop",
         ),
         Parameter(
-            name="position", unit="rad", null=0.0, nominal=1.0, lower=0.0, upper=7.0,
+            name="position",
+            unit="rad",
+            null=0.0,
+            nominal=1.0,
+            lower=0.0,
+            upper=7.0,
             source="the travel of a bench is below 6.4 rad",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
-from tendon_newton.parameters import Parameter
 
 
 class PositionOffset(Effect):
@@ -27,10 +27,15 @@ class PositionOffset(Effect):
     side = "sensor"
     parameters = (
         Parameter(
-            name="angle", unit="rad", null=0.0, nominal=0.0, lower=-1.0, upper=1.0,
+            name="angle",
+            unit="rad",
+            null=0.0,
+            nominal=0.0,
+            lower=-1.0,
+            upper=1.0,
             source="a tooth of a 25-tooth spline is 0.25 rad",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

@@ -6,10 +6,10 @@ from typing import Any
 
 import warp as wp
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
-from tendon_newton.parameters import Parameter
 
 
 class RoutingFriction(Effect):
@@ -32,10 +32,15 @@ class RoutingFriction(Effect):
     dry = ("exponent",)
     parameters = (
         Parameter(
-            name="exponent", unit="1", null=0.0, nominal=0.1, lower=0.0, upper=1.5,
+            name="exponent",
+            unit="1",
+            null=0.0,
+            nominal=0.1,
+            lower=0.0,
+            upper=1.5,
             source="a friction coefficient of 0.3 over a wrap of five radians",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

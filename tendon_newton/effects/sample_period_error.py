@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Values, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
-from tendon_newton.parameters import Parameter
 
 
 class SamplePeriodError(Effect):
@@ -24,10 +24,15 @@ class SamplePeriodError(Effect):
     side = "sensor"
     parameters = (
         Parameter(
-            name="scale", unit="1", null=1.0, nominal=1.0, lower=0.8, upper=1.25,
+            name="scale",
+            unit="1",
+            null=1.0,
+            nominal=1.0,
+            lower=0.8,
+            upper=1.25,
             source="a clock that is off by more than a quarter is seen without a model",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

@@ -6,10 +6,10 @@ import math
 
 import warp as wp
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Values, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
-from tendon_newton.parameters import Parameter
 
 
 class SpeedLimit(Effect):
@@ -29,10 +29,15 @@ class SpeedLimit(Effect):
     side = "actuator"
     parameters = (
         Parameter(
-            name="limit", unit="rad/s", null=math.inf, nominal=8.0, lower=0.5, upper=100.0,
+            name="limit",
+            unit="rad/s",
+            null=math.inf,
+            nominal=8.0,
+            lower=0.5,
+            upper=100.0,
             source="hobby servos turn at 3 to 12 rad/s",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Values, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
-from tendon_newton.parameters import Parameter
 
 
 class SpoolRadiusError(Effect):
@@ -26,10 +26,15 @@ class SpoolRadiusError(Effect):
     side = "transmission"
     parameters = (
         Parameter(
-            name="scale", unit="1", null=1.0, nominal=1.0, lower=0.5, upper=2.0,
+            name="scale",
+            unit="1",
+            null=1.0,
+            nominal=1.0,
+            lower=0.5,
+            upper=2.0,
             source="a core of half or twice the radius is another spool",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
-from tendon_newton.parameters import Parameter
 
 
 class SpringStiffening(Effect):
@@ -27,10 +27,15 @@ class SpringStiffening(Effect):
     side = "mechanism"
     parameters = (
         Parameter(
-            name="beta", unit="1", null=0.0, nominal=0.5, lower=-0.8, upper=5.0,
+            name="beta",
+            unit="1",
+            null=0.0,
+            nominal=0.5,
+            lower=-0.8,
+            upper=5.0,
             source="softer than a fifth or six times as stiff at the end",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

@@ -6,10 +6,10 @@ from typing import Any
 
 import warp as wp
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
-from tendon_newton.parameters import Parameter
 
 
 class StribeckFriction(Effect):
@@ -30,18 +30,33 @@ class StribeckFriction(Effect):
     includes = ("coulomb_friction",)
     parameters = (
         Parameter(
-            name="coulomb_force", unit="N", null=0.0, nominal=0.5, lower=0.0, upper=8.0,
+            name="coulomb_force",
+            unit="N",
+            null=0.0,
+            nominal=0.5,
+            lower=0.0,
+            upper=8.0,
             source="as for coulomb_friction",
         ),
         Parameter(
-            name="static_force", unit="N", null=0.0, nominal=0.8, lower=0.0, upper=12.0,
+            name="static_force",
+            unit="N",
+            null=0.0,
+            nominal=0.8,
+            lower=0.0,
+            upper=12.0,
             source="up to one and a half times the Coulomb force",
         ),
         Parameter(
-            name="stribeck_velocity", unit="rad/s", null=1.0, nominal=1.0, lower=0.05, upper=10.0,
+            name="stribeck_velocity",
+            unit="rad/s",
+            null=1.0,
+            nominal=1.0,
+            lower=0.05,
+            upper=10.0,
             source="hobby gears run mixed up to a few rad/s",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

@@ -7,11 +7,11 @@ from typing import Any
 
 import warp as wp
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.first_order_lag import lagged, share_kept
 from tendon_newton.device_code.placeholders import Jet, Values, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect, Stage
-from tendon_newton.parameters import Parameter
 
 
 class TendonCompliance(Effect):
@@ -36,11 +36,15 @@ class TendonCompliance(Effect):
     spool_stages = (Stage.STRETCH, Stage.TENSION)
     parameters = (
         Parameter(
-            name="stiffness", unit="N/m", null=math.inf, nominal=10000.0,
-            lower=500.0, upper=1000000.0,
+            name="stiffness",
+            unit="N/m",
+            null=math.inf,
+            nominal=10000.0,
+            lower=500.0,
+            upper=1000000.0,
             source="from a long rubber-like cord to a short steel rope",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

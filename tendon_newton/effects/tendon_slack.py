@@ -6,10 +6,10 @@ from typing import Any
 
 import warp as wp
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect, Stage
-from tendon_newton.parameters import Parameter
 
 
 class TendonSlack(Effect):
@@ -33,10 +33,15 @@ class TendonSlack(Effect):
     spool_stages = (Stage.ENCODER,)
     parameters = (
         Parameter(
-            name="length", unit="m", null=0.0, nominal=0.002, lower=0.0, upper=0.02,
+            name="length",
+            unit="m",
+            null=0.0,
+            nominal=0.002,
+            lower=0.0,
+            upper=0.02,
             source="more would be seen with the naked eye",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.first_order_lag import share_kept
 from tendon_newton.device_code.placeholders import Jet, Values, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect, Stage
-from tendon_newton.parameters import Parameter
 
 
 @device_template
@@ -40,14 +40,24 @@ class TorqueFade(Effect):
     memory = Stage.MOTOR_FORCE
     parameters = (
         Parameter(
-            name="fade", unit="1/N2", null=0.0, nominal=0.003, lower=0.0, upper=0.5,
+            name="fade",
+            unit="1/N2",
+            null=0.0,
+            nominal=0.003,
+            lower=0.0,
+            upper=0.5,
             source="1.4 N, of a small servo's 21, would halve themselves",
         ),
         Parameter(
-            name="time_constant", unit="s", null=1.0, nominal=1.0, lower=0.05, upper=60.0,
+            name="time_constant",
+            unit="s",
+            null=1.0,
+            nominal=1.0,
+            lower=0.05,
+            upper=60.0,
             source="windings of hobby motors warm in seconds, their cases in minutes",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

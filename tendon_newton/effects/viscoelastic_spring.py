@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.first_order_lag import lagged, share_kept
 from tendon_newton.device_code.placeholders import Jet, Values, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect, Stage
-from tendon_newton.parameters import Parameter
 
 
 class ViscoelasticSpring(Effect):
@@ -30,14 +30,24 @@ class ViscoelasticSpring(Effect):
     memory = Stage.SPRING
     parameters = (
         Parameter(
-            name="stiffness_ratio", unit="1", null=0.0, nominal=0.3, lower=0.0, upper=3.0,
+            name="stiffness_ratio",
+            unit="1",
+            null=0.0,
+            nominal=0.3,
+            lower=0.0,
+            upper=3.0,
             source="polymers relax by half and more",
         ),
         Parameter(
-            name="relaxation_time", unit="s", null=0.5, nominal=0.5, lower=0.005, upper=10.0,
+            name="relaxation_time",
+            unit="s",
+            null=0.5,
+            nominal=0.5,
+            lower=0.005,
+            upper=10.0,
             source="from a damper to the length of a recording",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

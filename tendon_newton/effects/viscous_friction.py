@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
-from tendon_newton.parameters import Parameter
 
 
 class ViscousFriction(Effect):
@@ -27,10 +27,15 @@ class ViscousFriction(Effect):
     side = "actuator"
     parameters = (
         Parameter(
-            name="coefficient", unit="N s/rad", null=0.0, nominal=0.5, lower=0.0, upper=20.0,
+            name="coefficient",
+            unit="N s/rad",
+            null=0.0,
+            nominal=0.5,
+            lower=0.0,
+            upper=20.0,
             source="a hobby servo loses its 21 N at 3-10 rad/s",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

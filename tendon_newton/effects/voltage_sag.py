@@ -6,10 +6,10 @@ from typing import Any
 
 import warp as wp
 
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
-from tendon_newton.parameters import Parameter
 
 
 class VoltageSag(Effect):
@@ -28,10 +28,15 @@ class VoltageSag(Effect):
     side = "actuator"
     parameters = (
         Parameter(
-            name="sag", unit="1/N", null=0.0, nominal=0.01, lower=0.0, upper=0.2,
+            name="sag",
+            unit="1/N",
+            null=0.0,
+            nominal=0.01,
+            lower=0.0,
+            upper=0.2,
             source="a supply that halves the force at 5 N is not usable",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template

@@ -40,8 +40,9 @@ class Rnn(ForceNetwork):
     @torch.jit.export
     def initial_state(self, worlds: int) -> Tensor:
         """Return the state before the first sample, shape (worlds, H)."""
-        return torch.zeros(worlds, self.width, dtype=self.input_mean.dtype,
-                           device=self.input_mean.device)  # fmt: skip
+        return torch.zeros(
+            worlds, self.width, dtype=self.input_mean.dtype, device=self.input_mean.device
+        )
 
     @torch.jit.export
     def reset_state(self, state: Tensor, mask: Tensor) -> Tensor:

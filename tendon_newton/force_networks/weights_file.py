@@ -15,8 +15,8 @@ from typing import Any
 import torch
 from torch import Tensor
 
+from tendon_newton.data.cards.force_network_card import ForceNetworkCard
 from tendon_newton.errors import InvalidNetworkFile, InvalidOutput
-from tendon_newton.force_network_card import ForceNetworkCard
 from tendon_newton.force_networks.force_network import INPUT_COUNT, ForceNetwork
 from tendon_newton.force_networks.mlp import ACTIVATIONS, Mlp
 from tendon_newton.force_networks.rnn import Rnn
@@ -109,15 +109,25 @@ def network_of_weights(content: bytes, card: ForceNetworkCard) -> ForceNetwork:
         with torch.device("meta"):  # no memory is taken before the shapes are known to agree
             network = build(card, settings, shapes)
         expected = {name: tuple(value.shape) for name, value in state_of(network).items()}
-    except (SafetensorError, KeyError, IndexError, TypeError, ValueError, AttributeError,
-            RuntimeError, ZeroDivisionError, RecursionError) as error:  # fmt: skip
+    except (
+        SafetensorError,
+        KeyError,
+        IndexError,
+        TypeError,
+        ValueError,
+        AttributeError,
+        RuntimeError,
+        ZeroDivisionError,
+        RecursionError,
+    ) as error:
         raise InvalidNetworkFile(
             f"must hold the weights of a {card.kind}, by their names; it does not "
             f"({type(error).__name__}: {str(error)[:200]})"
         ) from error
     if shapes != expected:
-        wrong = sorted(name for name in shapes.keys() | expected if
-                       shapes.get(name) != expected.get(name))  # fmt: skip
+        wrong = sorted(
+            name for name in shapes.keys() | expected if shapes.get(name) != expected.get(name)
+        )
         raise InvalidNetworkFile(
             f"must hold the weights of a {card.kind}, by their names; {wrong[0]} has the shape "
             f"{shapes.get(wrong[0])}, and {expected.get(wrong[0])} is needed"

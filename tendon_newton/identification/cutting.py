@@ -7,15 +7,23 @@ from dataclasses import replace
 
 import numpy as np
 
+from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidDataset
-from tendon_newton.recording import Recording
 
 LEAST_DURATION = 2.0
 """Time without which a part says nothing [s]."""
 ROW_FIELDS = (
-    "time", "motor_position", "motor_velocity", "command", "force", "tip", "current", "voltage",
-    "temperature", "enabled",
-)  # fmt: skip
+    "time",
+    "motor_position",
+    "motor_velocity",
+    "command",
+    "force",
+    "tip",
+    "current",
+    "voltage",
+    "temperature",
+    "enabled",
+)
 """Fields of a recording with one entry per row."""
 
 
@@ -51,8 +59,9 @@ def hold_out(
     """
     train, test = [], []
     for recording in recordings:
-        row = int(np.searchsorted(recording.time - recording.time[0],
-                                  (1.0 - share) * recording.duration))  # fmt: skip
+        row = int(
+            np.searchsorted(recording.time - recording.time[0], (1.0 - share) * recording.duration)
+        )
         parts = [
             rows_of(recording, slice(0, row), recording.name),
             rows_of(recording, slice(row, recording.sample_count), f"{recording.name} (end)"),

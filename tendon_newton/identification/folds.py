@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tendon_newton.data.recording import Array, Indices, Mask
 from tendon_newton.identification.least_squares import Candidate, Linearisation, invertible
 from tendon_newton.identification.objective import Layout, Scales, block_losses, stack
 from tendon_newton.identification.study import Study
-from tendon_newton.recording import Array, Indices, Mask
 
 FOLDS = 5
 """Folds at most."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy import stats
 
+from tendon_newton.data.recording import Array, Indices
 from tendon_newton.identification.least_squares import Candidate, Linearisation, invertible
 from tendon_newton.identification.objective import Layout, loss_curvatures
-from tendon_newton.recording import Array, Indices
 
 RESAMPLES = 1000
 """Draws of the bootstrap."""

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tendon_newton.data.recording import Array, Indices
 from tendon_newton.identification.objective import loss_terms, loss_weights
 from tendon_newton.identification.study import replacements
-from tendon_newton.recording import Array, Indices
 
 Simulate = Callable[[Indices, Array], Array]
 """(columns (N, F), values (N, F)) -> scaled residuals (N, M)."""

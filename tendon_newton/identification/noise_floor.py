@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_newton.recording import Array, Recording
-from tendon_newton.simulation.load_cell import reading_stride
+from tendon_newton.data.recording import Array, Recording
+from tendon_newton.identification.load_cell import reading_stride
 
 QUIET_WINDOWS = (0.4, 0.8, 1.6)
 """Lengths [s] of windows in which neither command nor encoder moves.

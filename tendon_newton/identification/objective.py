@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tendon_newton.data.recording import Array, Indices, Mask
 from tendon_newton.identification.study import Residual, Study, compares_force
-from tendon_newton.recording import Array, Indices, Mask
 
 TAIL = 3.0
 """Residuals beyond this many scales count logarithmically: rows of a jump must not decide."""

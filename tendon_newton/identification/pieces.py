@@ -12,9 +12,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from tendon_newton.mechanisms.mechanism import Mechanism
-from tendon_newton.recording import Recording
-from tendon_newton.simulation.measured_force import has_spring
+from tendon_newton.data.recording import Recording
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.simulation.tendons.measured_force import has_spring
 
 PIECE = 0.25
 """Length of a piece [s]: in it a force wrong by a tenth of the weight moves the load by 30 mm."""

@@ -8,30 +8,30 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tendon_newton.actuators import find_actuator
-from tendon_newton.bench_overrides import BENCH_OVERRIDE_RANGES
+from tendon_newton.data.bench_overrides import BENCH_OVERRIDE_RANGES
+from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.parameters import BenchScale, Parameter
+from tendon_newton.data.recording import Array, Indices, Mask, Recording
 from tendon_newton.errors import InvalidDataset, unknown_name
 from tendon_newton.identification.bench_scale import scale_of
+from tendon_newton.identification.load_cell import (
+    fill_between_readings,
+    first_reading,
+    reading_stride,
+)
 from tendon_newton.identification.noise_floor import NoiseFloor, estimate_noise_floor
 from tendon_newton.identification.pieces import all_pieces
-from tendon_newton.mechanisms.mechanism import Mechanism
-from tendon_newton.model_file import Model, NamedValues
-from tendon_newton.parameters import BenchScale, Parameter
-from tendon_newton.recording import Array, Indices, Mask, Recording
-from tendon_newton.simulation.bench_numbers import (
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.simulation.hosts.replay import bench_of, rollout_of
+from tendon_newton.simulation.hosts.rollout import TIME_STEP, Rollout, Trajectory, rollout_groups
+from tendon_newton.simulation.hosts.timeline import Timeline
+from tendon_newton.simulation.model.bench_numbers import (
     OWNER,
     unknown_numbers,
     with_estimates,
     without_estimates,
 )
-from tendon_newton.simulation.load_cell import (
-    fill_between_readings,
-    first_reading,
-    reading_stride,
-)
-from tendon_newton.simulation.parameter_table import ParameterTable
-from tendon_newton.simulation.replay import bench_of, rollout_of
-from tendon_newton.simulation.rollout import TIME_STEP, Rollout, Trajectory, rollout_groups
-from tendon_newton.simulation.timeline import Timeline
+from tendon_newton.simulation.model.parameter_table import ParameterTable
 
 SEED = 0
 """Of the noise on forces that drive a mechanism: the same data have the same noise floor."""

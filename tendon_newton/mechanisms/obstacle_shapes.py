@@ -22,11 +22,11 @@ from typing import Any
 import newton
 import warp as wp
 
+from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidAsset
-from tendon_newton.mechanisms.obstacles import Obstacle
-from tendon_newton.mechanisms.parts import Joint
-from tendon_newton.mechanisms.usd_tendon import NAMESPACE, register_tendon_attributes
-from tendon_newton.recording import Array
+from tendon_newton.mechanisms.geometry.obstacles import Obstacle
+from tendon_newton.mechanisms.geometry.joints import Joint
+from tendon_newton.mechanisms.usd.usd_tendon import NAMESPACE, register_tendon_attributes
 
 OBSTACLE = "tendon:obstacle"
 BONE = "tendon:bone"
@@ -60,10 +60,14 @@ def register_contact_attributes(builder: newton.ModelBuilder) -> None:
     for name, frequency, dtype, references in _ATTRIBUTES:
         builder.add_custom_attribute(
             newton.ModelBuilder.CustomAttribute(
-                name=name, namespace=NAMESPACE, frequency=frequency, dtype=dtype,
-                references=references, default=dtype(0),
+                name=name,
+                namespace=NAMESPACE,
+                frequency=frequency,
+                dtype=dtype,
+                references=references,
+                default=dtype(0),
             )
-        )  # fmt: skip
+        )
 
 
 def with_shapes(

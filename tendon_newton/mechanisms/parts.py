@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidAsset
-from tendon_newton.recording import Array
 
 if TYPE_CHECKING:
-    from tendon_newton.mechanisms.routing import Route
+    from tendon_newton.mechanisms.geometry.routing import Route
 
 JointKind = Literal["revolute", "prismatic"]
 

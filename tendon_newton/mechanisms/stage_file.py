@@ -15,9 +15,9 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
+from tendon_newton.data.files.guarded import TooMuch, guarded
 from tendon_newton.errors import InvalidAsset
-from tendon_newton.guarded import TooMuch, guarded
-from tendon_newton.mechanisms.layer_files import check_layers
+from tendon_newton.mechanisms.usd.layer_files import check_layers
 
 MEMORY = 1 << 29
 """Bytes that opening an asset with binary layers may take; those of a hand take a tenth."""

@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Any
 import newton
 import numpy as np
 
+from tendon_newton.data.recording import Array, BenchOverrides
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.mechanisms.obstacle_shapes import (
     register_contact_attributes,
     stretch_bones,
     with_shapes,
 )
-from tendon_newton.mechanisms.usd_tendon import register_tendon_attributes
-from tendon_newton.recording import Array, BenchOverrides
+from tendon_newton.mechanisms.usd.usd_tendon import register_tendon_attributes
 
 if TYPE_CHECKING:
-    from tendon_newton.mechanisms.mechanism import Mechanism
+    from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
 
 def build_model(

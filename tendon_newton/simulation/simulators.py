@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+from tendon_newton.data.model_file import Model
+from tendon_newton.data.recording import Recording
 from tendon_newton.errors import unknown_name
-from tendon_newton.model_file import Model
-from tendon_newton.recording import Recording
-from tendon_newton.simulation.mujoco_rollout import MUJOCO_STEP, MujocoRollout
-from tendon_newton.simulation.replay import bench_of, replay
-from tendon_newton.simulation.rollout import TIME_STEP, Trajectory
+from tendon_newton.simulation.hosts.replay import bench_of, replay
+from tendon_newton.simulation.hosts.rollout import TIME_STEP, Trajectory
+from tendon_newton.simulation.mujoco.mujoco_rollout import MUJOCO_STEP, MujocoRollout
 
 
 class Simulator(Protocol):

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from tendon_newton.data.recording import Array, Recording
 from tendon_newton.errors import InvalidOutput
-from tendon_newton.recording import Array, Recording
-from tendon_newton.simulation.rollout import Trajectory
+from tendon_newton.simulation.hosts.rollout import Trajectory
 
 INK, GREY, COMMAND, SIMULATED = "#2b2f36", "#8a8f98", "#b8860b", "#1f6f8b"
 
@@ -34,8 +34,9 @@ def plot_trajectory(path: Path, recording: Recording, trajectory: Trajectory) ->
     rows = 2 if recording.force is None else 4
     figure = Figure(figsize=(10.5 * tendons, 1.2 + 2.0 * rows), layout="constrained")
     FigureCanvasAgg(figure)
-    panels = figure.subplots(rows, tendons, sharex=True, squeeze=False,
-                             height_ratios=[2, 1] * (rows // 2))  # fmt: skip
+    panels = figure.subplots(
+        rows, tendons, sharex=True, squeeze=False, height_ratios=[2, 1] * (rows // 2)
+    )
     for d in range(tendons):
         plot_angle(panels[:2, d], recording, trajectory, d)
         if recording.force is not None:
@@ -58,8 +59,14 @@ def plot_angle(panels: Any, recording: Recording, trajectory: Trajectory, tendon
     """Draw one motor's angle and its residual."""
     measured, simulated = recording.motor_position[:, tendon], trajectory.motor_position[:, tendon]
     if recording.command is not None:
-        panels[0].step(recording.time, recording.command[:, tendon], where="post", color=COMMAND,
-                       linewidth=1.0, label="command")  # fmt: skip
+        panels[0].step(
+            recording.time,
+            recording.command[:, tendon],
+            where="post",
+            color=COMMAND,
+            linewidth=1.0,
+            label="command",
+        )
     plot_pair(panels, recording.time, measured, simulated)
     panels[0].set_ylabel("motor angle [rad]")
     panels[1].set_ylabel("residual [mrad]")

@@ -11,10 +11,10 @@ import numpy as np
 import warp as wp
 from newton.solvers import SolverFeatherstone, SolverMuJoCo
 
-from tendon_newton.mechanisms.mechanism import load_mechanism
-from tendon_newton.model_file import Model, NamedValues
-from tendon_newton.simulation.mujoco_rollout import STICKING_FRICTION
-from tendon_newton.simulation.tendon_solver import TendonSolver
+from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
+from tendon_newton.simulation.mujoco.mujoco_rollout import STICKING_FRICTION
 from tests.benchmarks.soundness import CONTROL_STEP
 
 GAIN, RADIUS, FORCE_LIMIT = 4.2, 0.0125, 21.0  # N/rad, m, N
@@ -90,9 +90,11 @@ class Swing:
 
 @wp.kernel
 def pull_kernel(
-    command: wp.array2d(dtype=float), arms: wp.array(dtype=float), q: wp.array(dtype=float),
+    command: wp.array2d(dtype=float),
+    arms: wp.array(dtype=float),
+    q: wp.array(dtype=float),
     force: wp.array(dtype=float),
-) -> None:  # fmt: skip
+) -> None:
     """Apply the ideal source's force to the two joints of a finger.
 
     The least that a solver of Newton needs per substep.
@@ -163,9 +165,13 @@ class TendonEngine(SwingingEngine):
     """TendonSolver: one launch per control step."""
 
     def __init__(
-        self, worlds: int, step: float, precision: Any = "float32",
-        *, friction: float = JOINT_FRICTION,
-    ) -> None:  # fmt: skip
+        self,
+        worlds: int,
+        step: float,
+        precision: Any = "float32",
+        *,
+        friction: float = JOINT_FRICTION,
+    ) -> None:
         model = rubbing(fingers(worlds), friction)
         self.solver = TendonSolver(
             model, MODEL, max_step=step, precision=precision, update_bodies=False

@@ -48,8 +48,10 @@ PARTS: dict[str, Callable[[Sequence[int]], Iterator[Row]]] = {
 
 def measure(
     parts: dict[str, Callable[[Sequence[int]], Iterator[Row]]],
-    worlds: Sequence[int], out: Path, command: str,
-) -> dict[str, Any]:  # fmt: skip
+    worlds: Sequence[int],
+    out: Path,
+    command: str,
+) -> dict[str, Any]:
     """Measure parts, write each row as it comes, and return all that the file holds."""
     wp.config.quiet = True
     result = json.loads(out.read_text()) if out.exists() else {}

@@ -12,16 +12,16 @@ import numpy as np
 import torch
 import warp as wp
 
-from tendon_newton.mechanisms.mechanism import load_mechanism
-from tendon_newton.recording import Recording
-from tendon_newton.simulation.differentiable import DifferentiableRollout
+from tendon_newton.data.recording import Recording
+from tendon_newton.gradients.differentiable import DifferentiableRollout
+from tendon_newton.mechanisms.loading import load_mechanism
 from tests.benchmarks.timing import Row, best_time, memory_in_use, say
-from tests.physics.networks import force_network, write_force_network
+from tests.physics.learned.networks import force_network, write_force_network
 from tests.physics.runs import ROWS, ideal_model, run_of, stairs
-from train.policy.environment import FingerEnvironment
-from train.policy.environment_config import EnvironmentConfig
-from train.policy.training import train_policy
-from train.policy.training_config import PolicyTrainingConfig
+from train.policy.config.environment_config import EnvironmentConfig
+from train.policy.config.training_config import PolicyTrainingConfig
+from train.policy.runs.training import train_policy
+from train.policy.worlds.environment import FingerEnvironment
 
 GRADIENT_WORLDS = (1, 64, 1024, 4096, 8192, 16384)
 GRADIENT_STEP = 1.0e-3  # s
@@ -130,8 +130,14 @@ def iteration_time(config: EnvironmentConfig, out: Path) -> float:
     """Return the seconds of an iteration of a training, the median without the first ones."""
     ends: list[float] = []
     training = PolicyTrainingConfig(
-        environment=config, iterations=ITERATIONS, steps=ITERATION_STEPS, batch=4 * config.worlds,
-        epochs=4, learning_rate=1.0e-3, checkpoint_every=ITERATIONS, device="cuda",
-    )  # fmt: skip
+        environment=config,
+        iterations=ITERATIONS,
+        steps=ITERATION_STEPS,
+        batch=4 * config.worlds,
+        epochs=4,
+        learning_rate=1.0e-3,
+        checkpoint_every=ITERATIONS,
+        device="cuda",
+    )
     train_policy(training, out, report=lambda progress: ends.append(time.perf_counter()))
     return float(np.median(np.diff(ends[2:]))) if len(ends) > 2 else float("nan")

@@ -21,9 +21,9 @@ from tendon_newton.actuators.networks.artifact import torchscript
 from tendon_newton.actuators.networks.history import History
 from tendon_newton.actuators.networks.torchscript import ForceQuery, TorchScriptQuery
 from tendon_newton.actuators.networks.twin_query import TwinQuery, forces_of
-from tendon_newton.simulation.torch_bridge import Graph
+from tendon_newton.simulation.hosts.torch_bridge import Graph
 from tests.benchmarks.timing import Row, best_time, memory_in_use, say
-from tests.physics.networks import GAIN, LIMIT, RATE, WINDOW, force_network
+from tests.physics.learned.networks import GAIN, LIMIT, RATE, WINDOW, force_network
 
 Arithmetic = Literal["float32", "TF32", "bf16"]
 OPTIONS = {"window": WINDOW, "rate": RATE, "limit": LIMIT}
@@ -78,9 +78,11 @@ def matrix_products(arithmetic: Arithmetic) -> Iterator[None]:
     torch.set_float32_matmul_precision("high" if arithmetic == "TF32" else "highest")
     try:
         with torch.autocast(
-            wp.device_to_torch(wp.get_device()).split(":")[0], torch.bfloat16,
-            enabled=arithmetic == "bf16", cache_enabled=False,
-        ):  # fmt: skip
+            wp.device_to_torch(wp.get_device()).split(":")[0],
+            torch.bfloat16,
+            enabled=arithmetic == "bf16",
+            cache_enabled=False,
+        ):
             yield
     finally:
         torch.set_float32_matmul_precision(before)

@@ -10,9 +10,9 @@ import warp as wp
 
 from tendon_newton.actuators.networks.history import History, push_sample
 from tendon_newton.actuators.networks.torchscript import ForceQuery
-from tendon_newton.mechanisms.mechanism import load_mechanism
-from tendon_newton.simulation.control_loop import ControlLoop
-from tendon_newton.simulation.torch_bridge import Graph, torch_stream
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.simulation.hosts.control_loop import ControlLoop
+from tendon_newton.simulation.hosts.torch_bridge import Graph, torch_stream
 from tests.benchmarks.engines import (
     FORCE_LIMIT,
     JOINT_FRICTION,
@@ -23,7 +23,7 @@ from tests.benchmarks.engines import (
     rest,
 )
 from tests.benchmarks.native_mujoco import WarpMujocoEngine
-from tests.physics.networks import learned_model
+from tests.physics.learned.networks import learned_model
 
 
 @wp.kernel
@@ -39,9 +39,14 @@ def held_pull_kernel(
 
 @wp.kernel
 def sample_kernel(
-    command: wp.array2d(dtype=float), arms: wp.vec2f, q: wp.array(dtype=float),
-    v: wp.array(dtype=float), fill: int, ring: wp.array3d(dtype=float), newest: wp.array(dtype=int),
-) -> None:  # fmt: skip
+    command: wp.array2d(dtype=float),
+    arms: wp.vec2f,
+    q: wp.array(dtype=float),
+    v: wp.array(dtype=float),
+    fill: int,
+    ring: wp.array3d(dtype=float),
+    newest: wp.array(dtype=int),
+) -> None:
     """Add what a force network is shown to its history."""
     i = wp.tid()
     angle = (arms[0] * q[2 * i] + arms[1] * q[2 * i + 1]) / RADIUS
@@ -132,9 +137,14 @@ class LoopEngine:
     ) -> None:
         self.device = wp.get_device()
         self.loop = ControlLoop(
-            load_mechanism("finger"), learned_model(), worlds, max_step=step, precision=precision,
-            query=query, device=self.device,
-        )  # fmt: skip
+            load_mechanism("finger"),
+            learned_model(),
+            worlds,
+            max_step=step,
+            precision=precision,
+            query=query,
+            device=self.device,
+        )
         self.loop.bench_numbers("friction").fill_(JOINT_FRICTION)
         self.command = torch.full((worlds, 1), START, device=wp.device_to_torch(self.device))
         self.swing = Swing(wp.from_torch(self.command))

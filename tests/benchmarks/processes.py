@@ -18,8 +18,8 @@ import warp as wp
 from tests.benchmarks.gpu import RESULT
 from tests.benchmarks.learning import ITERATION_STEPS, iteration_time
 from tests.benchmarks.timing import circumstances, say
-from train.policy.environment_config import EnvironmentConfig
-from train.policy.process import Process
+from train.policy.config.environment_config import EnvironmentConfig
+from train.policy.runs.process import Process
 
 WORLDS = 8192
 

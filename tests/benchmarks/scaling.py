@@ -23,9 +23,10 @@ import numpy as np
 import warp as wp
 from newton.solvers import SolverMuJoCo
 
-from tendon_newton.mechanisms.asset_plan import plan_asset, write_asset
-from tendon_newton.mechanisms.mechanism import Mechanism, load_mechanism
-from tendon_newton.simulation.tendon_solver import TendonSolver
+from tendon_newton.mechanisms.authoring.asset_plan import plan_asset, write_asset
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
 from tests.benchmarks.engines import CAPPED, GAIN, MODEL, RADIUS
 from tests.benchmarks.soundness import CONTROL_STEP, refuse_escaped
 from tests.benchmarks.timing import RESULTS, best_time, commit
@@ -64,10 +65,17 @@ def pull_kernel(
 def chain(folder: Path, joints: int, tendons: int) -> Mechanism:
     """Return a row of light links of 10 mm, each tendon with an arm at every joint."""
     plan = plan_asset(
-        f"chain_{joints}_{tendons}", tuple(f"joint_{j}" for j in range(joints)),
-        spool_radius=RADIUS, force_limit=21.0, length=(0.01,), mass=(0.004,), moment_arm=(0.006,),
-        stiffness=(0.05,), range=(1.5,), damping=(0.0005,),
-    )  # fmt: skip
+        f"chain_{joints}_{tendons}",
+        tuple(f"joint_{j}" for j in range(joints)),
+        spool_radius=RADIUS,
+        force_limit=21.0,
+        length=(0.01,),
+        mass=(0.004,),
+        moment_arm=(0.006,),
+        stiffness=(0.05,),
+        range=(1.5,),
+        damping=(0.0005,),
+    )
     file = write_asset(folder, plan)
     layer = file.with_name("tendon.usda")
     text = layer.read_text()

@@ -16,7 +16,7 @@ from typing import Protocol, TypeVar
 import numpy as np
 import warp as wp
 
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 
 CONTROL_STEP = 0.05
 """One control step of a policy [s]."""
@@ -150,7 +150,9 @@ def largest_sound(
         verdict = judge(path(engine), reference)
         if verdict.sound:
             return engine, substeps, verdict
-        found.append(f"{1e3 * CONTROL_STEP / substeps:.3g} ms: {verdict.error:.2g} rad, "
-                     f"{verdict.escaped} worlds escaped")  # fmt: skip
+        found.append(
+            f"{1e3 * CONTROL_STEP / substeps:.3g} ms: {verdict.error:.2g} rad, "
+            f"{verdict.escaped} worlds escaped"
+        )
         del engine
     raise UnsoundEngine(f"{name} must be within {ACCURACY} rad at some step; " + "; ".join(found))

@@ -36,9 +36,17 @@ COMMANDS = {
     "simulate with MuJoCo": [*REPLAY, "--solver", "mujoco"],
     "diagnose": ["diagnose", str(EXAMPLE), "--model", str(MODEL), "--out", "OUT"],
     "first iteration of a training": [
-        "train-policy", "--worlds", "64", "--steps", "8", "--iterations", "1", "--out", "OUT",
+        "train-policy",
+        "--worlds",
+        "64",
+        "--steps",
+        "8",
+        "--iterations",
+        "1",
+        "--out",
+        "OUT",
     ],
-}  # fmt: skip
+}
 """What a user types behind ``tendon-newton``; OUT is an empty folder."""
 
 
@@ -50,8 +58,11 @@ def seconds(command: list[str], cache: Path) -> float:
         begun = time.perf_counter()
         subprocess.run(
             [sys.executable, "-m", "tendon_newton", *words],
-            cwd=ROOT, env=environment, check=True, capture_output=True,
-        )  # fmt: skip
+            cwd=ROOT,
+            env=environment,
+            check=True,
+            capture_output=True,
+        )
         return time.perf_counter() - begun
 
 

@@ -12,26 +12,26 @@ import torch
 import warp as wp
 
 from tendon_newton.actuators import ACTUATORS, find_actuator
+from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.recording import Recording
 from tendon_newton.device_code.placeholders import (
     DeviceArray,
     JointVector,
     ParameterVector,
     Placeholder,
     real,
-)  # fmt: skip
+)
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.errors import UnknownName
-from tendon_newton.mechanisms.mechanism import load_mechanism
-from tendon_newton.model_file import Model, NamedValues
-from tendon_newton.recording import Recording
-from tendon_newton.simulation.assembly import assemble
-from tendon_newton.simulation.control_loop import ControlLoop
-from tendon_newton.simulation.kernel_types import kernel_types
-from tendon_newton.simulation.pipeline import flow_at
-from tendon_newton.simulation.replay import rollout_of
-from tendon_newton.simulation.rollout import Trajectory
-from tendon_newton.simulation.world_drive import world_drive
-from tests.physics.networks import force_network, write_force_network
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.simulation.hosts.control_loop import ControlLoop
+from tendon_newton.simulation.hosts.replay import rollout_of
+from tendon_newton.simulation.hosts.rollout import Trajectory
+from tendon_newton.simulation.model.assembly import assemble
+from tendon_newton.simulation.model.kernel_types import kernel_types
+from tendon_newton.simulation.tendons.pipeline import flow_at
+from tendon_newton.simulation.tendons.world_drive import world_drive
+from tests.physics.learned.networks import force_network, write_force_network
 from tests.physics.runs import RADIUS, run_of, stairs
 
 Mechanism = Placeholder
@@ -111,9 +111,7 @@ def test_a_batch_is_a_loop_of_the_right_shape(kind: str, network_path: Path) -> 
 @pytest.mark.parametrize("kind", FORCES)
 def test_a_reset_leaves_nothing_over(kind: str, network_path: Path) -> None:
     """A world that begins anew is a fresh one, to the last bit."""
-    loop = ControlLoop(
-        load_mechanism("finger"), typical_model(kind, network_path), 2, device="cpu"
-    )  # fmt: skip
+    loop = ControlLoop(load_mechanism("finger"), typical_model(kind, network_path), 2, device="cpu")
     commands = torch.tensor(stairs(np.random.default_rng(5), 12, 1.0, 4.0, 3), dtype=torch.float32)
 
     def run() -> torch.Tensor:

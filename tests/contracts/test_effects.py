@@ -6,12 +6,12 @@ import math
 import numpy as np
 import pytest
 
+from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.effects import EFFECTS, Effect, Stage, find_effect
 from tendon_newton.errors import UnknownName
-from tendon_newton.mechanisms.mechanism import load_mechanism
-from tendon_newton.model_file import Model, NamedValues
-from tendon_newton.simulation.rollout import Rollout, Trajectory
-from tendon_newton.simulation.structure import in_catalogue_order
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.simulation.hosts.rollout import Rollout, Trajectory
+from tendon_newton.simulation.model.structure import in_catalogue_order
 from tests.effect_bench import GAIN, commanded, simulate, steps_and_waves
 
 FRICTIONS = [n for n, e in EFFECTS.items() if e.side == "actuator" and n.endswith("friction")]

@@ -5,9 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
-from tendon_newton.dataset import load_dataset
+from tendon_newton.data.dataset import load_dataset
+from tendon_newton.data.model_file import Model, NamedValues, load_model
+from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.diagnose import Evidence
-from tendon_newton.diagnosis.equation import Equation, Term
 from tendon_newton.diagnosis.result import (
     CandidateScore,
     Diagnosis,
@@ -17,11 +18,10 @@ from tendon_newton.diagnosis.result import (
     Unexplained,
     Verdict,
 )
-from tendon_newton.diagnosis.structure import Profile, Structure
+from tendon_newton.diagnosis.unexplained.equation import Equation, Term
+from tendon_newton.diagnosis.unexplained.structure import Profile, Structure
 from tendon_newton.effects import EFFECTS, find_effect
 from tendon_newton.identification.study import Study
-from tendon_newton.model_file import Model, NamedValues, load_model
-from tendon_newton.recording import Recording
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "hidden_friction"
 SECONDS = 5.0  # [s] of each recording; enough for a window, and short to simulate

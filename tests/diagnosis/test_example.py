@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tendon_newton.dataset import load_dataset
+from tendon_newton.data.dataset import load_dataset
 from tests.planted.generator import main
 
 ROOT = Path(__file__).parents[2]

@@ -11,19 +11,19 @@ import numpy as np
 import pytest
 
 from tendon_newton.cli import main
-from tendon_newton.dataset import load_dataset, write_dataset
+from tendon_newton.data.dataset import load_dataset, write_dataset
+from tendon_newton.data.excitations import LARGEST_COMMAND
+from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.diagnosis.explanation import Estimate, Explanation, OpenClass, Setting
 from tendon_newton.diagnosis.imitation import Likeness
-from tendon_newton.diagnosis.separation import propose, repeats_needed
-from tendon_newton.excitations import LARGEST_COMMAND
+from tendon_newton.diagnosis.next_experiment.separation import propose, repeats_needed
 from tendon_newton.identification.noise_floor import NoiseFloor
-from tendon_newton.model_file import Model, NamedValues
-from tests.planted.bench import BENCHES
-from tests.planted.causes import Causes
 from tests.planted.generator import Recipe, make_dataset
-from tests.planted.plant import Run, simulate
+from tests.planted.physics.bench import BENCHES
+from tests.planted.physics.causes import Causes
+from tests.planted.physics.plant import Run, simulate
+from tests.planted.physics.sensors import Sensors
 from tests.planted.recordings import Slot, record
-from tests.planted.sensors import Sensors
 
 # A tilted rail pulls a slider with a constant force, and so would a spring whose zero has moved:
 # on one spring they are the same, and only a finger tells them apart.
@@ -151,8 +151,15 @@ def widened(explanation: Explanation) -> Explanation:
 
 def test_more_data_at_hand_need_more_repeats() -> None:
     """What differs in the new run must count beside all that the cause explains in the old ones."""
-    like = Likeness(pair=("a", "b"), theta=0.01, force=None, separation=20.0,
-                    behind=100.0, scatter=1.0, gain=500.0)  # fmt: skip
+    like = Likeness(
+        pair=("a", "b"),
+        theta=0.01,
+        force=None,
+        separation=20.0,
+        behind=100.0,
+        scatter=1.0,
+        gain=500.0,
+    )
     needed = [repeats_needed(like, recorded) for recorded in (0.0, 10_000.0, 40_000.0)]
     # 3 % of 10,000 over 100 - 3 % of 500 is 3.5; four times as much needs 14.1
     assert needed == [1, 4, 15]

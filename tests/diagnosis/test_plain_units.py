@@ -12,15 +12,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tendon_newton.bench_overrides import BenchOverrides
 from tendon_newton.cli.diagnose import summary
-from tendon_newton.dataset import Dataset
+from tendon_newton.data.bench_overrides import BenchOverrides
+from tendon_newton.data.dataset import Dataset
+from tendon_newton.data.model_file import Model, NamedValues, load_model, write_model
+from tendon_newton.data.recording import Array, Recording
 from tendon_newton.diagnosis.diagnose import Evidence, diagnose
-from tendon_newton.diagnosis.report import Origin, write_report
+from tendon_newton.diagnosis.reporting.report import Origin, write_report
 from tendon_newton.diagnosis.result import Diagnosis
-from tendon_newton.model_file import Model, NamedValues, load_model, write_model
-from tendon_newton.recording import Array, Recording
-from tendon_newton.simulation.replay import replay
+from tendon_newton.simulation.hosts.replay import replay
 
 pytestmark = pytest.mark.slow
 
@@ -38,9 +38,16 @@ Found = tuple[Diagnosis, Evidence]
 
 
 def integrated(
-    drive: Drive, weight: Callable[[float], float], inertia: float, viscous: float, dry: float,
-    rows: int, start: float = 0.0, *, held: bool = False,
-) -> Array:  # fmt: skip
+    drive: Drive,
+    weight: Callable[[float], float],
+    inertia: float,
+    viscous: float,
+    dry: float,
+    rows: int,
+    start: float = 0.0,
+    *,
+    held: bool = False,
+) -> Array:
     """Return position, speed, the drive's force and what friction leaves of it, row by row.
 
     Friction lies between drive and load and sticks exactly. A held drive changes once a row.
@@ -100,9 +107,12 @@ def shaft(seed: int) -> Recording:
 
     log = integrated(
         lambda t, q, _: SERVO * (command(ROW * int(t / ROW + 1e-6)) - q),
-        weight, LOAD * ARM**2, SHAFT_VISCOUS, SHAFT_DRY,
+        weight,
+        LOAD * ARM**2,
+        SHAFT_VISCOUS,
+        SHAFT_DRY,
         rows=800,
-    )  # fmt: skip
+    )
     count = 2.0 * np.pi / 4096.0
     time = ROW * np.arange(len(log))
     return Recording(

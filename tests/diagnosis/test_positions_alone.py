@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_newton.dataset import Dataset
+from tendon_newton.data.dataset import Dataset
+from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.diagnose import diagnose
-from tendon_newton.model_file import Model, NamedValues
-from tendon_newton.recording import Recording
 
 Array = NDArray[np.float64]
 ROW, STEPS = 0.02, 20
@@ -42,8 +42,14 @@ def measured(name: str, goal: Array) -> Recording:
 def sweep(seconds: float, last: float) -> Array:
     """Return a sine of 0.15 rad whose frequency grows to a last one [Hz]."""
     time = np.arange(0.0, seconds, ROW)
-    return 0.15 * np.sin(2.0 * np.pi * 0.05 * seconds / np.log(last / 0.05)
-                         * ((last / 0.05) ** (time / seconds) - 1.0))  # fmt: skip
+    return 0.15 * np.sin(
+        2.0
+        * np.pi
+        * 0.05
+        * seconds
+        / np.log(last / 0.05)
+        * ((last / 0.05) ** (time / seconds) - 1.0)
+    )
 
 
 def ramps(seconds: float, speed: float) -> Array:

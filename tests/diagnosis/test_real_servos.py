@@ -6,16 +6,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from examples.studies.so101 import split
+from tendon_newton.data.importers.so101 import read_so101
+from tendon_newton.data.importers.xl330 import read_xl330
+from tendon_newton.data.model_file import NamedValues
 from tendon_newton.diagnosis.diagnose import diagnose, values_of
 from tendon_newton.diagnosis.evaluation import evaluate_models
 from tendon_newton.diagnosis.gate import Gate, paired
 from tendon_newton.diagnosis.greedy import Round, Search
 from tendon_newton.identification.least_squares import Candidate, refine
 from tendon_newton.identification.study import Study
-from tendon_newton.importers.so101 import read_so101
-from tendon_newton.importers.xl330 import read_xl330
-from tendon_newton.model_file import NamedValues
-from tests.results.so101 import split
 
 MOTOR = {"torque_constant": 0.3998, "resistance": 3.596, "armature": 0.001296}
 FADING = (
@@ -23,8 +23,8 @@ FADING = (
     NamedValues(name="viscous_friction", values={"coefficient": 0.008167}),
     NamedValues(name="torque_fade", values={"fade": 3.859, "time_constant": 0.7478}),
 )
-"""Fitted to the gains 100 and 800 by `python -m tests.results.xl330 LOGS --test 200`: the rotor's
-inertia acts before the gear, whose friction then sees less of it (docs/real_data.md)."""
+"""Fitted to the gains 100 and 800 by `python -m examples.studies.xl330 LOGS --test 200`: the
+rotor's inertia acts before the gear, whose friction then sees less of it (docs/real_data.md)."""
 
 NEAR_MOTOR = {"torque_constant": 0.40, "resistance": 3.3, "armature": 0.0020}
 FROM_SMALL_GAINS = {

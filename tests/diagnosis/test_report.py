@@ -8,10 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from tendon_newton.data.parameters import BenchScale
 from tendon_newton.diagnosis.diagnose import Evidence
 from tendon_newton.diagnosis.identifiability import Confounded
-from tendon_newton.diagnosis.report import Origin, write_report
-from tendon_newton.diagnosis.report_words import (
+from tendon_newton.diagnosis.reporting.report import Origin, write_report
+from tendon_newton.diagnosis.reporting.report_words import (
     SENTENCES,
     cause_sentence,
     estimate_text,
@@ -26,7 +27,6 @@ from tendon_newton.diagnosis.result import (
 )
 from tendon_newton.effects import EFFECTS, find_effect
 from tendon_newton.errors import InvalidOutput
-from tendon_newton.parameters import BenchScale
 from tests.diagnosis.made_up import EXAMPLE, VERDICTS, diagnosis, evidence, named
 
 VOID = {"meta", "link", "br", "img", "hr", "input"}
@@ -236,8 +236,10 @@ def test_sentences_are_about_effects_of_the_catalogue() -> None:
 def test_words_follow_the_sign() -> None:
     """Below and above its null a parameter means the opposite."""
     low, high = (cause_sentence(named("load_cell_bias", value)) for value in (-0.5, 0.5))
-    assert (low, high) == ("The load cell reads 0.500 N too low",
-                           "The load cell reads 0.500 N too high")  # fmt: skip
+    assert (low, high) == (
+        "The load cell reads 0.500 N too low",
+        "The load cell reads 0.500 N too high",
+    )
     assert "16 % less than" in cause_sentence(named("joint_stiffness_error", 0.84))
     assert "4.2 times what" in cause_sentence(named("inertia_error", 4.2))
 

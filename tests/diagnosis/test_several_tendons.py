@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tendon_newton.cli import main
-from tendon_newton.dataset import write_dataset
+from tendon_newton.data.dataset import write_dataset
 from tests.formats.logs import model, recording
 
 

@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tendon_newton.data.importers.imported import ImportedLog
+from tendon_newton.data.importers.xl330 import duty_per_rad, start_model
+from tendon_newton.data.model_file import Model
+from tendon_newton.data.recording import BenchOverrides, Recording
 from tendon_newton.diagnosis.gate import Gate
 from tendon_newton.diagnosis.greedy import Fit, Round, Search
 from tendon_newton.identification.study import Study
-from tendon_newton.importers.imported import ImportedLog
-from tendon_newton.importers.xl330 import duty_per_rad, start_model
-from tendon_newton.model_file import Model
-from tendon_newton.recording import BenchOverrides, Recording
 
 MASS, ARM, ARMATURE, SUPPLY = 0.49, 0.1, 2.0e-3, 7.4  # [kg], [m], [kg m^2], [V]
 TORQUE_CONSTANT, RESISTANCE = 0.41, 4.2

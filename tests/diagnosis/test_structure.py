@@ -5,15 +5,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tendon_newton.dataset import load_dataset
-from tendon_newton.diagnosis.equation import find_equation
+from tendon_newton.data.dataset import load_dataset
+from tendon_newton.data.model_file import load_model
 from tendon_newton.diagnosis.identifiability import find_confounded, is_flat
-from tendon_newton.diagnosis.remainder import Remainder, find_remainders
-from tendon_newton.diagnosis.structure import LEAST_R2, Structure, find_structure, look, make_folds
+from tendon_newton.diagnosis.unexplained.equation import find_equation
+from tendon_newton.diagnosis.unexplained.remainder import Remainder, find_remainders
+from tendon_newton.diagnosis.unexplained.structure import (
+    LEAST_R2,
+    Structure,
+    find_structure,
+    look,
+    make_folds,
+)
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.least_squares import Linearisation
 from tendon_newton.identification.study import Study
-from tendon_newton.model_file import load_model
 from tests.planted.generator import Recipe, make_dataset
 from tests.planted.truth import Truth
 

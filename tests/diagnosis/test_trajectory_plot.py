@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidOutput
-from tendon_newton.recording import Recording
-from tendon_newton.simulation.rollout import Trajectory
+from tendon_newton.simulation.hosts.rollout import Trajectory
 from tendon_newton.simulation.trajectory_plot import plot_trajectory
 
 ROWS = 80

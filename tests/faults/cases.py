@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from hardware.bench import Bench
-from hardware.deploy_settings import DeploySettings
+from hardware.benches.bench import Bench
+from hardware.control.goals import FixedGoal
+from hardware.deployment.deploy_settings import DeploySettings
 from hardware.errors import SafetyStop
-from hardware.goals import FixedGoal
-from hardware.safety_limits import DeployLimits
+from hardware.safety_rules.safety_limits import DeployLimits
 from hardware.stop_request import StopRequest
 from hardware.virtual_bench.faults import ALERT_BITS
 from tests.faults import injections as on
@@ -96,9 +96,10 @@ class Case:
             return None
         rules = {self.rule, self.sooner}
         trips = [
-            (trip, done) for trip, done in flight.acted
+            (trip, done)
+            for trip, done in flight.acted
             if trip.rule.name in rules and trip.action == self.action and done >= flight.since
-        ]  # fmt: skip
+        ]
         assert trips, f"{self.rule} never acted; {outcome.trips}"
         trip, done = trips[0]
         latency = done - flight.since
@@ -163,8 +164,10 @@ def failing(bad: Callable[[], Callable[[], Any]]) -> Case:
 
 
 SLOW_CELL: dict[str, Any] = {
-    "settings": limited(stale_force=0.175), "words": {"load_cell_rate": 20}, "allowed": 0.4,
-}  # fmt: skip
+    "settings": limited(stale_force=0.175),
+    "words": {"load_cell_rate": 20},
+    "allowed": 0.4,
+}
 """A load cell whose readings take four times as long."""
 
 CASES: dict[str, Case] = {

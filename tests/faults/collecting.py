@@ -5,12 +5,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from hardware.bench import Bench, open_bench
-from hardware.bench_address import BenchAddress
-from hardware.collect import record_run
-from hardware.collect_settings import CollectSettings
-from hardware.excitation_plan import PlannedRun
-from hardware.operator import SilentOperator
+from hardware.benches.bench import Bench, open_bench
+from hardware.benches.bench_address import BenchAddress
+from hardware.collection.collect import record_run
+from hardware.collection.collect_settings import CollectSettings
+from hardware.collection.excitation_plan import PlannedRun
+from hardware.control.operator import SilentOperator
 from hardware.stop_request import StopRequest
 from tests.faults import injections as on
 from tests.faults.injections import FULL, LONG, let

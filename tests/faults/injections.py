@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from hardware.bench import Bench
+from hardware.benches.bench import Bench
 from hardware.stop_request import StopRequest
 from hardware.virtual_bench import FaultEvent, Faults
 

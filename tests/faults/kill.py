@@ -22,8 +22,14 @@ START = 90.0
 """Longest start of a program on a busy machine [s]."""
 ATTEMPTS = 3
 """Runs before a busy machine is no excuse: it may stop any of them for 0.2 s, which is a rule."""
-BUSY = ("no instruction came for", "has been silent for", "must answer to", "computer is too busy",
-        "must not be older than", "must answer that its motor")  # fmt: skip
+BUSY = (
+    "no instruction came for",
+    "has been silent for",
+    "must answer to",
+    "computer is too busy",
+    "must not be older than",
+    "must answer that its motor",
+)
 """What a run says that such a machine has ended."""
 ALLOWED = 0.25
 """From the kill to a motor without force [s]."""
@@ -44,11 +50,12 @@ class Driving:
 
 
 WAYS: dict[str, Driving] = {
-    "deploy": Driving(words=("deploy", "--policy", "{policy}", "--goals", "1.2",
-                             "--load-cell-rate", "80")),
+    "deploy": Driving(
+        words=("deploy", "--policy", "{policy}", "--goals", "1.2", "--load-cell-rate", "80")
+    ),
     "collect": Driving(words=("collect", "--excitation", "contact_ramp", "--duration", "60")),
     "jog": Driving(words=("deploy", "--jog", "--load-cell-rate", "80"), by_hand=True),
-}  # fmt: skip
+}
 """Everything that drives a motor, and so every mode that there is."""
 
 
@@ -73,11 +80,18 @@ class Program:
         os.set_blocking(self.terminal, False)
         os.write(self.terminal, b"\n")  # what it asks for is done
         self.process = subprocess.Popen(
-            [*(sys.executable, "-m", "tendon_newton"), *words, *self.further,
-             *("--port", self.ports.servo_port, "--load-cell-port", self.ports.load_cell_port),
-             *("--calibration", str(cell), "--out", str(self.out), "--retries", "8")],
-            stdin=slave, stdout=slave, stderr=slave, start_new_session=True,
-        )  # fmt: skip
+            [
+                *(sys.executable, "-m", "tendon_newton"),
+                *words,
+                *self.further,
+                *("--port", self.ports.servo_port, "--load-cell-port", self.ports.load_cell_port),
+                *("--calibration", str(cell), "--out", str(self.out), "--retries", "8"),
+            ],
+            stdin=slave,
+            stdout=slave,
+            stderr=slave,
+            start_new_session=True,
+        )
         os.close(slave)
         return self
 

@@ -18,21 +18,21 @@ from tempfile import TemporaryDirectory
 
 import pytest
 
-from hardware.bench_address import BenchAddress
-from hardware.collect_plan import COLLECTION_FILE, collect
-from hardware.collect_settings import CollectSettings
-from hardware.datagram_goals import DatagramGoals
-from hardware.deploy_settings import DeploySettings
+from hardware.benches.bench_address import BenchAddress
+from hardware.collection.collect_plan import COLLECTION_FILE, collect
+from hardware.collection.collect_settings import CollectSettings
+from hardware.collection.excitation_plan import PlannedRun
+from hardware.control.datagram_goals import DatagramGoals
+from hardware.control.keyboard import Keyboard
+from hardware.control.operator import SilentOperator
+from hardware.control.signed_goals import signed_goal
+from hardware.deployment.deploy_settings import DeploySettings
 from hardware.errors import RuleOutOfReach, SharedIdentifier
-from hardware.excitation_plan import PlannedRun
-from hardware.force_estimate import ForceEstimate
-from hardware.keyboard import Keyboard
-from hardware.limits import SafetyLimits
-from hardware.operator import SilentOperator
-from hardware.safety_limits import DeployLimits
+from hardware.safety_rules.force_estimate import ForceEstimate
+from hardware.safety_rules.limits import SafetyLimits
+from hardware.safety_rules.safety_limits import DeployLimits
 from hardware.servos import SERVOS
 from hardware.servos.dynamixel_servo import DynamixelServo
-from hardware.signed_goals import signed_goal
 from hardware.stop_request import StopRequest
 from hardware.virtual_bench import Faults, LockstepBench
 from tendon_newton.errors import InvalidOutput, InvalidParameter
@@ -127,9 +127,11 @@ def blind_rules(k: int) -> None:
     """Limits beyond what a sensor can say are refused, each by the rule's name."""
     more = 0.1 * k
     refused(
-        DeployLimits(bench=SafetyLimits(force=21.0 + more)), "tension", load_cell=False,
+        DeployLimits(bench=SafetyLimits(force=21.0 + more)),
+        "tension",
+        load_cell=False,
         estimate=CALM,
-    )  # fmt: skip
+    )
     refused(DeployLimits(bench=SafetyLimits(temperature=70.0 + more)), "temperature")
     refused(DeployLimits(current=0.8 + more), "current")
     refused(DeployLimits(voltage=(6.5, 7e3 + more)), "voltage")

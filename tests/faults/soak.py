@@ -15,12 +15,12 @@ from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from hardware.bench import Bench
-from hardware.deploy_settings import DeploySettings
+from hardware.benches.bench import Bench
+from hardware.deployment.deploy_settings import DeploySettings
 from hardware.stop_request import StopRequest
 from hardware.virtual_bench.faults import ALERT_BITS
-from tendon_newton.recording_formats.mcap_file import McapReading, read_session
-from tendon_newton.recording_formats.topic_mapping import STATE_TOPIC
+from tendon_newton.data.formats.mcap_file import McapReading, read_session
+from tendon_newton.data.formats.topic_mapping import STATE_TOPIC
 from tests.faults import injections as on
 from tests.faults.cases import fail, now_and_then
 from tests.faults.injections import FULL, LONG, let
@@ -123,9 +123,14 @@ def episode(seed: int, path: Path, length: float, seen: Counter[str]) -> float:
     end = None if rng.random() < 0.2 else 1.0 + rng.uniform(0.3, 0.95) * length
     weather = Weather(rng, end, seen)
     flight = Flight(
-        path=path, settings=DeploySettings(duration=length), policy=policy_of(Changeable(weather)),
-        in_step=True, often=True, after=0.0, fault=weather.blow,
-    )  # fmt: skip
+        path=path,
+        settings=DeploySettings(duration=length),
+        policy=policy_of(Changeable(weather)),
+        in_step=True,
+        often=True,
+        after=0.0,
+        fault=weather.blow,
+    )
     outcome = flight.fly()
     assert not flight.duty_after, outcome.ended
     session = read_session(path)

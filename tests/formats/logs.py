@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from tendon_newton.dataset import write_dataset
-from tendon_newton.model_file import Model, NamedValues, write_model
-from tendon_newton.recording import Recording
+from tendon_newton.data.dataset import write_dataset
+from tendon_newton.data.model_file import Model, NamedValues, write_model
+from tendon_newton.data.recording import Recording
 
 ROWS = 20
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import tyro
 
-from tendon_newton.dataset import load_dataset
-from tendon_newton.model_file import load_model
+from tendon_newton.data.dataset import load_dataset
+from tendon_newton.data.model_file import load_model
 
 
 @dataclass(frozen=True, kw_only=True)

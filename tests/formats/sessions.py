@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from hardware import ros_messages as ros
 from hardware.load_cells.base import LoadCellReading
-from hardware.mcap_file import McapFile
+from hardware.logs import ros_messages as ros
+from hardware.logs.mcap_file import McapFile
+from hardware.logs.session_log import SessionLog, TimeBase
 from hardware.servos.base import ServoCounters, ServoHealth, ServoState
-from hardware.session_log import SessionLog, TimeBase
-from tendon_newton.recording_formats.topic_mapping import (
+from tendon_newton.data.formats.topic_mapping import (
     COMMAND_TOPIC,
     FORCE_TOPIC,
     SESSION_RECORD,
@@ -72,10 +72,12 @@ def write_session(
         if k % stride == 0 and not quiet:
             log.raw_force(
                 LoadCellReading(
-                    sequence=k, device_time_us=4_000_000_000 + 12_500 * k, host_time=instant,
+                    sequence=k,
+                    device_time_us=4_000_000_000 + 12_500 * k,
+                    host_time=instant,
                     counts=-1000 - k,
                 )
-            )  # fmt: skip
+            )
             log.force(instant, instant + 0.002, signals.force(t))
         if k % 40 == 0:
             log.health(instant, HEALTH, ServoCounters())
@@ -96,9 +98,11 @@ def write_two_tendons(path: Path, *, frames: tuple[str, str] = ("thumb", "index"
         names = ["thumb", "index"]
         file.write(COMMAND_TOPIC, ros.JOINT_STATE, stamp, ros.joint_state(stamp, names, [1.0, 2.0]))
         file.write(
-            STATE_TOPIC, ros.JOINT_STATE, stamp,
+            STATE_TOPIC,
+            ros.JOINT_STATE,
+            stamp,
             ros.joint_state(stamp, names, [0.1, 0.2], [0.0, 0.0], [0.3, 0.4]),
-        )  # fmt: skip
+        )
         for frame, force in zip(frames, (5.0, 6.0), strict=True):
             file.write(FORCE_TOPIC, ros.WRENCH, stamp, ros.wrench(stamp, frame, force))
     file.finish({})
@@ -111,8 +115,10 @@ def write_states(path: Path, messages: list[ros.Message], *, topic: str = STATE_
     for k, message in enumerate(messages):
         file.write(topic, ros.JOINT_STATE, EPOCH + k * 12_500_000, message)
         file.write(
-            COMMAND_TOPIC, ros.JOINT_STATE, EPOCH + k * 12_500_000,
+            COMMAND_TOPIC,
+            ros.JOINT_STATE,
+            EPOCH + k * 12_500_000,
             ros.joint_state(EPOCH + k * 12_500_000, ["a"], [0.5]),
-        )  # fmt: skip
+        )
     file.finish({})
     return path

@@ -191,7 +191,7 @@ CASES: dict[str, tuple[Damage, tuple[str, ...]]] = {
     "an interval of three": (estimate(ci95=[1, 2, 3]), ("ci95 must be two numbers",)),
     "an interval of words": (estimate(ci95=["a", "b"]), ("two numbers; it is ['a', 'b']",)),
     "no unit": (estimate(unit=1), ("unit must be text; it is 1",)),
-}  # fmt: skip
+}
 
 
 def test_the_sound_exam_is_taken(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -275,7 +275,7 @@ DATASETS: dict[str, tuple[Damage, tuple[str, ...]]] = {
         text("train.csv", f"{HEADER.strip()},note\n0,0,0,0,{2000 * 'x'}\n1e-2,0,0,0,\n"),
         ("at most 1000 characters", "'note' has 2000"),
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", DATASETS)
@@ -305,9 +305,12 @@ def test_a_strange_dataset_is_refused_in_one_short_line(
     ],
 )
 def test_a_dataset_that_is_not_there_is_refused(
-    path: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    path: str,
+    said: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
-) -> None:  # fmt: skip
+) -> None:
     """What stands in the place of the folder is said."""
     monkeypatch.setitem(VERBS, "read", "tests.formats.reading")
     dataset(tmp_path)

@@ -120,7 +120,7 @@ CASES: dict[str, tuple[Damage, tuple[str, ...]]] = {
         before("bench_overrides = {finger = {range = [100, 80]}}"),
         ("'range' must lie in", "it is 100"),
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.skipif(importlib.util.find_spec("newton") is None, reason="the simulator builds it")

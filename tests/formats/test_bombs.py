@@ -12,9 +12,9 @@ import zstandard
 from mcap.data_stream import RecordBuilder
 from mcap.records import Chunk, Header
 
+from tendon_newton.data.formats import csv_columns
+from tendon_newton.data.formats.any_file import read_recording_file
 from tendon_newton.errors import InvalidRecording
-from tendon_newton.recording_formats import csv_columns
-from tendon_newton.recording_formats.any_file import read_recording_file
 from tests.formats.memory import peak_memory
 from tests.formats.sessions import write_session
 
@@ -32,9 +32,13 @@ def mcap_of(path: Path, compression: str, data: bytes, size: int) -> Path:
     builder = RecordBuilder()
     Header(profile="ros2", library="").write(builder)
     Chunk(
-        compression=compression, data=data, message_start_time=0, message_end_time=0,
-        uncompressed_crc=0, uncompressed_size=size,
-    ).write(builder)  # fmt: skip
+        compression=compression,
+        data=data,
+        message_start_time=0,
+        message_end_time=0,
+        uncompressed_crc=0,
+        uncompressed_size=size,
+    ).write(builder)
     path.write_bytes(MAGIC + builder.end() + MAGIC)
     return path
 
@@ -61,9 +65,13 @@ def many_groups(path: Path) -> Path:
     builder = RecordBuilder()
     for _ in range(200):
         Chunk(
-            compression="zstd", data=packed, message_start_time=0, message_end_time=0,
-            uncompressed_crc=zlib.crc32(bytes(4 * MEGABYTE)), uncompressed_size=4 * MEGABYTE,
-        ).write(builder)  # fmt: skip
+            compression="zstd",
+            data=packed,
+            message_start_time=0,
+            message_end_time=0,
+            uncompressed_crc=zlib.crc32(bytes(4 * MEGABYTE)),
+            uncompressed_size=4 * MEGABYTE,
+        ).write(builder)
     path.write_bytes(content + builder.end())
     return path
 

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tendon_newton.bench_overrides import BenchOverrides
-from tendon_newton.dataset import load_dataset, write_dataset
+from tendon_newton.data.bench_overrides import BenchOverrides
+from tendon_newton.data.dataset import load_dataset, write_dataset
 from tendon_newton.errors import InvalidDataset
 from tests.formats.logs import dataset, recording
 

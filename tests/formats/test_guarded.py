@@ -7,8 +7,8 @@ from time import monotonic
 
 import pytest
 
+from tendon_newton.data.files.guarded import TooMuch, guarded
 from tendon_newton.errors import InvalidPolicyFile
-from tendon_newton.guarded import TooMuch, guarded
 
 
 def add(first: int, second: int) -> int:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tendon_newton.cli import main
-from tendon_newton.dataset import load_dataset
+from tendon_newton.data.dataset import load_dataset
 from tests.formats.test_rosbag import ROWS, Bag
 
 MAPPING = """

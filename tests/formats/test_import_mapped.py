@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from tendon_newton.cli import main
-from tendon_newton.dataset import load_dataset
-from tendon_newton.importers.column_mapping import read_mapping
-from tendon_newton.model_file import load_model
+from tendon_newton.data.dataset import load_dataset
+from tendon_newton.data.importers.column_mapping import read_mapping
+from tendon_newton.data.model_file import load_model
 
 TIME = np.arange(200) / 100.0
 COLUMNS = """
@@ -99,15 +99,15 @@ theta_dot = {derive = "theta"}
         (COLUMNS.replace('"angle"', '"angel"'), None, "angel must be a number"),
         (COLUMNS.replace("theta_dot", "speed"), None, "No column named 'speed'"),
         (COLUMNS.replace("sign = -1", "sign = 2"), None, "sign must be 1 or -1"),
-        (COLUMNS.replace("unit = \"g\"", "unit = \"g\", scale = 2.0"), None, "not both"),
+        (COLUMNS.replace('unit = "g"', 'unit = "g", scale = 2.0'), None, "not both"),
         (COLUMNS.replace("\nt = ", "\n#"), None, "must say where 't' comes from"),
         (COLUMNS, 'bench = "spring_weak"\nrate = -1', "rate must be a positive number"),
         (COLUMNS, 'bench = "spring_weak"\nfiles = "*.json"', "no log matches"),
         (COLUMNS, 'bench = "spring_weak"\nfit = 3', "fit must be a list"),
         (COLUMNS, "rate = 100", "'bench' is missing"),
-        (COLUMNS.replace("ms\"}", "s\"}"), None, "t must be in seconds"),
+        (COLUMNS.replace('ms"}', 's"}'), None, "t must be in seconds"),
     ],
-)  # fmt: skip
+)
 def test_a_wrong_mapping_is_one_line_that_says_so(
     logs: Path, tmp_path: Path, capsys, columns: str, head: str | None, words: str
 ) -> None:

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from tendon_newton.cli import main
-from tendon_newton.dataset import load_dataset
-from tendon_newton.model_file import load_model
+from tendon_newton.data.dataset import load_dataset
+from tendon_newton.data.model_file import load_model
 
 COUNT = 2.0 * np.pi / 4096.0
 ROWS = 500
@@ -59,8 +59,12 @@ def test_what_is_wrong_with_the_logs_is_found(tmp_path: Path) -> None:
     words = ["import", "so101", str(tmp_path / "logs"), "--out", str(tmp_path / "out")]
     assert main(words) == 0
     text = (tmp_path / "out" / "import.txt").read_text()
-    for part in ("same stamps", "49.86-49.86 rows per second", "its sign was lost",
-                 "something solid is in the way"):  # fmt: skip
+    for part in (
+        "same stamps",
+        "49.86-49.86 rows per second",
+        "its sign was lost",
+        "something solid is in the way",
+    ):
         assert part in text
     assert "Wrist_one.csv" in text.split("something solid")[1]
 

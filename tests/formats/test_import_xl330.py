@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from tendon_newton.cli import main
-from tendon_newton.dataset import load_dataset
-from tendon_newton.importers.xl330 import duty_per_rad
-from tendon_newton.model_file import load_model
+from tendon_newton.data.dataset import load_dataset
+from tendon_newton.data.importers.xl330 import duty_per_rad
+from tendon_newton.data.model_file import load_model
 from tests.formats.logs import xl330_log
 
 
@@ -129,8 +129,10 @@ def test_what_is_wrong_with_the_real_logs_is_found(shared: Path, tmp_path: Path)
     assert (len(loaded.train), len(loaded.test)) == (8, 4)
     wrapped = found(findings, "duty", "unsigned")
     assert sorted({name.split("_", 1)[1] for name in wrapped}) == [
-        "lift_and_drop.csv", "sin_sin.csv", "sin_time_square.csv",
-    ]  # fmt: skip
+        "lift_and_drop.csv",
+        "sin_sin.csv",
+        "sin_time_square.csv",
+    ]
     assert len(wrapped) == 9
     late = [f for f in findings if f["channel"] == "theta_dot"]
     assert len(late) >= 10

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tendon_newton.dataset import load_dataset
-from tendon_newton.finding import Finding, findings_text
-from tendon_newton.lint import lint_dataset, lint_recording
-from tendon_newton.recording import Recording
+from tendon_newton.data.checks.finding import Finding, findings_text
+from tendon_newton.data.checks.lint import lint_dataset, lint_recording
+from tendon_newton.data.dataset import load_dataset
+from tendon_newton.data.recording import Recording
 
 ROWS = 800
 TIME = np.arange(ROWS) / 80.0
@@ -162,8 +162,14 @@ def test_equal_findings_are_written_once_with_their_recordings() -> None:
         for name, severity in (("a", "note"), ("b", "defect"), ("c", "note"))
     ]
     assert findings_text(findings) == [
-        "", "defect, t: c", "  b  eb", "", "note, t: c", "  a  ea", "  c  ec",
-    ]  # fmt: skip
+        "",
+        "defect, t: c",
+        "  b  eb",
+        "",
+        "note, t: c",
+        "  a  ea",
+        "  c  ec",
+    ]
 
 
 @pytest.mark.slow

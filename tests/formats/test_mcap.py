@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hardware import ros_messages as ros
-from tendon_newton.dataset import load_dataset, write_dataset
+from hardware.logs import ros_messages as ros
+from tendon_newton.data.dataset import load_dataset, write_dataset
+from tendon_newton.data.formats.mcap_file import read_mcap, read_session
+from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidRecording, MissingDependency, TendonNewtonError
-from tendon_newton.recording import Recording
-from tendon_newton.recording_formats.mcap_file import read_mcap, read_session
 from tests.formats.sessions import (
     EPOCH,
     HEALTH,

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tendon_newton.bench_overrides import BenchOverrides
+from tendon_newton.data.bench_overrides import BenchOverrides
+from tendon_newton.data.model_file import Model, NamedValues, load_model, write_model
 from tendon_newton.errors import InvalidModelFile
-from tendon_newton.model_file import Model, NamedValues, load_model, write_model
 
 names = st.from_regex(r"[a-z][a-z_]{0,12}", fullmatch=True).filter(
     lambda name: name not in ("name", "kind")

@@ -35,8 +35,11 @@ def from_source(libraries: Path, *words: str | Path) -> subprocess.CompletedProc
     paths = os.pathsep.join([str(ROOT), str(libraries)])
     return subprocess.run(
         [sys.executable, "-S", "-m", "tendon_newton", *map(str, words)],
-        env=os.environ | {"PYTHONPATH": paths}, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+        env=os.environ | {"PYTHONPATH": paths},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
 
 
 def test_a_source_tree_knows_its_version(libraries: Path) -> None:
@@ -62,8 +65,11 @@ def test_a_simulation_says_more_if_told(dataset: Path, tmp_path: Path) -> None:
     words = ["simulate", str(dataset), "--model", str(dataset / "model.toml"), "--no-plots"]
     run = subprocess.run(
         [sys.executable, "-m", "tendon_newton", *words, "--out", str(tmp_path), "--verbose"],
-        cwd=ROOT, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert run.returncode == 0
     assert "wrote 3 recordings" in run.stdout
     assert "Warp" in run.stdout

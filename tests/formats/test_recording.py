@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from tendon_newton.data.formats.csv_file import read_csv, write_csv
+from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidRecording
-from tendon_newton.recording import Recording
-from tendon_newton.recording_formats.csv_file import read_csv, write_csv
 from tests.formats.logs import ROWS, recording
 
 

@@ -11,16 +11,16 @@ import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from tendon_newton.dataset import load_dataset
+from tendon_newton.data.dataset import load_dataset
+from tendon_newton.data.formats.any_file import read_recording_file
+from tendon_newton.data.formats.topic_mapping_file import read_mapping
+from tendon_newton.data.recording import Recording
 from tendon_newton.errors import (
     InvalidMapping,
     InvalidRecording,
     MissingDependency,
     TendonNewtonError,
 )
-from tendon_newton.recording import Recording
-from tendon_newton.recording_formats.any_file import read_recording_file
-from tendon_newton.recording_formats.topic_mapping_file import read_mapping
 
 ROWS = 80
 PLUGINS = {"sqlite3": StoragePlugin.SQLITE3, "mcap": StoragePlugin.MCAP}
@@ -65,8 +65,11 @@ class Bag:
     def write(self, path: Path) -> Path:
         """Write a second of two joints at 80 Hz, a goal, and a scale at 20 Hz."""
         store = get_typestore(Stores.ROS2_HUMBLE)
-        kinds = {"state": "sensor_msgs/msg/JointState", "goal": "std_msgs/msg/Float64MultiArray",
-                 "force": "std_msgs/msg/Float64"}  # fmt: skip
+        kinds = {
+            "state": "sensor_msgs/msg/JointState",
+            "goal": "std_msgs/msg/Float64MultiArray",
+            "force": "std_msgs/msg/Float64",
+        }
         with Writer(path, version=9, storage_plugin=PLUGINS[self.plugin]) as writer:
             connections = {
                 what: writer.add_connection(topic, kinds[what], typestore=store)

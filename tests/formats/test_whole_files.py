@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from tendon_newton.data.files.toml_file import write_toml
 from tendon_newton.errors import InvalidOutput
-from tendon_newton.toml_file import write_toml
 
 
 def test_a_full_disk_leaves_what_was_there(tmp_path: Path) -> None:

@@ -79,9 +79,13 @@ def plan_of(group: str, files: int, total: float, only: Sequence[str]) -> list[t
 
 
 def fuzz(
-    files: int, *, seed: int = 0, jobs: int = 2, only: Sequence[str] = (),
+    files: int,
+    *,
+    seed: int = 0,
+    jobs: int = 2,
+    only: Sequence[str] = (),
     report: Callable[[str], None] = lambda line: None,
-) -> Tally:  # fmt: skip
+) -> Tally:
     """Spoil about so many files and read each.
 
     Args:

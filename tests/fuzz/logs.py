@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from hardware.deploy_log import STEP_TOPIC
-from hardware.deploy_log import read_steps as read_logged_steps
-from hardware.mcap_file import McapFile
-from tendon_newton.dataset import load_dataset
-from tendon_newton.recording_formats.any_file import read_recording_file
-from tendon_newton.recording_formats.csv_file import read_csv, write_csv
-from tendon_newton.recording_formats.mcap_file import read_mcap
-from tendon_newton.recording_formats.topic_mapping_file import read_mapping
+from hardware.deployment.deploy_log import STEP_TOPIC
+from hardware.deployment.deploy_log import read_steps as read_logged_steps
+from hardware.logs.mcap_file import McapFile
+from tendon_newton.data.dataset import load_dataset
+from tendon_newton.data.formats.any_file import read_recording_file
+from tendon_newton.data.formats.csv_file import read_csv, write_csv
+from tendon_newton.data.formats.mcap_file import read_mcap
+from tendon_newton.data.formats.topic_mapping_file import read_mapping
 from tests.formats.logs import ROWS, dataset, recording
 from tests.formats.sessions import write_session
 from tests.formats.test_rosbag import MAPPING, Bag
@@ -36,9 +36,29 @@ DATASET: dict[str, Any] = {
         {"file": "test.csv", "bench": "finger", "split": "test"},
     ]
 }
-WORDS = (b"float64", b"int32", b"uint32", b"string", b"stamp", b"sec", b"nanosec", b"header",
-         b"frame_id", b"position", b"Time", b"Header", b"[]", b"[3]", b"=", b"\n", b"std_msgs/",
-         b"uint8[9]", b"builtin_interfaces/Time", b"velocity", b"name")  # fmt: skip
+WORDS = (
+    b"float64",
+    b"int32",
+    b"uint32",
+    b"string",
+    b"stamp",
+    b"sec",
+    b"nanosec",
+    b"header",
+    b"frame_id",
+    b"position",
+    b"Time",
+    b"Header",
+    b"[]",
+    b"[3]",
+    b"=",
+    b"\n",
+    b"std_msgs/",
+    b"uint8[9]",
+    b"builtin_interfaces/Time",
+    b"velocity",
+    b"name",
+)
 """Parts of the definitions of messages, to be put in each other's place."""
 
 
@@ -46,10 +66,15 @@ def csv_file(folder: Path) -> Path:
     """Write two tendons with every kind of column."""
     theta = recording().motor_position.repeat(2, axis=1)
     made = recording(
-        motor_position=theta, motor_velocity=theta, command=theta, force=theta,
-        tip=np.zeros((ROWS, 2)), voltage=np.full(ROWS, 7.4),
-        enabled=np.arange(ROWS) < ROWS - 2, extra={"note": np.full(ROWS, "a, b")},
-    )  # fmt: skip
+        motor_position=theta,
+        motor_velocity=theta,
+        command=theta,
+        force=theta,
+        tip=np.zeros((ROWS, 2)),
+        voltage=np.full(ROWS, 7.4),
+        enabled=np.arange(ROWS) < ROWS - 2,
+        extra={"note": np.full(ROWS, "a, b")},
+    )
     write_csv(folder / "train.csv", made)
     return folder / "train.csv"
 
@@ -84,7 +109,7 @@ def mcap_file(folder: Path) -> Path:
 
 def plain_mcap_file(folder: Path) -> Path:
     """Write messages as they are, so that a change meets names and definitions."""
-    from hardware import ros_messages as ros
+    from hardware.logs import ros_messages as ros
 
     file = McapFile(folder / "run.mcap", {}, endless=True)
     for k in range(40):

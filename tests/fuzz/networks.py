@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import torch
 
-from hardware.force_estimate import load_estimate
-from hardware.policy_runner import load_policy
+from hardware.control.policy_runner import load_policy
+from hardware.safety_rules.force_estimate import load_estimate
 from tendon_newton.actuators.networks.artifact import load_network
 from tendon_newton.actuators.networks.onnx_file import write_onnx as write_force_onnx
 from tendon_newton.force_networks.weights_file import write_weights
@@ -18,15 +18,15 @@ from tests.fuzz.mutations import flip
 from tests.hardware.deploy.policies import card_of, network, write_onnx, write_torchscript
 from tests.train.actuator.network_files import card_of as force_card_of
 from tests.train.actuator.network_files import write_file
-from train.actuator.checkpoint import (
+from train.actuator.fitting.checkpoint import (
     Checkpoint,
     TrainingState,
     load_checkpoint,
     save_checkpoint,
 )
-from train.actuator.descent import Descent
+from train.actuator.fitting.descent import Descent
 from train.actuator.network_sets import build_network
-from train.policy.checkpoint import load_start
+from train.policy.runs.checkpoint import load_start
 
 BACK = 4000
 """Bytes at the end of an ONNX file, where nodes, names and metadata stand behind the weights."""

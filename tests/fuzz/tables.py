@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from hardware.goals import read_goals
+from hardware.control.goals import read_goals
 from hardware.load_cells.calibration_file import load_calibration, write_calibration
+from tendon_newton.data.cards.force_network_card import ForceNetworkCard
+from tendon_newton.data.cards.policy_card import PolicyCard
+from tendon_newton.data.model_file import load_model, write_model
 from tendon_newton.diagnosis.diagnosis_file import read_diagnosis
-from tendon_newton.diagnosis.open_class_file import read_open_class
-from tendon_newton.diagnosis.truth_file import read_truth
-from tendon_newton.force_network_card import ForceNetworkCard
-from tendon_newton.model_file import load_model, write_model
-from tendon_newton.policy_card import PolicyCard
+from tendon_newton.exam.open_class_file import read_open_class
+from tendon_newton.exam.truth_file import read_truth
 from tests.formats.test_bad_input_exams import ANSWER, OPEN, TRUTH
 from tests.fuzz.mutations import table_changer
 from tests.hardware.deploy.policies import card_of

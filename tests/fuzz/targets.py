@@ -63,11 +63,15 @@ def recordings() -> dict[str, Target]:
             share=2.0,
         ),
         "dataset": Target(
-            prepare=logs.dataset_folder, change=toml_of(logs.DATASET), read=logs.read_dataset,
+            prepare=logs.dataset_folder,
+            change=toml_of(logs.DATASET),
+            read=logs.read_dataset,
         ),
         "mcap": Target(prepare=logs.mcap_file, change=flip, read=logs.read_mcap_file, share=2.0),
         "mcap-schema": Target(
-            prepare=logs.plain_mcap_file, change=logs.change_definitions, read=logs.read_mcap_file,
+            prepare=logs.plain_mcap_file,
+            change=logs.change_definitions,
+            read=logs.read_mcap_file,
             share=2.0,
         ),
         "mcap-steps": Target(prepare=logs.plain_mcap_file, change=flip, read=logs.read_steps),
@@ -76,10 +80,12 @@ def recordings() -> dict[str, Target]:
         ),
         "bag": Target(prepare=logs.bag_file, change=flip, read=logs.read_bag, share=0.15),
         "bag-yaml": Target(
-            prepare=logs.bag_yaml, change=either(change_lines, flip), read=logs.read_bag,
+            prepare=logs.bag_yaml,
+            change=either(change_lines, flip),
+            read=logs.read_bag,
             share=0.15,
         ),
-    }  # fmt: skip
+    }
 
 
 def settings() -> dict[str, Target]:
@@ -116,14 +122,16 @@ def settings() -> dict[str, Target]:
             read=tables.read_goal_file,
         ),
         "policy-card": Target(
-            prepare=tables.policy_card_file, change=tables.change_policy_card,
+            prepare=tables.policy_card_file,
+            change=tables.change_policy_card,
             read=tables.read_policy_card,
         ),
         "force-card": Target(
-            prepare=tables.force_card_file, change=tables.change_force_card,
+            prepare=tables.force_card_file,
+            change=tables.change_force_card,
             read=tables.read_force_card,
         ),
-    }  # fmt: skip
+    }
 
 
 def foreign_logs() -> dict[str, Target]:
@@ -132,7 +140,8 @@ def foreign_logs() -> dict[str, Target]:
 
     return {
         "mapped-csv": Target(
-            prepare=imports.mapped_csv, change=either(change_cells, change_lines, flip),
+            prepare=imports.mapped_csv,
+            change=either(change_cells, change_lines, flip),
             read=imports.read_mapped_folder,
         ),
         "mapped-json": Target(
@@ -141,17 +150,19 @@ def foreign_logs() -> dict[str, Target]:
             read=imports.read_mapped_folder,
         ),
         "mapping": Target(
-            prepare=imports.mapping_file, change=toml_of(imports.MAPPING),
+            prepare=imports.mapping_file,
+            change=toml_of(imports.MAPPING),
             read=imports.read_with_mapping,
         ),
         "xl330": Target(
             prepare=imports.xl330_file, change=imports.change_xl330, read=imports.read_xl330_folder
         ),
         "so101": Target(
-            prepare=imports.so101_file, change=either(change_cells, change_lines, flip),
+            prepare=imports.so101_file,
+            change=either(change_cells, change_lines, flip),
             read=imports.read_so101_folder,
         ),
-    }  # fmt: skip
+    }
 
 
 def assets() -> dict[str, Target]:
@@ -160,19 +171,25 @@ def assets() -> dict[str, Target]:
 
     return {
         "usda": Target(
-            prepare=usd.text_asset, change=either(change_lines, flip), read=usd.read_asset,
+            prepare=usd.text_asset,
+            change=either(change_lines, flip),
+            read=usd.read_asset,
             share=0.5,
         ),
         "usdc": Target(prepare=usd.binary_asset, change=flip, read=usd.read_asset, share=0.5),
         "mjcf": Target(
-            prepare=usd.mjcf_file, change=either(change_lines, flip), read=usd.read_import,
+            prepare=usd.mjcf_file,
+            change=either(change_lines, flip),
+            read=usd.read_import,
             share=0.5,
         ),
         "urdf": Target(
-            prepare=usd.urdf_file, change=either(change_lines, flip), read=usd.read_import,
+            prepare=usd.urdf_file,
+            change=either(change_lines, flip),
+            read=usd.read_import,
             share=0.5,
         ),
-    }  # fmt: skip
+    }
 
 
 def models() -> dict[str, Target]:
@@ -181,21 +198,27 @@ def models() -> dict[str, Target]:
 
     return {
         "policy-onnx": Target(
-            prepare=networks.policy_onnx, change=networks.flip_structure,
-            read=networks.read_policy, share=0.2,
+            prepare=networks.policy_onnx,
+            change=networks.flip_structure,
+            read=networks.read_policy,
+            share=0.2,
         ),
         "policy-pt": Target(
             prepare=networks.policy_script, change=flip, read=networks.read_policy, share=0.1
         ),
         "force-onnx": Target(
-            prepare=networks.force_onnx, change=networks.flip_structure,
-            read=networks.read_estimate, share=0.2,
+            prepare=networks.force_onnx,
+            change=networks.flip_structure,
+            read=networks.read_estimate,
+            share=0.2,
         ),
         "force-pt": Target(
             prepare=networks.force_script, change=flip, read=networks.read_network, share=0.1
         ),
         "force-weights": Target(
-            prepare=networks.force_weights, change=networks.flip_head, read=networks.read_network,
+            prepare=networks.force_weights,
+            change=networks.flip_head,
+            read=networks.read_network,
         ),
         "checkpoint": Target(
             prepare=networks.checkpoint, change=flip, read=networks.read_checkpoint
@@ -203,7 +226,7 @@ def models() -> dict[str, Target]:
         "policy-checkpoint": Target(
             prepare=networks.policy_checkpoint, change=flip, read=networks.read_policy_checkpoint
         ),
-    }  # fmt: skip
+    }
 
 
 GROUPS: dict[str, Callable[[], dict[str, Target]]] = {

@@ -39,9 +39,10 @@ class Canary:
         self.path.write_text("canary,canary\n1,2\n")
         system = ctypes.CDLL(None, use_errno=True)
         self._watch = system.inotify_init1(NONBLOCK)
-        if self._watch < 0 or system.inotify_add_watch(
-            self._watch, os.fsencode(self.path), IN_OPEN
-        ) < 0:  # fmt: skip
+        if (
+            self._watch < 0
+            or system.inotify_add_watch(self._watch, os.fsencode(self.path), IN_OPEN) < 0
+        ):
             raise OSError(ctypes.get_errno(), "inotify")
 
     def was_opened(self) -> bool:
@@ -92,9 +93,11 @@ def examine(target: Target, path: Path, canary: Canary) -> dict[str, Any]:
     if canary.was_opened() or "canary" in said:
         outcome = "opened a foreign file"
     return {
-        "outcome": outcome, "said": said[-MESSAGE_LIMIT:],
-        "seconds": core_time() - began, "megabytes": peak.size / 1e6,
-    }  # fmt: skip
+        "outcome": outcome,
+        "said": said[-MESSAGE_LIMIT:],
+        "seconds": core_time() - began,
+        "megabytes": peak.size / 1e6,
+    }
 
 
 class Workshop:

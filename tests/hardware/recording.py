@@ -4,16 +4,16 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from hardware.bench import Bench, open_bench
-from hardware.bench_address import BenchAddress
-from hardware.collect import RunOutcome, record_run
-from hardware.collect_settings import CollectSettings
-from hardware.excitation_plan import PlannedRun
-from hardware.operator import Progress, SilentOperator
+from hardware.benches.bench import Bench, open_bench
+from hardware.benches.bench_address import BenchAddress
+from hardware.collection.collect import RunOutcome, record_run
+from hardware.collection.collect_settings import CollectSettings
+from hardware.collection.excitation_plan import PlannedRun
+from hardware.control.operator import Progress, SilentOperator
 from hardware.stop_request import StopRequest
 from hardware.virtual_bench import FaultEvent, Faults
-from tendon_newton.recording import Recording
-from tendon_newton.recording_formats.mcap_file import read_mcap, read_session
+from tendon_newton.data.formats.mcap_file import read_mcap, read_session
+from tendon_newton.data.recording import Recording
 
 APPROACH = 4.0
 """No run of these tests begins later than this after its bench [s]."""
@@ -62,14 +62,19 @@ class Trial:
     def record(self) -> RunOutcome:
         """Record; faults begin with the first look at the figures, half a second in."""
         address = BenchAddress(
-            bench=self.bench, port="virtual", load_cell_rate=self.load_cell_rate,
+            bench=self.bench,
+            port="virtual",
+            load_cell_rate=self.load_cell_rate,
             lockstep=self.lockstep,
-        )  # fmt: skip
+        )
         operator = Watcher()
         run = PlannedRun(
-            name="run", bench=self.bench, excitation=self.excitation, duration=self.duration,
+            name="run",
+            bench=self.bench,
+            excitation=self.excitation,
+            duration=self.duration,
             obstacle=self.obstacle,
-        )  # fmt: skip
+        )
         with open_bench(address, operator.tell) as bench, StopRequest() as stop:
             operator.act = lambda: begin(bench, self.faults)
             self.outcome = record_run(bench, run, self.settings, self.path, operator, stop)
@@ -89,11 +94,14 @@ def begin(bench: Bench, faults: Faults) -> None:
     now = controls.state().time
     events = tuple(
         FaultEvent(
-            name=event.name, start=now + event.start, duration=event.duration,
-            voltage=event.voltage, alert=event.alert,
+            name=event.name,
+            start=now + event.start,
+            duration=event.duration,
+            voltage=event.voltage,
+            alert=event.alert,
         )
         for event in faults.events
-    )  # fmt: skip
+    )
     chances = {
         name: getattr(faults, name) for name in Faults.__dataclass_fields__ if name != "events"
     }

@@ -75,9 +75,12 @@ def test_the_same_cell_has_not_drifted_and_another_has(
     ],
 )
 def test_misuse_is_one_line(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
-    words: list[str], said: str,
-) -> None:  # fmt: skip
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    words: list[str],
+    said: str,
+) -> None:
     """Code 2, before anybody has hung anything."""
     monkeypatch.chdir(tmp_path)
     assert main(["calibrate", *words]) == 2

@@ -12,24 +12,31 @@ import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
-from hardware.bench_address import BenchAddress
-from hardware.collect_plan import collect
-from hardware.collect_settings import CollectSettings
+from hardware.benches.bench_address import BenchAddress
+from hardware.benches.virtual_calibration import calibrated_twin
+from hardware.collection.collect_plan import collect
+from hardware.collection.collect_settings import CollectSettings
+from hardware.collection.excitation_plan import (
+    BENCHES,
+    OBSTACLES,
+    PLANS,
+    PlannedRun,
+    find_plan,
+    paper_plan,
+)
+from hardware.control.operator import SilentOperator
 from hardware.errors import SafetyStop
-from hardware.excitation_plan import BENCHES, OBSTACLES, PLANS, PlannedRun, find_plan, paper_plan
-from hardware.limits import SafetyLimits
 from hardware.load_cells.calibration_file import write_calibration
-from hardware.operator import SilentOperator
-from hardware.session import software
+from hardware.logs.session import software
+from hardware.safety_rules.limits import SafetyLimits
 from hardware.stop_request import StopRequest
 from hardware.virtual_bench import VirtualPorts
-from hardware.virtual_bench.obstacle import OBSTACLES as VIRTUAL_OBSTACLES
-from hardware.virtual_calibration import calibrated_twin
+from hardware.virtual_bench.physics.obstacle import OBSTACLES as VIRTUAL_OBSTACLES
 from tendon_newton.cli import main
-from tendon_newton.dataset import load_dataset
+from tendon_newton.data.dataset import load_dataset
+from tendon_newton.data.excitations import EXCITATIONS, TEST_EXCITATIONS, excite
+from tendon_newton.data.formats.mcap_file import read_mcap, read_session
 from tendon_newton.errors import InvalidOutput, InvalidParameter
-from tendon_newton.excitations import EXCITATIONS, TEST_EXCITATIONS, excite
-from tendon_newton.recording_formats.mcap_file import read_mcap, read_session
 from tests.hardware.recording import Trial, Watcher
 
 LOCKSTEP = BenchAddress(bench="finger", port="virtual", lockstep=True)
@@ -52,9 +59,12 @@ def test_every_excitation_stays_inside_the_command_range(name: str) -> None:
 def test_every_excitation_drives_a_servo_on_a_serial_port(tmp_path: Path, name: str) -> None:
     """The SDK sends each through a pseudo-terminal, and what is logged is what was planned."""
     trial = Trial(
-        path=tmp_path / "run.mcap", excitation=name, duration=1.0, lockstep=False,
+        path=tmp_path / "run.mcap",
+        excitation=name,
+        duration=1.0,
+        lockstep=False,
         settings=CollectSettings(settle=0.2),
-    )  # fmt: skip
+    )
     outcome = trial.record()
     assert outcome.finished
     assert outcome.rows > 40, "of 80; a busy machine may lose ticks, not half of them"
@@ -148,9 +158,11 @@ def test_the_same_seed_gives_the_same_files(tmp_path: Path) -> None:
 def test_a_command_comes_before_the_reading_that_follows_it(tmp_path: Path, rate: float) -> None:
     """Each reading follows its command at once, and commands come at their own rate."""
     trial = Trial(
-        path=tmp_path / "run.mcap", duration=4.0, excitation="sine",
+        path=tmp_path / "run.mcap",
+        duration=4.0,
+        excitation="sine",
         settings=CollectSettings(command_rate=rate),
-    )  # fmt: skip
+    )
     trial.record()
     with trial.path.open("rb") as file:
         messages = [
@@ -206,12 +218,25 @@ def test_a_recording_says_how_it_was_made(tmp_path: Path) -> None:
     trial.record()
     said = trial.session
     expected = {
-        "bench": "finger", "excitation": "random_steps", "seed": "0", "mode": "pwm",
-        "rate": "80.0", "command_rate": "20.0", "host_loop.gain": "0.1", "servo.firmware": "52",
-        "servo.operating_mode": "16", "servo.gains.proportional": "900", "simulated": "True",
-        "servo.return_delay": "0.0", "servo.latency_timer": "", "load_cell": "hx711_serial",
-        "ended": "complete", "rows": "80", "missed": "0", "gaps": "",
-    }  # fmt: skip
+        "bench": "finger",
+        "excitation": "random_steps",
+        "seed": "0",
+        "mode": "pwm",
+        "rate": "80.0",
+        "command_rate": "20.0",
+        "host_loop.gain": "0.1",
+        "servo.firmware": "52",
+        "servo.operating_mode": "16",
+        "servo.gains.proportional": "900",
+        "simulated": "True",
+        "servo.return_delay": "0.0",
+        "servo.latency_timer": "",
+        "load_cell": "hx711_serial",
+        "ended": "complete",
+        "rows": "80",
+        "missed": "0",
+        "gaps": "",
+    }
     assert {key: said[key] for key in expected} == expected
     assert float(said["load_cell_rate"]) == pytest.approx(20.0, rel=0.02)  # an HX711's oscillator
     assert "mean of 4" in said["load_cell_filter"]
@@ -228,19 +253,22 @@ def test_an_interrupted_plan_is_taken_up_again(tmp_path: Path) -> None:
 
     operator = Watcher(1.0, None)
     with StopRequest() as stop:
-        first = collect(LOCKSTEP, SHORT[:1], CollectSettings(), tmp_path, operator, stop,
-                        title="short")  # fmt: skip
+        first = collect(
+            LOCKSTEP, SHORT[:1], CollectSettings(), tmp_path, operator, stop, title="short"
+        )
         assert first.left == 0
         kept = (tmp_path / "finger_sine_0.mcap").read_bytes()
         operator.act = stop_now
-        second = collect(LOCKSTEP, SHORT, CollectSettings(), tmp_path, operator, stop,
-                         title="short")  # fmt: skip
+        second = collect(
+            LOCKSTEP, SHORT, CollectSettings(), tmp_path, operator, stop, title="short"
+        )
     assert (second.kept, second.left, second.outcomes[0].interrupted) == (1, 2, "SIGTERM")
     partial = read_mcap(tmp_path / "finger_ramps_0.mcap", bench="finger")
     assert 0.9 < partial.duration < 1.6
     with StopRequest() as stop:
-        third = collect(LOCKSTEP, SHORT, CollectSettings(), tmp_path, SilentOperator(), stop,
-                        title="short")  # fmt: skip
+        third = collect(
+            LOCKSTEP, SHORT, CollectSettings(), tmp_path, SilentOperator(), stop, title="short"
+        )
     assert (third.kept, third.left) == (1, 0)
     assert (tmp_path / "finger_sine_0.mcap").read_bytes() == kept
     loaded = load_dataset(tmp_path)
@@ -300,8 +328,9 @@ def test_an_alert_is_cleared_and_the_run_made_anew(tmp_path: Path) -> None:
     patch.setattr(LockstepBench, "__init__", remember)
     try:
         with StopRequest() as stop:
-            collection = collect(LOCKSTEP, SHORT[:1], CollectSettings(), tmp_path, operator, stop,
-                                 title="short")  # fmt: skip
+            collection = collect(
+                LOCKSTEP, SHORT[:1], CollectSettings(), tmp_path, operator, stop, title="short"
+            )
     finally:
         patch.undo()
     assert [outcome.finished for outcome in collection.outcomes] == [False, True]
@@ -368,9 +397,12 @@ def test_what_cannot_be_recorded_is_refused(build: Callable[[], object], said: s
     ],
 )
 def test_misuse_is_answered_in_one_line(
-    words: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str],
+    words: list[str],
+    said: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
-) -> None:  # fmt: skip
+) -> None:
     """The verb names what it does not know, with what it knows, and exits with 2."""
     monkeypatch.setattr("builtins.input", lambda text: "")
     monkeypatch.setattr("sys.stdin.isatty", lambda: True)

@@ -69,10 +69,12 @@ def test_a_bench_is_examined_from_the_clock_to_the_load_cell(ports: VirtualPorts
     """Everything is looked at once; nothing that a computer's load cannot touch is wrong."""
     found = verdicts(
         examine(
-            ports.servo_port, ports.load_cell_port,
-            clock=MonotonicClock(), ours=frozenset({ports.process_id}),
+            ports.servo_port,
+            ports.load_cell_port,
+            clock=MonotonicClock(),
+            ours=frozenset({ports.process_id}),
         )
-    )  # fmt: skip
+    )
     assert {"clock", "servo port", "latency timer", "load cell port", "load cell"} <= found.keys()
     assert {"servo 1", "servo 1 settings", "servo 1 supply", "servo 1 alerts"} <= found.keys()
     touched = {"clock", "servo 1 speed", "load cell gaps", "load cell clock", "servo 1 settings"}
@@ -232,11 +234,13 @@ def readings(counts: np.ndarray, period: float = 0.0125) -> list[LoadCellReading
     """Make readings of a regular stream."""
     return [
         LoadCellReading(
-            sequence=k, device_time_us=round(1e6 * k * period), host_time=k * period,
+            sequence=k,
+            device_time_us=round(1e6 * k * period),
+            host_time=k * period,
             counts=int(value),
         )
         for k, value in enumerate(counts)
-    ]  # fmt: skip
+    ]
 
 
 def test_a_cell_at_80_per_second_with_noise_is_well(rng: np.random.Generator) -> None:

@@ -19,20 +19,20 @@ import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
-from hardware.background_log import BackgroundLog
-from hardware.bench import open_bench
-from hardware.bench_address import BenchAddress
-from hardware.collect import record_run
-from hardware.collect_settings import CollectSettings
+from hardware.benches.bench import open_bench
+from hardware.benches.bench_address import BenchAddress
+from hardware.collection.collect import record_run
+from hardware.collection.collect_settings import CollectSettings
+from hardware.collection.excitation_plan import PlannedRun
 from hardware.errors import LogNotWritten, SafetyStop, ServoAlert
-from hardware.excitation_plan import PlannedRun
-from hardware.limits import SafetyLimits
-from hardware.mcap_file import McapFile
+from hardware.logs.background_log import BackgroundLog
+from hardware.logs.mcap_file import McapFile
+from hardware.logs.session_log import SessionLog, TimeBase
+from hardware.safety_rules.limits import SafetyLimits
 from hardware.servos.base import ServoState
-from hardware.session_log import SessionLog, TimeBase
 from hardware.stop_request import StopRequest
 from hardware.virtual_bench import FaultEvent, Faults
-from tendon_newton.recording_formats.mcap_file import read_mcap
+from tendon_newton.data.formats.mcap_file import read_mcap
 from tests.hardware.recording import Trial, Watcher
 
 NOISE = Faults(dropped_replies=0.01, corrupted_replies=0.01, garbled_lines=0.01)
@@ -244,15 +244,15 @@ def fill(log: SessionLog, rng: np.random.Generator) -> None:
 CHILDREN = """
 import json, os, sys, time
 from pathlib import Path
-from hardware.background_log import BackgroundLog
-from hardware.bench import open_bench
-from hardware.bench_address import BenchAddress
-from hardware.collect import record_run
-from hardware.collect_settings import CollectSettings
-from hardware.mcap_file import McapFile
-from hardware.ros_messages import DEFINITIONS
+from hardware.logs.background_log import BackgroundLog
+from hardware.benches.bench import open_bench
+from hardware.benches.bench_address import BenchAddress
+from hardware.collection.collect import record_run
+from hardware.collection.collect_settings import CollectSettings
+from hardware.logs.mcap_file import McapFile
+from hardware.logs.ros_messages import DEFINITIONS
 from hardware.servos.base import ServoState
-from hardware.session_log import SessionLog, TimeBase
+from hardware.logs.session_log import SessionLog, TimeBase
 import mcap_ros2.writer
 folder = Path(sys.argv[1])
 children = []
@@ -306,7 +306,7 @@ def test_killed_processes_lose_less_than_a_second(
 
 def first_stamp(path: Path) -> float:
     """Instant of the first row on the clock that all processes share [s]."""
-    from tendon_newton.recording_formats.mcap_file import McapReading
+    from tendon_newton.data.formats.mcap_file import McapReading
 
     with path.open("rb") as file:
         _, stamp, _ = next(McapReading(file, path.name).messages({"/servo/state"}))
@@ -321,8 +321,9 @@ def test_killed_runs_on_a_bench_lose_less_than_a_second(
     for place, moment in enumerate(rng.uniform(6.0, 10.0, 20)):
         out = tmp_path / str(place)
         words = ["collect", "--port", "virtual", "--duration", "60", "--out", str(out)]
-        process = subprocess.Popen([sys.executable, "-m", "tendon_newton", *words],
-                                   stdout=subprocess.DEVNULL)  # fmt: skip
+        process = subprocess.Popen(
+            [sys.executable, "-m", "tendon_newton", *words], stdout=subprocess.DEVNULL
+        )
         time.sleep(moment)
         process.kill()
         process.wait()

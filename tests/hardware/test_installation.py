@@ -31,10 +31,17 @@ def run(code: str) -> str:
 
 @pytest.mark.parametrize(
     "module",
-    ["hardware.collect_plan", "hardware.virtual_bench", "hardware.doctor", "hardware.servos",
-     "hardware.load_cells", "tendon_newton.cli.collect", "tendon_newton.dataset",
-     "tendon_newton.recording_formats.mcap_file"],
-)  # fmt: skip
+    [
+        "hardware.collection.collect_plan",
+        "hardware.virtual_bench",
+        "hardware.doctor",
+        "hardware.servos",
+        "hardware.load_cells",
+        "tendon_newton.cli.collect",
+        "tendon_newton.data.dataset",
+        "tendon_newton.data.formats.mcap_file",
+    ],
+)
 def test_a_pi_needs_only_the_hardware_extra(module: str) -> None:
     """Each part is imported where the others' packages cannot be."""
     run(f"import {module}")
@@ -46,7 +53,7 @@ def test_recording_and_reading_need_only_the_hardware_extra() -> None:
 import tempfile
 from pathlib import Path
 from tendon_newton.cli import main
-from tendon_newton.dataset import load_dataset
+from tendon_newton.data.dataset import load_dataset
 with tempfile.TemporaryDirectory() as out:
     words = ["collect", "--port", "virtual", "--faster-than-real-time", "--duration", "2"]
     assert main([*words, "--out", out]) == 0

@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tendon_newton.bench_overrides import BenchOverrides
+from tendon_newton.data.bench_overrides import BenchOverrides
+from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.greedy import Search
 from tendon_newton.errors import InvalidModelFile, UnknownName
 from tendon_newton.identification.study import Study
-from tendon_newton.model_file import Model, NamedValues
-from tendon_newton.recording import Recording
-from tendon_newton.simulation.bench_numbers import without_estimates
-from tendon_newton.simulation.replay import replay, simulated_recording
+from tendon_newton.simulation.hosts.replay import replay, simulated_recording
+from tendon_newton.simulation.model.bench_numbers import without_estimates
 from tests.effect_bench import GAIN, commanded, steps_and_waves
 
 STEP = 1.0e-3  # [s]

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from tendon_newton.actuators import ACTUATORS
-from tendon_newton.bench_overrides import BenchOverrides
+from tendon_newton.data.bench_overrides import BenchOverrides
+from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.parameters import DIMENSIONS, ON_A_SHAFT, BenchScale, Parameter
+from tendon_newton.data.recording import Array, Recording
 from tendon_newton.diagnosis.greedy import FORM_FORCE, FORM_THETA, form_scales
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.bench_scale import SPARE, scale_of
 from tendon_newton.mechanisms.mechanism import load_mechanism
-from tendon_newton.model_file import Model, NamedValues
-from tendon_newton.parameters import DIMENSIONS, ON_A_SHAFT, BenchScale, Parameter
-from tendon_newton.recording import Array, Recording
-from tendon_newton.simulation.parameter_table import ParameterTable
+from tendon_newton.simulation.model.parameter_table import ParameterTable
 from tests.effect_bench import GAIN, RADIUS, commanded, steps_and_waves
 
 WITHOUT_DIMENSION = {"1", "s", "1/s", "V", "ohm", "N m/A"}
@@ -69,8 +69,10 @@ def test_a_cart_in_metres_and_newtons_has_the_ranges_of_a_cart() -> None:
     assert scale.force == pytest.approx(SPARE * 150.0 / 21.0, rel=1e-2)
     assert scale.travel == pytest.approx(2.0 / 0.08, rel=1e-5)
     assert scale.turn == pytest.approx(0.0125)
-    by_name = {(o, p.name): p for o, p in ParameterTable(
-        actuator="ideal", effects=tuple(EFFECTS), scale=scale).owners}  # fmt: skip
+    by_name = {
+        (o, p.name): p
+        for o, p in ParameterTable(actuator="ideal", effects=tuple(EFFECTS), scale=scale).owners
+    }
     viscous = by_name["viscous_friction", "coefficient"]
     assert viscous.nominal / 10.0 < 240.0 < 10.0 * viscous.nominal
     assert by_name["coulomb_friction", "force"].upper > 150.0
@@ -100,9 +102,13 @@ def test_a_shaft_s_torques_have_the_ranges_and_the_unit_of_torques() -> None:
 def test_a_motor_s_greatest_torque_is_that_of_its_circuit() -> None:
     """Full duty of 7.4 V, 3.4 ohm and 0.4 N m/A: 0.87 N m, however far the command is."""
     values: dict[str, float | str] = {
-        "duty_per_rad": 1.0, "max_duty": 1.0, "supply_voltage": 7.4, "torque_constant": 0.4,
-        "resistance": 3.4, "armature": 0.002,
-    }  # fmt: skip
+        "duty_per_rad": 1.0,
+        "max_duty": 1.0,
+        "supply_voltage": 7.4,
+        "torque_constant": 0.4,
+        "resistance": 3.4,
+        "armature": 0.002,
+    }
     servo = Model(actuator=NamedValues(name="pwm_servo", values=values))
     scale = found(commanded(WAVE, "pendulum"), servo)
     assert scale.force == pytest.approx(SPARE * 0.4 * 7.4 / 3.4 / 21.0, rel=1e-5)

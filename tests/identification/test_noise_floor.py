@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from tendon_newton.data.recording import Recording
 from tendon_newton.identification.noise_floor import encoder_noise, estimate_noise_floor
-from tendon_newton.recording import Recording
 
 COUNT = 2.0 * np.pi / 4096.0
 

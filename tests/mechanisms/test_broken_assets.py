@@ -7,8 +7,8 @@ import pytest
 
 from tendon_newton.errors import InvalidAsset, UnknownName
 from tendon_newton.mechanisms.asset_library import asset_path
-from tendon_newton.mechanisms.checks import check_asset
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.rules.checks import check_asset
 from tests.mechanisms.flat_assets import write_changed
 
 PIP_BODY = "rel physics:body1 = </finger/middle_phalanx>"
@@ -116,8 +116,9 @@ def test_missing_layer_is_a_composition_error(tmp_path: Path) -> None:
 
 def test_ball_joint_is_refused_by_name(tmp_path: Path) -> None:
     """Only joints with one degree of freedom can carry a moment arm."""
-    path = write_changed(tmp_path, "finger", ('def PhysicsRevoluteJoint "dip"',
-                                              'def PhysicsSphericalJoint "dip"'))  # fmt: skip
+    path = write_changed(
+        tmp_path, "finger", ('def PhysicsRevoluteJoint "dip"', 'def PhysicsSphericalJoint "dip"')
+    )
     with pytest.raises(InvalidAsset, match="dip"):
         load_mechanism(path)
 
@@ -133,8 +134,12 @@ def test_base_on_a_fixed_joint_is_merged_away(tmp_path: Path) -> None:
         'def PhysicsFixedJoint "ground"\n{\nrel physics:body1 = </finger/base>\n}\n'
         'def PhysicsRevoluteJoint "pip"'
     )
-    path = write_changed(tmp_path, "finger", ('def Xform "base"\n    {\n', base),
-                         ('def PhysicsRevoluteJoint "pip"', fixed))  # fmt: skip
+    path = write_changed(
+        tmp_path,
+        "finger",
+        ('def Xform "base"\n    {\n', base),
+        ('def PhysicsRevoluteJoint "pip"', fixed),
+    )
     held, nominal = load_mechanism(path), load_mechanism("finger")
     assert held.joint_names == nominal.joint_names
     assert held.link_masses == nominal.link_masses

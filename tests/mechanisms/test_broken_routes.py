@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from tendon_newton.mechanisms.checks import check_asset
-from tendon_newton.mechanisms.mechanism import load_mechanism
-from tendon_newton.mechanisms.stage_file import open_stage
-from tendon_newton.mechanisms.stage_rules import stage_findings
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.rules.checks import check_asset
+from tendon_newton.mechanisms.rules.stage_rules import stage_findings
+from tendon_newton.mechanisms.usd.stage_file import open_stage
 from tests.mechanisms.flat_assets import write_changed
 
 BASE, NEAR = "</finger_routed/base/", "</finger_routed/proximal_phalanx/"
@@ -37,63 +37,89 @@ def path_of(*targets: str) -> tuple[Change, ...]:
 
 ERRORS: dict[str, tuple[str, str, tuple[Change, ...]]] = {
     "a place that is not listed": (
-        "tendon_path", "must count from 0 to 6",
+        "tendon_path",
+        "must count from 0 to 6",
         ((SPATIAL, f"{SPATIAL}\nuniform int[] mjc:path:indices = [0, 1, 2, 3, 4, 5, 9]"),),
     ),
     "too few sides": (
-        "tendon_path", "one entry per place", ((SIDES, "mjc:sideSites:indices = [-1, 0]"),),
+        "tendon_path",
+        "one entry per place",
+        ((SIDES, "mjc:sideSites:indices = [-1, 0]"),),
     ),
     "a side that is not listed": (
-        "tendon_path", "must count mjc:sideSites from 0", ((SIDES, SIDES.replace("0", "3")),),
+        "tendon_path",
+        "must count mjc:sideSites from 0",
+        ((SIDES, SIDES.replace("0", "3")),),
     ),
     "a string that is divided": (
-        "tendon_path", "is one line",
+        "tendon_path",
+        "is one line",
         ((SPATIAL, f"{SPATIAL}\nuniform double[] mjc:path:divisors = [2]"),),
     ),
     "through a joint": (
-        "tendon_type", "runs through sites", path_of(EXIT, "</finger_routed/joints/pip>", END),
+        "tendon_type",
+        "runs through sites",
+        path_of(EXIT, "</finger_routed/joints/pip>", END),
     ),
     "through nothing": (
-        "tendon_path", "is neither", path_of(EXIT, "</finger_routed/base/no>", END),
+        "tendon_path",
+        "is neither",
+        path_of(EXIT, "</finger_routed/base/no>", END),
     ),
     "two lists that differ": (
-        "tendon_path", "the two differ",
+        "tendon_path",
+        "the two differ",
         (("rel tendon:path = [", f"rel tendon:path = [{EXIT}, {END}]\n rel old:b = ["),),
     ),
     "a shaft through sites": (
-        "tendon_type", "a shaft turns", (("tendon:direct = 0", "tendon:direct = 1"),),
+        "tendon_type",
+        "a shaft turns",
+        (("tendon:direct = 0", "tendon:direct = 1"),),
     ),
     "one end": ("tendon_path", "has two ends", path_of(EXIT)),
     "a pulley at the end": (
-        "tendon_path", "before and behind every pulley", path_of(PULLEY, EXIT, FIRST, END),
+        "tendon_path",
+        "before and behind every pulley",
+        path_of(PULLEY, EXIT, FIRST, END),
     ),
     "a pulley without a side": (
-        "pulley", "there is none", ((SIDES, SIDES.replace("0", "-1")),),
+        "pulley",
+        "there is none",
+        ((SIDES, SIDES.replace("0", "-1")),),
     ),
     "a side on another link": (
-        "pulley", "on another link", ((f"sideSites = {ABOVE}", f"sideSites = {FIRST}"),),
+        "pulley",
+        "on another link",
+        ((f"sideSites = {ABOVE}", f"sideSites = {FIRST}"),),
     ),
     "a side inside the pulley": (
-        "pulley", "passes outside a pulley", ((ABOVE_PLACE, "translate = (-0.014, 0, -0.0145)"),),
+        "pulley",
+        "passes outside a pulley",
+        ((ABOVE_PLACE, "translate = (-0.014, 0, -0.0145)"),),
     ),
     "two sites in one place": ("tendon_path", "at one place", ((A4_PLACE, A3_PLACE),)),
     "nothing to move": ("tendon_path", "on the same link", path_of(EXIT, ABOVE)),
     "a site that runs into its pulley": (
-        "pulley", "stay outside it",
-        ((PULLEY_PLACE, "translate = (-0.0085, 0, -0.0165)"),
-         (ABOVE_PLACE, "translate = (-0.0085, 0, -0.0105)")),
+        "pulley",
+        "stay outside it",
+        (
+            (PULLEY_PLACE, "translate = (-0.0085, 0, -0.0165)"),
+            (ABOVE_PLACE, "translate = (-0.0085, 0, -0.0105)"),
+        ),
     ),
-}  # fmt: skip
+}
 WARNINGS: dict[str, tuple[str, str, tuple[Change, ...]]] = {
     "a string that changes sides": (
-        "pulley", "changes sides within the range",
+        "pulley",
+        "changes sides within the range",
         ((ABOVE_PLACE, "translate = (-0.0225, 0, -0.0165)"),),
     ),
     "an arm that changes its sign": (
-        "moment_arm_sign", "about mcp its moment arm goes from",
+        "moment_arm_sign",
+        "about mcp its moment arm goes from",
         (("translate = (0.012, 0, -0.0085)", "translate = (0.012, 0, 0.006)"),),
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", ERRORS)

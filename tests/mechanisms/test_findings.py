@@ -6,8 +6,8 @@ from time import process_time
 import pytest
 
 from tendon_newton.errors import InvalidAsset
-from tendon_newton.mechanisms.checks import check_asset
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.rules.checks import check_asset
 from tests.mechanisms.flat_assets import write_changed
 
 LIMIT = 10.0
@@ -378,8 +378,15 @@ def test_a_fault_is_named_with_its_prim_and_its_remedy(case: str, tmp_path: Path
 
 def test_several_faults_are_named_at_once(tmp_path: Path) -> None:
     """One run of the check lists them all: mending is one round, not seven."""
-    several = ("a mass of micrograms", "a range in radians", "a servo of nothing", "no end stop",
-               "a damping that drives", "too many moment arms", "gravity in cm/s^2")  # fmt: skip
+    several = (
+        "a mass of micrograms",
+        "a range in radians",
+        "a servo of nothing",
+        "no end stop",
+        "a damping that drives",
+        "too many moment arms",
+        "gravity in cm/s^2",
+    )
     changes = [change for case in several for change in CASES[case][3]]
     found = {(f.rule, f.prim) for f in check_asset(write_changed(tmp_path, "finger", *changes))}
     assert {CASES[case][:2] for case in several} <= found
@@ -393,9 +400,11 @@ def test_an_arm_that_skips_the_joint_between_is_named(tmp_path: Path) -> None:
         'uniform token physics:axis = "Y"\n}\ndef PhysicsRevoluteJoint "dip"'
     )
     path = write_changed(
-        tmp_path, "finger", ('def Scope "joints"', LOOSE + 'def Scope "joints"'),
+        tmp_path,
+        "finger",
+        ('def Scope "joints"', LOOSE + 'def Scope "joints"'),
         ('def PhysicsRevoluteJoint "dip"', third),
         (DIP_IN_PATH, DIP_IN_PATH.replace("dip", "third")),
-    )  # fmt: skip
+    )
     (finding,) = [f for f in check_asset(path) if f.rule == "tendon_path"]
     assert finding.message.startswith("a tendon that passes /finger/joints/dip")

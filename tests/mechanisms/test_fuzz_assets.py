@@ -8,19 +8,44 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from tendon_newton.errors import InvalidAsset
-from tendon_newton.mechanisms.checks import check_asset
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.rules.checks import check_asset
 from tests.mechanisms.flat_assets import flat_text
 
 VALUES = (
-    "0", "-1", "1e30", "1e-30", "nan", "inf", "-inf", '"word"', "(1, 2)", "(0, 0, 0)", "[]",
-    "[0.01]", "[1e30, -1e30]", "(0, 0, 0, 0)", "true", "</finger>", "</finger/no>", "None",
-)  # fmt: skip
+    "0",
+    "-1",
+    "1e30",
+    "1e-30",
+    "nan",
+    "inf",
+    "-inf",
+    '"word"',
+    "(1, 2)",
+    "(0, 0, 0)",
+    "[]",
+    "[0.01]",
+    "[1e30, -1e30]",
+    "(0, 0, 0, 0)",
+    "true",
+    "</finger>",
+    "</finger/no>",
+    "None",
+)
 TYPES = ("double", "float", "int", "string", "token", "bool", "double[]", "float3", "rel", "asset")
 SCHEMAS = (
-    "Xform", "Scope", "PhysicsRevoluteJoint", "PhysicsPrismaticJoint", "PhysicsFixedJoint",
-    "PhysicsDistanceJoint", "PhysicsJoint", "MjcTendon", "PhysicsScene", "Capsule", "Mesh",
-)  # fmt: skip
+    "Xform",
+    "Scope",
+    "PhysicsRevoluteJoint",
+    "PhysicsPrismaticJoint",
+    "PhysicsFixedJoint",
+    "PhysicsDistanceJoint",
+    "PhysicsJoint",
+    "MjcTendon",
+    "PhysicsScene",
+    "Capsule",
+    "Mesh",
+)
 
 Change = Callable[[list[str]], list[str]]
 

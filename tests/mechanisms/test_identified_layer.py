@@ -6,19 +6,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tendon_newton.bench_overrides import BenchOverrides
+from tendon_newton.data.bench_overrides import BenchOverrides
+from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import InvalidOutput
-from tendon_newton.mechanisms.checks import check_asset
-from tendon_newton.mechanisms.correction import HOMES, correct
-from tendon_newton.mechanisms.identified_layer import (
+from tendon_newton.mechanisms.authoring.correction import HOMES, correct
+from tendon_newton.mechanisms.authoring.identified_layer import (
     PROVENANCE,
     FoundNumber,
     Provenance,
     write_identified_layer,
 )
-from tendon_newton.mechanisms.mechanism import Mechanism, load_mechanism
-from tendon_newton.model_file import Model, NamedValues
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.rules.checks import check_asset
 from tests.physics.runs import ideal_model, run_of, simulate, stairs
 
 FLOAT32 = 1e-6  # relative: USD's physics and Newton's arrays are float32

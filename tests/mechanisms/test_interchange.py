@@ -8,13 +8,14 @@ import pytest
 
 from tendon_newton.cli import main
 from tendon_newton.errors import InvalidAsset, InvalidOutput
-from tendon_newton.mechanisms.checks import check_asset
-from tendon_newton.mechanisms.foreign_asset import write_foreign
-from tendon_newton.mechanisms.foreign_file import read_foreign
-from tendon_newton.mechanisms.foreign_plan import plan_foreign
-from tendon_newton.mechanisms.mechanism import Mechanism, load_mechanism
-from tendon_newton.mechanisms.mujoco_file import write_mujoco
-from tendon_newton.mechanisms.statics import equilibrium
+from tendon_newton.mechanisms.authoring.foreign_asset import write_foreign
+from tendon_newton.mechanisms.authoring.foreign_file import read_foreign
+from tendon_newton.mechanisms.authoring.foreign_plan import plan_foreign
+from tendon_newton.mechanisms.authoring.mujoco_file import write_mujoco
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.rules.checks import check_asset
+from tendon_newton.mechanisms.geometry.statics import equilibrium
 from tests.physics.runs import GAIN, RADIUS, ROWS, ideal_model, run_of, simulate, stairs
 
 FLOAT32 = 1e-6  # relative: Newton's arrays are float32
@@ -158,9 +159,12 @@ def test_places_that_are_taken_or_missing_are_refused(tmp_path: Path) -> None:
         read_foreign(tmp_path / "finger.usda")
     with pytest.raises(InvalidAsset, match="'2nd finger' is none"):
         plan_foreign(
-            "2nd finger", read_foreign(tmp_path / "finger.xml"), moment_arm=ARMS,
-            spool_radius=0.0125, force_limit=21.0,
-        )  # fmt: skip
+            "2nd finger",
+            read_foreign(tmp_path / "finger.xml"),
+            moment_arm=ARMS,
+            spool_radius=0.0125,
+            force_limit=21.0,
+        )
 
 
 def pulled(mechanism: Mechanism, path: Path, tension: np.ndarray) -> np.ndarray:

@@ -8,9 +8,10 @@ import pytest
 from newton.solvers import SolverMuJoCo
 
 from tendon_newton.mechanisms.asset_library import asset_path
-from tendon_newton.mechanisms.mechanism import Mechanism, load_mechanism
-from tendon_newton.mechanisms.mechanism_rules import range_positions
-from tendon_newton.mechanisms.parts import Tendon, arm_slope, moment_arms
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.geometry.parts import Tendon, arm_slope, moment_arms
+from tendon_newton.mechanisms.rules.mechanism_rules import range_positions
 from tests.mechanisms.flat_assets import write_changed
 
 ROUTED = ("finger_routed", "finger_antagonist", "thumb", "hand")
@@ -120,7 +121,7 @@ def test_the_arms_slope_is_their_difference(name: str) -> None:
 
 def test_a_stretched_link_carries_its_sites_with_it() -> None:
     """Sites keep their share of the link; so does MuJoCo's view of them in that world alone."""
-    from tendon_newton.recording import BenchOverrides
+    from tendon_newton.data.recording import BenchOverrides
 
     mechanism = load_mechanism("finger_routed")
     longer = mechanism.with_overrides(BenchOverrides(length=(0.050, 0.026, 0.021)))

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from tendon_newton.data.recording import BenchOverrides
 from tendon_newton.errors import InvalidParameter
-from tendon_newton.mechanisms.mechanism import load_mechanism
-from tendon_newton.recording import BenchOverrides
+from tendon_newton.mechanisms.loading import load_mechanism
 
 FLOAT32 = 1e-6
 NOMINAL = BenchOverrides()

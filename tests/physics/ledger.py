@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from tendon_newton.recording import Array
+from tendon_newton.data.recording import Array
 
 DEGREE = 5
 """Of the splines between two jumps of the force."""

@@ -6,11 +6,12 @@ from typing import Any, Literal
 import newton
 import numpy as np
 
-from tendon_newton.mechanisms.mechanism import Mechanism, load_mechanism
-from tendon_newton.model_file import Model, NamedValues
-from tendon_newton.recording import Array, Recording
-from tendon_newton.simulation.rollout import Rollout, Trajectory
-from tendon_newton.simulation.tendon_solver import TendonSolver
+from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.recording import Array, Recording
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.simulation.hosts.rollout import Rollout, Trajectory
+from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
 
 GAIN = 4.2  # N/rad
 RADIUS = 0.0125  # m

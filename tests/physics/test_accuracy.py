@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tendon_newton.dataset import load_dataset
-from tendon_newton.model_file import load_model
-from tendon_newton.simulation.replay import replay
-from tendon_newton.simulation.rollout import TIME_STEP
+from tendon_newton.data.dataset import load_dataset
+from tendon_newton.data.model_file import load_model
+from tendon_newton.simulation.hosts.replay import replay
+from tendon_newton.simulation.hosts.rollout import TIME_STEP
 
 ANGLE, FORCE = 0.044e-3, 0.005  # rad, N: a tenth of an encoder's and a load cell's noise
 CASES = ("c005", "c008", "c021")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import fsolve
 
-from tendon_newton.simulation.rollout import TIME_STEP
+from tendon_newton.simulation.hosts.rollout import TIME_STEP
 from tests.physics.runs import GAIN, RADIUS, ROWS, ideal_model, run_of, simulate
 
 MASS, DAMPING = 0.05, 5.0  # kg, N s/m: both sliders

@@ -8,21 +8,26 @@ import pytest
 import torch
 from torch import Tensor
 
+from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.errors import InvalidParameter, SimulationDiverged
-from tendon_newton.mechanisms.mechanism import load_mechanism
-from tendon_newton.model_file import Model, NamedValues
-from tendon_newton.simulation.control_loop import ControlLoop, ControlReading
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.simulation.hosts.control_loop import ControlLoop, ControlReading
 from tests.conftest import SEED
-from tests.physics import networks
-from tests.physics.networks import force_query, learned_model
+from tests.physics.learned import networks
+from tests.physics.learned.networks import force_query, learned_model
 from tests.physics.runs import RADIUS, ROWS, ideal_model, run_of, simulate, stairs
 
 WORLDS = 3
 EFFECTS = {"coulomb_friction": {"force": 0.7}, "command_delay": {"delay": 0.031}}
 SERVO = {
-    "duty_per_rad": 1.1, "max_duty": 0.9, "supply_voltage": 5.0, "torque_constant": 0.4,
-    "resistance": 3.0, "armature": 0.002, "spool_radius": RADIUS,
-}  # fmt: skip
+    "duty_per_rad": 1.1,
+    "max_duty": 0.9,
+    "supply_voltage": 5.0,
+    "torque_constant": 0.4,
+    "resistance": 3.0,
+    "armature": 0.002,
+    "spool_radius": RADIUS,
+}
 
 
 def ideal_loop(worlds: int = WORLDS) -> ControlLoop:
@@ -103,9 +108,7 @@ def test_control_steps_are_rows_of_a_rollout(rng: np.random.Generator) -> None:
     """What a loop reads after a step is what a recording of its commands would hold."""
     command = stairs(rng, 61, 0.5, 3.0, 20)
     (expected,) = simulate([run_of(command)], ideal_model(**EFFECTS), time_step=5e-4)
-    loop = ControlLoop(
-        load_mechanism("finger"), ideal_model(**EFFECTS), 1, rate=ROWS, device="cpu"
-    )  # fmt: skip
+    loop = ControlLoop(load_mechanism("finger"), ideal_model(**EFFECTS), 1, rate=ROWS, device="cpu")
     tensors = torch.tensor(command, dtype=torch.float32).reshape(-1, 1, 1)
     loop.reset(tensors[0])
     read = run(loop, tensors[:-1])
@@ -210,8 +213,12 @@ def test_what_makes_no_sense_is_refused() -> None:
         loop.reset(command, joint_velocity=torch.zeros(WORLDS, 2))
     with pytest.raises(InvalidParameter, match="20 Hz needs a control rate"):
         ControlLoop(
-            load_mechanism("finger"), learned_model(), 1, rate=80.0, query=force_query(),
+            load_mechanism("finger"),
+            learned_model(),
+            1,
+            rate=80.0,
+            query=force_query(),
             device="cpu",
-        )  # fmt: skip
+        )
     with pytest.raises(InvalidParameter, match="control rate must be"):
         ControlLoop(load_mechanism("finger"), ideal_model(), 1, rate=0.0, device="cpu")

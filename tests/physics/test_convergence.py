@@ -16,7 +16,7 @@ SMOOTH = {
     "load": ({"load_dependent_friction": {"coefficient": 0.2}, **VISCOUS}, 0.03),
     "lag": ({"actuator_lag": {"time_constant": 0.01}}, 0.03),
     "compliant": ({"tendon_compliance": {"stiffness": 4000.0}, **VISCOUS}, 0.03),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", SMOOTH)

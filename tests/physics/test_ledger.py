@@ -13,14 +13,14 @@ import pytest
 import torch
 
 from tendon_newton.actuators.networks.torchscript import TorchScriptQuery
-from tendon_newton.force_network_card import PLAIN_HOLD, HoldLaw
-from tendon_newton.mechanisms.mechanism import load_mechanism
-from tendon_newton.model_file import Model, NamedValues
-from tendon_newton.recording import Array
-from tendon_newton.simulation.control_loop import ControlLoop
+from tendon_newton.data.cards.force_network_card import PLAIN_HOLD, HoldLaw
+from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.recording import Array
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_newton.simulation.simulators import find_simulator
+from tests.physics.learned.networks import LIMIT, RATE, force_network, write_force_network
 from tests.physics.ledger import STIFFNESS, Books, jumps_of, one_step, random_steps
-from tests.physics.networks import LIMIT, RATE, force_network, write_force_network
 from tests.physics.runs import RADIUS, ideal_model, run_of
 from train.reproduction.physical import DATA_SHEET
 
@@ -95,9 +95,14 @@ def looped(bench: str, command: Array, model: Model) -> Books:
     jumped = jumps_of(command)[1:]
     rows[jumped, 2] = (np.stack([rows[jumped + k, 2] for k in (1, 2, 3)], axis=1)) @ [3, -3, 1]
     return Books(
-        bench=bench, time=np.arange(len(command)) / ROWS, slide=rows[:, 0], speed=rows[:, 1],
-        force=rows[:, 2], jumps=jumped, unread=1,
-    )  # fmt: skip
+        bench=bench,
+        time=np.arange(len(command)) / ROWS,
+        slide=rows[:, 0],
+        speed=rows[:, 1],
+        force=rows[:, 2],
+        jumps=jumped,
+        unread=1,
+    )
 
 
 BY_PATH = {

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 import warp as wp
 
+from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.effects import EFFECTS
-from tendon_newton.mechanisms.mechanism import load_mechanism
-from tendon_newton.model_file import Model, NamedValues
-from tendon_newton.simulation.rollout import Rollout
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.simulation.hosts.rollout import Rollout
 from tests.effect_bench import GAIN, RADIUS, ROW, commanded, run, simulate, steps_and_waves
 
 CELL = [name for name in EFFECTS if name.startswith("load_cell")]

@@ -9,10 +9,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from tests.planted.draws import EFFECTS
-from tests.planted.exam_draws import SHARES, ExamPlan, are_alike, recipes
 from tests.planted.generator import Recipe, make_dataset, starting_model
 from tests.planted.recordings import MIXES
+from tests.planted.sets.draws import EFFECTS
+from tests.planted.sets.exam_draws import SHARES, ExamPlan, are_alike, recipes
 from tests.planted.truth import Truth
 
 

@@ -13,15 +13,15 @@ from pathlib import Path
 
 import numpy as np
 
-from tendon_newton.bench_overrides import BenchOverrides
-from tendon_newton.dataset import write_dataset
+from tendon_newton.data.bench_overrides import BenchOverrides
+from tendon_newton.data.dataset import write_dataset
+from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tendon_newton.errors import unknown_name
-from tendon_newton.model_file import Model, NamedValues, write_model
-from tests.planted.bench import BENCHES, GAIN, SPOOL_RADIUS, as_built
-from tests.planted.causes import Causes
-from tests.planted.commands import DURATION
-from tests.planted.draws import COULOMB_KNOWN, EFFECTS, OUTSIDE, VISCOUS_KNOWN, base_causes
-from tests.planted.plant import Motion, Run, simulate
+from tests.planted.physics.bench import BENCHES, GAIN, SPOOL_RADIUS, as_built
+from tests.planted.physics.causes import Causes
+from tests.planted.physics.commands import DURATION
+from tests.planted.physics.plant import Motion, Run, simulate
+from tests.planted.physics.sensors import ENCODER_STEP, FORCE_NOISE, Sensors
 from tests.planted.recordings import (
     MIXES,
     TEST_COUNT,
@@ -31,7 +31,7 @@ from tests.planted.recordings import (
     draw_slots,
     record,
 )
-from tests.planted.sensors import ENCODER_STEP, FORCE_NOISE, Sensors
+from tests.planted.sets.draws import COULOMB_KNOWN, EFFECTS, OUTSIDE, VISCOUS_KNOWN, base_causes
 from tests.planted.truth import Truth, changes, errors, totals
 
 

@@ -6,13 +6,13 @@ from types import MappingProxyType
 
 import numpy as np
 
-from tendon_newton.recording import Recording
-from tests.planted.bench import Bench
-from tests.planted.causes import Causes
-from tests.planted.commands import COMMANDS, row_times
-from tests.planted.disturbances import draw_disturbances
-from tests.planted.plant import Motion, Run
-from tests.planted.sensors import (
+from tendon_newton.data.recording import Recording
+from tests.planted.physics.bench import Bench
+from tests.planted.physics.causes import Causes
+from tests.planted.physics.commands import COMMANDS, row_times
+from tests.planted.physics.disturbances import draw_disturbances
+from tests.planted.physics.plant import Motion, Run
+from tests.planted.physics.sensors import (
     Sensors,
     camera,
     encoder,

@@ -9,22 +9,26 @@ import pytest
 from tendon_newton.effects import EFFECTS
 from tests.effect_bench import commanded
 from tests.effect_bench import simulate as simulated
-from tests.planted.bench import BENCHES
-from tests.planted.causes import Causes
-from tests.planted.commands import COMMANDS, ROW_RATE
-from tests.planted.draws import EFFECTS as DRAWS
-from tests.planted.draws import MIX_OF
-from tests.planted.plant import Run, simulate
+from tests.planted.physics.bench import BENCHES
+from tests.planted.physics.causes import Causes
+from tests.planted.physics.commands import COMMANDS, ROW_RATE
+from tests.planted.physics.plant import Run, simulate
 from tests.planted.recordings import SWING
+from tests.planted.sets.draws import EFFECTS as DRAWS
+from tests.planted.sets.draws import MIX_OF
 
 BRISTLE = 2e-7  # [m] so stiff that what bristles do and Coulomb's law does not is out of sight
 HALF = 480  # rows of random steps, and as many of sines
 AT_REST = 0.05  # [rad/s] below which dry friction is whatever holds: two laws, two readings
 ENCODER, CELL = 0.44e-3, 0.05  # [rad], [N] floors of the sensors
 DRY = (
-    "coulomb_friction", "stribeck_friction", "load_dependent_friction", "gear_load_friction",
-    "load_stribeck_friction", "holding_friction",
-)  # fmt: skip
+    "coulomb_friction",
+    "stribeck_friction",
+    "load_dependent_friction",
+    "gear_load_friction",
+    "load_stribeck_friction",
+    "holding_friction",
+)
 
 SHARE = 0.01
 """Greatest difference of plant and simulator, over what the effect does [1], RMS of 960 rows. An

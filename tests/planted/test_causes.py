@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.planted.bench import GAIN, GRAVITY, SPOOL_RADIUS
-from tests.planted.causes import Causes
-from tests.planted.commands import COMMANDS
-from tests.planted.plant import Motion
+from tests.planted.physics.bench import GAIN, GRAVITY, SPOOL_RADIUS
+from tests.planted.physics.causes import Causes
+from tests.planted.physics.commands import COMMANDS
+from tests.planted.physics.plant import Motion
 from tests.planted.trials import FROZEN, TAUT, WEAK, jump, rows, run, step_response
 
 Array = NDArray[np.float64]

@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.planted.bench import BENCHES
-from tests.planted.causes import Causes
-from tests.planted.plant import Motion, Run, simulate
+from tests.planted.physics.bench import BENCHES
+from tests.planted.physics.causes import Causes
+from tests.planted.physics.plant import Motion, Run, simulate
 from tests.planted.truth import rms
 
 Array = NDArray[np.float64]
@@ -29,9 +29,24 @@ SENSORS = (0.48, 0.053)
 """Greatest RMS difference of angle [mrad] and force [N] where both plants have one law: encoder
 and cell alone leave 0.45 mrad and 0.050 N."""
 ALIKE = (
-    "c002", "c003", "c005", "c006", "c012", "c013", "c015", "c016", "c017", "c019", "c020", "c022",
-    "c027", "c029", "c030", "c033", "c034",
-)  # fmt: skip
+    "c002",
+    "c003",
+    "c005",
+    "c006",
+    "c012",
+    "c013",
+    "c015",
+    "c016",
+    "c017",
+    "c019",
+    "c020",
+    "c022",
+    "c027",
+    "c029",
+    "c030",
+    "c033",
+    "c034",
+)
 MOVING = 0.3  # [rad/s] above which dry friction is what its law says, and not what holds
 # case: the same over all rows, and the force while the motor moves [N]. Each is what comes out
 # and at most a tenth more; the reason stands behind it.

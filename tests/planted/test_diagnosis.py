@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from tendon_newton.diagnosis.exam import answer_one
 from tendon_newton.effects import EFFECTS
-from tests.planted.exam_draws import NEEDS_FINGER
+from tendon_newton.exam.exam import answer_one
 from tests.planted.generator import Recipe, make_dataset
+from tests.planted.sets.exam_draws import NEEDS_FINGER
 from tests.planted.truth import Truth
 
 SHORT = (4.0, 5.0)  # [s] of each recording, so that the whole gate takes a few minutes

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tendon_newton.dataset import load_dataset
-from tendon_newton.diagnosis.exam import read_truths
-from tendon_newton.diagnosis.exam_score import judge
-from tendon_newton.model_file import load_model
-from tests.planted.draws import EFFECTS, OUTSIDE
+from tendon_newton.data.dataset import load_dataset
+from tendon_newton.data.model_file import load_model
+from tendon_newton.exam.exam import read_truths
+from tendon_newton.exam.exam_score import judge
 from tests.planted.exam import main
-from tests.planted.exam_draws import (
+from tests.planted.sets.draws import EFFECTS, OUTSIDE
+from tests.planted.sets.exam_draws import (
     NEEDS_FINGER,
     ExamPlan,
     are_alike,

@@ -8,18 +8,31 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tendon_newton.dataset import Dataset, load_dataset
+from tendon_newton.data.dataset import Dataset, load_dataset
+from tendon_newton.data.model_file import load_model
 from tendon_newton.errors import UnknownName
-from tendon_newton.model_file import load_model
-from tests.planted.commands import COMMANDS
-from tests.planted.draws import EFFECTS, MIX_OF, OUTSIDE
 from tests.planted.generator import Recipe, main, make_dataset
-from tests.planted.sensors import Sensors, coloured_noise, encoder, load_cell, speed_register
+from tests.planted.physics.commands import COMMANDS
+from tests.planted.physics.sensors import (
+    Sensors,
+    coloured_noise,
+    encoder,
+    load_cell,
+    speed_register,
+)
+from tests.planted.sets.draws import EFFECTS, MIX_OF, OUTSIDE
 
 ROOT = Path(__file__).parents[2]
-FORBIDDEN = ("tendon_newton.simulation", "tendon_newton.effects", "tendon_newton.mechanisms",
-             "tendon_newton.actuators", "tendon_newton.identification", "tendon_newton.diagnosis",
-             "newton", "pxr")  # fmt: skip
+FORBIDDEN = (
+    "tendon_newton.simulation",
+    "tendon_newton.effects",
+    "tendon_newton.mechanisms",
+    "tendon_newton.actuators",
+    "tendon_newton.identification",
+    "tendon_newton.diagnosis",
+    "newton",
+    "pxr",
+)
 
 
 def content(folder: Path) -> dict[str, bytes]:

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from tests.planted.bench import GAIN, SPOOL_RADIUS
-from tests.planted.causes import Causes
-from tests.planted.commands import COMMANDS
-from tests.planted.disturbances import draw_disturbances, stuck_rows, wander
-from tests.planted.draws import EFFECTS, NEAR, OUTSIDE
+from tests.planted.physics.bench import GAIN, SPOOL_RADIUS
+from tests.planted.physics.causes import Causes
+from tests.planted.physics.commands import COMMANDS
+from tests.planted.physics.disturbances import draw_disturbances, stuck_rows, wander
+from tests.planted.sets.draws import EFFECTS, NEAR, OUTSIDE
 from tests.planted.trials import FROZEN, TAUT, jump, rows, run, step_response
 
 TIME = rows(4.0)

@@ -5,10 +5,10 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from tests.planted.bench import GAIN, GRAVITY, SPOOL_RADIUS
-from tests.planted.causes import Causes
-from tests.planted.commands import COMMANDS
-from tests.planted.plant import STEP
+from tests.planted.physics.bench import GAIN, GRAVITY, SPOOL_RADIUS
+from tests.planted.physics.causes import Causes
+from tests.planted.physics.commands import COMMANDS
+from tests.planted.physics.plant import STEP
 from tests.planted.trials import FINGER, TAUT, WEAK, jump, rows, run, step_response
 
 Array = NDArray[np.float64]

@@ -6,18 +6,22 @@ import numpy as np
 import pytest
 
 from tests.physics.ledger import STIFFNESS, Books, jumps_of, one_step, random_steps
-from tests.planted.bench import BENCHES, GAIN, SPOOL_RADIUS
-from tests.planted.causes import Causes
-from tests.planted.commands import COMMANDS, Array
-from tests.planted.disturbances import Knock
-from tests.planted.plant import Run, simulate
-from tests.planted.servo import DcServo
+from tests.planted.physics.bench import BENCHES, GAIN, SPOOL_RADIUS
+from tests.planted.physics.causes import Causes
+from tests.planted.physics.commands import COMMANDS, Array
+from tests.planted.physics.disturbances import Knock
+from tests.planted.physics.plant import Run, simulate
+from tests.planted.physics.servo import DcServo
 from tests.planted.trials import FROZEN, jump, rows, run
 
 SERVO = DcServo(
-    duty_per_rad=0.1, greatest_duty=0.9, supply=9.0, torque_constant=1.43, resistance=15.0,
+    duty_per_rad=0.1,
+    greatest_duty=0.9,
+    supply=9.0,
+    torque_constant=1.43,
+    resistance=15.0,
     inertia=0.0025,
-)  # fmt: skip
+)
 STALL = SERVO.supply * SERVO.torque_per_volt / SPOOL_RADIUS  # [N] at full duty
 BRAKE = SERVO.torque_constant * SERVO.torque_per_volt / SPOOL_RADIUS  # [N s/rad]
 RATE = 10_000.0  # [Hz] that a string of 5 N/um and 50 g need
@@ -61,14 +65,20 @@ def test_the_string_carries_what_moves_the_slider(
     command = commands(RATE)
     time = np.arange(command.size) / RATE
     made = Run(
-        bench=BENCHES[bench], causes=Causes(coulomb=0.5, load=0.1), time=time, command=command,
+        bench=BENCHES[bench],
+        causes=Causes(coulomb=0.5, load=0.1),
+        time=time,
+        command=command,
         servo=SERVO,
-    )  # fmt: skip
+    )
     (motion,) = simulate([made])
     books = Books(
-        bench=bench, time=time, slide=motion.coordinates[:, 0], force=motion.force,
+        bench=bench,
+        time=time,
+        slide=motion.coordinates[:, 0],
+        force=motion.force,
         jumps=jumps_of(command),
-    )  # fmt: skip
+    )
     # the string settles within half a millisecond, five rows: their spline is 0.02 N off
     assert np.abs(books.imbalance()).max() < 0.05
     assert np.sqrt(np.mean(books.imbalance() ** 2)) < 5e-4
@@ -166,9 +176,12 @@ def test_gear_and_guide_stick_each_on_its_own() -> None:
     time = rows(1.0)
     causes = Causes(compliance=1.0 / 3e3, coulomb=6.0, routing=0.1, bristle=2e-7)
     made = Run(
-        bench=BENCHES["spring_weak"], causes=causes, time=time, command=np.full(time.size, 3.0),
+        bench=BENCHES["spring_weak"],
+        causes=causes,
+        time=time,
+        command=np.full(time.size, 3.0),
         knocks=(Knock(start=0.3, width=0.3, peak=2.0),),
-    )  # fmt: skip
+    )
     (motion,) = simulate([made])
     slid = motion.coordinates[:, 0] - motion.coordinates[0, 0]
     turned = SPOOL_RADIUS * (motion.angle - motion.angle[0])

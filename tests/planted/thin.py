@@ -9,8 +9,8 @@ import shutil
 from collections.abc import Sequence
 from pathlib import Path
 
-from tendon_newton.dataset import load_dataset, write_dataset
-from tendon_newton.recording import Recording
+from tendon_newton.data.dataset import load_dataset, write_dataset
+from tendon_newton.data.recording import Recording
 
 
 def thin(recordings: Sequence[Recording], share: float) -> list[Recording]:

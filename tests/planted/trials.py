@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.planted.bench import BENCHES, GAIN, SPOOL_RADIUS
-from tests.planted.causes import Causes
-from tests.planted.plant import STEP, Motion, Run, simulate
-from tests.planted.servo import DcServo
+from tests.planted.physics.bench import BENCHES, GAIN, SPOOL_RADIUS
+from tests.planted.physics.causes import Causes
+from tests.planted.physics.plant import STEP, Motion, Run, simulate
+from tests.planted.physics.servo import DcServo
 
 Array = NDArray[np.float64]
 

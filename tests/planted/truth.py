@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_newton.recording import Recording
-from tests.planted.causes import Causes
-from tests.planted.commands import ROW_RATE
-from tests.planted.draws import NEAR, OUTSIDE
-from tests.planted.plant import Motion
-from tests.planted.planted import Planted
+from tendon_newton.data.recording import Recording
+from tests.planted.physics.causes import Causes
+from tests.planted.physics.commands import ROW_RATE
+from tests.planted.physics.plant import Motion
+from tests.planted.sets.draws import NEAR, OUTSIDE
+from tests.planted.sets.planted import Planted
 
 Array = NDArray[np.float64]
 

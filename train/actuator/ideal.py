@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from train.actuator.windows import series
+from train.actuator.samples.windows import series
 
 if TYPE_CHECKING:
-    from tendon_newton.recording import Array, Recording
+    from tendon_newton.data.recording import Array, Recording
 
 PAPER_GAIN = 4.2
 """[N/rad], which the paper's authors found for their servo."""

@@ -12,13 +12,13 @@ import numpy as np
 from tendon_newton.actuators.networks.artifact import NetworkFile, load_network
 from tendon_newton.errors import InvalidNetworkFile
 from tendon_newton.force_networks.weights_file import SUFFIX
-from train.actuator.folds import file_hash
 from train.actuator.ideal import PAPER_GAIN, SERVO_LIMIT, ideal_force, refitted_gain
 from train.actuator.prediction import Prediction, predict
+from train.actuator.samples.folds import file_hash
 
 if TYPE_CHECKING:
-    from tendon_newton.dataset import Dataset
-    from tendon_newton.recording import Recording
+    from tendon_newton.data.dataset import Dataset
+    from tendon_newton.data.recording import Recording
 
 IDEAL, REFITTED = "ideal", "ideal refitted"
 

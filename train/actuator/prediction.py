@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import torch
 
-from train.actuator.window_tensors import WindowTensors, to_device
-from train.actuator.windows import Windows, WindowShape, extract_windows
+from train.actuator.samples.window_tensors import WindowTensors, to_device
+from train.actuator.samples.windows import Windows, WindowShape, extract_windows
 
 if TYPE_CHECKING:
-    from tendon_newton.force_network_card import ForceNetworkCard
-    from tendon_newton.recording import Array, Indices, Recording
+    from tendon_newton.data.cards.force_network_card import ForceNetworkCard
+    from tendon_newton.data.recording import Array, Indices, Recording
 
 BATCH = 8192
 

@@ -6,15 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.parts import excursion
 
+from tendon_newton.data.model_file import Model
+from tendon_newton.data.recording import Array, Recording
 from tendon_newton.errors import InvalidDataset
-from tendon_newton.mechanisms.mechanism import Mechanism
-from tendon_newton.mechanisms.parts import excursion
-from tendon_newton.model_file import Model
-from tendon_newton.recording import Array, Recording
-from tendon_newton.simulation.parameter_table import spool_radius_of
-from tendon_newton.simulation.replay import bench_of
-from train.actuator.sensorless_motion import joints_at
+from tendon_newton.simulation.hosts.replay import bench_of
+from tendon_newton.simulation.model.parameter_table import spool_radius_of
+from train.actuator.without_cell.sensorless_motion import joints_at
 
 TAUT = 0.3
 """Tension from which a row counts [N]: some times what a load cell of 5 kg drifts by."""

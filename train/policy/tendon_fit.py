@@ -19,10 +19,10 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
-from tendon_newton.dataset import Dataset
+from tendon_newton.data.dataset import Dataset
+from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.recording import Array
 from tendon_newton.effects import find_effect
-from tendon_newton.model_file import Model, NamedValues
-from tendon_newton.recording import Array
 from train.policy.taut_rows import TautRows, name_finger, pieces_of
 
 EFFECT_NUMBERS = (("tendon_compliance", "stiffness"), ("tendon_slack", "length"))
@@ -109,10 +109,16 @@ def fit_tendon(dataset: Dataset, model: Model) -> tuple[TendonFit, Model]:
     test = pieces_of(dataset.test, finger, model)
     before, after = (surplus_error(test or train, m) for m in (model, extended))
     fit = TendonFit(
-        bench=finger, stiffness=stiffness, slack=slack, rows=sum(p.force.size for p in train),
-        unseen_before=surplus_error(train, model), unseen_after=unseen_error(parts, model),
-        held_out=bool(test), error_before=before, error_after=after,
-    )  # fmt: skip
+        bench=finger,
+        stiffness=stiffness,
+        slack=slack,
+        rows=sum(p.force.size for p in train),
+        unseen_before=surplus_error(train, model),
+        unseen_after=unseen_error(parts, model),
+        held_out=bool(test),
+        error_before=before,
+        error_after=after,
+    )
     return fit, extended if fit.helps else model
 
 

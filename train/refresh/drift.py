@@ -9,18 +9,18 @@ from math import inf
 
 import numpy as np
 
-from tendon_newton.dataset import Dataset
+from tendon_newton.data.dataset import Dataset
+from tendon_newton.data.model_file import Model
+from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.attribution import Attribution, examine
 from tendon_newton.diagnosis.diagnose import SEED, Evidence, conclude
 from tendon_newton.diagnosis.evaluation import evaluate_models
 from tendon_newton.diagnosis.gate import Gate, simplest
-from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.diagnosis.greedy import Fit, Round, Search
+from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.identification.least_squares import Candidate
 from tendon_newton.identification.study import Study
 from tendon_newton.identification.testable import testable_effects
-from tendon_newton.model_file import Model
-from tendon_newton.recording import Recording
 
 STEP = 1.0e-3
 """Simulation step while searching [s]: twice that of a diagnosis, whose effects may be finer than

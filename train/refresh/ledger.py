@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from tendon_newton.data.files.json_file import read_json
 from tendon_newton.errors import InvalidOutput
-from tendon_newton.json_file import read_json
 
 PROMISE = "a refresh keeps how far it came in a JSON file"
 

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from tendon_newton.dataset import Dataset, read_entries, read_recording
+from tendon_newton.data.dataset import Dataset, read_entries, read_recording
+from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidDataset
 from tendon_newton.identification.cutting import hold_out, rows_of
-from tendon_newton.recording import Recording
 
 HELD_OUT = 1.0 / 3.0
 """Share of each log that only tells how good the corrected model is [1]."""

@@ -110,11 +110,13 @@ def read_drift(table: Mapping[str, Any]) -> Drift:
     """Return what a ledger kept."""
     causes = tuple(
         FoundWear(
-            name=row["name"], words=row["words"], numbers=tuple(row["numbers"]),
+            name=row["name"],
+            words=row["words"],
+            numbers=tuple(row["numbers"]),
             rivals=tuple(row["rivals"]),
         )
         for row in table["causes"]
-    )  # fmt: skip
+    )
     return Drift(**{**table, "causes": causes})
 
 
@@ -154,7 +156,10 @@ def write_page(
 
     environment = Environment(
         loader=ChoiceLoader(
-            [PackageLoader("train.refresh", "."), PackageLoader("tendon_newton.diagnosis", ".")]
+            [
+                PackageLoader("train.refresh", "."),
+                PackageLoader("tendon_newton.diagnosis.reporting", "."),
+            ]
         ),
         autoescape=True,
         undefined=StrictUndefined,

@@ -7,13 +7,13 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
+from tendon_newton.data.files.json_file import read_json
 from tendon_newton.errors import InvalidPolicyFile
-from tendon_newton.json_file import read_json
-from train.policy.curve import Progress
-from train.policy.environment_config import EnvironmentConfig
-from train.policy.export import ExportedPolicy, export_policy
-from train.policy.training import train_policy
-from train.policy.training_config import PolicyTrainingConfig
+from train.policy.config.environment_config import EnvironmentConfig
+from train.policy.config.training_config import PolicyTrainingConfig
+from train.policy.runs.curve import Progress
+from train.policy.runs.export import ExportedPolicy, export_policy
+from train.policy.runs.training import train_policy
 
 PROMISE = "a policy that is trained on lies beside its policy.json"
 

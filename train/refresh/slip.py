@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.recording import Array, Recording
 from tendon_newton.diagnosis.diagnose import SEARCH_STEP
 from tendon_newton.identification.objective import loss_terms
 from tendon_newton.identification.study import Study, replacements
-from tendon_newton.model_file import Model, NamedValues
-from tendon_newton.recording import Array, Recording
 from train.refresh.logs import LOOSE
 from train.refresh.turning import slip_since
 

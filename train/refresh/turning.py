@@ -9,8 +9,8 @@ from math import pi
 import numpy as np
 from scipy.signal import savgol_filter
 
+from tendon_newton.data.recording import Array, Recording
 from tendon_newton.identification.objective import loss_terms
-from tendon_newton.recording import Array, Recording
 
 WINDOW = 0.14
 """Length over which angles become rates and accelerations [s]."""

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tendon_newton.model_file import Model, NamedValues
-from tendon_newton.recording import Array, Mask, Recording
-from tendon_newton.simulation.replay import simulated_recording
+from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.recording import Array, Mask, Recording
+from tendon_newton.simulation.hosts.replay import simulated_recording
 from tendon_newton.simulation.simulators import TendonSimulator
 from train.reproduction.unit import kind_of
 

@@ -12,22 +12,22 @@ import torch
 from torch import Tensor, nn
 
 from tendon_newton.actuators.networks.artifact import write_network
+from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.errors import InvalidDataset
-from tendon_newton.model_file import Model, NamedValues
-from train.actuator.export import make_card
-from train.actuator.force_data import prepare
+from train.actuator.fitting.export import make_card
+from train.actuator.fitting.training import train_network
 from train.actuator.prediction import ask
-from train.actuator.servo_law import NO_LAW, fit_servo_law
-from train.actuator.training import train_network
+from train.actuator.samples.force_data import prepare
+from train.actuator.samples.servo_law import NO_LAW, fit_servo_law
 from train.reproduction.physical import SPOOL_RADIUS
 from train.reproduction.servo_force import Servo, missing_force
 from train.reproduction.training_anew import anew_if_other
 
 if TYPE_CHECKING:
-    from tendon_newton.dataset import Dataset
-    from tendon_newton.recording import Array, Recording
+    from tendon_newton.data.dataset import Dataset
+    from tendon_newton.data.recording import Array, Recording
+    from train.actuator.samples.windows import Windows
     from train.actuator.training_config import TrainingConfig
-    from train.actuator.windows import Windows
 
 
 JUMPS = 0.05

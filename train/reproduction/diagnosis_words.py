@@ -6,9 +6,9 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from tendon_newton.data.model_file import Model
 from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.effects import find_effect
-from tendon_newton.model_file import Model
 from train.reproduction.physical import starting_model
 
 Truth = Mapping[str, Mapping[str, Mapping[str, float]]]
@@ -66,10 +66,13 @@ def passes_text(passes: Sequence[Diagnosis]) -> str:
     for place, found in enumerate(passes, start=1):
         named = "; ".join(
             effect.name
-            + (f" (or {', '.join(effect.indistinguishable_from)})"
-               if effect.indistinguishable_from else "")
+            + (
+                f" (or {', '.join(effect.indistinguishable_from)})"
+                if effect.indistinguishable_from
+                else ""
+            )
             for effect in found.effects
-        )  # fmt: skip
+        )
         before, after = found.baseline, found.extended
         lines.append(
             f"| {place} | {found.verdict.replace('_', ' ')} | {named or 'nothing'} "
@@ -106,10 +109,14 @@ def truth_text(model: Model, truth: Truth, rivals: Mapping[str, str]) -> str:
         f"{name} {float(model.actuator.values[name]):.3g} (data sheet {float(starting[name]):.3g})"
         for name in model.fit
     )
-    return "\n".join([
-        *lines, "", f"Named and not in the plant: {', '.join(wrong) or 'nothing'}.",
-        f"Fitted with every candidate: {fitted}.",
-    ])  # fmt: skip
+    return "\n".join(
+        [
+            *lines,
+            "",
+            f"Named and not in the plant: {', '.join(wrong) or 'nothing'}.",
+            f"Fitted with every candidate: {fitted}.",
+        ]
+    )
 
 
 def true_text(effect: str, truth: Truth) -> str:

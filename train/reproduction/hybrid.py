@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from tendon_newton.dataset import Dataset
+from tendon_newton.data.dataset import Dataset
+from tendon_newton.data.model_file import Model
+from tendon_newton.data.recording import Recording
 from tendon_newton.effects import find_effect
-from tendon_newton.model_file import Model
-from tendon_newton.recording import Recording
 from train.policy.taut_rows import shows_string
 from train.policy.tendon_fit import fit_tendon
 

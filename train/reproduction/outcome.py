@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from tendon_newton.data.files.json_file import read_json
 from tendon_newton.errors import InvalidOutput
-from tendon_newton.json_file import read_json
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,16 +62,29 @@ class Outcome:
 
 
 def row(
-    experiment: str, measure: str, unit: str, values: Sequence[float], *,
-    paper: float | None = None, over: str = "benches", differs: str = "",
-) -> Row:  # fmt: skip
+    experiment: str,
+    measure: str,
+    unit: str,
+    values: Sequence[float],
+    *,
+    paper: float | None = None,
+    over: str = "benches",
+    differs: str = "",
+) -> Row:
     """Return the row of some values: median, least and greatest."""
     found = np.asarray(values, dtype=np.float64)
     return Row(
-        experiment=experiment, measure=measure, unit=unit, paper=paper,
-        ours=float(np.median(found)), low=float(found.min()), high=float(found.max()),
-        count=found.size, over=over, differs=differs,
-    )  # fmt: skip
+        experiment=experiment,
+        measure=measure,
+        unit=unit,
+        paper=paper,
+        ours=float(np.median(found)),
+        low=float(found.min()),
+        high=float(found.max()),
+        count=found.size,
+        over=over,
+        differs=differs,
+    )
 
 
 def mean_interval(values: Sequence[float]) -> tuple[float, float, float]:

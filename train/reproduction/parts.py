@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from tendon_newton.dataset import Dataset
-from tendon_newton.model_file import Model, load_model
-from tendon_newton.recording import Recording
+from tendon_newton.data.dataset import Dataset
+from tendon_newton.data.model_file import Model, load_model
+from tendon_newton.data.recording import Recording
 from train.reproduction.closed_loop import Replayed, replayed
 from train.reproduction.hybrid import hybrid_of
 from train.reproduction.physical import refit

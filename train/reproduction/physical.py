@@ -8,22 +8,27 @@ from typing import Any
 
 import numpy as np
 
-from tendon_newton.dataset import Dataset
+from tendon_newton.data.dataset import Dataset
+from tendon_newton.data.files.toml_file import read_toml
+from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.diagnosis.diagnose import SEARCH_STEP, diagnose, extended_model, values_of
-from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.diagnosis.greedy import Search
+from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.errors import InvalidDataset
 from tendon_newton.identification.least_squares import Candidate, refine
 from tendon_newton.identification.study import Study
-from tendon_newton.model_file import Model, NamedValues
-from tendon_newton.toml_file import read_toml
 
 SPOOL_RADIUS = 0.0125
 """[m], of the paper."""
 DATA_SHEET = {
-    "duty_per_rad": 0.10, "max_duty": 0.90, "supply_voltage": 9.0, "torque_constant": 1.43,
-    "resistance": 15.0, "armature": 0.0025, "spool_radius": SPOOL_RADIUS,
-}  # fmt: skip
+    "duty_per_rad": 0.10,
+    "max_duty": 0.90,
+    "supply_voltage": 9.0,
+    "torque_constant": 1.43,
+    "resistance": 15.0,
+    "armature": 0.0025,
+    "spool_radius": SPOOL_RADIUS,
+}
 """What is known of the paper's servo before anything is measured: the position loop of its host,
 and the row of 9.0 V in the e-manual of the XC330-T288-T. The rotor's inertia is a guess."""
 UNKNOWN = ("torque_constant", "resistance")

@@ -18,8 +18,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+from tendon_newton.data.files.json_file import read_json
 from tendon_newton.errors import InvalidOutput, InvalidParameter
-from tendon_newton.json_file import read_json
 
 THREADS_VARIABLES = ("TENDON_NEWTON_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 """Environment variables with a process's number of threads: the simulator's, and the libraries'."""

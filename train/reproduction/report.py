@@ -12,10 +12,10 @@ import numpy as np
 
 from tendon_newton import __version__
 from tendon_newton.errors import InvalidOutput
-from train.actuator.export import git_commit
+from train.actuator.fitting.export import git_commit
 from train.reproduction.outcome import Outcome, Row
 from train.reproduction.reproduction import BEST, MODELS, Reproduction
-from train.reproduction.stages import STAGES
+from train.reproduction.steps.stages import STAGES
 
 SCHEMA = 1
 VIRTUAL = (

@@ -11,10 +11,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from tendon_newton.data.model_file import Model, load_model, write_model
 from tendon_newton.errors import InvalidDataset
-from tendon_newton.model_file import Model, load_model, write_model
-from train.actuator.folds import file_hash, usable
 from train.actuator.ideal import PAPER_GAIN, SERVO_LIMIT, refitted_gain
+from train.actuator.samples.folds import file_hash, usable
 from train.reproduction.bench import ReproductionBench
 from train.reproduction.physical import with_ideal
 from train.reproduction.pieces import Work, Workers, kept, piece_file, read_piece, result_of

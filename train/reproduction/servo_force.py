@@ -8,7 +8,11 @@ from typing import Any
 
 import numpy as np
 import warp as wp
+from tendon_newton.mechanisms.loading import load_mechanism
 
+from tendon_newton.data.cards.force_network_card import HoldLaw
+from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.recording import Array, Recording
 from tendon_newton.device_code.placeholders import (
     DeviceArray,
     Jet,
@@ -18,16 +22,12 @@ from tendon_newton.device_code.placeholders import (
     real,
 )
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.force_network_card import HoldLaw
-from tendon_newton.mechanisms.mechanism import load_mechanism
-from tendon_newton.model_file import Model, NamedValues
-from tendon_newton.recording import Array, Recording
-from tendon_newton.simulation.assembly import assemble
-from tendon_newton.simulation.kernel_types import kernel_types
-from tendon_newton.simulation.pipeline import flow_at
-from tendon_newton.simulation.rollout import Rollout
-from tendon_newton.simulation.world_drive import world_drive
-from train.actuator.servo_law import ServoLaw
+from tendon_newton.simulation.hosts.rollout import Rollout
+from tendon_newton.simulation.model.assembly import assemble
+from tendon_newton.simulation.model.kernel_types import kernel_types
+from tendon_newton.simulation.tendons.pipeline import flow_at
+from tendon_newton.simulation.tendons.world_drive import world_drive
+from train.actuator.samples.servo_law import ServoLaw
 from train.reproduction.physical import SPOOL_RADIUS
 
 Mechanism = Placeholder
@@ -132,8 +132,9 @@ def missing_force(recording: Recording, servo: Servo) -> Array:
         middle = [0.5 * (low + high) for low, high in (inwards, outwards)]
         pulling, yielding = tensions(middle[0])[0], tensions(middle[1])[1]
         for bounds, at, tension in (
-            (inwards, middle[0], pulling), (outwards, middle[1], yielding),
-        ):  # fmt: skip
+            (inwards, middle[0], pulling),
+            (outwards, middle[1], yielding),
+        ):
             low = tension < measured
             bounds[0], bounds[1] = np.where(low, at, bounds[0]), np.where(low, bounds[1], at)
     for_pulling, for_yielding = inwards[1], outwards[1]
@@ -149,9 +150,13 @@ def on_rail(effects: tuple[str, ...]) -> Rollout:
     """Return a rail pulled by an ideal source; to build it takes longer than all that is asked."""
     nothing = np.zeros((2, 1))
     rest = Recording(
-        name="rest", bench=RAIL, time=np.arange(2) / 80.0, motor_position=nothing,
-        motor_velocity=nothing, command=nothing,
-    )  # fmt: skip
+        name="rest",
+        bench=RAIL,
+        time=np.arange(2) / 80.0,
+        motor_position=nothing,
+        motor_velocity=nothing,
+        command=nothing,
+    )
     return Rollout(
         load_mechanism(RAIL), [rest], actuator="ideal", effects=effects, spool_radius=SPOOL_RADIUS
     )
@@ -194,9 +199,11 @@ class ServoForce:
             wp.zeros(len(added), dtype=types["Jet"], device=rollout.device) for _ in range(2)
         ]
         wp.launch(
-            self._kernel, len(added),
-            inputs=[rollout.numbers, self._vectors, command, *self._motion], outputs=out,
+            self._kernel,
+            len(added),
+            inputs=[rollout.numbers, self._vectors, command, *self._motion],
+            outputs=out,
             device=rollout.device,
-        )  # fmt: skip
+        )
         pulling, yielding = (signal.numpy()[:, 0] for signal in out)
         return pulling, yielding

@@ -6,8 +6,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Literal
 
-from tendon_newton.model_file import Model, NamedValues, write_model
-from train.actuator.run import train_to_file
+from tendon_newton.data.model_file import Model, NamedValues, write_model
+from train.actuator.fitting.run import train_to_file
 from train.actuator.training_config import Kind, Purpose
 from train.reproduction.correction import train_correction
 from train.reproduction.physical import SPOOL_RADIUS

@@ -10,21 +10,29 @@ from pathlib import Path
 
 import numpy as np
 
-from tendon_newton.dataset import FILE_NAME, Dataset, load_dataset
+from tendon_newton.data.dataset import FILE_NAME, Dataset, load_dataset
+from tendon_newton.data.files.toml_file import read_toml
+from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidDataset
-from tendon_newton.recording import Recording
-from tendon_newton.toml_file import read_toml
-from train.actuator.folds import file_hash
-from train.actuator.protocol import experiment_of, step_hold
+from train.actuator.samples.folds import file_hash
+from train.actuator.samples.protocol import experiment_of, step_hold
 
 RECORDINGS, EXPERIMENTS = "recordings", "experiments"
 """Folders of a bench: the plan of the paper, and what must be recorded besides."""
 BLOCKED = ("tape_roll", "hand", "perturbation")
 """Words in the name of a recording in which something was in the mechanism's way."""
 SIGNALS = (
-    "time", "motor_position", "motor_velocity", "command", "force", "tip", "current", "voltage",
-    "temperature", "enabled",
-)  # fmt: skip
+    "time",
+    "motor_position",
+    "motor_velocity",
+    "command",
+    "force",
+    "tip",
+    "current",
+    "voltage",
+    "temperature",
+    "enabled",
+)
 
 
 @dataclass(frozen=True)

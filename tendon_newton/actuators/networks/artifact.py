@@ -19,17 +19,17 @@ from typing import Any, cast
 import torch
 from torch import Tensor, nn
 
+from tendon_newton.data.cards.force_network_card import INPUTS, ForceNetworkCard
+from tendon_newton.data.files.guarded import TooMuch, guarded
+from tendon_newton.data.files.text_file import absence
+from tendon_newton.data.files.torchscript_archive import START, read_extra, refuse_damage
+from tendon_newton.data.files.trust import VARIABLE, content_hash, is_trusted, trust_content
 from tendon_newton.errors import InvalidNetworkFile, InvalidOutput, UntrustedNetworkFile
-from tendon_newton.force_network_card import INPUTS, ForceNetworkCard
 from tendon_newton.force_networks.weights_file import (
     SUFFIX,
     card_of_weights,
     network_of_weights,
 )
-from tendon_newton.guarded import TooMuch, guarded
-from tendon_newton.text_file import absence
-from tendon_newton.torchscript_archive import START, read_extra, refuse_damage
-from tendon_newton.trust import VARIABLE, content_hash, is_trusted, trust_content
 
 CARD_NAME = "card.json"
 FILE_SIZE_LIMIT = 1 << 28

@@ -15,8 +15,8 @@ from typing import Any
 import torch
 from torch import Tensor, nn
 
+from tendon_newton.data.cards.force_network_card import INPUTS, ForceNetworkCard
 from tendon_newton.errors import InvalidOutput
-from tendon_newton.force_network_card import INPUTS, ForceNetworkCard
 
 CARD_KEY = "card"
 

@@ -17,9 +17,9 @@ from tendon_newton.actuators.networks.torchscript import (
     TorchScriptQuery,
 )
 from tendon_newton.actuators.networks.twin_query import twin_or_module
+from tendon_newton.data.cards.force_network_card import HoldLaw
+from tendon_newton.data.model_file import Model
 from tendon_newton.errors import InvalidModelFile, unknown_name
-from tendon_newton.force_network_card import HoldLaw
-from tendon_newton.model_file import Model
 
 NetworkForm = Literal["torchscript", "twin"]
 FORMS: tuple[NetworkForm, ...] = ("torchscript", "twin")

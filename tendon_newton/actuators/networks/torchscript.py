@@ -8,7 +8,7 @@ import torch
 import warp as wp
 
 from tendon_newton.actuators.networks.history import History
-from tendon_newton.force_network_card import PLAIN_HOLD, HoldLaw
+from tendon_newton.data.cards.force_network_card import PLAIN_HOLD, HoldLaw
 
 
 def single_precision() -> Any:

@@ -42,10 +42,16 @@ def transformer_on_cuda(shape: Shape) -> wp.Kernel:
     """Return the kernel; it is launched in blocks of `WARPS` warps."""
     window, width, heads, feed, causal, places = shape
     constants = {
-        "WINDOW": window, "WIDTH": width, "HEADS": heads, "DEPTH": width // heads, "FEED": feed,
-        "CAUSAL": int(causal), "WARPS": WARPS, "TOGETHER": TOGETHER,
+        "WINDOW": window,
+        "WIDTH": width,
+        "HEADS": heads,
+        "DEPTH": width // heads,
+        "FEED": feed,
+        "CAUSAL": int(causal),
+        "WARPS": WARPS,
+        "TOGETHER": TOGETHER,
         **{f"AT_{name.upper()}": place for name, place in places},
-    }  # fmt: skip
+    }
     lines = [f"constexpr int {name} = {value};" for name, value in constants.items()]
     body: Any = wp.func_native("\n".join([*lines, SOURCE.read_text(encoding="utf-8")]))
 

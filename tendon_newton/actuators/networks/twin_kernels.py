@@ -164,9 +164,14 @@ def mixed_and_fed(w: DeviceArray[wp.float32], at: int, x: Token, attended: Token
 
 @device_template
 def logit(
-    w: DeviceArray[wp.float32], probe: Sample, query: Head, first: Lane, second: Lane, third: Lane,
+    w: DeviceArray[wp.float32],
+    probe: Sample,
+    query: Head,
+    first: Lane,
+    second: Lane,
+    third: Lane,
     key: int,
-) -> Lane:  # fmt: skip
+) -> Lane:
     """Return a logit of the first layer; `key` is where the key's constant of its place stands."""
     total = wp.cw_mul(probe[0], first)
     total = total + wp.cw_mul(probe[1], second)
@@ -280,9 +285,13 @@ def perceptron(w: DeviceArray[wp.float32], y: Token) -> Lane:
 
 @device_template
 def transformer_kernel(
-    ring: Ring, newest: DeviceArray[int], count: int, w: DeviceArray[wp.float32],
-    limit: wp.float32, force: DeviceArray[wp.float32],
-) -> None:  # fmt: skip
+    ring: Ring,
+    newest: DeviceArray[int],
+    count: int,
+    w: DeviceArray[wp.float32],
+    limit: wp.float32,
+    force: DeviceArray[wp.float32],
+) -> None:
     """Write the forces [N] of one group of servos, no more than a limit."""
     group = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
     samples = all_samples(ring, newest, group, count)

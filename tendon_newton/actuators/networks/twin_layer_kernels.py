@@ -71,9 +71,15 @@ def layer(w: DeviceArray[wp.float32], at: int, inputs: int, units: int, x: Units
 
 @device_template
 def write_force(
-    w: DeviceArray[wp.float32], at: int, inputs: int, x: Units, group: int, count: int,
-    limit: wp.float32, force: DeviceArray[wp.float32],
-) -> None:  # fmt: skip
+    w: DeviceArray[wp.float32],
+    at: int,
+    inputs: int,
+    x: Units,
+    group: int,
+    count: int,
+    limit: wp.float32,
+    force: DeviceArray[wp.float32],
+) -> None:
     """Write the forces [N] that the last layer, one unit, makes of its inputs."""
     answer = plain(w[at])
     for k in range(inputs):
@@ -86,9 +92,14 @@ def write_force(
 
 @device_template
 def perceptron_kernel(
-    ring: Ring, newest: DeviceArray[int], count: int, w: DeviceArray[wp.float32],
-    layout: DeviceArray[int], limit: wp.float32, force: DeviceArray[wp.float32],
-) -> None:  # fmt: skip
+    ring: Ring,
+    newest: DeviceArray[int],
+    count: int,
+    w: DeviceArray[wp.float32],
+    layout: DeviceArray[int],
+    limit: wp.float32,
+    force: DeviceArray[wp.float32],
+) -> None:
     """Write the forces [N] of one group; `layout` has place, inputs and units of each layer."""
     group = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
     x = Units()
@@ -106,9 +117,14 @@ def perceptron_kernel(
 
 @device_template
 def recurrent_kernel(
-    ring: Ring, newest: DeviceArray[int], count: int, w: DeviceArray[wp.float32],
-    layout: DeviceArray[int], limit: wp.float32, force: DeviceArray[wp.float32],
-) -> None:  # fmt: skip
+    ring: Ring,
+    newest: DeviceArray[int],
+    count: int,
+    w: DeviceArray[wp.float32],
+    layout: DeviceArray[int],
+    limit: wp.float32,
+    force: DeviceArray[wp.float32],
+) -> None:
     """Write the forces [N] of one group of servos; a layer's inputs are its state and a sample."""
     group = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
     inputs = layout[1]

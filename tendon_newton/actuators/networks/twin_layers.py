@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_newton.actuators.networks.twin_weights import NoTwin, tensors
-from tendon_newton.recording import Array
+from tendon_newton.data.recording import Array
 
 SIDE_BY_SIDE = 4
 """Units whose sums a kernel forms at the same time."""

@@ -89,15 +89,22 @@ def transformer(shape: Shape, lanes: int) -> wp.Kernel:
         "Short": rows(8),
         "Shorter": rows(4),
         "Ring": wp.array3d(dtype=wp.float32),
-        "LANES": lanes, "WINDOW": window, "WIDTH": width, "HEADS": heads,
-        "DEPTH": width // heads, "FEED": feed, "CAUSAL": causal,
+        "LANES": lanes,
+        "WINDOW": window,
+        "WIDTH": width,
+        "HEADS": heads,
+        "DEPTH": width // heads,
+        "FEED": feed,
+        "CAUSAL": causal,
         **{f"AT_{name.upper()}": place for name, place in places},
-    }  # fmt: skip
+    }
     # Unrolled, the loops over tokens, heads and units compile for minutes and run no faster.
     return Specialiser(bindings).kernel(
-        twin_kernels.transformer_kernel, f"{shape} {lanes}", enable_backward=False,
+        twin_kernels.transformer_kernel,
+        f"{shape} {lanes}",
+        enable_backward=False,
         module_options={"max_unroll": 1},
-    )  # fmt: skip
+    )
 
 
 LayerShape = tuple[int, int, int, bool, bool]
@@ -119,13 +126,18 @@ def connected(shape: LayerShape, lanes: int) -> wp.Kernel:
         "Lane": wp.types.vector(length=lanes, dtype=wp.float32),
         "Units": rows_of(lanes, widest),
         "Ring": wp.array3d(dtype=wp.float32),
-        "LANES": lanes, "WINDOW": window, "HIDDEN": hidden, "TANH": tanh,
-    }  # fmt: skip
+        "LANES": lanes,
+        "WINDOW": window,
+        "HIDDEN": hidden,
+        "TANH": tanh,
+    }
     kernels = twin_layer_kernels
     return Specialiser(bindings).kernel(
         kernels.recurrent_kernel if recurrent else kernels.perceptron_kernel,
-        f"{shape} {lanes}", enable_backward=False, module_options={"max_unroll": 1},
-    )  # fmt: skip
+        f"{shape} {lanes}",
+        enable_backward=False,
+        module_options={"max_unroll": 1},
+    )
 
 
 def rows_of(lanes: int, count: int) -> Any:

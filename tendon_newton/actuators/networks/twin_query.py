@@ -16,8 +16,8 @@ from tendon_newton.actuators.networks.torchscript import ForceQuery, TorchScript
 from tendon_newton.actuators.networks.twin_cuda import BLOCK, block_count
 from tendon_newton.actuators.networks.twin_program import twin_program
 from tendon_newton.actuators.networks.twin_weights import NoTwin
-from tendon_newton.force_network_card import INPUTS, PLAIN_HOLD
-from tendon_newton.recording import Array
+from tendon_newton.data.cards.force_network_card import INPUTS, PLAIN_HOLD
+from tendon_newton.data.recording import Array
 
 PARITY = 1.0e-4
 """Largest difference [N] to the module that a twin may show when it is loaded."""
@@ -60,9 +60,13 @@ class TwinQuery:
         if self._cuda_kernel is not None:
             blocks = block_count(history.count, self._device.sm_count)
             wp.launch(
-                self._cuda_kernel, blocks * BLOCK, inputs=inputs, outputs=[force], block_dim=BLOCK,
+                self._cuda_kernel,
+                blocks * BLOCK,
+                inputs=inputs,
+                outputs=[force],
+                block_dim=BLOCK,
                 device=self._device,
-            )  # fmt: skip
+            )
             return
         lanes = max((n for n in self._lanes if n <= history.count), default=self._lanes[0])
         groups = -(-history.count // lanes)

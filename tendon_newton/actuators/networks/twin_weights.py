@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tendon_newton.recording import Array
+from tendon_newton.data.recording import Array
 
 LAYERS = 2
 HEAD_WIDTHS = (8, 4, 1)
@@ -88,9 +88,14 @@ def twin_weights(module: Any) -> TwinWeights:
         places |= {f"layer_{layer + 1}": len(values), **inner}
         values = np.concatenate([values, block])
     return TwinWeights(
-        values=values.astype(np.float32), places=places, window=window, width=width, heads=heads,
-        feed=len(state["encoder.0.feed_1.bias"]), causal=causal,
-    )  # fmt: skip
+        values=values.astype(np.float32),
+        places=places,
+        window=window,
+        width=width,
+        heads=heads,
+        feed=len(state["encoder.0.feed_1.bias"]),
+        causal=causal,
+    )
 
 
 def tensors(module: Any) -> list[tuple[str, Any]]:

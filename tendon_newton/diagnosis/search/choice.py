@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.search.survey import Survey
-from tendon_newton.recording import Array
 
 CLOSER = 6
 """Directions that are solved for, of those that promise most to one step of a set."""
@@ -214,7 +214,9 @@ def choose(survey: Survey, price: float, most: int, sets: int) -> list[Trial]:
         name = survey.columns[single.added[0]].name
         if name not in chooser.names(best):
             found.append(chooser.grow(single, forced=[name]))
-    different = {frozenset(chooser.names(t)): t for t in sorted(found, key=chooser.cost, reverse=True)}
+    different = {
+        frozenset(chooser.names(t)): t for t in sorted(found, key=chooser.cost, reverse=True)
+    }
     different.pop(frozenset(survey.fit.names), None)
     return sorted(different.values(), key=chooser.cost)[:sets]
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tendon_newton.data.parameters import Parameter
+from tendon_newton.data.recording import Array
 from tendon_newton.effects import find_effect
 from tendon_newton.identification.study import Study
-from tendon_newton.parameters import Parameter
-from tendon_newton.recording import Array
 
 SIZES = (0.5, 2.0)
 """Typical values of a strength are multiplied by these for a survey [1]."""

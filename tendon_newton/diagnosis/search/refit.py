@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tendon_newton.data.recording import Array, Mask
 from tendon_newton.diagnosis.search.worlds import Worlds
 from tendon_newton.identification.objective import Scales, loss_terms, loss_weights
-from tendon_newton.recording import Array, Mask
 
 DAMPINGS = (1.0e-3, 0.1, 3.0)
 """Marquardt factors that are tried side by side."""
@@ -71,8 +71,12 @@ def start_fits(
         place = np.array([worlds.coordinate(c).place(values[c]) for c in columns])
         out.append(
             Fit(
-                names=names, columns=columns, place=np.clip(place, low, high),
-                residual=residuals[n], time_step=time_step, score=float(score.value[n]),
+                names=names,
+                columns=columns,
+                place=np.clip(place, low, high),
+                residual=residuals[n],
+                time_step=time_step,
+                score=float(score.value[n]),
                 scales=Scales(theta=float(score.theta[n]), force=float(score.force[n])),
             )  # fmt: skip
         )
@@ -138,9 +142,7 @@ def mean_loss(residual: Array, unit: Array) -> float:
     return float(loss_terms(residual[seen] / unit[seen]).mean())
 
 
-def row_units(
-    worlds: Worlds, fit: Fit, floors: Scales, share: float, rows: Mask | None
-) -> Array:
+def row_units(worlds: Worlds, fit: Fit, floors: Scales, share: float, rows: Mask | None) -> Array:
     """Return one unit of residual for each row, infinite where a fit may not look, shape (M,)."""
     unit = np.full(len(fit.residual), np.inf)
     for force, floor in ((False, floors.theta), (True, floors.force)):

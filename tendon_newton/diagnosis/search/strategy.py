@@ -9,7 +9,14 @@ import numpy as np
 
 from tendon_newton.diagnosis.search.choice import Chooser, Trial, choose
 from tendon_newton.diagnosis.search.coordinates import is_shape
-from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, rescored, values_of, without
+from tendon_newton.diagnosis.search.refit import (
+    Fit,
+    refit,
+    rescored,
+    start_fits,
+    values_of,
+    without,
+)
 from tendon_newton.diagnosis.search.survey import Survey, survey
 from tendon_newton.diagnosis.search.worlds import Worlds
 from tendon_newton.effects import find_effect
@@ -45,7 +52,9 @@ class Pool:
     def rescore(self, floors: Scales) -> None:
         """Score all sets at other floors."""
         keys = list(self.fits)
-        for key, fit in zip(keys, rescored(self.worlds, list(self.fits.values()), floors), strict=True):
+        for key, fit in zip(
+            keys, rescored(self.worlds, list(self.fits.values()), floors), strict=True
+        ):
             self.fits[key] = fit
 
     def best(self, price: float) -> Fit:
@@ -68,7 +77,9 @@ def floors_of(worlds: Worlds, names: Sequence[str]) -> Scales:
     )
 
 
-def start_of(worlds: Worlds, view: Survey, trial: Trial) -> tuple[tuple[str, ...], dict[int, float]]:
+def start_of(
+    worlds: Worlds, view: Survey, trial: Trial
+) -> tuple[tuple[str, ...], dict[int, float]]:
     """Return a set's causes and the values to start its fit from, column -> value."""
     fit = view.fit
     table = worlds.study.table
@@ -228,7 +239,10 @@ def search(worlds, fit_columns, names, known, price, log):
         for f in rivals[:5]:
             log(f"    rival {describe(worlds, f)}")
         best = pool.best(price)
-        if best is fit or best.score + price * len(best.names) > fit.score + price * len(fit.names) - 0.01:
+        if (
+            best is fit
+            or best.score + price * len(best.names) > fit.score + price * len(fit.names) - 0.01
+        ):
             break
         fit = best
     return pool, fit, losses

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.search.coordinates import atoms
 from tendon_newton.diagnosis.search.refit import (
     Fit,
@@ -18,7 +19,6 @@ from tendon_newton.diagnosis.search.refit import (
 )
 from tendon_newton.diagnosis.search.worlds import Worlds
 from tendon_newton.identification.objective import Scales, loss_weights
-from tendon_newton.recording import Array
 
 TRUST = 0.7
 """Share of a coordinate, and of a typical size besides, by which a slope is trusted [1]."""
@@ -92,8 +92,11 @@ def survey(worlds: Worlds, fit: Fit, names: Sequence[str], floors: Scales, share
         reach = TRUST * (1.0 + abs(fit.place[f]))
         found.append(
             Column(
-                name=owner if owner in fit.names else "", kind="slope", values={column: 1.0},
-                low=max(-reach, low[f] - fit.place[f]), high=min(reach, high[f] - fit.place[f]),
+                name=owner if owner in fit.names else "",
+                kind="slope",
+                values={column: 1.0},
+                low=max(-reach, low[f] - fit.place[f]),
+                high=min(reach, high[f] - fit.place[f]),
             )  # fmt: skip
         )
     directions = slopes if changes is None else np.concatenate([changes, slopes])

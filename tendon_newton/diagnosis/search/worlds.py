@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tendon_newton.data.recording import Array, Mask
 from tendon_newton.diagnosis.search.coordinates import Coordinate, coordinate_of
 from tendon_newton.identification.objective import TAIL, Scales, layout, stack
 from tendon_newton.identification.study import Study, replacements
-from tendon_newton.recording import Array, Mask
 
 UNIT = Scales(theta=1.0, force=1.0)
 """Residuals in their own units."""
@@ -75,9 +75,7 @@ class Worlds:
         wild = np.flatnonzero(self.is_wild(found))
         if len(wild):
             again = [models[i] for i in wild]
-            found[wild] = stack(
-                self.study.residuals(*replacements(again), FINER * time_step), UNIT
-            )
+            found[wild] = stack(self.study.residuals(*replacements(again), FINER * time_step), UNIT)
             self.count += len(again)
         return found
 

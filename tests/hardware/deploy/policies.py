@@ -11,14 +11,14 @@ import onnx
 import torch
 from torch import nn
 
-from tendon_newton.policy_card import (
+from tendon_newton.data.cards.policy_card import (
     CARD_KEY,
     CARD_NAME,
     FurtherServo,
     PolicyCard,
     PolicyTraining,
 )
-from tendon_newton.policy_observation import sample_of
+from tendon_newton.data.cards.policy_observation import sample_of
 
 
 def card_of(**changes: Any) -> PolicyCard:
@@ -99,9 +99,13 @@ def write_onnx(path: Path, module: nn.Module, card: str | None, *, size: int = 1
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of the exporter that PyTorch calls legacy
         torch.onnx.export(
-            module, (torch.zeros(1, size),), path, input_names=["obs"],
-            output_names=["actions"], dynamo=False,
-        )  # fmt: skip
+            module,
+            (torch.zeros(1, size),),
+            path,
+            input_names=["obs"],
+            output_names=["actions"],
+            dynamo=False,
+        )
     if card is not None:
         model = onnx.load(path)
         model.metadata_props.add(key=CARD_KEY, value=card)
@@ -122,11 +126,14 @@ def policy_of(
     run: Callable[[np.ndarray], Any], card: PolicyCard | None = None, **changes: Any
 ) -> Any:
     """Make a policy of a function of the latest sample, without a file."""
-    from hardware.policy_runner import Policy
+    from hardware.control.policy_runner import Policy
 
     card = card or card_of(**changes)
     width = len(card.observation)
     return Policy(
-        path=Path("made_up.onnx"), sha256="0" * 64, card=card, engine="test",
+        path=Path("made_up.onnx"),
+        sha256="0" * 64,
+        card=card,
+        engine="test",
         run=lambda observation: np.array([np.atleast_1d(run(observation[0, -width:]))]),
-    )  # fmt: skip
+    )

@@ -8,21 +8,21 @@ from pathlib import Path
 
 import numpy as np
 
-from hardware.bench import Bench, open_bench
-from hardware.bench_address import BenchAddress, DriveAddress
-from hardware.deploy import Deployment, DeployOutcome, deploy
-from hardware.deploy_settings import DeploySettings
-from hardware.force_estimate import ForceEstimate
-from hardware.goals import FixedGoal, Goals
-from hardware.keyboard import Keyboard
+from hardware.benches.bench import Bench, open_bench
+from hardware.benches.bench_address import BenchAddress, DriveAddress
+from hardware.benches.virtual_calibration import calibrated_twins
+from hardware.control.goals import FixedGoal, Goals
+from hardware.control.keyboard import Keyboard
+from hardware.control.operator import Progress, SilentOperator
+from hardware.control.pilot import Pilot, PilotStep, PolicyPilot
+from hardware.control.policy_runner import Policy
+from hardware.deployment.deploy import Deployment, DeployOutcome, deploy
+from hardware.deployment.deploy_settings import DeploySettings
 from hardware.load_cells.calibration_file import write_calibration
-from hardware.operator import Progress, SilentOperator
-from hardware.pilot import Pilot, PilotStep, PolicyPilot
-from hardware.policy_runner import Policy
-from hardware.safety_guards import Trip
+from hardware.safety_rules.force_estimate import ForceEstimate
+from hardware.safety_rules.safety_guards import Trip
 from hardware.servos.base import ServoState
 from hardware.stop_request import StopRequest
-from hardware.virtual_calibration import calibrated_twins
 from tests.hardware.deploy.policies import policy_of
 
 WATCHDOG = 0.22
@@ -144,9 +144,13 @@ class Flight:
             DriveAddress(identifier=2 + k, calibration=each) for k, each in enumerate(others)
         ]
         address = BenchAddress(
-            bench=self.bench, port="virtual", load_cell_rate=self.load_cell_rate,
-            lockstep=self.lockstep, calibration=first, further=tuple(further),
-        )  # fmt: skip
+            bench=self.bench,
+            port="virtual",
+            load_cell_rate=self.load_cell_rate,
+            lockstep=self.lockstep,
+            calibration=first,
+            further=tuple(further),
+        )
         with open_bench(address, self.operator.tell) as bench, StopRequest() as stop:
             if not self.load_cell:
                 bench.load_cell = bench.calibration = None
@@ -160,9 +164,13 @@ class Flight:
                 else:
                     at_instant(bench, self.begun, lambda: fault(bench, stop))
             deployment = Deployment(
-                bench=bench, pilot=pilot, settings=self.settings, goals=self.goals,
-                policy=self.policy, estimate=self.estimate,
-            )  # fmt: skip
+                bench=bench,
+                pilot=pilot,
+                settings=self.settings,
+                goals=self.goals,
+                policy=self.policy,
+                estimate=self.estimate,
+            )
             with self.keyboard as keyboard:
                 outcome = deploy(deployment, self.path, keyboard, self.operator, stop)
             if isinstance(pilot, Disturbed):
@@ -185,8 +193,9 @@ class Flight:
     def latency(self, rule: str) -> float:
         """Return the time from the fault to the end of the rule's action [s]."""
         done = [
-            instant for trip, instant in self.acted
+            instant
+            for trip, instant in self.acted
             if trip.rule.name == rule and instant >= self.since
-        ]  # fmt: skip
+        ]
         assert done, f"{rule} never came into effect; {[t.rule.name for t, _ in self.acted]}"
         return done[0] - self.since

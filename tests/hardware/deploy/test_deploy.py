@@ -8,15 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hardware.deploy_log import read_steps
-from hardware.deploy_replay import replay_log
-from hardware.deploy_settings import DeploySettings
-from hardware.goals import stairs
-from hardware.policy_runner import load_policy
+from hardware.control.goals import stairs
+from hardware.control.policy_runner import load_policy
+from hardware.deployment.deploy_log import read_steps
+from hardware.deployment.deploy_replay import replay_log
+from hardware.deployment.deploy_settings import DeploySettings
 from tendon_newton.cli import main
-from tendon_newton.dataset import load_dataset
-from tendon_newton.policy_observation import ObservationHistory
-from tendon_newton.recording_formats.mcap_file import read_mcap, read_session
+from tendon_newton.data.cards.policy_observation import ObservationHistory
+from tendon_newton.data.dataset import load_dataset
+from tendon_newton.data.formats.mcap_file import read_mcap, read_session
 from tests.hardware.deploy.policies import (
     Proportional,
     card_of,
@@ -82,7 +82,7 @@ def test_the_log_holds_what_the_policy_saw_bit_for_bit(tmp_path: Path) -> None:
 
 def readings(path: Path) -> list[tuple[float, tuple[float, float]]]:
     """Return stamp [s], position [rad] and velocity [rad/s] of each reading of the servo."""
-    from tendon_newton.recording_formats.mcap_file import McapReading
+    from tendon_newton.data.formats.mcap_file import McapReading
 
     with path.open("rb") as file:
         return [
@@ -147,8 +147,9 @@ def test_commands_stay_within_the_range_whatever_the_policy_wants(tmp_path: Path
     """A policy that pulls with all its might is stopped by the card's clip and range."""
     path = tmp_path / "run.mcap"
     flight = Flight(
-        path=path, policy=policy_of(lambda sample: 19.0, command_range=(0.0, 1.0)),
-    )  # fmt: skip
+        path=path,
+        policy=policy_of(lambda sample: 19.0, command_range=(0.0, 1.0)),
+    )
     flight.fly()
     steps = list(read_steps(path))
     assert {step.action for step in steps} == {(2.0,)}
@@ -165,8 +166,8 @@ def test_a_hand_can_move_the_spool(tmp_path: Path, capsys: pytest.CaptureFixture
 
 def test_a_key_moves_the_spool_slowly() -> None:
     """Ten presses ask for 1 rad at once; the command gets there at 0.5 rad/s."""
-    from hardware.goals import FixedGoal
-    from hardware.pilot import JogPilot
+    from hardware.control.goals import FixedGoal
+    from hardware.control.pilot import JogPilot
     from hardware.servos.host_position_loop import HostPositionLoop
     from tendon_newton.cli.deploy import JOG_DUTY, JOG_GAIN
 
@@ -174,11 +175,12 @@ def test_a_key_moves_the_spool_slowly() -> None:
     for _ in range(10):
         goal.key("up")
     settings = DeploySettings(
-        duration=3.0, unwind=False,
+        duration=3.0,
+        unwind=False,
         loop=HostPositionLoop(
             gain=JOG_GAIN, duty_limit=JOG_DUTY, offset=0.0, position_range=(-3.0, 6.0)
         ),
-    )  # fmt: skip
+    )
     flight = Flight(pilot=JogPilot(20.0, (-3.0, 6.0)), goals=goal, settings=settings)
     flight.fly()
     shown = [(p.elapsed, *p.command, *p.position) for p in flight.operator.shown]  # pyright: ignore
@@ -237,9 +239,12 @@ def test_another_policy_is_noticed_in_a_replay(
     ],
 )
 def test_misuse_is_answered_in_one_line(
-    policy: Path, words: list[str], said: str, tmp_path: Path,
+    policy: Path,
+    words: list[str],
+    said: str,
+    tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
-) -> None:  # fmt: skip
+) -> None:
     """Nothing moves, one line says what was promised, and the exit code is 2."""
     words = [word.format(policy=policy) for word in words]
     assert main(["deploy", *words, "--out", str(tmp_path / "out")]) == 2

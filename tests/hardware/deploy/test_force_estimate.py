@@ -10,10 +10,10 @@ import pytest
 import torch
 from torch import nn
 
-from hardware.deploy_settings import DeploySettings
-from hardware.force_estimate import ForceEstimate, load_estimate
-from hardware.limits import SafetyLimits
-from hardware.safety_limits import DeployLimits
+from hardware.deployment.deploy_settings import DeploySettings
+from hardware.safety_rules.force_estimate import ForceEstimate, load_estimate
+from hardware.safety_rules.limits import SafetyLimits
+from hardware.safety_rules.safety_limits import DeployLimits
 from tendon_newton.errors import InvalidNetworkFile
 from tests.hardware.deploy.policies import write_onnx
 from tests.hardware.deploy.runs import Flight
@@ -35,9 +35,14 @@ class Spring(nn.Module):
 def write_estimate(path: Path, module: nn.Module, **changes: Any) -> Path:
     """Write a force network as an ONNX file."""
     torch.onnx.export(
-        module, (torch.zeros(1, 30, 3),), path, input_names=["window"], output_names=["tension"],
-        dynamo=False, verbose=False,
-    )  # fmt: skip
+        module,
+        (torch.zeros(1, 30, 3),),
+        path,
+        input_names=["window"],
+        output_names=["tension"],
+        dynamo=False,
+        verbose=False,
+    )
     model = onnx.load(path)
     model.metadata_props.add(key="card", value=card_of("mlp", **changes).to_json())
     onnx.save(model, path)

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from hardware.deploy_settings import DeploySettings
-from hardware.goals import LineGoals, parse_goal, read_goals
-from hardware.keyboard import split_keys
+from hardware.control.goals import LineGoals, parse_goal, read_goals
+from hardware.control.keyboard import split_keys
+from hardware.deployment.deploy_settings import DeploySettings
 from hardware.virtual_bench import Faults
+from tendon_newton.data.cards.policy_card import PolicyCard
 from tendon_newton.errors import TendonNewtonError
-from tendon_newton.policy_card import PolicyCard
 from tests.fuzz.mutations import flip
 from tests.hardware.deploy.policies import card_of
 from tests.hardware.deploy.runs import Flight
@@ -69,10 +69,13 @@ def test_broken_serial_streams_never_move_the_spool_out_of_its_limits() -> None:
     rng = random.Random(3)
     for _ in range(30):
         worst = Faults(
-            dropped_replies=rng.uniform(0.0, 0.4), corrupted_replies=rng.uniform(0.0, 0.4),
-            line_noise=rng.uniform(0.0, 0.6), garbled_lines=rng.uniform(0.0, 0.9),
-            lost_lines=rng.uniform(0.0, 0.5), extra_latency=rng.choice((0.0, 0.002, 0.01)),
-        )  # fmt: skip
+            dropped_replies=rng.uniform(0.0, 0.4),
+            corrupted_replies=rng.uniform(0.0, 0.4),
+            line_noise=rng.uniform(0.0, 0.6),
+            garbled_lines=rng.uniform(0.0, 0.9),
+            lost_lines=rng.uniform(0.0, 0.5),
+            extra_latency=rng.choice((0.0, 0.002, 0.01)),
+        )
         angles: list[float] = []
 
         def spoil(bench, stop, worst=worst) -> None:

@@ -13,10 +13,17 @@ MEMORY_MAX = 150.0
 
 @pytest.mark.parametrize(
     "module",
-    ["hardware.deploy", "hardware.deploy_plot", "hardware.deploy_replay", "hardware.force_estimate",
-     "tendon_newton.cli.deploy", "tendon_newton.cli.plot", "tendon_newton.policy_card",
-     "tendon_newton.policy_observation"],
-)  # fmt: skip
+    [
+        "hardware.deployment.deploy",
+        "hardware.deployment.deploy_plot",
+        "hardware.deployment.deploy_replay",
+        "hardware.safety_rules.force_estimate",
+        "tendon_newton.cli.deploy",
+        "tendon_newton.cli.plot",
+        "tendon_newton.data.cards.policy_card",
+        "tendon_newton.data.cards.policy_observation",
+    ],
+)
 def test_a_pi_needs_only_the_hardware_extra(module: str) -> None:
     """Each part is imported where torch, the simulator and matplotlib cannot be."""
     run(f"import {module}")

@@ -9,10 +9,10 @@ import onnx
 import pytest
 from onnx import TensorProto, helper, numpy_helper
 
-from hardware.force_estimate import load_estimate
-from hardware.policy_runner import load_policy
+from hardware.control.policy_runner import load_policy
+from hardware.safety_rules.force_estimate import load_estimate
+from tendon_newton.data.cards.policy_card import CARD_KEY
 from tendon_newton.errors import InvalidNetworkFile, InvalidPolicyFile
-from tendon_newton.policy_card import CARD_KEY
 from tests.formats.memory import peak_memory
 from tests.hardware.deploy.policies import card_of
 
@@ -25,11 +25,12 @@ MEMORY = 300 << 20
 def model_of(path: Path, nodes: list, weights: dict[str, np.ndarray]) -> Path:
     """Write a policy of some operations, from ``obs`` to ``action``."""
     graph = helper.make_graph(
-        nodes, "policy",
+        nodes,
+        "policy",
         [helper.make_tensor_value_info("obs", TensorProto.FLOAT, [1, 150])],
         [helper.make_tensor_value_info("action", TensorProto.FLOAT, None)],
         [numpy_helper.from_array(values, name) for name, values in weights.items()],
-    )  # fmt: skip
+    )
     model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=8)
     model.metadata_props.add(key=CARD_KEY, value=card_of().to_json())
     path.write_bytes(model.SerializeToString())
@@ -62,12 +63,16 @@ def endless_loop(path: Path) -> Path:
     body = helper.make_graph(
         [helper.make_node("Identity", ["on"], ["go"]), helper.make_node("Sin", ["x"], ["y"])],
         "body",
-        [helper.make_tensor_value_info("turn", TensorProto.INT64, []),
-         helper.make_tensor_value_info("on", TensorProto.BOOL, []),
-         helper.make_tensor_value_info("x", TensorProto.FLOAT, None)],
-        [helper.make_tensor_value_info("go", TensorProto.BOOL, []),
-         helper.make_tensor_value_info("y", TensorProto.FLOAT, None)],
-    )  # fmt: skip
+        [
+            helper.make_tensor_value_info("turn", TensorProto.INT64, []),
+            helper.make_tensor_value_info("on", TensorProto.BOOL, []),
+            helper.make_tensor_value_info("x", TensorProto.FLOAT, None),
+        ],
+        [
+            helper.make_tensor_value_info("go", TensorProto.BOOL, []),
+            helper.make_tensor_value_info("y", TensorProto.FLOAT, None),
+        ],
+    )
     nodes = [
         helper.make_node("ReduceSum", ["obs"], ["sum"]),
         helper.make_node("Loop", ["count", "yes", "sum"], ["action"], body=body),

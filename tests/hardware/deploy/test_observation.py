@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from tendon_newton.errors import InvalidParameter
-from tendon_newton.policy_observation import (
+from tendon_newton.data.cards.policy_observation import (
     HISTORY,
     SAMPLE,
     ObservationHistory,
@@ -14,6 +13,7 @@ from tendon_newton.policy_observation import (
     motor_command,
     sample_of,
 )
+from tendon_newton.errors import InvalidParameter
 
 
 def test_an_observation_is_thirty_samples_oldest_first() -> None:
@@ -96,7 +96,14 @@ def test_with_several_servos_each_number_stands_once_per_servo() -> None:
     latest = history.observe([[1.0, 2.0]], [[3.0, 4.0]], [0.5])[0, -9:]
     np.testing.assert_array_equal(latest, [1.0, 2.0, 3.0, 4.0, 7.0, 8.0, 5.0, 6.0, 0.5])
     assert [name for name, _ in sample_of(2)] == [
-        "theta_0", "theta_1", "theta_dot_0", "theta_dot_1", "action_0", "action_1",
-        "previous_action_0", "previous_action_1", "alpha",
-    ]  # fmt: skip
+        "theta_0",
+        "theta_1",
+        "theta_dot_0",
+        "theta_dot_1",
+        "action_0",
+        "action_1",
+        "previous_action_0",
+        "previous_action_1",
+        "alpha",
+    ]
     assert sample_of(1) == SAMPLE

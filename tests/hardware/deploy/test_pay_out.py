@@ -11,15 +11,15 @@ import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hardware.bench_address import BenchAddress
-from hardware.deploy_log import read_steps
-from hardware.deploy_settings import DeploySettings, loops_of, refuse_mismatch
+from hardware.benches.bench_address import BenchAddress
+from hardware.control.goals import FixedGoal
+from hardware.deployment.deploy_log import read_steps
+from hardware.deployment.deploy_settings import DeploySettings, loops_of, refuse_mismatch
 from hardware.errors import PolicyMismatch
-from hardware.goals import FixedGoal
 from hardware.servos.host_position_loop import HostPositionLoop
+from tendon_newton.data.cards.policy_card import PolicyCard
+from tendon_newton.data.cards.policy_observation import motor_command
 from tendon_newton.errors import InvalidParameter, InvalidPolicyFile
-from tendon_newton.policy_card import PolicyCard
-from tendon_newton.policy_observation import motor_command
 from tests.faults.injections import silence
 from tests.hardware.deploy.policies import card_of, card_of_two, policy_of
 from tests.hardware.deploy.runs import Flight
@@ -70,8 +70,9 @@ def test_a_policy_without_the_rule_is_what_it_was(rng: np.random.Generator) -> N
 
 def test_the_rule_stands_on_the_card_of_every_servo() -> None:
     """Written and read; the range keeps its meaning, what a command can be."""
-    further = replace(card_of_two().further_servos[0], command_range=(-3.0, 4.48),
-                      pay_out=(-1.8, -1.75))  # fmt: skip
+    further = replace(
+        card_of_two().further_servos[0], command_range=(-3.0, 4.48), pay_out=(-1.8, -1.75)
+    )
     card = card_of_two(command_range=RANGE, pay_out=RULE, further_servos=(further,))
     assert PolicyCard.from_json(card.to_json()) == card
     table = json.loads(card.to_json())
@@ -133,9 +134,11 @@ def test_the_spool_pays_out_sooner_and_stops_at_home(tmp_path: Path) -> None:
         policy = policy_of(lambda sample, count=count: 1.5 if next(count) < 40 else -19.0, card)
         path = tmp_path / f"{name}.mcap"
         outcome = Flight(
-            path=path, policy=policy, goals=FixedGoal(0.0, (0.0, 1.57)),
+            path=path,
+            policy=policy,
+            goals=FixedGoal(0.0, (0.0, 1.57)),
             settings=replace(SETTINGS, loop=loops_of(card)[0]),
-        ).fly()  # fmt: skip
+        ).fly()
         assert outcome.fault is None
         steps = list(read_steps(path))
         angle = np.array([step.sample[0] for step in steps])
@@ -156,8 +159,11 @@ def test_a_silent_servo_that_pays_out_stays_within_the_window(after: float) -> N
     count = iter(range(1000))
     flight = Flight(
         policy=policy_of(lambda sample: 1.5 if next(count) < 40 else -19.0, PAYING),
-        goals=FixedGoal(0.0, (0.0, 1.57)), settings=SETTINGS, after=after, fault=silence,
-    )  # fmt: skip
+        goals=FixedGoal(0.0, (0.0, 1.57)),
+        settings=SETTINGS,
+        after=after,
+        fault=silence,
+    )
     outcome = flight.fly()
     assert "silent for 0.2" in str(outcome.fault)
     assert not flight.torque_after

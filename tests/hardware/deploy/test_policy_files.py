@@ -12,12 +12,12 @@ import pytest
 import torch
 from torch import nn
 
-from hardware.bench_address import BenchAddress
-from hardware.deploy_settings import DeploySettings, refuse_mismatch
+from hardware.benches.bench_address import BenchAddress
+from hardware.control.policy_runner import load_policy
+from hardware.deployment.deploy_settings import DeploySettings, refuse_mismatch
 from hardware.errors import PolicyMismatch
-from hardware.policy_runner import load_policy
+from tendon_newton.data.cards.policy_card import CARD_KEY, PolicyCard, PolicyTraining
 from tendon_newton.errors import InvalidPolicyFile, UntrustedNetworkFile
-from tendon_newton.policy_card import CARD_KEY, PolicyCard, PolicyTraining
 from tests.hardware.deploy.policies import card_of, network, write_onnx, write_torchscript
 
 ADDRESS = BenchAddress(bench="finger", port="virtual")
@@ -50,12 +50,19 @@ def test_every_engine_gives_the_actions_of_torch(tmp_path: Path, activation: typ
 def test_a_card_says_the_same_after_a_round_trip() -> None:
     """Everything on a card survives its JSON."""
     card = card_of(
-        goal_range=(0.1, 1.4), model="a" * 64, normalisation="none",
+        goal_range=(0.1, 1.4),
+        model="a" * 64,
+        normalisation="none",
         training=PolicyTraining(
-            seed=3, git_commit="abc", version="0.1.0", samples=10**8, force="learned",
-            randomisation={"spool_radius": (0.7, 1.3)}, files={"force.pt": "b" * 64},
+            seed=3,
+            git_commit="abc",
+            version="0.1.0",
+            samples=10**8,
+            force="learned",
+            randomisation={"spool_radius": (0.7, 1.3)},
+            files={"force.pt": "b" * 64},
         ),
-    )  # fmt: skip
+    )
     assert PolicyCard.from_json(card.to_json()) == card
     table = json.loads(card.to_json())
     assert table["observation"][0] == ["theta", "rad"]

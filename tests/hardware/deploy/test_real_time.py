@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from hardware.deploy_settings import DeploySettings
+from hardware.deployment.deploy_settings import DeploySettings
 from hardware.virtual_bench import Faults, VirtualPorts
 from tests.faults.kill import ALLOWED, ATTEMPTS, BUSY, WAYS, Program, killed, policy_file
 from tests.hardware.deploy.runs import Flight
@@ -18,10 +18,11 @@ def test_five_seconds_under_packet_loss(tmp_path: Path) -> None:
     """
     for attempt in range(ATTEMPTS):
         flight = Flight(
-            path=tmp_path / f"{attempt}.mcap", lockstep=False,
+            path=tmp_path / f"{attempt}.mcap",
+            lockstep=False,
             settings=DeploySettings(duration=5.0),
             fault=lambda bench, stop: bench.controls.set_faults(Faults(dropped_replies=0.01)),
-        )  # fmt: skip
+        )
         outcome = flight.fly()
         if not any(word in outcome.ended for word in BUSY):
             break

@@ -8,8 +8,8 @@ import signal
 
 import pytest
 
-from hardware.keyboard import Keyboard
-from hardware.safety import SAFETY_RULES
+from hardware.control.keyboard import Keyboard
+from hardware.safety_rules.safety import SAFETY_RULES
 from hardware.virtual_bench import Faults
 from tests.faults.cases import ALLOWED, CASES, SETTINGS, moments
 from tests.hardware.deploy.runs import Flight, Watching

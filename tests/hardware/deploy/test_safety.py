@@ -5,17 +5,23 @@ from pathlib import Path
 
 import pytest
 
-from hardware.limits import SafetyLimits
-from hardware.safety import HARDNESS, SAFETY_RULES, Glance
-from hardware.safety_guards import SafetyGuard
-from hardware.safety_limits import DeployLimits, limits_for
+from hardware.safety_rules.limits import SafetyLimits
+from hardware.safety_rules.safety import HARDNESS, SAFETY_RULES, Glance
+from hardware.safety_rules.safety_guards import SafetyGuard
+from hardware.safety_rules.safety_limits import DeployLimits, limits_for
 from hardware.servos import SERVOS
 from tendon_newton.errors import InvalidParameter
 
 WELL = Glance(
-    now=0.0, position=1.0, force=3.0, blindness=0.01, current=0.05, voltage=11.1,
-    temperature=30.0, output=0.5,
-)  # fmt: skip
+    now=0.0,
+    position=1.0,
+    force=3.0,
+    blindness=0.01,
+    current=0.05,
+    voltage=11.1,
+    temperature=30.0,
+    output=0.5,
+)
 
 
 def test_nothing_happens_while_all_is_well() -> None:
@@ -26,8 +32,9 @@ def test_nothing_happens_while_all_is_well() -> None:
     assert guard.mode == "run"
 
 
-@pytest.mark.parametrize("field", ["position", "force", "current", "voltage", "temperature",
-                                   "output"])  # fmt: skip
+@pytest.mark.parametrize(
+    "field", ["position", "force", "current", "voltage", "temperature", "output"]
+)
 def test_what_is_no_number_breaks_its_rule(field: str) -> None:
     """Not-a-number lies within no bounds."""
     guard = SafetyGuard(DeployLimits())
@@ -104,9 +111,14 @@ def test_limits_follow_from_servo_policy_and_load_cell() -> None:
 
 @pytest.mark.parametrize(
     "changes",
-    [{"voltage": (12.0, 6.0)}, {"current": 0.0}, {"output": float("inf")}, {"skipped_ticks": -1},
-     {"command_rate": float("nan")}],
-)  # fmt: skip
+    [
+        {"voltage": (12.0, 6.0)},
+        {"current": 0.0},
+        {"output": float("inf")},
+        {"skipped_ticks": -1},
+        {"command_rate": float("nan")},
+    ],
+)
 def test_limits_that_limit_nothing_are_refused(changes: dict) -> None:
     """Before any motor runs."""
     with pytest.raises(InvalidParameter):

@@ -7,21 +7,21 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hardware.bench import Bench, open_bench
-from hardware.bench_address import BenchAddress, DriveAddress
-from hardware.deploy_log import read_steps, step_table
-from hardware.deploy_settings import DeploySettings, loops_of, refuse_mismatch
+from hardware.benches.bench import Bench, open_bench
+from hardware.benches.bench_address import BenchAddress, DriveAddress
+from hardware.control.goals import stairs
+from hardware.control.policy_runner import Policy
+from hardware.deployment.deploy_log import read_steps, step_table
+from hardware.deployment.deploy_settings import DeploySettings, loops_of, refuse_mismatch
 from hardware.errors import PolicyMismatch, ServoSilent
-from hardware.goals import stairs
-from hardware.policy_runner import Policy
 from hardware.stop_request import StopRequest
 from hardware.virtual_bench import FaultEvent, VirtualPorts
 from tendon_newton.cli import main
-from tendon_newton.dataset import load_dataset
+from tendon_newton.data.cards.policy_card import FurtherServo
+from tendon_newton.data.cards.policy_observation import ObservationHistory
+from tendon_newton.data.dataset import load_dataset
+from tendon_newton.data.formats.mcap_file import read_mcap, read_session
 from tendon_newton.errors import InvalidParameter
-from tendon_newton.policy_card import FurtherServo
-from tendon_newton.policy_observation import ObservationHistory
-from tendon_newton.recording_formats.mcap_file import read_mcap, read_session
 from tests.faults.cases import ALLOWED
 from tests.hardware.deploy.policies import TwoSided, card_of, card_of_two, policy_of, write_onnx
 from tests.hardware.deploy.runs import Flight
@@ -29,8 +29,10 @@ from tests.hardware.deploy.runs import Flight
 WORDS = ["deploy", "--port", "virtual:finger_antagonist", "--faster-than-real-time"]
 CARD = card_of_two()
 SETTINGS = DeploySettings(
-    duration=3.0, loop=loops_of(CARD)[0], further_loops=loops_of(CARD)[1:],
-)  # fmt: skip
+    duration=3.0,
+    loop=loops_of(CARD)[0],
+    further_loops=loops_of(CARD)[1:],
+)
 ADDRESS = BenchAddress(
     bench="finger_antagonist", port="virtual", further=(DriveAddress(identifier=2),)
 )
@@ -192,10 +194,15 @@ def test_a_stop_lets_both_strings_out(tmp_path: Path) -> None:
 )
 def test_a_further_servo_that_differs_is_refused(changes: dict[str, Any], said: str) -> None:
     """What the card says of each servo must agree; the message names which."""
-    further = FurtherServo(**{
-        "command_range": (-1.8, 4.4), "spool_radius": 0.0125, "servo": "xc330_t288_t",
-        "force_limit": 21.0,
-    } | changes)  # fmt: skip
+    further = FurtherServo(
+        **{
+            "command_range": (-1.8, 4.4),
+            "spool_radius": 0.0125,
+            "servo": "xc330_t288_t",
+            "force_limit": 21.0,
+        }
+        | changes
+    )
     with pytest.raises(PolicyMismatch, match=said):
         refuse_mismatch(card_of_two(further_servos=(further,)), SETTINGS, ADDRESS)
 
@@ -242,9 +249,12 @@ def test_servos_and_load_cells_are_reached_through_real_ports() -> None:
     with VirtualPorts("finger_antagonist") as ports:
         first, second = ports.load_cell_ports
         address = BenchAddress(
-            bench="finger_antagonist", port=ports.servo_port, load_cell_port=first, retries=20,
+            bench="finger_antagonist",
+            port=ports.servo_port,
+            load_cell_port=first,
+            retries=20,
             further=(DriveAddress(identifier=2, load_cell_port=second),),
-        )  # fmt: skip
+        )
         with open_bench(address, pytest.fail) as bench:
             states = [drive.servo.read_state() for drive in bench.drives]
             assert states[0].time < states[1].time
@@ -258,9 +268,11 @@ def test_a_servo_that_is_missing_from_the_bus_is_named() -> None:
     """The error says which, and the port is free again."""
     with VirtualPorts("finger") as ports:
         address = BenchAddress(
-            bench="finger", port=ports.servo_port, retries=3,
+            bench="finger",
+            port=ports.servo_port,
+            retries=3,
             further=(DriveAddress(identifier=2),),
-        )  # fmt: skip
+        )
         with pytest.raises(ServoSilent, match="servo 2 on"), open_bench(address, pytest.fail):
             pass
         with open_bench(replace(address, further=(), retries=20), pytest.fail) as bench:

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from hardware.datagram_goals import is_loopback
-from hardware.goals import open_goals
-from hardware.signed_goals import AGE_MAX, SignedGoals, read_key, signature, signed_goal
+from hardware.control.datagram_goals import is_loopback
+from hardware.control.goals import open_goals
+from hardware.control.signed_goals import AGE_MAX, SignedGoals, read_key, signature, signed_goal
 from tendon_newton.errors import InvalidGoal, InvalidParameter
 
 KEY = b"a key of thirty-two random bytes"
@@ -35,13 +35,17 @@ def test_a_goal_of_another_time_is_refused(sent: float) -> None:
 @pytest.mark.parametrize(
     "data",
     [
-        b"0.5", b"", b"0.5 1 100", signed_goal(b"another key of some length", 0.5, 1, 100.0),
+        b"0.5",
+        b"",
+        b"0.5 1 100",
+        signed_goal(b"another key of some length", 0.5, 1, 100.0),
         signed_goal(KEY, 0.5, 1, 100.0).replace(b"0.5", b"0.6"),
         signed_goal(KEY, 0.5, 1, 100.0)[:-1],
         b"0.5 1 100 " + signature(KEY, "0.5 1 101").encode(),
-        b"0.5 x 100 " + signature(KEY, "0.5 x 100").encode(), b"\xff \xfe 0 0",
+        b"0.5 x 100 " + signature(KEY, "0.5 x 100").encode(),
+        b"\xff \xfe 0 0",
     ],
-)  # fmt: skip
+)
 def test_what_is_not_signed_as_it_stands_is_refused(data: bytes) -> None:
     """Each part is under the signature."""
     with pytest.raises(InvalidGoal):

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from hardware.cell_doubt import CALM_READINGS, CellDoubt, equal_max
-from hardware.collect_settings import CollectSettings
+from hardware.benches.virtual_calibration import calibrated_twins
+from hardware.collection.collect_settings import CollectSettings
 from hardware.load_cells.base import LoadCellReading
+from hardware.load_cells.cell_doubt import CALM_READINGS, CellDoubt, equal_max
 from hardware.servos import SERVOS
 from hardware.servos.base import ServoState
-from hardware.virtual_calibration import calibrated_twins
 from tests.hardware.recording import Trial
 
 SPEC = SERVOS["xc330_t288_t"]
@@ -102,7 +102,11 @@ def test_no_recording_is_ended_by_a_live_cell(
 ) -> None:
     """A minute of every kind of command on every bench, at every rate of the cell."""
     trial = Trial(
-        path=tmp_path / "run.mcap", bench=bench, excitation=excitation, duration=60.0,
-        load_cell_rate=rate, settings=CollectSettings(),
-    )  # fmt: skip
+        path=tmp_path / "run.mcap",
+        bench=bench,
+        excitation=excitation,
+        duration=60.0,
+        load_cell_rate=rate,
+        settings=CollectSettings(),
+    )
     assert trial.record().finished, trial.outcome

@@ -23,10 +23,18 @@ def test_the_microcontroller_sends_what_the_reader_reads(tmp_path: Path) -> None
         pytest.skip("no C++ compiler")
     binary = tmp_path / "firmware"
     subprocess.run(
-        [compiler, "-Wall", "-Werror", f'-DPROGRAM="{PROGRAM}"', "-o", binary,
-         Path(__file__).with_name("firmware_host.cpp")],
-        check=True, timeout=60,
-    )  # fmt: skip
+        [
+            compiler,
+            "-Wall",
+            "-Werror",
+            f'-DPROGRAM="{PROGRAM}"',
+            "-o",
+            binary,
+            Path(__file__).with_name("firmware_host.cpp"),
+        ],
+        check=True,
+        timeout=60,
+    )
     result = subprocess.run([binary], capture_output=True, timeout=60, check=True)
     banner, *lines = result.stdout.rstrip(b"\n").split(b"\n")
     assert banner == b"# tendon load cell, HX711, gain 128"
@@ -34,8 +42,10 @@ def test_the_microcontroller_sends_what_the_reader_reads(tmp_path: Path) -> None
     assert all(frame is not None for frame in frames)
     # four conversions are thrown away until the filter has settled
     assert [f.counts for f in frames if f] == [1_000_000 * k for k in range(1, 9)] + [
-        -7_777_216, -6_777_216, -5_777_216,  # 9 to 11 million, beyond 24 bits
-    ]  # fmt: skip
+        -7_777_216,
+        -6_777_216,
+        -5_777_216,  # 9 to 11 million, beyond 24 bits
+    ]
     assert [f.sequence for f in frames if f] == list(range(11))
     times = np.array([f.device_time_us for f in frames if f], dtype=np.int64)
     steps = np.diff(times) % 2**32

@@ -14,7 +14,7 @@ from hardware.errors import (
 from hardware.servos import SERVOS
 from hardware.servos.dynamixel_servo import DynamixelServo
 from hardware.virtual_bench import LockstepBench
-from hardware.virtual_bench.control_table import SERVO_MODELS
+from hardware.virtual_bench.memory.control_table import SERVO_MODELS
 from tests.hardware.servos.virtual_servo import LOOP, VirtualServo
 
 TORQUE, WATCHDOG, MODE, P_GAIN = 64, 98, 11, 84

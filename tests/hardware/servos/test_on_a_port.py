@@ -62,8 +62,10 @@ def test_a_second_program_is_told_who_has_the_port(
     )
     second = subprocess.run(
         [sys.executable, "-c", code, ports.servo_port],
-        capture_output=True, text=True, timeout=60,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
     assert f"PortBusy: {ports.servo_port}: held by process {os.getpid()}" in second.stderr
     servo.read_state()
     with pytest.raises(PortBusy, match=f"held by process {os.getpid()}"):

@@ -121,8 +121,8 @@ def test_a_fault_that_means_nothing_is_refused() -> None:
 
 def test_the_truth_of_a_unit_is_written(tmp_path: Path) -> None:
     """The plant file holds constants and effects; every effect is one that a diagnosis knows."""
+    from tendon_newton.data.files.toml_file import read_toml
     from tendon_newton.effects import EFFECTS
-    from tendon_newton.toml_file import read_toml
 
     for bench in ("finger", "spring_strong"):
         Link(bench, 4).bench.plant_file(tmp_path / "plant.toml")

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hardware.virtual_bench.protocol import (
+from hardware.virtual_bench.memory.protocol import (
     PING,
     READ,
     REBOOT,

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from hardware.load_cells.framing import LineSplitter, decode_line
-from hardware.virtual_bench.constants import LoadCellConstants
-from hardware.virtual_bench.load_cell import GRAVITY, LoadCellBoard
+from hardware.virtual_bench.physics.constants import LoadCellConstants
+from hardware.virtual_bench.physics.load_cell import GRAVITY, LoadCellBoard
 from tests.hardware.virtual_bench.link import Link
 
 

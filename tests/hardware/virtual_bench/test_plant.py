@@ -9,19 +9,19 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from hardware.virtual_bench.constants import (
+from hardware.virtual_bench.emulation.plant import Plant
+from hardware.virtual_bench.physics.constants import (
     BENCH_SEEDS,
     FingerConstants,
     ServoConstants,
     SliderConstants,
     TendonConstants,
 )
-from hardware.virtual_bench.mechanisms import Finger, Slider
-from hardware.virtual_bench.motor import Motor
-from hardware.virtual_bench.obstacle import Obstacle, grips
-from hardware.virtual_bench.plant import Plant
-from hardware.virtual_bench.tendon import Tendon
-from hardware.virtual_bench.unit import SERVOS, draw_unit, nominal_unit
+from hardware.virtual_bench.physics.mechanisms import Finger, Slider
+from hardware.virtual_bench.physics.motor import Motor
+from hardware.virtual_bench.physics.obstacle import Obstacle, grips
+from hardware.virtual_bench.physics.tendon import Tendon
+from hardware.virtual_bench.physics.unit import SERVOS, draw_unit, nominal_unit
 
 STEP = 0.25e-3  # [s]
 COLD = ServoConstants(ambient=25.0, supply_resistance=0.0)

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hardware.virtual_bench import FaultEvent
-from hardware.virtual_bench.control_table import XL330_M288_T
-from hardware.virtual_bench.protocol import frame
+from hardware.virtual_bench.memory.control_table import XL330_M288_T
+from hardware.virtual_bench.memory.protocol import frame
 from tests.hardware.virtual_bench.link import (
     EXTENDED,
     ID,

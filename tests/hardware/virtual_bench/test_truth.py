@@ -5,10 +5,10 @@ from typing import Any
 
 import pytest
 
-from hardware.virtual_bench.constants import ServoConstants
-from hardware.virtual_bench.motor import Motor
-from hardware.virtual_bench.truth import actuator_effects, quasi_static_gear
-from hardware.virtual_bench.unit import draw_unit
+from hardware.virtual_bench.emulation.truth import actuator_effects, quasi_static_gear
+from hardware.virtual_bench.physics.constants import ServoConstants
+from hardware.virtual_bench.physics.motor import Motor
+from hardware.virtual_bench.physics.unit import draw_unit
 
 SPEED = 0.8  # [rad/s] so fast that nothing is left of what holds at rest
 

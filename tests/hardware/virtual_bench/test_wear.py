@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from hardware.bench_address import BenchAddress
+from hardware.benches.bench_address import BenchAddress
 from hardware.virtual_bench import LockstepBench
+from hardware.virtual_bench.physics.tendon import Tendon
+from hardware.virtual_bench.physics.unit import BENCHES, draw_unit
+from hardware.virtual_bench.physics.wear import NEW, SLIP, worn
 from hardware.virtual_bench.process import InvalidVirtualBench, parse_wear, parse_word
-from hardware.virtual_bench.tendon import Tendon
-from hardware.virtual_bench.unit import BENCHES, draw_unit
-from hardware.virtual_bench.wear import NEW, SLIP, worn
 from tendon_newton.errors import UnknownName
 
 

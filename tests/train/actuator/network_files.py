@@ -8,7 +8,7 @@ from typing import Any
 import torch
 
 from tendon_newton.actuators.networks.artifact import torchscript, write_network
-from tendon_newton.force_network_card import (
+from tendon_newton.data.cards.force_network_card import (
     INPUTS,
     ForceNetworkCard,
     HeldOut,

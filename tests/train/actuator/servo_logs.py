@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from tendon_newton.dataset import write_dataset
-from tendon_newton.excitations import excite
-from tendon_newton.recording import Recording
+from tendon_newton.data.dataset import write_dataset
+from tendon_newton.data.excitations import excite
+from tendon_newton.data.recording import Recording
 
 GAIN = 4.2  # [N/rad]
 STIFFNESS = 1.5  # [N/rad] of the load
@@ -55,16 +55,25 @@ def servo_log(
 def write_servo_dataset(folder: Path, *, duration: float = 12.0) -> Path:
     """Write a small dataset with train recordings on two benches and the paper's test runs."""
     train = [
-        servo_log(f"{bench}_{excitation}_{seed}.csv", bench=bench, excitation=excitation,
-                  duration=duration, seed=seed)
+        servo_log(
+            f"{bench}_{excitation}_{seed}.csv",
+            bench=bench,
+            excitation=excitation,
+            duration=duration,
+            seed=seed,
+        )
         for bench in ("finger", "spring_weak")
         for seed, excitation in enumerate(("random_steps", "sine", "ramps"))
-    ]  # fmt: skip
+    ]
     tests = ("steps_held_1s", "steps_held_2s", "contact_ramp", "closing_sine_hand_perturbation")
     test = [
-        servo_log(f"finger_{name}_0.csv", excitation=name.removesuffix("_hand_perturbation"),
-                  duration=10.0, seed=10 + seed)
+        servo_log(
+            f"finger_{name}_0.csv",
+            excitation=name.removesuffix("_hand_perturbation"),
+            duration=10.0,
+            seed=10 + seed,
+        )
         for seed, name in enumerate(tests)
-    ]  # fmt: skip
+    ]
     write_dataset(folder, train, test)
     return folder

@@ -12,10 +12,10 @@ from torch import Tensor, nn
 
 from tendon_newton.actuators.networks.artifact import load_network, read_card
 from tendon_newton.actuators.networks.onnx_file import write_onnx
+from tendon_newton.data.cards.force_network_card import PLAIN_HOLD, ForceNetworkCard
+from tendon_newton.data.files.trust import content_hash, trust_content, trust_file, trusted_hashes
 from tendon_newton.errors import InvalidNetworkFile, UntrustedNetworkFile
-from tendon_newton.force_network_card import PLAIN_HOLD, ForceNetworkCard
 from tendon_newton.mechanisms.asset_library import asset_folder
-from tendon_newton.trust import content_hash, trust_content, trust_file, trusted_hashes
 from tests.train.actuator.network_files import card_of, with_card, write_file, write_foreign
 from train.actuator.network_sets import build_network
 

@@ -7,7 +7,8 @@ import pytest
 import torch
 
 from tests.train.actuator.servo_logs import servo_log
-from train.actuator.departure import (
+from train.actuator.fitting.training import train_network
+from train.actuator.samples.departure import (
     ANGLE,
     FIRST_SHARE,
     SHARE,
@@ -16,11 +17,10 @@ from train.actuator.departure import (
     departed,
     departing_share,
 )
-from train.actuator.servo_law import FEWEST, NO_LAW, ServoLaw, fit_servo_law
-from train.actuator.training import train_network
+from train.actuator.samples.servo_law import FEWEST, NO_LAW, ServoLaw, fit_servo_law
+from train.actuator.samples.window_tensors import to_device
+from train.actuator.samples.windows import Windows, WindowShape, extract_windows
 from train.actuator.training_config import Purpose, TrainingConfig
-from train.actuator.window_tensors import to_device
-from train.actuator.windows import Windows, WindowShape, extract_windows
 
 LAW = ServoLaw(stiffness=6.0, damping=10.0, dry_friction=1.2, load_friction=0.2)
 RATE = 20.0  # Hz

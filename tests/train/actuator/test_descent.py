@@ -5,8 +5,8 @@ import pytest
 import torch
 from torch import nn
 
-from train.actuator.descent import WARM_UP, Descent, cycle
-from train.actuator.disturbance import ANGLE, COMMAND, SPEED, ZERO, disturbed
+from train.actuator.fitting.descent import WARM_UP, Descent, cycle
+from train.actuator.samples.disturbance import ANGLE, COMMAND, SPEED, ZERO, disturbed
 
 WINDOWS = torch.zeros(4000, 30, 3)
 

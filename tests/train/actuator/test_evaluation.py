@@ -8,8 +8,8 @@ import pytest
 from tests.train.actuator.servo_logs import GAIN, servo_log
 from train.actuator.ideal import ideal_force, refitted_gain
 from train.actuator.prediction import Prediction
-from train.actuator.protocol import Experiment, experiment_of
-from train.actuator.scores import score
+from train.actuator.samples.protocol import Experiment, experiment_of
+from train.actuator.scoring.scores import score
 
 
 def prediction_of(measured: np.ndarray, predicted: np.ndarray) -> Prediction:

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tests.train.actuator.servo_logs import servo_log
-from train.actuator.lag import lag
 from train.actuator.prediction import Prediction
+from train.actuator.scoring.lag import lag
 
 TIME = np.arange(24 * 80) / 80.0
 

@@ -32,10 +32,13 @@ def windows(count: int = 64, window: int = 30) -> torch.Tensor:
 @pytest.mark.parametrize(
     ("of_set", "kind", "count"),
     [
-        ("paper", "mlp", 64_513), ("paper", "rnn", 4_481), ("paper", "transformer", 6_801),
-        ("authors", "mlp", 40_801), ("authors", "transformer", 6_801),
+        ("paper", "mlp", 64_513),
+        ("paper", "rnn", 4_481),
+        ("paper", "transformer", 6_801),
+        ("authors", "mlp", 40_801),
+        ("authors", "transformer", 6_801),
     ],
-)  # fmt: skip
+)
 def test_the_networks_have_the_published_sizes(of_set: str, kind: str, count: int) -> None:
     """Counts follow from the layer widths in the paper and in the authors' code."""
     assert parameter_count(build_network(kind, of_set=of_set, window=30)) == count
@@ -113,12 +116,17 @@ def test_attention_is_that_of_torch() -> None:
     names = {
         "self_attn.in_proj_weight": "query_key_value.weight",
         "self_attn.in_proj_bias": "query_key_value.bias",
-        "self_attn.out_proj.weight": "mix.weight", "self_attn.out_proj.bias": "mix.bias",
-        "linear1.weight": "feed_1.weight", "linear1.bias": "feed_1.bias",
-        "linear2.weight": "feed_2.weight", "linear2.bias": "feed_2.bias",
-        "norm1.weight": "norm_1.weight", "norm1.bias": "norm_1.bias",
-        "norm2.weight": "norm_2.weight", "norm2.bias": "norm_2.bias",
-    }  # fmt: skip
+        "self_attn.out_proj.weight": "mix.weight",
+        "self_attn.out_proj.bias": "mix.bias",
+        "linear1.weight": "feed_1.weight",
+        "linear1.bias": "feed_1.bias",
+        "linear2.weight": "feed_2.weight",
+        "linear2.bias": "feed_2.bias",
+        "norm1.weight": "norm_1.weight",
+        "norm1.bias": "norm_1.bias",
+        "norm2.weight": "norm_2.weight",
+        "norm2.bias": "norm_2.bias",
+    }
     weights = ours.state_dict()
     theirs.load_state_dict({name: weights[own] for name, own in names.items()})
     x = torch.randn(5, 30, 16)

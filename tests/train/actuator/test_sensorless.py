@@ -9,21 +9,21 @@ import pytest
 
 from tendon_newton.actuators.networks.artifact import load_network
 from tendon_newton.cli import main
-from tendon_newton.dataset import Dataset, write_dataset
+from tendon_newton.data.dataset import Dataset, write_dataset
+from tendon_newton.data.recording import BenchOverrides, Recording
 from tendon_newton.errors import InvalidDataset
-from tendon_newton.recording import BenchOverrides, Recording
 from tests.train.actuator.network_files import card_of
 from tests.train.actuator.pulled_benches import TRUE, pulled_log, pulled_logs, with_force
-from train.actuator.force_data import prepare
+from train.actuator.fitting.training import train_network
 from train.actuator.prediction import predict
-from train.actuator.sensorless import ImpliedForces, imply_forces
-from train.actuator.sensorless_fit import LineFit
-from train.actuator.sensorless_line import nominal_line
-from train.actuator.sensorless_motion import motions_of, winding_direction
-from train.actuator.sensorless_rows import sliding_windows
-from train.actuator.servo_law import SLIDING
-from train.actuator.training import train_network
+from train.actuator.samples.force_data import prepare
+from train.actuator.samples.servo_law import SLIDING
 from train.actuator.training_config import TrainingConfig
+from train.actuator.without_cell.sensorless import ImpliedForces, imply_forces
+from train.actuator.without_cell.sensorless_fit import LineFit
+from train.actuator.without_cell.sensorless_line import nominal_line
+from train.actuator.without_cell.sensorless_motion import motions_of, winding_direction
+from train.actuator.without_cell.sensorless_rows import sliding_windows
 
 FIT = LineFit(steps=300)
 FEW = LineFit(steps=20)

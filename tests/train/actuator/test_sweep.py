@@ -6,12 +6,12 @@ import sys
 from pathlib import Path
 
 from tests.train.actuator.servo_logs import write_servo_dataset
-from train.actuator.sweep import SweepConfig, main
+from train.actuator.fitting.sweep import SweepConfig, main
 
 
 def test_training_needs_no_simulator() -> None:
     """A machine with torch alone can run a sweep: neither Warp, Newton, USD nor ONNX is loaded."""
-    code = "import sys, train.actuator.sweep; print(*sys.modules)"
+    code = "import sys, train.actuator.fitting.sweep; print(*sys.modules)"
     result = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=True
     )
@@ -23,9 +23,14 @@ def test_a_sweep_trains_here_and_exports_there(tmp_path: Path) -> None:
     """Without export it leaves checkpoints; the same sweep with it trains no further."""
     folder = write_servo_dataset(tmp_path / "data", duration=6.0)
     common = {
-        "dataset": folder, "out": tmp_path / "nets", "networks": ("mlp", "rnn"),
-        "sets": ("matched",), "seeds": (0, 1), "epochs": 2, "windows_per_epoch": 512,
-    }  # fmt: skip
+        "dataset": folder,
+        "out": tmp_path / "nets",
+        "networks": ("mlp", "rnn"),
+        "sets": ("matched",),
+        "seeds": (0, 1),
+        "epochs": 2,
+        "windows_per_epoch": 512,
+    }
     names = {f"{kind}-matched-{seed}" for kind in ("mlp", "rnn") for seed in (0, 1)}
     main(SweepConfig(**common, export=False))
     checkpoints = {p.stem: p.read_bytes() for p in (tmp_path / "nets").glob("*.checkpoint")}

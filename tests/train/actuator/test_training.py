@@ -10,13 +10,14 @@ import torch
 from tendon_newton.errors import InvalidNetworkFile, InvalidParameter
 from tests.train.actuator.network_files import card_of
 from tests.train.actuator.servo_logs import servo_log
-from train.actuator import departure, descent, disturbance, servo_law, sticking
-from train.actuator.checkpoint import RECIPE, TOLERANCE
+from train.actuator.fitting import descent
+from train.actuator.fitting.checkpoint import RECIPE, TOLERANCE
+from train.actuator.fitting.training import Progress, train_network
 from train.actuator.ideal import ideal_force, refitted_gain
 from train.actuator.prediction import predict
-from train.actuator.training import Progress, train_network
+from train.actuator.samples import departure, disturbance, servo_law, sticking
+from train.actuator.samples.windows import Windows, WindowShape, extract_windows
 from train.actuator.training_config import TrainingConfig
-from train.actuator.windows import Windows, WindowShape, extract_windows
 
 FEW = TrainingConfig(network="mlp", epochs=3, windows_per_epoch=2048, batch=256)
 RECIPE_NUMBERS = {
@@ -80,9 +81,14 @@ def test_every_network_learns_a_force_with_memory(tmp_path: Path, kind: str, win
     The plant holds up to 1 N by friction, which no function of theta_d - theta can know.
     """
     config = TrainingConfig(
-        network=kind, window=window, streaming=window > 30, epochs=6, windows_per_epoch=3072,
-        batch=128, learning_rate=6.0e-3,
-    )  # fmt: skip
+        network=kind,
+        window=window,
+        streaming=window > 30,
+        epochs=6,
+        windows_per_epoch=3072,
+        batch=128,
+        learning_rate=6.0e-3,
+    )
     fit, validation = windows_of(0, 1, 3, 4, window=window), windows_of(2, 5, window=window)
     network, done = train_network(config, fit, validation, tmp_path / "c.checkpoint")
     card = card_of(kind, window=window, streaming=config.streaming)

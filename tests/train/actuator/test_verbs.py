@@ -36,8 +36,12 @@ def test_a_user_trains_and_compares_networks(
     table = json.loads((tmp_path / "out" / "evaluation.json").read_text())
     models = {model["name"]: model for model in table["models"]}
     assert list(models) == [
-        "mlp-paper-0", "mlp-paper-1", "transformer-paper-0", "ideal", "ideal refitted",
-    ]  # fmt: skip
+        "mlp-paper-0",
+        "mlp-paper-1",
+        "transformer-paper-0",
+        "ideal",
+        "ideal refitted",
+    ]
     assert len({model["pooled"]["rows"] for model in models.values()}) == 1
     assert [e["hold"] for e in table["experiments"]] == [1.0, 2.0, None, None]
     assert table["experiments"][0]["families"]["mlp (paper)"]["count"] == 2

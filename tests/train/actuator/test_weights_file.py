@@ -11,9 +11,9 @@ import torch
 from safetensors.torch import load, save
 
 from tendon_newton.actuators.networks.artifact import load_network, read_card
+from tendon_newton.data.files.trust import trust_file
 from tendon_newton.errors import InvalidNetworkFile
 from tendon_newton.force_networks.weights_file import write_weights
-from tendon_newton.trust import trust_file
 from tests.train.actuator.network_files import card_of
 from train.actuator.models import load_networks
 from train.actuator.network_sets import NETWORK_SETS, build_network
@@ -91,9 +91,15 @@ def test_weights_that_are_none_of_a_network_are_refused(tmp_path: Path, case: st
 
 @pytest.mark.parametrize(
     "content",
-    [b"", b"junk", b"\xff" * 100, (8).to_bytes(8, "little") + b"{}", bytes(1 << 20),
-     (20).to_bytes(8, "little") + b"[[[[[[[[[[[[[[[[[[[[[[[["],
-)  # fmt: skip
+    [
+        b"",
+        b"junk",
+        b"\xff" * 100,
+        (8).to_bytes(8, "little") + b"{}",
+        bytes(1 << 20),
+        (20).to_bytes(8, "little") + b"[[[[[[[[[[[[[[[[[[[[[[[[",
+    ],
+)
 def test_a_file_that_is_none_is_named(tmp_path: Path, content: bytes) -> None:
     """Whatever the head claims."""
     path = tmp_path / "network.safetensors"

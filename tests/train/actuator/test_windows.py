@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidDataset, InvalidRecording
-from tendon_newton.recording import Recording
 from tests.train.actuator.servo_logs import servo_log
-from train.actuator.folds import split_train
-from train.actuator.windows import WindowShape, extract_windows
+from train.actuator.samples.folds import split_train
+from train.actuator.samples.windows import WindowShape, extract_windows
 
 FULL = WindowShape(pad_start=False)
 
@@ -38,8 +38,10 @@ def test_a_window_is_every_fourth_row_and_all_four_phases_are_there() -> None:
     np.testing.assert_array_equal(windows.rows, ends[:, None] - 4 * np.arange(29, -1, -1))
     np.testing.assert_array_equal(windows.force, recording.force[:, 0])
     assert windows.inputs[7].tolist() == [
-        recording.command[7, 0], recording.motor_position[7, 0], recording.motor_velocity[7, 0],
-    ]  # fmt: skip
+        recording.command[7, 0],
+        recording.motor_position[7, 0],
+        recording.motor_velocity[7, 0],
+    ]
 
 
 def test_the_start_is_filled_with_the_first_row_unless_it_moves() -> None:
@@ -118,7 +120,7 @@ def test_what_cannot_be_cut_is_named() -> None:
 
 def test_validation_recordings_are_whole_train_recordings_of_every_bench(tmp_path) -> None:
     """No recording is in both parts, and every bench with several recordings is in both."""
-    from tendon_newton.dataset import load_dataset
+    from tendon_newton.data.dataset import load_dataset
     from tests.train.actuator.servo_logs import write_servo_dataset
 
     dataset = load_dataset(write_servo_dataset(tmp_path / "data", duration=4.0))

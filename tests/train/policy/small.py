@@ -5,13 +5,17 @@ from typing import Any
 import numpy as np
 import torch
 
-from train.policy.environment import FingerEnvironment
-from train.policy.environment_config import EnvironmentConfig
-from train.policy.training_config import PolicyTrainingConfig
+from train.policy.config.environment_config import EnvironmentConfig
+from train.policy.config.training_config import PolicyTrainingConfig
+from train.policy.worlds.environment import FingerEnvironment
 
 SMALL: dict[str, Any] = {
-    "worlds": 6, "max_step": 2.0e-3, "randomise": (), "episode": 1.0, "goal_change": 0.1,
-}  # fmt: skip
+    "worlds": 6,
+    "max_step": 2.0e-3,
+    "randomise": (),
+    "episode": 1.0,
+    "goal_change": 0.1,
+}
 
 
 def environment(seed: int = 0, **changes: Any) -> FingerEnvironment:

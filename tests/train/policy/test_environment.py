@@ -6,20 +6,20 @@ import numpy as np
 import pytest
 import torch
 
-from tendon_newton.errors import InvalidParameter, SimulationDiverged
-from tendon_newton.mechanisms.kinematics import tip_position
-from tendon_newton.mechanisms.mechanism import load_mechanism
-from tendon_newton.mechanisms.statics import equilibrium
-from tendon_newton.policy_observation import (
+from tendon_newton.data.cards.policy_observation import (
     ObservationHistory,
     applied_action,
     goal_angle,
     motor_command,
 )
+from tendon_newton.errors import InvalidParameter, SimulationDiverged
+from tendon_newton.mechanisms.geometry.kinematics import tip_position
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.geometry.statics import equilibrium
 from tests.train.policy.small import environment, random_actions
-from train.policy.environment_config import EnvironmentConfig
-from train.policy.goal_path import GoalPath
-from train.policy.reward import step_reward
+from train.policy.config.environment_config import EnvironmentConfig
+from train.policy.worlds.goal_path import GoalPath
+from train.policy.worlds.reward import step_reward
 
 
 def test_the_policy_sees_what_deployment_builds_bit_for_bit() -> None:
@@ -111,9 +111,11 @@ def test_goals_change_within_episodes_at_the_stated_rate() -> None:
 def test_the_reward_is_the_stated_sum() -> None:
     """By hand; speed and effort cost nothing unless asked for."""
     terms = {
-        "tip_error": torch.tensor([0.02]), "action": torch.tensor([[1.5]]),
-        "action_change": torch.tensor([[-0.5]]), "tendon_speed": torch.tensor([[0.1]]),
-    }  # fmt: skip
+        "tip_error": torch.tensor([0.02]),
+        "action": torch.tensor([[1.5]]),
+        "action_change": torch.tensor([[-0.5]]),
+        "tendon_speed": torch.tensor([[0.1]]),
+    }
     usual = EnvironmentConfig(goal_weight=5.0, smooth_weight=0.01)
     assert float(step_reward(usual, **terms)) == pytest.approx(-5.0 * 0.02 - 0.01 * 0.5)
     careful = EnvironmentConfig(
@@ -153,8 +155,12 @@ def test_episodes_end_by_time_and_say_so() -> None:
 @pytest.mark.parametrize("poison", ["action", "number"])
 def test_a_world_that_is_no_number_is_named_and_harms_no_other(poison: str) -> None:
     """It begins anew; what the others see, and draw later, stays the same to the last bit."""
-    changes: dict[str, Any] = {"goal_change": 0.2, "randomise": ("link_mass", "spool_radius"),
-                               "obstacle": "sphere", "obstacle_chance": 0.5}  # fmt: skip
+    changes: dict[str, Any] = {
+        "goal_change": 0.2,
+        "randomise": ("link_mass", "spool_radius"),
+        "obstacle": "sphere",
+        "obstacle_chance": 0.5,
+    }
     healthy, ill = environment(**changes), environment(**changes)
     others = [0, 1, 3, 4, 5]
     for step, action in enumerate(random_actions(45)):

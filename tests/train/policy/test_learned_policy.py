@@ -11,27 +11,34 @@ import onnx
 import pytest
 import torch
 
-from hardware.pilot import PolicyPilot
-from hardware.policy_runner import Policy, load_policy
+from hardware.control.pilot import PolicyPilot
+from hardware.control.policy_runner import Policy, load_policy
 from hardware.servos.base import ServoState
 from tendon_newton.cli import main
-from tendon_newton.mechanisms.mechanism import load_mechanism
-from tendon_newton.policy_card import PolicyCard
+from tendon_newton.data.cards.policy_card import PolicyCard
+from tendon_newton.mechanisms.loading import load_mechanism
 from tests.physics.runs import run_of
 from tests.train.policy.small import stair_goals
-from train.policy.environment_config import EnvironmentConfig
-from train.policy.evaluation import RunnablePolicy, climb_stairs, reachable_error
-from train.policy.evaluation_scores import score, to_markdown
-from train.policy.export import ExportedPolicy, export_policy
-from train.policy.observation_tensors import ObservationTensors
-from train.policy.training import Trained, train_policy
-from train.policy.training_config import PolicyTrainingConfig
+from train.policy.config.environment_config import EnvironmentConfig
+from train.policy.config.training_config import PolicyTrainingConfig
+from train.policy.runs.export import ExportedPolicy, export_policy
+from train.policy.runs.training import Trained, train_policy
+from train.policy.scoring.evaluation import RunnablePolicy, climb_stairs, reachable_error
+from train.policy.scoring.evaluation_scores import score, to_markdown
+from train.policy.worlds.observation_tensors import ObservationTensors
 
 CONFIG = PolicyTrainingConfig(
     environment=EnvironmentConfig(worlds=128, max_step=2.0e-3),
-    iterations=50, steps=24, batch=768, epochs=4, learning_rate=1.0e-3, discount=0.8, trace=0.9,
-    exploration=0.4, checkpoint_every=25,
-)  # fmt: skip
+    iterations=50,
+    steps=24,
+    batch=768,
+    epochs=4,
+    learning_rate=1.0e-3,
+    discount=0.8,
+    trace=0.9,
+    exploration=0.4,
+    checkpoint_every=25,
+)
 """153,600 steps; with this short horizon they were enough from each of three seeds."""
 
 

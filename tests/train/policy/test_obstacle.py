@@ -6,8 +6,8 @@ import torch
 
 from tendon_newton.errors import InvalidParameter
 from tests.train.policy.small import environment
-from train.policy.environment import FingerEnvironment
-from train.policy.obstacle import SIZES
+from train.policy.worlds.environment import FingerEnvironment
+from train.policy.worlds.obstacle import SIZES
 
 CLOSED = 2.9  # rad, an action that closes the finger
 
@@ -25,9 +25,12 @@ def close(finger: FingerEnvironment, steps: int) -> torch.Tensor:
 def test_an_obstacle_stops_the_finger() -> None:
     """Fingers with a ball in their way press against it; the others close as ever."""
     config = {
-        "worlds": 24, "episode": 100.0, "randomise": ("none",), "goals": (0.3, 1.2),
+        "worlds": 24,
+        "episode": 100.0,
+        "randomise": ("none",),
+        "goals": (0.3, 1.2),
         "max_step": 5e-4,
-    }  # fmt: skip
+    }
     free = close(environment(**config), 30)[-1]
     finger = environment(**config, obstacle="sphere", obstacle_chance=0.5)
     there = finger.loop.bench_numbers("obstacle_stiffness")[:, 0] > 0.0

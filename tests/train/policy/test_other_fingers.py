@@ -8,22 +8,26 @@ import numpy as np
 import pytest
 import torch
 
-from hardware.deploy_log import step_table
-from hardware.policy_runner import load_policy
+from hardware.control.policy_runner import load_policy
+from hardware.deployment.deploy_log import step_table
 from tendon_newton.cli import main
+from tendon_newton.data.cards.policy_card import PolicyCard
+from tendon_newton.data.cards.policy_observation import (
+    ObservationHistory,
+    applied_action,
+    sample_of,
+)
 from tendon_newton.errors import InvalidParameter, InvalidPolicyFile
-from tendon_newton.mechanisms.mechanism import load_mechanism
-from tendon_newton.mechanisms.parts import excursion
-from tendon_newton.mechanisms.statics import closed_position, closing_path, closing_tendons
-from tendon_newton.policy_card import PolicyCard
-from tendon_newton.policy_observation import ObservationHistory, applied_action, sample_of
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.geometry.parts import excursion
+from tendon_newton.mechanisms.geometry.statics import closed_position, closing_path, closing_tendons
 from tests.train.policy.small import environment, random_actions
-from train.policy.environment_config import EnvironmentConfig
-from train.policy.evaluation import RunnablePolicy, climb_stairs
-from train.policy.export import ExportedPolicy, export_policy
-from train.policy.goal_path import GoalPath
-from train.policy.training import Trained, train_policy
-from train.policy.training_config import PolicyTrainingConfig
+from train.policy.config.environment_config import EnvironmentConfig
+from train.policy.config.training_config import PolicyTrainingConfig
+from train.policy.runs.export import ExportedPolicy, export_policy
+from train.policy.runs.training import Trained, train_policy
+from train.policy.scoring.evaluation import RunnablePolicy, climb_stairs
+from train.policy.worlds.goal_path import GoalPath
 
 GOALS = {"finger_routed": 1.88, "finger_antagonist": 1.88, "thumb": 1.7}  # rad
 LEARNED = 0.6
@@ -35,12 +39,22 @@ def config_of(name: str) -> PolicyTrainingConfig:
     """Return a training of some seconds, in the precision whose kernels other tests compile."""
     return PolicyTrainingConfig(
         environment=EnvironmentConfig(
-            finger=name, worlds=48, goals=(0.0, GOALS[name]), goal_change=0.02, max_step=2.0e-3,
+            finger=name,
+            worlds=48,
+            goals=(0.0, GOALS[name]),
+            goal_change=0.02,
+            max_step=2.0e-3,
             precision="float64",
         ),
-        iterations=24, steps=32, epochs=4, learning_rate=2.0e-3, discount=0.8, trace=0.9,
-        exploration=0.5, checkpoint_every=24,
-    )  # fmt: skip
+        iterations=24,
+        steps=32,
+        epochs=4,
+        learning_rate=2.0e-3,
+        discount=0.8,
+        trace=0.9,
+        exploration=0.5,
+        checkpoint_every=24,
+    )
 
 
 def train(name: str, out: Path) -> Trained:

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hardware.deploy_log import read_steps
-from hardware.policy_runner import load_policy
+from hardware.control.policy_runner import load_policy
+from hardware.deployment.deploy_log import read_steps
 from tendon_newton.cli import main
 from tendon_newton.mechanisms.asset_library import asset_folder
 
@@ -18,8 +18,11 @@ def test_it_says_what_it_was_trained_for() -> None:
     """A bench that takes it is the nominal one, and pays out as in training."""
     card = load_policy(POLICY).card
     assert (card.servo, card.rate, card.servo_rate, card.spool_radius) == (
-        "xc330_t288_t", 20.0, 80.0, 0.0125,
-    )  # fmt: skip
+        "xc330_t288_t",
+        20.0,
+        80.0,
+        0.0125,
+    )
     assert card.command_range == pytest.approx((-1.2, 2.0 * np.pi))
     assert card.pay_out == (0.0, 0.05)
 

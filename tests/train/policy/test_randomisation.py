@@ -7,11 +7,11 @@ from typing import Any
 import pytest
 import torch
 
+from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tendon_newton.errors import InvalidDiagnosis, InvalidParameter, UnknownName
-from tendon_newton.model_file import Model, NamedValues, write_model
 from tests.train.policy.small import environment
-from train.policy.environment import FingerEnvironment
-from train.policy.randomisation import BENCH_NUMBERS
+from train.policy.worlds.environment import FingerEnvironment
+from train.policy.worlds.randomisation import BENCH_NUMBERS
 
 PULL = 1.2  # rad
 
@@ -34,9 +34,12 @@ def cause(name: str, **numbers: tuple[float, float]) -> dict[str, Any]:
         for key, ends in numbers.items()
     }
     return {
-        "name": name, "side": "actuator", "parameters": table, "indistinguishable_from": [],
+        "name": name,
+        "side": "actuator",
+        "parameters": table,
+        "indistinguishable_from": [],
         "separating_experiment": None,
-    }  # fmt: skip
+    }
 
 
 def write_diagnosis(path: Path, *causes: dict[str, Any]) -> str:
@@ -109,8 +112,9 @@ def test_worlds_differ_within_the_intervals_of_a_diagnosis(tmp_path: Path) -> No
     )
     finger = environment(randomise=(path,), worlds=200)
     for owner, name, low, high in (
-        ("coulomb_friction", "force", 0.5, 1.5), ("command_delay", "delay", 0.03, 0.05),
-    ):  # fmt: skip
+        ("coulomb_friction", "force", 0.5, 1.5),
+        ("command_delay", "delay", 0.03, 0.05),
+    ):
         values = finger.loop.numbers(owner, name)
         assert low - 1e-6 <= float(values.min()) < low + 0.05 * (high - low)
         assert high - 0.05 * (high - low) < float(values.max()) <= high + 1e-6
@@ -128,8 +132,10 @@ def test_worlds_differ_about_the_numbers_of_the_model(tmp_path: Path) -> None:
     write_model(tmp_path / "model.toml", model)
     force, names = str(tmp_path / "model.toml"), ("tendon_compliance", "gain_error")
     finger = environment(force=force, randomise=names, worlds=300, spread=0.2)
-    for owner, name, middle in (("tendon_compliance", "stiffness", 8000.0),
-                                ("gain_error", "scale", 1.0)):  # fmt: skip
+    for owner, name, middle in (
+        ("tendon_compliance", "stiffness", 8000.0),
+        ("gain_error", "scale", 1.0),
+    ):
         share = finger.loop.numbers(owner, name) / middle
         assert 0.8 - 1e-6 <= float(share.min()) < 0.82
         assert 1.18 < float(share.max()) <= 1.2 + 1e-6

@@ -8,15 +8,15 @@ import torch
 
 from tendon_newton.errors import InvalidParameter, InvalidPolicyFile
 from tests.train.policy.small import environment, short_training
-from train.policy.curve import CurvePoint, Progress
-from train.policy.process import Process
-from train.policy.training import Trained, train_policy
-from train.policy.training_config import (
+from train.policy.config.training_config import (
     PolicyTrainingConfig,
     exploration_at,
     learning_rate_at,
     to_rsl_rl,
 )
+from train.policy.runs.curve import CurvePoint, Progress
+from train.policy.runs.process import Process
+from train.policy.runs.training import Trained, train_policy
 
 
 def train(config: PolicyTrainingConfig, out: Path) -> Trained:
@@ -27,8 +27,11 @@ def train(config: PolicyTrainingConfig, out: Path) -> Trained:
 def weights(trained: Trained) -> dict[str, torch.Tensor]:
     """Return everything that was learned, and the optimiser's memory of it."""
     table = trained.runner.alg.save()
-    return {f"{part}.{name}": value for part in ("actor_state_dict", "critic_state_dict")
-            for name, value in table[part].items()}  # fmt: skip
+    return {
+        f"{part}.{name}": value
+        for part in ("actor_state_dict", "critic_state_dict")
+        for name, value in table[part].items()
+    }
 
 
 def test_the_given_deviation_gets_no_gradient_and_stays(tmp_path: Path) -> None:

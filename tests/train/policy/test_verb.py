@@ -7,14 +7,23 @@ import pytest
 import torch
 
 from tendon_newton.cli import main
-from tendon_newton.model_file import Model, NamedValues, write_model
-from tendon_newton.policy_card import PolicyCard
-from tests.physics.networks import force_network, write_force_network
-from train.policy.force_model import file_hash
+from tendon_newton.data.cards.policy_card import PolicyCard
+from tendon_newton.data.model_file import Model, NamedValues, write_model
+from tests.physics.learned.networks import force_network, write_force_network
+from train.policy.worlds.force_model import file_hash
 
 SHORT = (
-    "--worlds", "8", "--steps", "4", "--batch", "16", "--max-step", "2e-3", "--episode", "1",
-)  # fmt: skip
+    "--worlds",
+    "8",
+    "--steps",
+    "4",
+    "--batch",
+    "16",
+    "--max-step",
+    "2e-3",
+    "--episode",
+    "1",
+)
 
 
 def train(out: Path, *words: str) -> int:
@@ -44,8 +53,12 @@ def test_a_user_trains_and_goes_on(tmp_path: Path, capsys: pytest.CaptureFixture
     assert [row[0] for row in table["curve"]["rows"]] == [1, 2, 3, 4]
     assert [row[1] for row in table["curve"]["rows"]] == [32, 64, 96, 128]
     assert {file.name for file in out.iterdir()} == {
-        "checkpoints", "policy.json", "policy.onnx", "policy.pt", "tensorboard",
-    }  # fmt: skip
+        "checkpoints",
+        "policy.json",
+        "policy.onnx",
+        "policy.pt",
+        "tensorboard",
+    }
     assert train(out, "--iterations", "4", "--discount", "0.5") == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert "discount = 0.95, and now it is 0.5; use another folder" in line

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tendon_newton.dataset import Dataset
-from tendon_newton.model_file import Model
-from tendon_newton.recording import Recording
-from tendon_newton.simulation.replay import replay, simulated_recording
+from tendon_newton.data.dataset import Dataset
+from tendon_newton.data.model_file import Model
+from tendon_newton.data.recording import Recording
+from tendon_newton.simulation.hosts.replay import replay, simulated_recording
 from tests.effect_bench import commanded
 from tests.physics.runs import ideal_model, stairs
 from train.refresh.drift import SUSPECTS, find_drift, growth, model_error
@@ -60,10 +60,11 @@ def dataset_of(model: Model, seed: int) -> Dataset:
         (ideal_model(coulomb_friction={"force": 1.2}), "coulomb_friction", 1.2),
         (
             ideal_model(coulomb_friction={"force": 0.6}, tendon_slack={"length": 0.004}),
-            "tendon_slack", 0.004,
+            "tendon_slack",
+            0.004,
         ),
     ],
-)  # fmt: skip
+)
 def test_wear_is_named_with_its_size(worn: Model, name: str, number: float) -> None:
     """Friction that doubled is named with its new total, though the model has some already."""
     diagnosis, _ = find_drift(dataset_of(worn, 1), FITTED, suspects=FEW)

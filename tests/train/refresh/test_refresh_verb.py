@@ -6,15 +6,15 @@ from pathlib import Path
 
 import pytest
 
-from hardware.deploy_log import policy_span
+from hardware.deployment.deploy_log import policy_span
 from tendon_newton.cli import main
 from tendon_newton.cli.deploy import DeployConfig
 from tendon_newton.cli.deploy import main as deploy
-from tendon_newton.model_file import load_model, write_model
+from tendon_newton.data.model_file import load_model, write_model
 from tests.physics.runs import ideal_model
 from tests.train.policy.small import short_training
 from tests.train.policy.test_training import train
-from train.policy.export import export_policy
+from train.policy.runs.export import export_policy
 from train.refresh.logs import read_logs
 
 STAIRS = 16.5  # s
@@ -33,10 +33,14 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Path:
     write_model(folder / "model.toml", replace(ideal_model(), fit=("gain",)))
     deploy(
         DeployConfig(
-            policy=policy, port="virtual:finger:0:friction", goals="stairs", duration=STAIRS,
-            out=folder / "deployments", faster_than_real_time=True,
+            policy=policy,
+            port="virtual:finger:0:friction",
+            goals="stairs",
+            duration=STAIRS,
+            out=folder / "deployments",
+            faster_than_real_time=True,
         )
-    )  # fmt: skip
+    )
     return folder
 
 
@@ -66,18 +70,25 @@ def test_the_verb_goes_from_a_log_to_a_new_policy(
     assert main([*asked, *port]) == 0
     out = bench / "out"
     for name in (
-        "diagnosis/diagnosis.json", "diagnosis/report.html", "model.toml", "refresh.html",
-        "training/policy.onnx", "climb.png",
-    ):  # fmt: skip
+        "diagnosis/diagnosis.json",
+        "diagnosis/report.html",
+        "model.toml",
+        "refresh.html",
+        "training/policy.onnx",
+        "climb.png",
+    ):
         assert (out / name).stat().st_size > 0, name
     table = json.loads((out / "refresh.json").read_text(encoding="utf-8"))
     stages = table["stages"]
     assert list(stages) == ["drift", "model", "training", "bench", "figures"]
     places = [(f["policy"], f["where"].split(":")[0]) for f in stages["figures"]]
     assert places == [
-        ("old", "simulation, as the model had it"), ("old", "simulation, corrected"),
-        ("new", "simulation, corrected"), ("old", "bench, now"), ("new", "bench, now"),
-    ]  # fmt: skip
+        ("old", "simulation, as the model had it"),
+        ("old", "simulation, corrected"),
+        ("new", "simulation, corrected"),
+        ("old", "bench, now"),
+        ("new", "bench, now"),
+    ]
     assert load_model(out / "model.toml").actuator.values["gain"] != 4.2
     before = (out / "model.toml").stat().st_mtime_ns
     capsys.readouterr()

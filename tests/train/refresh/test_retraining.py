@@ -6,15 +6,15 @@ from pathlib import Path
 import pytest
 import torch
 
+from tendon_newton.data.files.trust import content_hash
+from tendon_newton.data.model_file import write_model
 from tendon_newton.errors import InvalidPolicyFile
-from tendon_newton.model_file import write_model
-from tendon_newton.trust import content_hash
 from tests.physics.runs import ideal_model
 from tests.train.policy.small import short_training
 from tests.train.policy.test_training import train
-from train.policy.checkpoint import load_start
-from train.policy.export import export_policy
-from train.policy.training import make_runner
+from train.policy.runs.checkpoint import load_start
+from train.policy.runs.export import export_policy
+from train.policy.runs.training import make_runner
 from train.refresh.retraining import find_training, retrain
 
 
@@ -78,9 +78,13 @@ def test_a_retraining_that_was_interrupted_goes_on(
     for folder, counts in (("whole", (4,)), ("parts", (2, 4))):
         for count in counts:
             exported = retrain(
-                found, model, tmp_path / folder, iterations=count, device="cpu",
+                found,
+                model,
+                tmp_path / folder,
+                iterations=count,
+                device="cpu",
                 report=lambda progress: None,
-            )  # fmt: skip
+            )
         checkpoint = tmp_path / folder / "checkpoints" / "000004.pt"
         learned.append(torch.load(checkpoint, weights_only=True)["algorithm"])
         assert exported.card.training.force == "model.toml"
@@ -107,8 +111,9 @@ def test_a_policy_without_its_training_is_refused(earlier: Path, tmp_path: Path)
         find_training(lone)
     runner = make_runner(
         train(short_training(iterations=1), tmp_path / "x").environment,
-        short_training(hidden=(8,)), "cpu",
-    )  # fmt: skip
+        short_training(hidden=(8,)),
+        "cpu",
+    )
     for file in (checkpoint, earlier.parent / "checkpoints" / "000002.pt"):
         with pytest.raises(InvalidPolicyFile, match="layers of the same widths"):
             load_start(file, runner.alg, "cpu")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tendon_newton.model_file import Model
+from tendon_newton.data.model_file import Model
 from tests.physics.runs import ideal_model
 from tests.train.refresh.test_drift import FITTED, log_of
 from train.refresh.slip import Comparison, best_offset, taut_from, with_slip

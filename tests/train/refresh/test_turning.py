@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tendon_newton.recording import Recording
+from tendon_newton.data.recording import Recording
 from tests.effect_bench import commanded
 from tests.physics.runs import ideal_model
 from tests.train.refresh.test_drift import FITTED, log_of

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from tendon_newton.data.model_file import Model
 from tendon_newton.mechanisms.asset_library import asset_folder
-from tendon_newton.model_file import Model
 from train.actuator.ideal import PAPER_GAIN
 from train.reproduction.closed_loop import replayed
 from train.reproduction.physical import with_ideal
-from train.reproduction.tip_stage import SINES
+from train.reproduction.steps.tip_stage import SINES
 from train.reproduction.trainings import learned_model
 from train.reproduction.unit import Unit
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tendon_newton.model_file import Model, NamedValues
+from tendon_newton.data.model_file import Model, NamedValues
 from tests.train.reproduction.tiny import SETTINGS
 from train.reproduction.closed_loop import replayed
 from train.reproduction.correction import train_correction

@@ -12,20 +12,20 @@ from pathlib import Path
 import pytest
 
 from tendon_newton.cli import main
-from tendon_newton.dataset import Dataset
+from tendon_newton.data.dataset import Dataset
+from tendon_newton.data.model_file import NamedValues, load_model, write_model
 from tendon_newton.errors import UnknownName
-from tendon_newton.model_file import NamedValues, load_model, write_model
 from tests.train.reproduction.tiny import SETTINGS, TinyBench
-from train.actuator.run import train_to_file
-from train.reproduction import policy_stage
+from train.actuator.fitting.run import train_to_file
 from train.reproduction.outcome import Outcome, mean_interval, row, write_outcome
 from train.reproduction.physical import starting_model
 from train.reproduction.pieces import Workers
 from train.reproduction.report import rows_table, write_report
 from train.reproduction.reproduction import MODELS, Reproduction
 from train.reproduction.settings import POLICIES, find_settings
-from train.reproduction.stages import STAGES, ready_before, run_stages, settled, with_needs
-from train.reproduction.tip_stage import SINES
+from train.reproduction.steps import policy_stage
+from train.reproduction.steps.stages import STAGES, ready_before, run_stages, settled, with_needs
+from train.reproduction.steps.tip_stage import SINES
 from train.reproduction.training_anew import anew_if_other
 from train.reproduction.unit import Unit, of_benches
 
@@ -228,8 +228,10 @@ def test_given_policies_climb_on_every_bench(recorded: Path, tmp_path: Path) -> 
     assert (found.measure, found.paper) == ("ideal source, 4.2 N/rad, tip RMSE", 24.0)
     assert (found.low, found.high, found.count) == pytest.approx((12.0, 16.0, 2))
     assert (less.measure, less.paper, less.ours) == (
-        "Transformer: less than the better ideal source's by", 50.0, pytest.approx(0.0),
-    )  # fmt: skip
+        "Transformer: less than the better ideal source's by",
+        50.0,
+        pytest.approx(0.0),
+    )
     given = Reproduction(settings=SETTINGS, out=tmp_path, folders=(recorded,), policies=policies)
     assert policy_stage.run(given).rows == ()
 
@@ -257,8 +259,9 @@ def test_policies_of_a_cpu_are_marked_as_shortened(tmp_path: Path) -> None:
         for name, effort in POLICIES.items()
     }
     assert words == {
-        "cuda": "26 million steps, seeds 0, 1, 2", "cpu": "3 million steps, seed 0, shortened",
-    }  # fmt: skip
+        "cuda": "26 million steps, seeds 0, 1, 2",
+        "cpu": "3 million steps, seed 0, shortened",
+    }
     assert find_settings("quick").policies is None
     assert policy_stage.own_device("cpu", 3) == "cpu"
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import torch
 
-from tendon_newton.recording import Array, Recording
-from tests.physics.networks import force_network
-from train.actuator.servo_law import ServoLaw
+from tendon_newton.data.recording import Array, Recording
+from tests.physics.learned.networks import force_network
+from train.actuator.samples.servo_law import ServoLaw
 from train.reproduction.correction import CorrectedSource, lasting_force
 from train.reproduction.servo_force import Servo, ServoForce, missing_force
 
@@ -24,10 +24,14 @@ def motion() -> Recording:
     time = np.arange(400) / 80.0
     angle = 1.0 + 0.5 * np.clip(1.3 * np.sin(2.0 * time), -1.0, 1.0)
     return Recording(
-        name="motion", bench="finger", time=time, motor_position=angle[:, None],
-        motor_velocity=np.gradient(angle, time)[:, None], command=angle[:, None] + 1.2,
+        name="motion",
+        bench="finger",
+        time=time,
+        motor_position=angle[:, None],
+        motor_velocity=np.gradient(angle, time)[:, None],
+        command=angle[:, None] + 1.2,
         force=np.zeros((400, 1)),
-    )  # fmt: skip
+    )
 
 
 def tension(motion: Recording, added: Array) -> Array:
@@ -69,9 +73,14 @@ def test_a_slack_tendon_misses_nothing() -> None:
     """Far below the spool's angle the command asks for no tension, and none is there."""
     time = np.arange(40) / 80.0
     still = Recording(
-        name="slack", bench="finger", time=time, motor_position=np.ones((40, 1)),
-        motor_velocity=np.zeros((40, 1)), command=np.zeros((40, 1)), force=np.full((40, 1), 0.01),
-    )  # fmt: skip
+        name="slack",
+        bench="finger",
+        time=time,
+        motor_position=np.ones((40, 1)),
+        motor_velocity=np.zeros((40, 1)),
+        command=np.zeros((40, 1)),
+        force=np.full((40, 1), 0.01),
+    )
     assert np.abs(missing_force(still, SERVO)).max() < 6e-3
 
 

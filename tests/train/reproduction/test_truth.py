@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from tendon_newton.model_file import NamedValues
-from train.reproduction.diagnosis_stage import sources
+from tendon_newton.data.model_file import NamedValues
 from train.reproduction.diagnosis_words import causes_text, truth_text
 from train.reproduction.physical import starting_model
+from train.reproduction.steps.diagnosis_stage import sources
 
 TRUTH = {
     "finger": {
@@ -76,9 +76,14 @@ def test_a_bench_without_causes_of_its_own_takes_the_usual_ones() -> None:
     """Units of one product; one diagnosis serves all, and without any each is its own."""
     found = [
         {"json": [{"effects": [{"name": name} for name in names]}]}
-        for names in ((), ("backlash",), ("coulomb_friction", "deadband"),
-                      ("deadband", "coulomb_friction"), ())
-    ]  # fmt: skip
+        for names in (
+            (),
+            ("backlash",),
+            ("coulomb_friction", "deadband"),
+            ("deadband", "coulomb_friction"),
+            (),
+        )
+    ]
     assert sources(found, 5) == [2, 1, 2, 3, 2]
     assert sources(found[2:3], 3) == [0, 0, 0]
     assert sources([], 2) == [0, 0]

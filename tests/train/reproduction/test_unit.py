@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hardware.excitation_plan import find_plan
-from hardware.experiment_plan import FURTHER_RUNS, thinned
+from hardware.collection.excitation_plan import find_plan
+from hardware.collection.experiment_plan import FURTHER_RUNS, thinned
 from tendon_newton.errors import InvalidDataset
-from train.reproduction.diagnosis_stage import scope_text
 from train.reproduction.settings import find_settings
+from train.reproduction.steps.diagnosis_stage import scope_text
 from train.reproduction.unit import (
     Unit,
     beginning,

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from hardware.bench_address import BenchAddress
-from hardware.excitation_plan import BENCHES, Share, runs_of
-from hardware.experiment_plan import record_unit
-from hardware.operator import SilentOperator
+from hardware.benches.bench_address import BenchAddress
+from hardware.collection.excitation_plan import BENCHES, Share, runs_of
+from hardware.collection.experiment_plan import record_unit
+from hardware.control.operator import SilentOperator
 from hardware.stop_request import StopRequest
 from train.reproduction.settings import ReproductionSettings
 
@@ -23,10 +23,8 @@ ON_FINGER = (
 PLAN = tuple(
     run
     for bench in BENCHES
-    for run in runs_of(
-        bench, (*TRAINING, *TESTS, *(ON_FINGER if bench == "finger" else ()))
-    )
-)  # fmt: skip
+    for run in runs_of(bench, (*TRAINING, *TESTS, *(ON_FINGER if bench == "finger" else ())))
+)
 SETTINGS = ReproductionSettings(
     name="tiny",
     units=(0,),

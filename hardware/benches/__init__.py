@@ -1,0 +1,1 @@
+"""A servo, a load cell and their ports as one bench."""

@@ -1,0 +1,1 @@
+"""Recording excitations on a bench."""

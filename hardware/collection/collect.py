@@ -1,0 +1,185 @@
+"""One recording, from a planned run to a file."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from hardware.benches.bench import Bench
+from hardware.benches.bench_address import FILTERS
+from hardware.collection.collect_settings import CollectSettings
+from hardware.collection.excitation_plan import PlannedRun
+from hardware.collection.run_loop import RunLoop
+from hardware.control.operator import Operator
+from hardware.errors import HardwareFault, LogNotWritten, SafetyStop
+from hardware.logs.session import Session
+from hardware.logs.session_log import SessionLog, open_log
+from hardware.pacing import PacingReport
+from hardware.safety_rules.safety import COLLECTION_RULES, refuse_unreachable
+from hardware.safety_rules.safety_limits import DeployLimits
+from hardware.safety_rules.sensor_reach import reach_of
+from hardware.servos.base import ServoSettings
+from hardware.stop_request import StopRequest
+from tendon_newton.errors import TendonNewtonError
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunOutcome:
+    """What came of a run."""
+
+    path: Path
+    rows: int
+    """Readings of the servo in the file."""
+    missed: int
+    """Ticks whose reading never came."""
+    readings: int
+    """Readings of the load cell in the file."""
+    load_cell_rate: float | None
+    """Measured [Hz]."""
+    gaps: tuple[tuple[float, float], ...]
+    """First and last instant of each gap, since the first row [s]."""
+    pacing: PacingReport
+    fault: TendonNewtonError | None
+    """What ended it before its time."""
+    interrupted: str | None
+    """Signal that ended it before its time."""
+
+    @property
+    def finished(self) -> bool:
+        """Whether it has its full length."""
+        return self.fault is None and self.interrupted is None
+
+
+def record_run(
+    bench: Bench,
+    run: PlannedRun,
+    settings: CollectSettings,
+    path: Path,
+    operator: Operator,
+    stop: StopRequest,
+) -> RunOutcome:
+    """Record one run; the motor is off before and after it.
+
+    What goes wrong on the bench ends the run and comes back with the outcome; the file is closed
+    and stays readable.
+
+    Args:
+        bench: An open bench.
+        run: What to record.
+        settings: How.
+        path: The file; it must not exist.
+        operator: Who is told.
+        stop: Who may end it.
+
+    Raises:
+        TendonNewtonError: It could not begin: no row was recorded.
+    """
+    log: SessionLog | None = None
+    session: dict[str, str] = {}
+    fault: TendonNewtonError | None = None
+    refuse_unreachable(
+        DeployLimits(bench=settings.limits), reach_of(bench.drives[0]), COLLECTION_RULES
+    )
+    command = run.command(settings.seed, settings.rate)
+    read_back = bench.servo.configure(watchdog_s=settings.watchdog)
+    if bench.controls is not None:
+        bench.controls.set_obstacle(run.obstacle)
+    stop.patient = True
+    loop = RunLoop(bench, settings, operator, stop)
+    try:
+        loop.approach(float(command[0]))
+        session = session_of(bench, run, settings, read_back, loop).text()
+        log = open_log(path, session, bench.time_base(), background=not bench.lockstep)
+        loop.record(run, command, log)
+    except TendonNewtonError as error:
+        fault = error
+    finally:
+        stop.patient = False
+        motor_off(bench, operator)
+        if log is not None:
+            fault = closed(log, session | ending(bench, loop, fault, stop), fault)
+    if log is None:
+        raise fault or SafetyStop("stopped before the first row")
+    return RunOutcome(
+        path=path,
+        rows=loop.rows,
+        missed=loop.missed,
+        readings=loop.forces.readings,
+        load_cell_rate=loop.forces.rate,
+        gaps=tuple(loop.gaps.gaps),
+        pacing=loop.ticker.report(),
+        fault=fault,
+        interrupted=stop.signal,
+    )
+
+
+def session_of(
+    bench: Bench,
+    run: PlannedRun,
+    settings: CollectSettings,
+    read_back: ServoSettings,
+    loop: RunLoop,
+) -> Session:
+    """Gather what the metadata says."""
+    address = bench.address
+    calibration = bench.calibration
+    return Session(
+        bench=run.bench,
+        port=address.port,
+        run=run.name,
+        excitation=run.excitation,
+        duration=run.duration,
+        split=run.split,
+        obstacle=run.obstacle,
+        seed=settings.seed,
+        rate=settings.rate,
+        command_rate=settings.commands,
+        host_loop=asdict(settings.loop),
+        servo=read_back,
+        calibration=calibration.identifier if calibration else None,
+        load_cell=bench.load_cell.name if bench.load_cell else None,
+        load_cell_rate=loop.forces.rate and round(loop.forces.rate, 2),
+        load_cell_filter=FILTERS[address.load_cell_rate] if address.virtual else None,
+        simulated=address.virtual,
+        notes=settings.notes,
+    )
+
+
+def ending(
+    bench: Bench, loop: RunLoop, fault: TendonNewtonError | None, stop: StopRequest
+) -> dict[str, str]:
+    """Return what is known at the end only: counters, gaps, pacing, and why it ended."""
+    cell = bench.load_cell
+    facts = {
+        "ended": str(fault) if fault else stop.signal or "complete",
+        "rows": str(loop.rows),
+        "missed": str(loop.missed),
+        "gaps": "; ".join(f"{start:.3f} to {end:.3f} s" for start, end in loop.gaps.gaps),
+        "pacing": loop.ticker.report().text,
+    }
+    facts |= {f"counters.servo.{k}": str(v) for k, v in asdict(bench.servo.counters).items()}
+    if cell is not None:
+        facts |= {f"counters.load_cell.{k}": str(v) for k, v in asdict(cell.counters).items()}
+    return facts
+
+
+def motor_off(bench: Bench, operator: Operator) -> None:
+    """Switch the motor off, as far as the servo can be reached."""
+    if not bench.servo.torque_enabled:
+        return
+    try:
+        bench.servo.disable_torque()
+    except HardwareFault as error:
+        operator.tell(f"THE MOTOR MAY STILL RUN, SWITCH ITS SUPPLY OFF: {error}")
+
+
+def closed(
+    log: SessionLog, session: dict[str, str], fault: TendonNewtonError | None
+) -> TendonNewtonError | None:
+    """Close the log; a disk that is full is the fault unless there was one before."""
+    try:
+        log.finish(session)
+    except LogNotWritten as error:
+        log.close()
+        return fault or error
+    return fault

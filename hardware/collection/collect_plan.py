@@ -1,0 +1,207 @@
+"""Many recordings in order: a plan, which can be interrupted and taken up again."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+from hardware.benches.bench import Bench, open_bench
+from hardware.benches.bench_address import BenchAddress
+from hardware.collection.collect import RunOutcome, record_run
+from hardware.collection.collect_settings import CollectSettings
+from hardware.collection.excitation_plan import BY_HAND, OBSTACLES, PlannedRun
+from hardware.control.operator import Operator
+from hardware.errors import ServoAlert
+from hardware.stop_request import StopRequest
+from tendon_newton.data.dataset import list_recording, listed_files
+from tendon_newton.data.files.toml_file import read_toml, write_toml
+from tendon_newton.errors import InvalidOutput, shown
+
+COLLECTION_FILE = "collection.toml"
+"""What a folder's recordings have in common; a plan is taken up again only with the same."""
+SINGLE_RUNS = "single runs"
+"""Title of a folder whose recordings follow no plan."""
+AGAIN = re.compile(r"_again\d+$")
+"""Ending of a recording whose first attempt was interrupted."""
+MISSED_SHARE = 0.02
+"""Missing rows that the operator is told of [1]."""
+RATE_MARGIN = 0.9
+"""A load cell below this share of the rows' rate counts as slower [1]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Collection:
+    """What came of a plan."""
+
+    outcomes: tuple[RunOutcome, ...]
+    """Runs that were recorded now, finished or not, in order."""
+    kept: int
+    """Runs that had been recorded before."""
+    left: int
+    """Runs that are still to be recorded."""
+
+
+def collect(
+    address: BenchAddress,
+    plan: Sequence[PlannedRun],
+    settings: CollectSettings,
+    out: Path,
+    operator: Operator,
+    stop: StopRequest,
+    *,
+    title: str,
+) -> Collection:
+    """Record the runs of a plan that its folder does not list yet.
+
+    A run that ends before its time keeps its file, unlisted, and is recorded anew under another
+    name when the plan is taken up again. After an alert the servo is restarted and the run tried
+    once more at once.
+
+    Args:
+        address: Where the bench is; its bench is replaced by each run's.
+        plan: The runs, those of a bench together.
+        settings: How to record.
+        out: Folder of the dataset.
+        operator: Who is asked and told.
+        stop: Who may end it.
+        title: Name of the plan; a folder holds one, or any number of single runs.
+
+    Raises:
+        InvalidOutput: The folder holds another plan, or the same with other settings.
+        TendonNewtonError: A bench cannot be opened, or a fault ended a run.
+    """
+    out.mkdir(parents=True, exist_ok=True)
+    claim(out, title, address, settings)
+    done = {AGAIN.sub("", Path(file).stem) for file in listed_files(out)}
+    waiting = [run for run in plan if run.name not in done]
+    outcomes: list[RunOutcome] = []
+    for name, group in groupby(waiting, key=lambda run: run.bench):
+        with open_bench(replace(address, bench=name), operator.tell) as bench:
+            mount(bench, operator)
+            if bench.controls is not None:
+                bench.controls.plant_file(out / f"plant_{name}.toml")
+            obstacle = "free"
+            for run in group:
+                left = waiting[waiting.index(run) :]
+                operator.announce(
+                    f"run {len(plan) - len(left) + 1} of {len(plan)}: {run.name}, "
+                    f"{run.duration:.0f} s; {sum(r.duration for r in left) / 60.0:.1f} min left"
+                )
+                if not address.virtual and (run.obstacle != obstacle or run.obstacle in BY_HAND):
+                    operator.ask(OBSTACLES[run.obstacle])
+                obstacle = run.obstacle
+                outcomes += attempts(bench, run, settings, out, operator, stop)
+                if not outcomes[-1].finished:
+                    return report(outcomes, plan, done)
+    return report(outcomes, plan, done)
+
+
+def report(
+    outcomes: Sequence[RunOutcome], plan: Sequence[PlannedRun], done: set[str]
+) -> Collection:
+    """Count what was recorded now and before, and what is left."""
+    kept = sum(run.name in done for run in plan)
+    finished = sum(outcome.finished for outcome in outcomes)
+    return Collection(outcomes=tuple(outcomes), kept=kept, left=len(plan) - kept - finished)
+
+
+def attempts(
+    bench: Bench,
+    run: PlannedRun,
+    settings: CollectSettings,
+    out: Path,
+    operator: Operator,
+    stop: StopRequest,
+) -> list[RunOutcome]:
+    """Record a run and list it; after an alert restart the servo and try once more."""
+    outcome = record_run(bench, run, settings, free_path(out, run.name), operator, stop)
+    outcomes = [outcome]
+    if isinstance(outcome.fault, ServoAlert):
+        operator.tell(f"{run.name}: {outcome.fault}")
+        operator.ask("Remove the cause. The servo is then restarted and the run recorded anew.")
+        bench.servo.reboot()
+        outcome = record_run(bench, run, settings, free_path(out, run.name), operator, stop)
+        outcomes.append(outcome)
+    if outcome.missed > MISSED_SHARE * (outcome.rows + outcome.missed):
+        operator.tell(
+            f"{run.name} misses {outcome.missed} of {outcome.rows + outcome.missed} rows, "
+            f"{outcome.pacing.overruns} of them because this computer was too busy."
+        )
+    if outcome.finished:
+        enlist(out, outcome, run, settings, calibrated=bench.calibration is not None)
+    return outcomes
+
+
+def enlist(
+    out: Path, outcome: RunOutcome, run: PlannedRun, settings: CollectSettings, *, calibrated: bool
+) -> None:
+    """Add a finished recording to the folder's ``dataset.toml``.
+
+    It starts from its first row: gears hold the spool where it is, so that a servo does not rest in
+    the friction-free equilibrium of a command.
+    """
+    rate = outcome.load_cell_rate
+    slow = calibrated and rate is not None and rate < RATE_MARGIN * settings.rate
+    list_recording(
+        out,
+        outcome.path.name,
+        bench=run.bench,
+        split=run.split,
+        start="first_row",
+        load_cell_rate=float(round(rate)) if slow and rate is not None else None,
+    )
+
+
+def free_path(out: Path, name: str) -> Path:
+    """Return where a run goes: what an interrupted attempt has left is never overwritten."""
+    path, attempt = out / f"{name}.mcap", 0
+    while path.exists():
+        attempt += 1
+        path = out / f"{name}_again{attempt}.mcap"
+    return path
+
+
+def free_name(out: Path, stem: str) -> str:
+    """Return the first numbered name that no file of a folder has."""
+    number = 0
+    while any(out.glob(f"{stem}_{number}[._]*")):
+        number += 1
+    return f"{stem}_{number}"
+
+
+def mount(bench: Bench, operator: Operator) -> None:
+    """Ask for a bench to be made ready while its motor is off; a virtual one is."""
+    if not bench.address.virtual:
+        operator.ask(
+            f"Mount the bench {bench.address.bench!r}, with nothing in its way. Let it rest and "
+            "wind the spool by hand until the tendon is just taut: there the angle is zero."
+        )
+
+
+def claim(out: Path, title: str, address: BenchAddress, settings: CollectSettings) -> None:
+    """Note what a folder's recordings have in common, or refuse to mix others among them."""
+    facts: dict[str, Any] = {"plan": title, "virtual": address.virtual}
+    if title != SINGLE_RUNS:
+        facts |= {
+            "seed": settings.seed,
+            "mode": "pwm",  # a folder from when the servo's own loop could run is not mixed
+            "rate_hz": settings.rate,
+            "command_rate_hz": settings.commands,
+        }
+    path = out / COLLECTION_FILE
+    if not path.exists():
+        if listed_files(out):
+            raise InvalidOutput(f"{out}: holds a dataset of another origin; give another folder")
+        write_toml(path, facts)
+        return
+    there = read_toml(path, InvalidOutput, "a collection is a TOML file")
+    for key, value in facts.items():
+        if there.get(key) != value:
+            raise InvalidOutput(
+                f"{out}: its recordings have {key} = {shown(there.get(key))}; asked for is "
+                f"{shown(value)}: take them up with the same settings or give another folder"
+            )

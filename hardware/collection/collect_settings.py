@@ -1,0 +1,57 @@
+"""How to record: what is the same for all runs of a session."""
+
+from dataclasses import dataclass, field
+
+from hardware.safety_rules.limits import SafetyLimits
+from hardware.servos.host_position_loop import HostPositionLoop
+from tendon_newton.errors import InvalidParameter
+
+COMMAND_RATE = 20.0
+"""Commands per second unless given [Hz]: what the bench of the paper used."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CollectSettings:
+    """Rates, the position loop, limits, and what is drawn."""
+
+    rate: float = 80.0
+    """Readings of the servo per second [Hz]."""
+    command_rate: float | None = None
+    """Commands per second [Hz], of which the rate is a whole multiple."""
+    loop: HostPositionLoop = field(default_factory=HostPositionLoop)
+    """The position loop; it runs here, as on the paper's bench."""
+    settle: float = 1.5
+    """Rest at the first command before the first row [s]."""
+    watchdog: float = 0.2
+    """Silence on the bus after which the servo stops by itself [s]."""
+    limits: SafetyLimits = field(default_factory=SafetyLimits)
+    """What ends a run."""
+    seed: int = 0
+    """Of what the excitations draw."""
+    notes: str = ""
+    """What the operator wants remembered."""
+
+    def __post_init__(self) -> None:
+        """Refuse rates that do not divide."""
+        if not 10.0 <= self.rate <= 500.0:
+            raise InvalidParameter(f"the rate must be 10 to 500 Hz; it is {self.rate:g} Hz")
+        ratio = self.rate / self.commands if self.commands > 0.0 else 0.0
+        if ratio < 1.0 or abs(ratio - round(ratio)) > 1e-9:
+            raise InvalidParameter(
+                f"the rate must be a whole multiple of the command rate; they are {self.rate:g} "
+                f"and {self.commands:g} Hz"
+            )
+        if not 0.0 <= self.settle <= 60.0:
+            raise InvalidParameter(f"the rest must be 0 to 60 s; it is {self.settle:g} s")
+
+    @property
+    def commands(self) -> float:
+        """Commands per second [Hz]."""
+        if self.command_rate is not None:
+            return self.command_rate
+        return min(self.rate, COMMAND_RATE)
+
+    @property
+    def divider(self) -> int:
+        """Ticks per command."""
+        return round(self.rate / self.commands)

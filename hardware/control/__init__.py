@@ -1,0 +1,1 @@
+"""Where goals come from: policies, keyboards and the network."""

@@ -1,0 +1,251 @@
+"""Where a policy's goals come from: keys, a file, lines, datagrams, stairs, or one number.
+
+A goal is an angle alpha [rad]: 0 is the straight finger, pi/2 the tip below the PIP axis. Lines and
+datagrams hold one number each; what is none is told once and changes nothing.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import select
+import sys
+from bisect import bisect_right
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Protocol
+
+from hardware.control.signed_goals import read_key
+from tendon_newton.data.files.text_file import read_text
+from tendon_newton.errors import InvalidGoal, InvalidParameter, shown
+
+LINE_MAX = 200
+"""Characters of a line with a goal."""
+FILE_SIZE_LIMIT = 1_000_000
+"""Bytes of a file of goals."""
+PIECE = 4096
+"""Bytes taken at a time, so that a flood of lines cannot hold the loop up."""
+STEP = math.pi / 60.0
+"""By which an arrow key moves the goal [rad]: 3 degrees."""
+STAIR, DWELL = math.pi / 10.0, 1.5
+"""Height [rad] and length [s] of the paper's stairs."""
+
+
+class Goals(Protocol):
+    """Gives the goal that holds now."""
+
+    notes: list[str]
+    """What the operator should be told; whoever tells it empties the list."""
+
+    def value(self, now: float) -> float:
+        """Return the goal [rad] at a time since the start [s]."""
+        ...
+
+    def key(self, key: str) -> None:
+        """Take a key that was pressed."""
+        ...
+
+    def close(self) -> None:
+        """Let go of what was opened; more than once does no harm."""
+        ...
+
+
+def parse_goal(line: str) -> float:
+    """Return the goal [rad] that a line holds.
+
+    Raises:
+        InvalidGoal: It holds no single finite number.
+    """
+    try:
+        value = float(line.strip()) if len(line) <= LINE_MAX else math.nan
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise InvalidGoal(f"a goal is one number, an angle in rad; it is {shown(line.strip())}")
+    return value
+
+
+class FixedGoal:
+    """One goal, which arrow keys move.
+
+    Args:
+        value: The first goal [rad].
+        bounds: Least and greatest goal [rad].
+        step: By which a key moves it [rad].
+    """
+
+    def __init__(self, value: float, bounds: tuple[float, float], step: float = STEP) -> None:
+        self.notes: list[str] = []
+        self._bounds = bounds
+        self._step = step
+        self._value = min(max(value, bounds[0]), bounds[1])
+
+    def value(self, now: float) -> float:
+        """Return the goal [rad]."""
+        return self._value
+
+    def key(self, key: str) -> None:
+        """Move the goal: up and down by a step, 0 to 9 to a place between the bounds."""
+        low, high = self._bounds
+        move = {"up": 1.0, "right": 1.0, "+": 1.0, "down": -1.0, "left": -1.0, "-": -1.0}.get(key)
+        if move is not None:
+            self._value = min(max(self._value + move * self._step, low), high)
+        elif key.isdecimal():
+            self._value = low + (high - low) * int(key) / 9.0
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+class TimedGoals:
+    """Goals at set times.
+
+    Args:
+        instants: When each begins to hold [s], from 0 on, increasing.
+        values: The goals [rad].
+    """
+
+    def __init__(self, instants: Sequence[float], values: Sequence[float]) -> None:
+        self.notes: list[str] = []
+        self._instants = list(instants)
+        self._values = list(values)
+
+    @property
+    def end(self) -> float:
+        """When the last one begins to hold [s]."""
+        return self._instants[-1]
+
+    def value(self, now: float) -> float:
+        """Return the goal [rad] at a time since the start [s]."""
+        return self._values[max(bisect_right(self._instants, now) - 1, 0)]
+
+    def key(self, key: str) -> None:
+        """Do nothing: the goals are set."""
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+def stairs(dwell: float = DWELL) -> TimedGoals:
+    """Return the paper's stairs: from 0 to pi/2 and back by pi/10, resting on each."""
+    levels = [STAIR * level for level in (*range(6), *range(4, -1, -1))]
+    return TimedGoals([dwell * place for place in range(len(levels))], levels)
+
+
+def read_goals(path: Path) -> TimedGoals:
+    """Read goals from a file: on each line a time [s] and a goal [rad]; # begins a comment.
+
+    Raises:
+        InvalidGoal: A line is none, or times do not increase from 0.
+    """
+    promise = "goals are lines with a time in s and an angle in rad"
+    text = read_text(path, InvalidGoal, promise, size_limit=FILE_SIZE_LIMIT)
+    instants: list[float] = []
+    values: list[float] = []
+    for number, line in enumerate(text.splitlines(), start=1):
+        words = line.partition("#")[0].replace(",", " ").split()
+        if not words:
+            continue
+        try:
+            instant, value = (parse_goal(word) for word in words)
+        except (InvalidGoal, ValueError) as error:
+            raise InvalidGoal(f"{path}: line {number}: {promise}; it is {shown(line)}") from error
+        if instant < 0.0 or (instants and instant <= instants[-1]):
+            raise InvalidGoal(f"{path}: line {number}: times must increase from 0; it is {instant}")
+        instants.append(instant)
+        values.append(value)
+    if not instants:
+        raise InvalidGoal(f"{path}: {promise}; there is none")
+    return TimedGoals(instants, values)
+
+
+class LineGoals:
+    """Goals as lines that come over a descriptor: the standard input or a pipe.
+
+    Args:
+        value: The goal [rad] before the first line.
+        number: The descriptor; the standard input's unless given.
+    """
+
+    def __init__(self, value: float = 0.0, number: int | None = None) -> None:
+        self.notes: list[str] = []
+        self._number = sys.stdin.fileno() if number is None else number
+        self._value = value
+        self._rest = b""
+        self._ended = False
+        self._told = False
+
+    def value(self, now: float) -> float:
+        """Return the goal of the last line [rad]."""
+        if not self._ended and select.select([self._number], [], [], 0.0)[0]:
+            try:
+                data = os.read(self._number, PIECE)
+            except OSError:  # a terminal that is gone
+                data = b""
+            self._ended = not data
+            *lines, self._rest = (self._rest + data).split(b"\n")
+            self._rest = self._rest[: LINE_MAX + 1]
+            for line in lines:
+                self.take(line)
+            if self._ended:
+                self.notes.append("No more goals come; the last one stays.")
+        return self._value
+
+    def take(self, line: bytes) -> bool:
+        """Take a line; return whether it is a goal. One that is none is told once."""
+        if not line.strip():
+            return False
+        try:
+            self._value = self.read(line)
+        except InvalidGoal as error:
+            self.notes += [] if self._told else [f"{error}: it is ignored, as others will be"]
+            self._told = True
+            return False
+        return True
+
+    def read(self, line: bytes) -> float:
+        """Return the goal of a line [rad].
+
+        Raises:
+            InvalidGoal: It is none.
+        """
+        return parse_goal(line.decode("ascii", errors="replace"))
+
+    def key(self, key: str) -> None:
+        """Do nothing: goals come in lines."""
+
+    def close(self) -> None:
+        """Do nothing: the descriptor is not ours."""
+
+
+def open_goals(word: str, bounds: tuple[float, float], key: Path | None = None) -> Goals:
+    """Return the goals that a word names.
+
+    Args:
+        word: ``keyboard``, ``stdin``, ``udp:[ADDRESS:]PORT``, ``stairs``, an angle [rad], or the
+            path of a file.
+        bounds: Least and greatest goal [rad] that keys may give.
+        key: File with what the sender of datagrams shares; from other computers they need one.
+
+    Raises:
+        InvalidGoal: The file holds no goals.
+        InvalidParameter: The word names nothing.
+    """
+    if key is not None and not word.startswith("udp:"):
+        raise InvalidParameter("a key is for goals over UDP alone; they come in another way")
+    if word == "keyboard":
+        return FixedGoal(bounds[0], bounds)
+    if word == "stdin":
+        return LineGoals(bounds[0])
+    if word == "stairs":
+        return stairs()
+    if word.startswith("udp:"):
+        from hardware.control.datagram_goals import DatagramGoals  # it is made of what stands here
+
+        return DatagramGoals(
+            word.removeprefix("udp:"), bounds[0], key=None if key is None else read_key(key)
+        )
+    try:
+        return FixedGoal(parse_goal(word), bounds)
+    except InvalidGoal:
+        return read_goals(Path(word))

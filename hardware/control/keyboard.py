@@ -1,0 +1,101 @@
+"""Single keys of a terminal, without Enter and without waiting."""
+
+from __future__ import annotations
+
+import os
+import select
+import sys
+import termios
+import tty
+from types import TracebackType
+from typing import Any, Self
+
+KEYS = {
+    b"\x1b[A": "up",
+    b"\x1b[B": "down",
+    b"\x1b[C": "right",
+    b"\x1b[D": "left",
+    b"\x1bOA": "up",
+    b"\x1bOB": "down",
+    b"\x1bOC": "right",
+    b"\x1bOD": "left",
+}
+"""What a terminal sends for the arrow keys, in either of its modes."""
+STOP_KEYS = {" ": "the space bar", "q": "key q"}
+"""Keys that end a run in an orderly way."""
+KILL_KEYS = {"x": "key x"}
+"""Keys that switch the motor off at once."""
+PIECE = 256
+"""Bytes taken at a time."""
+
+
+class Keyboard:
+    """The keys of a terminal; where there is none, no key ever comes.
+
+    Used as a context; afterwards the terminal is as it was.
+
+    Args:
+        number: File descriptor; the standard input's unless given.
+    """
+
+    def __init__(self, number: int | None = None) -> None:
+        self._number = number
+        self._before: list[Any] | None = None
+
+    def __enter__(self) -> Self:
+        """Let keys come one by one and unseen."""
+        if self._number is None:
+            try:
+                self._number = sys.stdin.fileno()
+            except (AttributeError, OSError, ValueError):  # closed, or not a file
+                return self
+        if os.isatty(self._number):
+            self._before = termios.tcgetattr(self._number)
+            tty.setcbreak(self._number)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Give the terminal back."""
+        if self._before is not None and self._number is not None:
+            before, self._before = self._before, None
+            try:
+                termios.tcsetattr(self._number, termios.TCSADRAIN, before)
+            except termios.error:  # the terminal is gone
+                return
+
+    @property
+    def there(self) -> bool:
+        """Whether there is a terminal."""
+        return self._before is not None
+
+    def pressed(self) -> list[str]:
+        """Return the keys that were pressed since the last call."""
+        if self._before is None or self._number is None:
+            return []
+        if not select.select([self._number], [], [], 0.0)[0]:
+            return []
+        try:
+            return split_keys(os.read(self._number, PIECE))
+        except OSError:  # the terminal is gone; SIGHUP says so as well
+            return []
+
+
+def split_keys(data: bytes) -> list[str]:
+    """Return what a terminal has sent as keys; what is no key of ours is left out."""
+    keys, place = [], 0
+    while place < len(data):
+        name = KEYS.get(data[place : place + 3])
+        if name is not None:
+            keys.append(name)
+            place += 3
+            continue
+        character = chr(data[place])
+        if character.isascii() and character.isprintable():
+            keys.append(character)
+        place += 1
+    return keys

@@ -1,0 +1,1 @@
+"""A policy that drives a finger, and its log."""

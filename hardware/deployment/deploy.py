@@ -1,0 +1,232 @@
+"""One deployment, from an open bench to a closed log."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from hardware.benches.bench import Bench
+from hardware.benches.bench_address import FILTERS
+from hardware.collection.collect import closed
+from hardware.control.goals import Goals
+from hardware.control.keyboard import Keyboard
+from hardware.control.operator import Operator
+from hardware.control.pilot import Pilot
+from hardware.control.policy_runner import Policy
+from hardware.deployment.deploy_log import DeployLog, step_fields
+from hardware.deployment.deploy_loop import DeployLoop
+from hardware.deployment.deploy_operator import AbsentableOperator
+from hardware.deployment.deploy_settings import DeploySettings
+from hardware.errors import SafetyStop
+from hardware.logs.session import Session, flattened
+from hardware.logs.session_log import open_log
+from hardware.pacing import PacingReport
+from hardware.safety_rules.force_estimate import ForceEstimate
+from hardware.safety_rules.safety import refuse_unreachable
+from hardware.safety_rules.safety_guards import Trip
+from hardware.safety_rules.sensor_reach import reach_of
+from hardware.servos.base import ServoSettings
+from hardware.stop_request import StopRequest
+from tendon_newton.errors import TendonNewtonError
+
+
+@dataclass(frozen=True, kw_only=True)
+class DeployOutcome:
+    """What came of a deployment."""
+
+    path: Path | None
+    """Its log."""
+    rows: int
+    """Readings of the servo."""
+    missed: int
+    """Ticks whose reading never came."""
+    steps: int
+    """Steps of the pilot."""
+    pacing: PacingReport
+    trips: dict[str, int]
+    """How often each safety rule came into effect."""
+    ended: str
+    """Why it ended, in words."""
+    fault: TendonNewtonError | None
+    """What ended it against the operator's will."""
+    first_command: float | None
+    """Instant of the first command on the bench's clock [s]."""
+    acted: tuple[tuple[Trip, float], ...]
+    """The latest trips of safety rules, and when what they ask for had been done [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Deployment:
+    """Who drives what, and how."""
+
+    bench: Bench
+    """An open bench."""
+    pilot: Pilot
+    settings: DeploySettings
+    goals: Goals
+    policy: Policy | None = None
+    """Named in the log; a hand at the keys is none."""
+    estimate: ForceEstimate | None = None
+    """Gives the tension where no load cell does."""
+
+    @property
+    def estimates(self) -> tuple[ForceEstimate, ...]:
+        """One for each servo, where there is one."""
+        further = len(self.bench.further)
+        first = self.estimate
+        return () if first is None else (first, *(first.anew() for _ in range(further)))
+
+
+def deploy(
+    deployment: Deployment,
+    path: Path | None,
+    keyboard: Keyboard,
+    operator: Operator,
+    stop: StopRequest,
+) -> DeployOutcome:
+    """Let a pilot drive; the motors are off before and after it, whatever happens.
+
+    Args:
+        deployment: Who drives what.
+        path: The log; it must not exist. Without one nothing is kept.
+        keyboard: The operator's keys.
+        operator: Who is told.
+        stop: Who may end it.
+
+    Raises:
+        TendonNewtonError: It could not begin.
+    """
+    bench, settings = deployment.bench, deployment.settings
+    refuse_blind_rules(deployment)
+    read_back = [drive.servo.configure(watchdog_s=settings.watchdog) for drive in bench.drives]
+    loop = DeployLoop(
+        bench,
+        deployment.pilot,
+        settings,
+        deployment.goals,
+        keyboard,
+        AbsentableOperator(operator),
+        stop,
+        deployment.estimates,
+    )
+    session = session_of(deployment, read_back)
+    log = None
+    if path is not None:
+        log = open_log(
+            path,
+            session,
+            bench.time_base(),
+            background=not bench.lockstep,
+            endless=True,
+            tendons=len(bench.drives),
+        )
+    fault: TendonNewtonError | None = None
+    stop.patient = True
+    try:
+        if not settings.dry:
+            for drive in bench.drives:
+                drive.servo.enable_torque()
+        loop.run(None if log is None else DeployLog(log))
+    except TendonNewtonError as error:
+        fault = error
+    finally:
+        stop.patient = False
+        loop.switch_off()
+        if loop.ending is not None and not loop.complete:
+            fault = fault or SafetyStop(loop.ending.reason)
+        if log is not None:
+            fault = closed(log, session | ending(loop, fault), fault)
+    return DeployOutcome(
+        path=path,
+        rows=loop.senses.rows,
+        missed=loop.senses.missed,
+        steps=loop.steps,
+        pacing=loop.ticker.report(),
+        trips=dict(loop.guard.trips),
+        ended=ended(loop, fault),
+        fault=fault,
+        first_command=loop.first_command,
+        acted=tuple(loop.acted),
+    )
+
+
+def refuse_blind_rules(deployment: Deployment) -> None:
+    """Refuse limits that the sensors of this bench can never pass.
+
+    Raises:
+        RuleOutOfReach: A rule could not act whatever happens.
+    """
+    bench = deployment.bench
+    for drive, limits in zip(bench.drives, deployment.settings.servo_limits, strict=True):
+        refuse_unreachable(limits, reach_of(drive, deployment.estimate))
+
+
+def session_of(deployment: Deployment, read_back: Sequence[ServoSettings]) -> dict[str, str]:
+    """Return what decides a deployment, as a metadata record holds it."""
+    bench, settings, policy = deployment.bench, deployment.settings, deployment.policy
+    address = bench.address
+    pilot = "jog" if policy is None else policy.path.stem
+    session = Session(
+        bench=address.bench,
+        port=address.port,
+        run=pilot,
+        excitation="deployment",
+        duration=settings.duration or 0.0,
+        split="test",
+        obstacle="free",
+        seed=0,
+        rate=settings.rate,
+        command_rate=settings.policy_rate,
+        host_loop=asdict(settings.loop),
+        servo=read_back[0],
+        calibration=bench.calibration.identifier if bench.calibration else None,
+        load_cell=bench.load_cell.name if bench.load_cell else None,
+        load_cell_rate=float(address.load_cell_rate) if address.virtual else None,
+        load_cell_filter=FILTERS[address.load_cell_rate] if address.virtual else None,
+        simulated=address.virtual,
+        notes=settings.notes,
+    ).text()
+    names = step_fields(len(bench.drives))
+    session |= {"deploy.dry": str(settings.dry), "policy.step_fields": ", ".join(names)}
+    session["deploy.limits"] = json.dumps(asdict(settings.limits))
+    for place, (drive, found) in enumerate(zip(bench.further, read_back[1:], strict=True), start=1):
+        session |= flattened({f"servo_{place}": found})
+        session |= flattened({f"host_loop_{place}": settings.loops[place]})
+        calibration = drive.calibration
+        session[f"calibration_{place}"] = "" if calibration is None else calibration.identifier
+    if policy is not None:
+        session |= {
+            "policy.file": policy.path.name,
+            "policy.sha256": policy.sha256,
+            "policy.engine": policy.engine,
+            "policy.card": policy.card.to_json(),
+        }
+    return session
+
+
+def ending(loop: DeployLoop, fault: TendonNewtonError | None) -> dict[str, str]:
+    """Return what is known at the end only: counters, pacing, trips, and why it ended."""
+    facts = {
+        "ended": ended(loop, fault),
+        "rows": str(loop.senses.rows),
+        "missed": str(loop.senses.missed),
+        "pacing": loop.ticker.report().text,
+        "safety.trips": json.dumps(loop.guard.trips),
+    }
+    for place, drive in enumerate(loop.bench.drives):
+        mark = f"_{place}" if place else ""
+        counted = asdict(drive.servo.counters)
+        facts |= {f"counters.servo{mark}.{k}": str(v) for k, v in counted.items()}
+        if drive.load_cell is not None:
+            counted = asdict(drive.load_cell.counters)
+            facts |= {f"counters.load_cell{mark}.{k}": str(v) for k, v in counted.items()}
+    return facts
+
+
+def ended(loop: DeployLoop, fault: TendonNewtonError | None) -> str:
+    """Say why a run ended."""
+    if fault is not None:
+        return str(fault)
+    return "complete" if loop.ending is None else loop.ending.reason

@@ -1,0 +1,103 @@
+"""How a recording was made: what its metadata record says."""
+
+import functools
+import os
+import platform
+import subprocess
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields, is_dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from hardware.servos.base import ServoSettings
+
+
+@dataclass(frozen=True, kw_only=True)
+class Session:
+    """All that decides a recording beside its signals; written at its front and at its end."""
+
+    bench: str
+    """Name under ``assets/`` of the bench."""
+    port: str
+    """What the servo was reached through."""
+    run: str
+    """Name of the planned run."""
+    excitation: str
+    duration: float
+    """[s]"""
+    split: str
+    obstacle: str
+    seed: int
+    """Of what the excitation draws."""
+    rate: float
+    """Readings of the servo per second [Hz]."""
+    command_rate: float
+    """Commands per second [Hz]."""
+    host_loop: Mapping[str, Any]
+    """Gain [1/rad], limit and offset of the duty [1] of the loop on the host."""
+    servo: ServoSettings
+    """What the servo read back."""
+    calibration: str | None
+    """Identifier of the load cell's calibration; without one there are raw counts only."""
+    load_cell: str | None
+    """Kind of the load cell."""
+    load_cell_rate: float | None
+    """Readings per second [Hz], measured at the start."""
+    load_cell_filter: str | None
+    """What was done to a reading before it came: it shows later than the force."""
+    simulated: bool
+    """Whether a virtual bench stood in for the real one."""
+    notes: str = ""
+    """What the operator wants remembered."""
+    mode: str = "pwm"
+    """Where the position loop ran: on the host; older files may say ``position``, in the servo."""
+
+    def text(self) -> dict[str, str]:
+        """Return keys and values as a metadata record holds them, with the software's facts."""
+        table = flattened({f.name: getattr(self, f.name) for f in fields(self)})
+        return table | software(self.simulated)
+
+
+def flattened(table: Mapping[str, Any], prefix: str = "") -> dict[str, str]:
+    """Return nested values as dotted keys and words."""
+    flat: dict[str, str] = {}
+    for key, value in table.items():
+        name = f"{prefix}{key}"
+        if is_dataclass(value) and not isinstance(value, type):
+            value = asdict(value)
+        if isinstance(value, Mapping):
+            flat |= flattened(value, f"{name}.")
+        else:
+            flat[name] = "" if value is None else str(value)
+    return flat
+
+
+def software(simulated: bool) -> dict[str, str]:
+    """Return versions, and date and machine where they mean something."""
+    from tendon_newton import __version__
+
+    facts = {"software": f"tendon-newton {__version__}", "git_commit": git_commit() or ""}
+    if not simulated:  # a simulated run is the same on every day and machine
+        facts["date"] = datetime.now(UTC).isoformat(timespec="seconds")
+        facts["machine"] = (
+            f"{platform.node()} {platform.machine()}, Python {platform.python_version()}"
+        )
+    return facts
+
+
+@functools.cache
+def git_commit() -> str | None:
+    """Return the commit of the clone that this runs from, marked if it was changed since."""
+    folder = Path(__file__).resolve().parents[2]
+    if not (folder / ".git").exists():
+        return None
+    git = ["git", "--no-optional-locks", "-C", os.fspath(folder)]
+    try:
+        commit, changes = (
+            subprocess.run([*git, *words], capture_output=True, text=True, timeout=5, check=True)
+            for words in (["rev-parse", "--short=12", "HEAD"], ["status", "--porcelain", "-uno"])
+        )
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return commit.stdout.strip() + ("-dirty" if changes.stdout.strip() else "")

@@ -1,0 +1,1 @@
+"""When a run must end, and how fast."""

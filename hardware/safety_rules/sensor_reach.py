@@ -1,0 +1,52 @@
+"""What the sensors of a bench can say at all: a rule beyond that would never act."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+
+from hardware.benches.bench import Drive
+from hardware.load_cells.base import SATURATED_COUNTS
+from hardware.safety_rules.force_estimate import ForceEstimate
+from hardware.servos import registers as r
+
+Range = tuple[float, float]
+"""Least and greatest value."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class SensorReach:
+    """Ranges of what one servo and the load cell in its tendon can say."""
+
+    position: Range
+    """Of the spool [rad]: what its register holds."""
+    voltage: Range
+    """Of the supply [V]: what its register holds."""
+    current: Range
+    """Of the supply [A]: a motor takes no more than at standstill."""
+    temperature: Range
+    """Of the motor [degC]: beyond it the servo has switched itself off."""
+    force: Range | None
+    """Of the tension [N]: up to where the load cell saturates, or the estimate is cut; none where
+    nothing tells it."""
+
+
+def reach_of(drive: Drive, estimate: ForceEstimate | None = None) -> SensorReach:
+    """Return what can be said of one servo and its tendon."""
+    spec = drive.servo.spec
+    turns = 2.0 ** (8 * r.PRESENT_POSITION.size - 1) * spec.position_unit
+    return SensorReach(
+        position=(-turns, turns),
+        voltage=(0.0, (2.0 ** (8 * r.PRESENT_VOLTAGE.size) - 1.0) * spec.voltage_unit),
+        current=(-spec.stall_current, spec.stall_current),
+        temperature=(-inf, spec.temperature_limit),
+        force=force_reach(drive, estimate),
+    )
+
+
+def force_reach(drive: Drive, estimate: ForceEstimate | None) -> Range | None:
+    """Return the tensions that a load cell, or in its place a network, can tell [N]."""
+    if drive.load_cell is not None and drive.calibration is not None:
+        ends = [float(drive.calibration.force(counts)) for counts in SATURATED_COUNTS]
+        return (0.0, max(ends))
+    return None if estimate is None else (0.0, estimate.card.force_limit)

@@ -1,0 +1,1 @@
+"""Firmware and physics joined into a servo that answers."""

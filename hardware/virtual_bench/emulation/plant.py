@@ -1,0 +1,185 @@
+"""The bench as one system: servo, tendon, mechanism, what blocks it, and the load cell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hardware.virtual_bench.emulation.drive_line import DriveLine
+from hardware.virtual_bench.emulation.firmware import TICK
+from hardware.virtual_bench.memory.control_table import XC330_T288_T, ServoModel
+from hardware.virtual_bench.physics.antagonist import AntagonistFinger
+from hardware.virtual_bench.physics.constants import TIME_STEP, AntagonistConstants, SliderConstants
+from hardware.virtual_bench.physics.mechanisms import Finger, Mechanism, Slider
+from hardware.virtual_bench.physics.obstacle import Obstacle
+from hardware.virtual_bench.physics.unit import Unit
+
+PROTECTION_TICKS = 10
+"""Ticks between two looks at voltage and warmth."""
+REST_TICKS = 1500
+"""Ticks in which the mechanism comes to rest before time starts."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PlantState:
+    """What is true at an instant; no sensor says it so well. Of several servos, the first."""
+
+    time: float
+    """[s] since the plant started."""
+    angle: float
+    """Of the spool from where the tendon was homed [rad]."""
+    rate: float
+    """[rad/s]"""
+    tension: float
+    """At the load cell [N]."""
+    excursion: float
+    """Line that the mechanism has given [m]."""
+    current: float
+    """At the power input [A]."""
+    voltage: float
+    """At the servo [V]."""
+    temperature: float
+    """[degC]"""
+    duty: float
+    """[1]"""
+    tip: tuple[float, float] | None
+    """x and z of the fingertip [m]; ``None`` where there is none."""
+
+
+class Plant:
+    """Everything that moves, advanced by the millisecond.
+
+    Args:
+        unit: Its constants.
+        seed: Of the sensors' noise.
+        model: Which servo's control table it has.
+        load_cell_rate: 80 or 10, the chip's own, or 20 [Hz].
+        time_step: Substep [s]; must divide a millisecond.
+    """
+
+    def __init__(
+        self,
+        unit: Unit,
+        *,
+        seed: int = 0,
+        model: ServoModel = XC330_T288_T,
+        load_cell_rate: int = 80,
+        time_step: float = TIME_STEP,
+    ) -> None:
+        self.unit = unit
+        self._substeps = round(TICK / time_step)
+        self._time_step = time_step
+        self.lines = tuple(
+            DriveLine(
+                constants,
+                f"{seed} {place}" if place else f"{seed}",
+                model=model,
+                load_cell_rate=load_cell_rate,
+            )
+            for place, constants in enumerate(unit.lines)
+        )
+        """Servos with their tendons, in the order of the asset's."""
+        first = self.lines[0]
+        self.motor, self.tendon, self.encoder = first.motor, first.tendon, first.encoder
+        self.registers, self.firmware = first.registers, first.firmware
+        self.load_cell = first.load_cell
+        self.mechanism = mechanism_of(unit)
+        self.obstacle = Obstacle()
+        self.ticks = 0
+        for _ in range(REST_TICKS):
+            self._move(0.0)
+        for line in self.lines:
+            line.motor.angle = line.motor.rate = 0.0
+
+    @property
+    def time(self) -> float:
+        """Time since the plant started [s]."""
+        return self.ticks * TICK
+
+    def tick(self) -> tuple[bytes, ...]:
+        """Advance by a millisecond; return what each load cell's board sent."""
+        for line in self.lines:
+            line.firmware.tick()
+        self.ticks += 1
+        time = self.ticks * TICK
+        self.obstacle.advance(time)
+        tensions = self._move(time)
+        if self.ticks % PROTECTION_TICKS == 0:
+            for line in self.lines:
+                line.motor.warm(PROTECTION_TICKS * TICK)
+                line.firmware.protect(PROTECTION_TICKS * TICK)
+        return tuple(
+            line.load_cell.take(tension, time)
+            for line, tension in zip(self.lines, tensions, strict=True)
+        )
+
+    def _move(self, time: float) -> tuple[float, ...]:
+        """Advance the mechanics by a millisecond; return the mean tensions at the cells [N]."""
+        if isinstance(self.mechanism, AntagonistFinger):
+            return self._move_between(self.mechanism, time)
+        return (self._move_alone(self.mechanism, time),)
+
+    def _move_between(self, mechanism: AntagonistFinger, time: float) -> tuple[float, ...]:
+        """Advance what several servos pull; an obstacle meets the first one's string."""
+        lines, obstacle, step = self.lines, self.obstacle, self._time_step
+        totals = [0.0] * len(lines)
+        for _ in range(self._substeps):
+            pulls, stiffnesses = [], []
+            for line, excursion in zip(lines, mechanism.excursions, strict=True):
+                tendon = line.tendon
+                tendon.settle(line.constants.servo.spool_radius * line.motor.angle, excursion)
+                pulls.append(tendon.mechanism_side)
+                taut = tendon.mechanism_side > 0.0
+                stiffnesses.append(tendon.mechanism_side_stiffness if taut else 0.0)
+            if obstacle.now is not None:
+                pulls[0] -= obstacle.push(
+                    mechanism.excursions[0], mechanism.excursion_rates[0], time
+                )
+            for place, line in enumerate(lines):
+                totals[place] += line.tendon.spool_side
+                line.motor.advance(line.tendon.spool_side, step)
+            mechanism.advance(pulls, stiffnesses, step)
+        return tuple(total / self._substeps for total in totals)
+
+    def _move_alone(self, mechanism: Mechanism, time: float) -> float:
+        """Advance what one servo pulls."""
+        motor, tendon, obstacle = self.motor, self.tendon, self.obstacle
+        step, radius = self._time_step, self.unit.servo.spool_radius
+        line = tendon.mechanism_side_stiffness
+        total = 0.0
+        for _ in range(self._substeps):
+            tendon.settle(radius * motor.angle, mechanism.excursion)
+            pull = tendon.mechanism_side
+            stiffness = line if pull > 0.0 else 0.0
+            if obstacle.now is not None:
+                pull -= obstacle.push(mechanism.excursion, mechanism.excursion_rate, time)
+            total += tendon.spool_side
+            motor.advance(tendon.spool_side, step)
+            mechanism.advance(pull, stiffness, step)
+        return total / self._substeps
+
+    def state(self) -> PlantState:
+        """Return what is true now."""
+        motor, mechanism = self.motor, self.mechanism
+        several = isinstance(mechanism, AntagonistFinger)
+        return PlantState(
+            time=self.time,
+            angle=motor.angle,
+            rate=motor.rate,
+            tension=self.tendon.spool_side,
+            excursion=mechanism.excursions[0] if several else mechanism.excursion,
+            current=motor.input_current,
+            voltage=motor.voltage,
+            temperature=motor.temperature,
+            duty=motor.duty,
+            tip=mechanism.tip(),
+        )
+
+
+def mechanism_of(unit: Unit) -> Mechanism | AntagonistFinger:
+    """Return what a unit's tendons pull."""
+    constants = unit.mechanism
+    if isinstance(constants, SliderConstants):
+        return Slider(constants)
+    if isinstance(constants, AntagonistConstants):
+        return AntagonistFinger(constants)
+    return Finger(constants)

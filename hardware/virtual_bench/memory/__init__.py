@@ -1,0 +1,1 @@
+"""The emulated servo's memory and protocol."""

@@ -1,0 +1,176 @@
+"""Control tables of the two servos: what stands where, who may write it and within which range.
+
+Source: ROBOTIS e-manual, XC330-T288-T and XL330-M288-T, control table of firmware 52 and later.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hardware.virtual_bench.memory import addresses as at
+
+FIRST_RAM_ADDRESS = 64
+TABLE_SIZE = 228
+INDIRECT_ADDRESSES = range(168, 208, 2)
+INDIRECT_DATA = range(208, 228)
+PWM_FULL = 885
+"""Register value of full duty; one step is 0.113 %."""
+COUNTS_PER_TURN = 4096
+VELOCITY_UNIT = 0.0239691227
+"""One step of a velocity register [rad/s]: 0.229 revolutions per minute."""
+CURRENT_UNIT = 1e-3
+"""One step of a current register [A]."""
+VOLTAGE_UNIT = 0.1
+"""One step of a voltage register [V]."""
+MULTI_TURN_LIMIT = 1_048_575
+"""Largest goal of the extended position mode [counts]."""
+GOALS = frozenset(range(at.GOAL_PWM, at.REALTIME_TICK))
+"""Registers that a tripped bus watchdog locks."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Register:
+    """One entry of a control table."""
+
+    address: int
+    size: int
+    writable: bool = True
+    initial: int = 0
+    low: int = 0
+    high: int = 0
+    signed: bool = False
+
+    @property
+    def in_eeprom(self) -> bool:
+        """Whether it survives power-off and is locked while torque is on."""
+        return self.address < FIRST_RAM_ADDRESS
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ServoModel:
+    """What tells one servo's table from another's."""
+
+    name: str
+    number: int
+    voltage_limits: tuple[int, int]
+    """Highest and lowest input voltage at the factory [0.1 V]."""
+    voltage_range: tuple[int, int]
+    current_limit: int
+    velocity_limit: int
+    pwm_slope: int
+    pwm_slope_unit: float
+    """One step of the slope of the output voltage [V/s]."""
+    shutdown: int
+    velocity_gains: tuple[int, int]
+    """I and P at the factory."""
+    position_gain: int
+
+
+XC330_T288_T = ServoModel(
+    name="xc330_t288_t",
+    number=1220,
+    voltage_limits=(140, 55),
+    voltage_range=(55, 140),
+    current_limit=910,
+    velocity_limit=320,
+    pwm_slope=255,
+    pwm_slope_unit=3.955,
+    shutdown=52,
+    velocity_gains=(1200, 40),
+    position_gain=900,
+)
+XL330_M288_T = ServoModel(
+    name="xl330_m288_t",
+    number=1200,
+    voltage_limits=(70, 35),
+    voltage_range=(31, 70),
+    current_limit=1750,
+    velocity_limit=445,
+    pwm_slope=140,
+    pwm_slope_unit=1.977,
+    shutdown=53,
+    velocity_gains=(1600, 180),
+    position_gain=400,
+)
+SERVO_MODELS = {model.name: model for model in (XC330_T288_T, XL330_M288_T)}
+"""Servos that a virtual bench can have, by name."""
+
+
+def register_table(model: ServoModel) -> dict[int, Register]:
+    """Return a servo's registers by address."""
+    rows = [*eeprom_rows(model), *ram_rows(model), *present_rows(), *indirect_rows()]
+    return {row.address: row for row in rows}
+
+
+def eeprom_rows(model: ServoModel) -> list[Register]:
+    """Return what is kept without power."""
+    low, high = model.voltage_range
+    most, least = model.voltage_limits
+    return [
+        Register(address=0, size=2, writable=False, initial=model.number),
+        Register(address=2, size=4, writable=False),
+        Register(address=6, size=1, writable=False, initial=52),
+        Register(address=7, size=1, initial=1, high=252),
+        Register(address=8, size=1, initial=1, high=6),
+        Register(address=9, size=1, initial=250, high=254),
+        Register(address=10, size=1, high=5),
+        Register(address=11, size=1, initial=3, high=16),
+        Register(address=12, size=1, initial=255, high=255),
+        Register(address=13, size=1, initial=2, low=2, high=22),
+        Register(address=20, size=4, low=-1_044_479, high=1_044_479, signed=True),
+        Register(address=24, size=4, initial=10, high=1023),
+        Register(address=31, size=1, initial=70, high=100),
+        Register(address=32, size=2, initial=most, low=low, high=high),
+        Register(address=34, size=2, initial=least, low=low, high=high),
+        Register(address=36, size=2, initial=PWM_FULL, high=PWM_FULL),
+        Register(address=38, size=2, initial=model.current_limit, high=model.current_limit),
+        Register(address=44, size=4, initial=model.velocity_limit, high=2047),
+        Register(address=48, size=4, initial=4095, high=4095),
+        Register(address=52, size=4, high=4095),
+        Register(address=60, size=1, high=3),
+        Register(address=62, size=1, initial=model.pwm_slope, low=1, high=255),
+        Register(address=63, size=1, initial=model.shutdown, high=63),
+    ]
+
+
+def ram_rows(model: ServoModel) -> list[Register]:
+    """Return what a reboot resets."""
+    integral, proportional = model.velocity_gains
+    gains = {76: integral, 78: proportional, 80: 0, 82: 0, 84: model.position_gain, 88: 0, 90: 0}
+    return [
+        Register(address=64, size=1, high=1),
+        Register(address=65, size=1, high=1),
+        Register(address=68, size=1, initial=2, high=2),
+        Register(address=69, size=1, writable=False),
+        Register(address=70, size=1, writable=False),
+        *(Register(address=a, size=2, initial=value, high=16_383) for a, value in gains.items()),
+        Register(address=98, size=1, high=127),
+        Register(address=100, size=2, low=-PWM_FULL, high=PWM_FULL, signed=True),
+        Register(address=102, size=2, low=-2047, high=2047, signed=True),
+        Register(address=104, size=4, low=-2047, high=2047, signed=True),
+        Register(address=108, size=4, high=32_767),
+        Register(address=112, size=4, high=32_767),
+        Register(address=116, size=4, low=-MULTI_TURN_LIMIT, high=MULTI_TURN_LIMIT, signed=True),
+    ]
+
+
+def present_rows() -> list[Register]:
+    """Return what the servo measures; nobody writes it."""
+    sizes = {120: 2, 122: 1, 123: 1, 124: 2, 126: 2, 128: 4, 132: 4, 136: 4, 140: 4, 144: 2}
+    return [
+        *(
+            Register(address=a, size=size, writable=False, signed=124 <= a <= 140)
+            for a, size in sizes.items()
+        ),
+        Register(address=146, size=1, writable=False),
+        Register(address=147, size=1, writable=False, initial=1),
+    ]
+
+
+def indirect_rows() -> list[Register]:
+    """Return the map of a user's own block of registers, each first pointing at itself."""
+    addresses = [
+        Register(address=a, size=2, initial=INDIRECT_DATA[k], low=64, high=227)
+        for k, a in enumerate(INDIRECT_ADDRESSES)
+    ]
+    return addresses + [Register(address=a, size=1, high=255) for a in INDIRECT_DATA]

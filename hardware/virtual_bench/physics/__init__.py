@@ -1,0 +1,1 @@
+"""Motor, gear, tendon and mechanism of the virtual bench."""

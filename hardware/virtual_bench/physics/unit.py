@@ -1,0 +1,173 @@
+"""One unit of a bench: constants drawn by a seed."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, TypeVar
+
+from hardware.virtual_bench.memory.control_table import XC330_T288_T, XL330_M288_T
+from hardware.virtual_bench.physics.constants import (
+    AntagonistConstants,
+    FingerConstants,
+    LoadCellConstants,
+    ServoConstants,
+    SliderConstants,
+    TendonConstants,
+)
+from tendon_newton.errors import unknown_name
+
+Constants = TypeVar(
+    "Constants",
+    bound=ServoConstants
+    | TendonConstants
+    | FingerConstants
+    | AntagonistConstants
+    | SliderConstants
+    | LoadCellConstants,
+)
+MechanismConstants = FingerConstants | AntagonistConstants | SliderConstants
+
+BENCHES: dict[str, MechanismConstants] = {
+    "spring_weak": SliderConstants(stiffness=200.0),
+    "spring_strong": SliderConstants(stiffness=800.0),
+    "finger": FingerConstants(),
+    "finger_antagonist": AntagonistConstants(),
+}
+"""Bench names and the middle of each mechanism's draw."""
+SERVOS: dict[str, ServoConstants] = {
+    XC330_T288_T.name: ServoConstants(),
+    XL330_M288_T.name: ServoConstants(
+        torque_constant=0.35,  # BAM: 0.286 to 0.373
+        resistance=2.5,  # BAM: 2.00 to 2.81
+        inertia=0.0018,
+        dry_friction=0.009,  # BAM: 0.0048 to 0.0109
+        viscous_friction=0.0044,  # XL330 logs
+        motor_load_friction=0.28,
+        tendon_load_friction=0.15,
+        supply_voltage=5.0,
+        supply_resistance=0.2,
+    ),
+}
+"""Servo names and the middle of each draw."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class LineConstants:
+    """Every constant of one servo, its tendon and its load cell."""
+
+    servo: ServoConstants
+    tendon: TendonConstants
+    load_cell: LoadCellConstants
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Unit:
+    """Every constant of one servo, tendon, mechanism and load cell."""
+
+    bench: str
+    seed: int
+    servo: ServoConstants
+    tendon: TendonConstants
+    mechanism: MechanismConstants
+    load_cell: LoadCellConstants
+    further: tuple[LineConstants, ...] = field(default=(), repr=False)
+    """Further servos on the bus. Not in the text by which units of one servo are compared."""
+
+    @property
+    def lines(self) -> tuple[LineConstants, ...]:
+        """Constants of all servos, in the order of the asset's tendons."""
+        first = LineConstants(servo=self.servo, tendon=self.tendon, load_cell=self.load_cell)
+        return (first, *self.further)
+
+
+def draw_unit(bench: str, seed: int, servo: str = XC330_T288_T.name) -> Unit:
+    """Draw a unit; the servo and the load cell of a seed are the same on every bench.
+
+    Raises:
+        UnknownName: No such bench or servo; the message lists the known ones.
+    """
+    if bench not in BENCHES:
+        raise unknown_name("virtual bench", bench, BENCHES)
+    if servo not in SERVOS:
+        raise unknown_name("virtual servo", servo, SERVOS)
+    own = random.Random(f"{bench} {seed}")
+    shared = random.Random(f"servo {seed}")
+    middle = BENCHES[bench]
+    tendon = drawn_about(TendonConstants(), own)
+    if isinstance(middle, SliderConstants):  # no wrap on the way to a carriage
+        tendon = replace(tendon, routing_friction=0.0)
+    return Unit(
+        bench=bench,
+        seed=seed,
+        servo=drawn_about(SERVOS[servo], shared),
+        tendon=tendon,
+        mechanism=drawn_about(middle, own),
+        load_cell=drawn_about(LoadCellConstants(), shared),
+        further=tuple(
+            drawn_line(servo, random.Random(f"servo {seed} {place}"))
+            for place in range(1, servo_count(bench))
+        ),
+    )
+
+
+def servo_count(bench: str) -> int:
+    """Return how many servos a virtual bench has on its bus.
+
+    Raises:
+        UnknownName: No such bench; the message lists the known ones.
+    """
+    if bench not in BENCHES:
+        raise unknown_name("virtual bench", bench, BENCHES)
+    return 2 if isinstance(BENCHES[bench], AntagonistConstants) else 1
+
+
+def drawn_line(servo: str, rng: random.Random) -> LineConstants:
+    """Draw a further servo with its tendon and load cell."""
+    return LineConstants(
+        servo=drawn_about(SERVOS[servo], rng),
+        tendon=drawn_about(TendonConstants(), rng),
+        load_cell=drawn_about(LoadCellConstants(), rng),
+    )
+
+
+def nominal_unit(bench: str) -> Unit:
+    """Return the unit in the middle of every draw.
+
+    Raises:
+        UnknownName: No such bench; the message lists the known ones.
+    """
+    if bench not in BENCHES:
+        raise unknown_name("virtual bench", bench, BENCHES)
+    middle, tendon = BENCHES[bench], TendonConstants()
+    if isinstance(middle, SliderConstants):
+        tendon = replace(tendon, routing_friction=0.0)
+    return Unit(
+        bench=bench,
+        seed=-1,
+        servo=ServoConstants(),
+        tendon=tendon,
+        mechanism=middle,
+        load_cell=LoadCellConstants(),
+        further=tuple(
+            LineConstants(
+                servo=ServoConstants(), tendon=TendonConstants(), load_cell=LoadCellConstants()
+            )
+            for _ in range(1, servo_count(bench))
+        ),
+    )
+
+
+def drawn_about(middle: Constants, rng: random.Random) -> Constants:
+    """Draw each constant uniformly about its middle, in the order of the fields."""
+    values: dict[str, Any] = {}
+    for each in fields(middle):
+        value, width = getattr(middle, each.name), each.metadata["width"]
+        if isinstance(value, tuple):
+            values[each.name] = tuple(
+                v + w * rng.uniform(-1.0, 1.0) for v, w in zip(value, width, strict=True)
+            )
+        else:  # the width belongs to the class's own nominal value: keep its proportion
+            scale = value / each.default if each.default else 1.0
+            values[each.name] = value + width * scale * rng.uniform(-1.0, 1.0)
+    return replace(middle, **values)

@@ -1,0 +1,1 @@
+"""Recordings, datasets, model files and cards: all that a computer without a simulator loads."""

@@ -1,0 +1,84 @@
+"""Numbers of a bench that differ from its asset, from a dataset entry or a model file."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any
+
+from tendon_newton.data.files.text_file import finite_number
+from tendon_newton.errors import InvalidParameter, shown, unknown_name
+
+# key -> (least value, greatest value, unit): the ranges catch grams for kilograms and millimetres
+# for metres; a moment arm may be negative (it opens the joint)
+BENCH_OVERRIDE_RANGES: dict[str, tuple[float, float, str]] = {
+    "mass": (1e-9, 100.0, "kg"),
+    "length": (1e-9, 10.0, "m"),
+    "stiffness": (0.0, 1e6, "N/m or N m/rad"),
+    "damping": (0.0, 1e5, "N s/m or N m s/rad"),
+    "range": (1e-9, 10.0, "m or rad"),
+    "moment_arm": (-10.0, 10.0, "m/rad or 1"),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class BenchOverrides:
+    """Numbers of a bench that differ from its asset, one per joint; ``None`` keeps the asset's."""
+
+    mass: tuple[float, ...] | None = None
+    """Mass of the link that each joint carries [kg]."""
+    length: tuple[float, ...] | None = None
+    """Length of that link [m]."""
+    stiffness: tuple[float, ...] | None = None
+    """Return spring of each joint [N/m or N m/rad]."""
+    damping: tuple[float, ...] | None = None
+    """Damping of each joint [N s/m or N m s/rad]."""
+    range: tuple[float, ...] | None = None
+    """Travel of each joint from zero [m or rad]."""
+    moment_arm: tuple[float, ...] | None = None
+    """Tendon excursion per joint motion [m/rad or 1]."""
+
+    def __post_init__(self) -> None:
+        """Refuse numbers that no bench can have."""
+        for key, (lower, upper, unit) in BENCH_OVERRIDE_RANGES.items():
+            values: tuple[float, ...] | None = getattr(self, key)
+            if values is None:
+                continue
+            if not values:
+                raise InvalidParameter(f"bench override {key!r} must have one value per joint")
+            for value in values:
+                if not lower <= value <= upper:
+                    raise InvalidParameter(
+                        f"bench override {key!r} must lie in [{lower:g}, {upper:g}] {unit}; "
+                        f"it is {value:g}"
+                    )
+
+    @property
+    def given(self) -> dict[str, tuple[float, ...]]:
+        """The numbers that differ, by key."""
+        return {f.name: values for f in fields(self) if (values := getattr(self, f.name))}
+
+
+def read_bench_overrides(table: Any) -> BenchOverrides:
+    """Read bench numbers from a table of a file; a lone number counts as a tuple of one."""
+    if not isinstance(table, Mapping):
+        raise InvalidParameter(f"bench_overrides must be a table of numbers; it is {shown(table)}")
+    values: dict[str, tuple[float, ...]] = {}
+    for key, value in table.items():
+        if key not in BENCH_OVERRIDE_RANGES:
+            raise unknown_name("bench override", key, BENCH_OVERRIDE_RANGES)
+        items: list[Any] = value if isinstance(value, list) else [value]
+        for item in items:
+            if finite_number(item) is None:
+                raise InvalidParameter(
+                    f"bench override {key!r} must be a finite number or a list of them; "
+                    f"it is {shown(value)}"
+                )
+        values[key] = tuple(float(item) for item in items)
+    return BenchOverrides(**values)
+
+
+def write_bench_overrides(overrides: BenchOverrides) -> dict[str, float | list[float]]:
+    """Make the TOML table of bench numbers; a tuple of one becomes a lone number."""
+    return {
+        key: values[0] if len(values) == 1 else list(values)
+        for key, values in overrides.given.items()
+    }

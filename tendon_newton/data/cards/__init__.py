@@ -1,0 +1,1 @@
+"""What a packaged force network or policy says of itself."""

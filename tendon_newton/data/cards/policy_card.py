@@ -1,0 +1,401 @@
+"""The card of a policy: what it sees, what it does, and the bench that it was trained for.
+
+It is the JSON text ``card.json`` among the extra files of a TorchScript file, and the value of
+``card`` in the metadata of an ONNX file. Reading it needs neither torch nor onnxruntime.
+"""
+
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from math import isfinite, pi
+from types import MappingProxyType
+from typing import Any, Literal, NoReturn
+
+from tendon_newton.data.cards.policy_observation import HISTORY, RATE, SAMPLE, SERVO_RATE, sample_of
+from tendon_newton.errors import InvalidPolicyFile, shown
+
+SCHEMA = 1
+CARD_NAME = "card.json"
+"""Name among the extra files of a TorchScript file."""
+CARD_KEY = "card"
+"""Key in the metadata of an ONNX file."""
+ACTION_UNIT, ACTION_MEANING = "rad", "motor position offset"
+NORMALISATIONS = ("in_network", "none")
+RATE_TOLERANCE = 1e-9
+DEEPEST_COMMAND = 2.0
+"""Farthest that a pay-out rule lets a command below home [rad]: a fifth of the full duty."""
+HASH = re.compile(r"[0-9a-f]{64}")
+
+
+def nothing() -> Mapping[str, Any]:
+    """Make an empty table."""
+    return MappingProxyType({})
+
+
+@dataclass(frozen=True, kw_only=True)
+class PolicyTraining:
+    """How a policy came about."""
+
+    seed: int
+    """Of the starting weights and all that is drawn."""
+    git_commit: str | None
+    """Of the program, where it ran from a clone."""
+    version: str
+    """Of the program."""
+    samples: int = 0
+    """Policy steps that it has learnt from."""
+    force: str = ""
+    """Force model of the simulation, in words or as a file's name."""
+    randomisation: Mapping[str, tuple[float, float]] = field(default_factory=nothing)
+    """Name -> least and greatest factor (or value) that a world could have."""
+    files: Mapping[str, str] = field(default_factory=nothing)
+    """Name -> SHA-256 of each further file that the training read."""
+
+    def __post_init__(self) -> None:
+        """Protect the tables."""
+        for name in ("randomisation", "files"):
+            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+
+
+@dataclass(frozen=True, kw_only=True)
+class FurtherServo:
+    """A servo of a policy beyond its first, on the next tendon of the asset."""
+
+    command_range: tuple[float, float]
+    """Least and greatest desired motor angle [rad]."""
+    spool_radius: float
+    """Of the bench that it was trained for [m]."""
+    servo: str
+    """Name in the table of servos."""
+    force_limit: float
+    """Tension that it can produce in training [N]."""
+    pay_out: tuple[float, float] | None = None
+    """Its pay-out rule [rad], where it has one."""
+
+    @property
+    def turning_range(self) -> tuple[float, float]:
+        """Angles between which commands let the spool come to rest [rad]."""
+        return turning_range(self)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PolicyCard:
+    """What a program must know to run a policy, checked when built.
+
+    Command range, pay-out rule, spool, servo and force limit are those of the first servo; those
+    of the others stand in `further_servos`.
+    """
+
+    command_range: tuple[float, float]
+    """Least and greatest desired motor angle [rad]."""
+    spool_radius: float
+    """Of the bench that it was trained for [m]."""
+    servo: str
+    """Name in the table of servos."""
+    force_limit: float
+    """Tension that the servo can produce in training [N]."""
+    action_clip: float
+    """Greatest action either way [rad]."""
+    training: PolicyTraining
+    pay_out: tuple[float, float] | None = None
+    """Least command of a motor at home, and the angle beyond which it is not at home [rad]; where
+    there is none the whole command range counts everywhere. `motor_command` is its definition."""
+    model: str | None = None
+    """SHA-256 of the ``model.toml`` that it was trained on; absent for a model without a file."""
+    goal_range: tuple[float, float] = (0.0, pi / 2.0)
+    """Goal angles that it has met in training [rad]."""
+    rate: float = RATE
+    """Policy steps per second [Hz]."""
+    servo_rate: float = SERVO_RATE
+    """Readings of the servo per second [Hz], a whole multiple of the rate."""
+    history: int = HISTORY
+    """Samples in an observation, oldest first."""
+    normalisation: Literal["in_network", "none"] = "in_network"
+    """Where inputs are normalised; either way the file takes them in SI units."""
+    observation: tuple[tuple[str, str], ...] = SAMPLE
+    """Name and unit of each number of a sample."""
+    action_unit: str = ACTION_UNIT
+    action_meaning: str = ACTION_MEANING
+    further_servos: tuple[FurtherServo, ...] = ()
+    """The servos beyond the first, in the order of the asset's tendons."""
+    schema: int = SCHEMA
+
+    def __post_init__(self) -> None:
+        """Refuse a card that this version cannot honour."""
+        ratio = self.servo_rate / self.rate if self.rate > 0.0 else 0.0
+        sample = sample_of(self.servo_count)
+        promises = (
+            ("schema", self.schema, self.schema == SCHEMA, f"{SCHEMA}"),
+            (
+                "observation",
+                self.observation,
+                self.observation == sample,
+                json.dumps([list(pair) for pair in sample]),
+            ),
+            ("history", self.history, 1 <= self.history <= 10_000, "1 to 10000 samples"),
+            ("rate_hz", self.rate, 0.1 <= self.rate <= 1000.0, "0.1 to 1000 Hz"),
+            (
+                "servo_rate_hz",
+                self.servo_rate,
+                1.0 - RATE_TOLERANCE <= ratio <= 1000.0
+                and abs(ratio - round(ratio)) < RATE_TOLERANCE,
+                "a whole multiple of rate_hz",
+            ),
+            ("action.unit", self.action_unit, self.action_unit == ACTION_UNIT, repr(ACTION_UNIT)),
+            (
+                "action.meaning",
+                self.action_meaning,
+                self.action_meaning == ACTION_MEANING,
+                repr(ACTION_MEANING),
+            ),
+            ("action.clip", self.action_clip, 0.0 < self.action_clip <= 100.0, "up to 100 rad"),
+            *drive_promises(self),
+            (
+                "pay_out_rad",
+                self.pay_outs,
+                len({each is None for each in self.pay_outs}) == 1,
+                "on the card of every servo, or of none",
+            ),
+            (
+                "goal_range_rad",
+                self.goal_range,
+                is_range(self.goal_range),
+                "[least, greatest] within 1000 rad",
+            ),
+            (
+                "normalisation",
+                self.normalisation,
+                self.normalisation in NORMALISATIONS,
+                f"one of {', '.join(NORMALISATIONS)}",
+            ),
+            (
+                "model",
+                self.model,
+                self.model is None or HASH.fullmatch(self.model) is not None,
+                "the SHA-256 of a model file, or null",
+            ),
+        )
+        for name, came, kept, promised in promises:
+            if not kept:
+                raise InvalidPolicyFile(f"card: {name} must be {promised}; it is {shown(came)}")
+        for place, servo in enumerate(self.further_servos, start=1):
+            for name, came, kept, promised in drive_promises(servo):
+                if not kept:
+                    raise InvalidPolicyFile(
+                        f"card: {name} of servo {place} must be {promised}; it is {shown(came)}"
+                    )
+
+    @property
+    def servo_count(self) -> int:
+        """Number of servos D that the policy drives."""
+        return 1 + len(self.further_servos)
+
+    @property
+    def command_ranges(self) -> tuple[tuple[float, float], ...]:
+        """Least and greatest desired motor angle of each servo [rad]."""
+        return (self.command_range, *(each.command_range for each in self.further_servos))
+
+    @property
+    def pay_outs(self) -> tuple[tuple[float, float] | None, ...]:
+        """Pay-out rule of each servo [rad], where it has one."""
+        return (self.pay_out, *(each.pay_out for each in self.further_servos))
+
+    @property
+    def turning_range(self) -> tuple[float, float]:
+        """Angles between which commands let the first spool come to rest [rad]."""
+        return turning_range(self)
+
+    @property
+    def observation_size(self) -> int:
+        """Numbers in an observation."""
+        return self.history * len(self.observation)
+
+    @property
+    def divider(self) -> int:
+        """Readings of the servo per policy step."""
+        return round(self.servo_rate / self.rate)
+
+    def to_json(self) -> str:
+        """Return the card as it stands in a file."""
+        training = {each.name: getattr(self.training, each.name) for each in fields(PolicyTraining)}
+        table = {
+            "schema": self.schema,
+            "observation": [list(pair) for pair in self.observation],
+            "history": self.history,
+            "rate_hz": self.rate,
+            "servo_rate_hz": self.servo_rate,
+            "action": {
+                "unit": self.action_unit,
+                "clip": self.action_clip,
+                "meaning": self.action_meaning,
+            },
+            "command_range_rad": list(self.command_range),
+            **({} if self.pay_out is None else {"pay_out_rad": list(self.pay_out)}),
+            "goal_range_rad": list(self.goal_range),
+            "spool_radius_m": self.spool_radius,
+            "servo": self.servo,
+            "force_limit_n": self.force_limit,
+            "normalisation": self.normalisation,
+            "model": self.model,
+            **(
+                {"further_servos": [drive_table(each) for each in self.further_servos]}
+                if self.further_servos
+                else {}
+            ),
+            "training": training | {key: dict(training[key]) for key in ("randomisation", "files")},
+        }
+        return json.dumps(table, indent=1)
+
+    @staticmethod
+    def from_json(text: str) -> "PolicyCard":
+        """Read and check a card.
+
+        Raises:
+            InvalidPolicyFile: The text is no JSON object, or a value is missing or mistyped.
+        """
+        try:
+            table = json.loads(text, parse_constant=refuse_constant)
+        except (ValueError, RecursionError) as error:
+            raise InvalidPolicyFile(f"card: must be JSON; {error}") from error
+        if not isinstance(table, dict):
+            raise InvalidPolicyFile(f"card: must be a JSON object; it is {shown(table)}")
+        if table.get("schema") != SCHEMA:  # in another version the rest may well look different
+            raise InvalidPolicyFile(
+                f"card: schema must be {SCHEMA}; it is {shown(table.get('schema'))}"
+            )
+        try:
+            return read_card(table)
+        except KeyError as error:
+            raise InvalidPolicyFile(f"card: key {error.args[0]!r} is missing") from error
+        except (TypeError, ValueError, AttributeError, OverflowError) as error:
+            raise InvalidPolicyFile(f"card: a value has the wrong type: {error}") from error
+
+
+def read_card(table: Mapping[str, Any]) -> PolicyCard:
+    """Build a card from the table that JSON gives."""
+    training, action = table["training"], table["action"]
+    goals = table.get("goal_range_rad")
+    return PolicyCard(
+        schema=table["schema"],
+        observation=tuple((word(name), word(unit)) for name, unit in table["observation"]),
+        history=whole(table["history"]),
+        rate=number(table["rate_hz"]),
+        servo_rate=number(table["servo_rate_hz"]),
+        action_unit=word(action["unit"]),
+        action_clip=number(action["clip"]),
+        action_meaning=word(action["meaning"]),
+        normalisation=table["normalisation"],
+        model=None if table["model"] is None else word(table["model"]),
+        training=PolicyTraining(
+            seed=whole(training["seed"]),
+            git_commit=None if training["git_commit"] is None else word(training["git_commit"]),
+            version=word(training["version"]),
+            samples=whole(training.get("samples", 0)),
+            force=word(training.get("force", "")),
+            randomisation={k: pair(v) for k, v in training.get("randomisation", {}).items()},
+            files={k: word(v) for k, v in training.get("files", {}).items()},
+        ),
+        further_servos=tuple(
+            FurtherServo(**drive_values(each)) for each in table.get("further_servos", [])
+        ),
+        **({} if goals is None else {"goal_range": pair(goals)}),
+        **drive_values(table),
+    )
+
+
+def drive_values(table: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what JSON says of one servo, by the names of our attributes."""
+    return {
+        "command_range": pair(table["command_range_rad"]),
+        "spool_radius": number(table["spool_radius_m"]),
+        "servo": word(table["servo"]),
+        "force_limit": number(table["force_limit_n"]),
+        "pay_out": pair(table["pay_out_rad"]) if "pay_out_rad" in table else None,
+    }
+
+
+def drive_table(servo: FurtherServo) -> dict[str, Any]:
+    """Return what JSON says of one servo."""
+    return {
+        "command_range_rad": list(servo.command_range),
+        **({} if servo.pay_out is None else {"pay_out_rad": list(servo.pay_out)}),
+        "spool_radius_m": servo.spool_radius,
+        "servo": servo.servo,
+        "force_limit_n": servo.force_limit,
+    }
+
+
+def drive_promises(servo: PolicyCard | FurtherServo) -> tuple[tuple[str, Any, bool, str], ...]:
+    """Return what must hold of one servo: a name, what came, whether it holds, what is promised."""
+    return (
+        (
+            "command_range_rad",
+            servo.command_range,
+            is_range(servo.command_range),
+            "[least, greatest] within 1000 rad",
+        ),
+        (
+            "pay_out_rad",
+            servo.pay_out,
+            is_pay_out(servo),
+            "[home, wound in] with home above the least command, by 2 rad at most, and wound in "
+            "from there to the greatest one",
+        ),
+        ("spool_radius_m", servo.spool_radius, 1e-4 <= servo.spool_radius <= 1.0, "1e-4 to 1 m"),
+        ("servo", servo.servo, bool(servo.servo), "the name of a servo"),
+        ("force_limit_n", servo.force_limit, 0.0 < servo.force_limit <= 1000.0, "up to 1000 N"),
+    )
+
+
+def is_range(values: tuple[float, float]) -> bool:
+    """Tell whether two angles are a range that a spool can mean."""
+    low, high = values
+    return isfinite(low) and isfinite(high) and -1000.0 <= low < high <= 1000.0
+
+
+def is_pay_out(servo: PolicyCard | FurtherServo) -> bool:
+    """Tell whether a servo's pay-out rule, if it has one, lies within its range."""
+    if servo.pay_out is None:
+        return True
+    (least, greatest), (home, wound_in) = servo.command_range, servo.pay_out
+    return least < home <= min(wound_in, least + DEEPEST_COMMAND) and wound_in < greatest
+
+
+def turning_range(servo: PolicyCard | FurtherServo) -> tuple[float, float]:
+    """Return the angles between which commands let a spool come to rest [rad]."""
+    least, greatest = servo.command_range
+    return least if servo.pay_out is None else servo.pay_out[0], greatest
+
+
+def pair(value: Any) -> tuple[float, float]:
+    """Return two numbers."""
+    if not isinstance(value, list) or len(value) != 2:
+        raise TypeError(f"two numbers are needed; there is {shown(value)}")
+    return number(value[0]), number(value[1])
+
+
+def number(value: Any) -> float:
+    """Return a finite number; words that look like one are none."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
+        raise TypeError(f"a number is needed; there is {shown(value)}")
+    return float(value)
+
+
+def whole(value: Any) -> int:
+    """Return a number that must be whole."""
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise TypeError(f"a whole number is needed; there is {shown(value)}")
+    return value
+
+
+def word(value: Any) -> str:
+    """Return a word."""
+    if not isinstance(value, str):
+        raise TypeError(f"a word is needed; there is {shown(value)}")
+    return value
+
+
+def refuse_constant(name: str) -> NoReturn:
+    """Refuse a number that JSON does not have."""
+    raise ValueError(f"{name} is not a number of JSON")

@@ -1,0 +1,176 @@
+r"""What a policy sees and does: the one definition, for training and for deployment.
+
+A sample holds, in this order, the motor position and velocity, the action last applied, the one
+before it, and the goal angle. With several servos each of the first four stands once per servo, in
+the order of the asset's tendons: `(theta_0, theta_1, theta_dot_0, theta_dot_1, ..., alpha)`. An
+observation is the latest samples, oldest first, one behind the
+other: `(sample 0, sample 1, ...)`. Everything is float32 in SI units, and normalisation is the
+policy's own business: it stands inside its file.
+
+One policy step, at instant k with the motor at position :math:`\theta_k`:
+
+1. the sample `(theta_k, theta_dot_k, a_k, a_{k-1}, alpha_k)` enters the history, where a_k is the
+   action that was applied in the step that has just ended;
+2. the policy gives a number; :func:`applied_action` cuts it to the card's clip, which makes it
+   a_{k+1};
+3. :func:`motor_command` gives the command until the next step,
+   :math:`\theta_d = clip(\theta_k + a_{k+1})` to the command range. The cut of the command does
+   not change the action that the policy sees. Where the card has a pay-out rule, the lower end of
+   the range counts only while the tendon is wound in; else the command ends at home.
+
+A policy of several servos gives one number for each, and the same holds servo by servo.
+
+Before the first step no action was applied: both are zero, and the first sample fills the history.
+"""
+
+from __future__ import annotations
+
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tendon_newton.errors import InvalidParameter
+
+SAMPLE: tuple[tuple[str, str], ...] = (
+    ("theta", "rad"),
+    ("theta_dot", "rad/s"),
+    ("action", "rad"),
+    ("previous_action", "rad"),
+    ("alpha", "rad"),
+)
+"""Name and unit of each number of a sample of one servo, in their order."""
+HISTORY = 30
+"""Samples in an observation, as the paper has them."""
+RATE = 20.0
+"""Policy steps per second [Hz]."""
+SERVO_RATE = 80.0
+"""Readings of the servo per second [Hz]."""
+
+Values = TypeVar("Values", bound=Any)
+"""NumPy arrays and torch tensors alike."""
+
+
+def sample_of(servos: int) -> tuple[tuple[str, str], ...]:
+    """Return name and unit of each number of a sample of some servos, in their order."""
+    if servos == 1:
+        return SAMPLE
+    *own, goal = SAMPLE
+    return (*((f"{name}_{d}", unit) for name, unit in own for d in range(servos)), goal)
+
+
+def applied_action(output: Values, clip: float) -> Values:
+    """Return the action [rad] that a policy's output stands for.
+
+    Args:
+        output: What the policy gave [rad], any shape.
+        clip: Greatest offset either way [rad].
+    """
+    return output.clip(-clip, clip)
+
+
+def motor_command(
+    position: Values,
+    action: Values,
+    command_range: tuple[Any, Any],
+    pay_out: tuple[Any, Any] | None = None,
+) -> Values:
+    """Return the desired motor angle [rad]: the action as an offset from where the motor is.
+
+    A gear with friction pays a tendon out only for a command well below where the motor stands,
+    the farther the faster. With a pay-out rule the range goes as far down as that takes, for as
+    long as there is tendon to pay out; a motor that has come home is asked for no more than the
+    rule's first angle, and so does not run on into the slack.
+
+    Args:
+        position: Measured motor angle [rad].
+        action: Applied action [rad], of the same shape.
+        command_range: Least and greatest command [rad], or of each servo, shape (D,).
+        pay_out: The pay-out rule: the least command of a motor at home, and the angle beyond which
+            it is not at home [rad], or of each servo, shape (D,).
+    """
+    command = (position + action).clip(*command_range)
+    if pay_out is None:
+        return command
+    home, wound_in = pay_out
+    at_home = command.clip(home, command_range[1])
+    return command * (position > wound_in) + at_home * (position <= wound_in)
+
+
+def goal_angle(x: ArrayLike, z: ArrayLike) -> NDArray[np.float64]:
+    """Return alpha = atan2(-z, x) [rad] of points seen from the PIP axis: 0 where it is straight.
+
+    Args:
+        x: Towards the tip of the straight finger [m].
+        z: Against the direction in which it flexes [m].
+    """
+    return np.arctan2(np.negative(z), x)
+
+
+class ObservationHistory:
+    """The samples that W policies see, and the actions that they are made of.
+
+    Numbers of each servo have the shape (W, D), or (W,) where there is one.
+
+    Args:
+        worlds: Number of policies W.
+        history: Samples in an observation.
+        servos: Number of servos D of each.
+    """
+
+    def __init__(self, worlds: int = 1, history: int = HISTORY, servos: int = 1) -> None:
+        if worlds < 1 or history < 1 or servos < 1:
+            raise InvalidParameter(
+                f"worlds, history and servos must be 1 or more; they are {worlds}, {history} and "
+                f"{servos}"
+            )
+        self._samples = np.zeros((worlds, history, len(sample_of(servos))), dtype=np.float32)
+        self._action = np.zeros((worlds, servos), dtype=np.float32)
+        self._previous = np.zeros_like(self._action)
+        self._fresh = np.ones(worlds, dtype=bool)
+
+    @property
+    def size(self) -> int:
+        """Numbers in an observation."""
+        return self._samples.shape[1] * self._samples.shape[2]
+
+    def reset(self, chosen: NDArray[np.bool_] | None = None) -> None:
+        """Forget what was seen and done, in the chosen worlds or in all."""
+        chosen = np.ones_like(self._fresh) if chosen is None else np.asarray(chosen, dtype=bool)
+        self._action[chosen] = 0.0
+        self._previous[chosen] = 0.0
+        self._fresh |= chosen
+
+    def observe(
+        self,
+        position: ArrayLike,
+        velocity: ArrayLike,
+        alpha: ArrayLike,
+    ) -> NDArray[np.float32]:
+        """Enter a sample and return the observations, a row per policy, as a new array.
+
+        Args:
+            position: Motor angles [rad].
+            velocity: Motor speeds [rad/s].
+            alpha: Goal angles [rad], shape (W,).
+        """
+        samples = self._samples
+        samples[:, :-1] = samples[:, 1:]
+        servos = self._action.shape[1]
+        latest = (position, velocity, self._action, self._previous)
+        for place, values in enumerate(latest):
+            columns = slice(place * servos, (place + 1) * servos)
+            samples[:, -1, columns] = self._per_servo(values)
+        samples[:, -1, -1] = np.asarray(alpha, dtype=np.float32)
+        samples[self._fresh] = samples[self._fresh, -1:]
+        self._fresh[:] = False
+        return samples.reshape(len(samples), -1).copy()
+
+    def act(self, action: ArrayLike) -> None:
+        """Note the actions [rad] that are applied from now on, already cut."""
+        self._previous[:] = self._action
+        self._action[:] = self._per_servo(action)
+
+    def _per_servo(self, values: ArrayLike) -> NDArray[np.float32]:
+        """Return numbers of each servo, shape (W, D)."""
+        return np.asarray(values, dtype=np.float32).reshape(self._action.shape)

@@ -1,0 +1,258 @@
+"""Checks of one recording, each looking at one thing and changing nothing."""
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from tendon_newton.data.checks.finding import Finding
+from tendon_newton.data.checks.registers import lag_between, wrap_period
+from tendon_newton.data.formats.csv_file import TENDON_COLUMNS, named_by_tendon
+from tendon_newton.data.recording import Array, Mask, Recording
+
+Check = Callable[[Recording], Iterator[Finding]]
+
+RATE_SPREAD_LIMIT = 1.2  # [1] step lengths that differ by less are jitter of a healthy bus
+GAP_LIMIT = 3.0  # [1] steps longer than this many median steps are gaps
+LAG_LIMIT = 0.005  # [s] shorter lags matter to no bench here
+LAG_STEPS_LIMIT = 0.75  # [1] of the median step: impacts between rows look like half a step of lag
+CORRELATION_LIMIT = 0.9  # [1] below, motion is too small against resolution to compare channels
+LAG_GAIN_LIMIT = 0.001  # [1] a lag that improves the correlation by less is not resolved
+SCALE_RANGE = (0.3, 3.0)  # [1] theta_dot over slope of theta; impacts and slack stay inside, while
+# rev/min (9.5), degrees (57) and counts of 0.229 rev/min (42) do not
+MOTION_LIMIT = 0.1  # [rad] less motion of the shaft counts as standing still
+STUCK_LIMIT = 0.5  # [s] shorter rests are turning points
+TURN = 2.0 * np.pi  # [rad]
+BLOCKED_ERROR = 0.1  # [rad] no lag of a moving position servo reaches it
+BLOCKED_REST = 0.025  # [rad] from the end of its way: what stops a gear gives way
+BLOCKED_ROWS = 20  # fewer are a turning point
+SIGN_SHARE = 0.05  # [1] rows either way that make a reversal more than a settling
+SUPPLY_SCATTER_LIMIT = 0.02  # [1] of the mean; a supply read at 0.1 V steps scatters by 1 %
+
+
+def clock(recording: Recording) -> Iterator[Finding]:
+    """Uneven sampling and gaps."""
+    steps = np.diff(recording.time)
+    short, middle, long = np.percentile(steps, [1.0, 50.0, 99.0])
+    (gaps,) = np.nonzero(steps > GAP_LIMIT * middle)
+    if gaps.size:
+        worst = int(gaps[np.argmax(steps[gaps])])
+        yield Finding(
+            recording=recording.name,
+            channel="t",
+            severity="caution",
+            evidence=f"{gaps.size} gaps; the largest lasts {1e3 * steps[worst]:.0f} ms after "
+            f"t = {recording.time[worst]:.3f} s (median step {1e3 * middle:.1f} ms)",
+            consequence="commands sent within a gap are unknown; differences across it mean little",
+        )
+    elif long > RATE_SPREAD_LIMIT * short:
+        yield Finding(
+            recording=recording.name,
+            channel="t",
+            severity="note",
+            evidence=f"mean rate {1.0 / steps.mean():.0f} Hz, steps from {1e3 * short:.2f} to "
+            f"{1e3 * long:.2f} ms ({1.0 / long:.0f}-{1.0 / short:.0f} Hz), none longer than "
+            f"{1e3 * steps.max():.2f} ms",
+            consequence="use t row by row; nothing may assume one rate",
+        )
+
+
+def velocity(recording: Recording) -> Iterator[Finding]:
+    """A velocity channel that lags the position or has another scale."""
+    time = recording.time
+    middle = 0.5 * (time[1:] + time[:-1])  # a difference quotient belongs between its rows
+    for column, place in tendon_places(recording, "theta_dot"):
+        slope = np.diff(recording.motor_position[:, place]) / np.diff(time)
+        register = recording.motor_velocity[:, place]
+        lag, score, gain = lag_between(middle, slope, register, time)
+        if score < CORRELATION_LIMIT:
+            continue
+        reference = np.interp(time - lag, middle, slope)
+        scale = float(register @ reference / (reference @ reference))
+        if not SCALE_RANGE[0] <= scale <= SCALE_RANGE[1]:
+            yield Finding(
+                recording=recording.name,
+                channel=column,
+                severity="defect",
+                evidence=f"{scale:.4g} times the slope of theta (correlation {score:.3f})",
+                consequence="theta_dot or theta is in another unit, or t is",
+            )
+        limit = max(LAG_LIMIT, LAG_STEPS_LIMIT * float(np.median(np.diff(time))))
+        if abs(lag) >= limit and gain > LAG_GAIN_LIMIT:
+            yield Finding(
+                recording=recording.name,
+                channel=column,
+                severity="caution",
+                evidence=f"{abs(lag) * 1e3:.0f} ms {'behind' if lag > 0.0 else 'ahead of'} the "
+                f"slope of theta (correlation {score:.3f})",
+                consequence="do not use theta_dot as the speed at its row; a start from the first "
+                "row takes an old speed; residuals of theta_dot show the lag",
+            )
+
+
+def wrapped(recording: Recording) -> Iterator[Finding]:
+    """Signed registers that were read as unsigned."""
+    for column, values in measured_channels(recording):
+        if column == "theta":
+            continue
+        period = wrap_period(values)
+        if period is not None:
+            count = int((values > 0.5 * period).sum())
+            yield Finding(
+                recording=recording.name,
+                channel=column,
+                severity="defect",
+                evidence=f"{count} of {values.size} rows lie just below {period:g} and none "
+                "between: negative values read as unsigned",
+                consequence=f"subtract {period:g} there",
+            )
+
+
+def position_jumps(recording: Recording) -> Iterator[Finding]:
+    """Steps of the shaft angle of about a turn, which a wrapped encoder makes."""
+    for column, place in tendon_places(recording, "theta"):
+        steps = np.diff(recording.motor_position[:, place])
+        (jumps,) = np.nonzero(np.abs(np.abs(steps) - TURN) < 0.1 * TURN)
+        reach = np.abs(recording.motor_velocity[:, place]).max() * np.diff(recording.time)
+        jumps = jumps[np.abs(steps[jumps]) > 2.0 * reach[jumps]]
+        if jumps.size:
+            k = int(jumps[0]) + 1
+            yield Finding(
+                recording=recording.name,
+                channel=column,
+                severity="defect",
+                evidence=f"{jumps.size} steps of a turn within one row, first at row {k} "
+                f"(t = {recording.time[k]:.3f} s), which theta_dot does not show",
+                consequence="the encoder wrapped around: add the turns before use",
+            )
+
+
+def dead_channels(recording: Recording) -> Iterator[Finding]:
+    """Channels that never change while the shaft moves."""
+    if np.ptp(recording.motor_position, axis=0).max() < MOTION_LIMIT:
+        return
+    for column, values in measured_channels(recording):
+        if np.ptp(values) == 0.0:
+            yield Finding(
+                recording=recording.name,
+                channel=column,
+                severity="defect",
+                evidence=f"{values[0]:g} in all {values.size} rows although theta moves",
+                consequence="the channel was not measured: remove the column",
+            )
+
+
+def resting_position(recording: Recording) -> Iterator[Finding]:
+    """A shaft that rests while its goal moves."""
+    if recording.command is None:
+        return
+    for column, place in tendon_places(recording, "theta"):
+        theta, goal = recording.motor_position[:, place], recording.command[:, place]
+        first, last = longest_rest(recording.time, theta)
+        span = float(np.ptp(goal[first:last]))
+        lasting = float(recording.time[last - 1] - recording.time[first])
+        if lasting > STUCK_LIMIT and span > MOTION_LIMIT and recording.enabled[first:last].all():
+            yield Finding(
+                recording=recording.name,
+                channel=column,
+                severity="note",
+                evidence=f"rests for {lasting:.2f} s from t = {recording.time[first]:.2f} s while "
+                f"theta_d moves by {span:.2f} rad",
+                consequence="dry friction, a deadband or an end stop holds it, or the encoder "
+                "is stuck; such rows say little about anything else",
+            )
+
+
+def supply_scatter(recording: Recording) -> Iterator[Finding]:
+    """A supply voltage that jumps from row to row."""
+    voltage = recording.voltage
+    if voltage is None or voltage.mean() <= 0.0:
+        return
+    scatter = float(np.std(np.diff(voltage)) / np.sqrt(2.0))
+    if scatter > SUPPLY_SCATTER_LIMIT * voltage.mean():
+        yield Finding(
+            recording=recording.name,
+            channel="voltage",
+            severity="caution",
+            evidence=f"scatters by {scatter:.2f} V from row to row about {voltage.mean():.2f} V "
+            f"({voltage.min():.1f}-{voltage.max():.1f} V)",
+            consequence="no supply moves so fast: smooth it or use its mean, else the scatter "
+            "enters the simulated torque",
+        )
+
+
+def unsigned_current(recording: Recording) -> Iterator[Finding]:
+    """A current without a sign: the servo brakes and drives both ways, and it is never negative."""
+    current = recording.current
+    if current is None or current.min() < 0.0 or np.ptp(current) == 0.0:
+        return
+    if wrap_period(current) is not None:
+        return  # its sign is there, read as unsigned
+    speed = recording.motor_velocity.max(axis=1)
+    forth, back = (current[side].size for side in (speed > 0.0, speed < 0.0))
+    if min(forth, back) > SIGN_SHARE * current.size:
+        yield Finding(
+            recording=recording.name,
+            channel="current",
+            severity="caution",
+            evidence=f"never negative, while the shaft turns forth in {forth} rows and back in "
+            f"{back}",
+            consequence="its sign was lost: it is a size, and no torque follows from it",
+        )
+
+
+CHECKS: tuple[Check, ...] = (
+    clock,
+    velocity,
+    wrapped,
+    position_jumps,
+    dead_channels,
+    resting_position,
+    supply_scatter,
+    unsigned_current,
+)
+
+
+def blocked_rows(theta: Array, goal: Array, side: float) -> Mask:
+    """Tell in which rows a shaft rests at the end of its way and its goal comes to lie far beyond.
+
+    All of such a rest counts, from when the shaft arrives to when it leaves.
+
+    Args:
+        theta: Shaft angle [rad], shape (T,).
+        goal: Commanded angle [rad], shape (T,).
+        side: +1 for the upper end, -1 for the lower.
+    """
+    end = float((side * theta).max())
+    rests = side * theta > end - BLOCKED_REST
+    held = rests & (side * (goal - theta) > BLOCKED_ERROR)
+    if held.sum() < BLOCKED_ROWS:
+        return np.zeros(len(theta), dtype=np.bool_)
+    rest = np.cumsum(np.diff(rests, prepend=False))
+    return rests & np.isin(rest, rest[held])
+
+
+def tendon_places(recording: Recording, column: str) -> list[tuple[str, int]]:
+    """Column names of a channel with the tendon that each belongs to."""
+    names = named_by_tendon(column, recording.motor_position)
+    return [(name, place) for place, name in enumerate(names)]
+
+
+def measured_channels(recording: Recording) -> Iterator[tuple[str, Array]]:
+    """Columns that a sensor or a register gave, by name, shape (T,) each."""
+    for column, field in TENDON_COLUMNS.items():
+        values = getattr(recording, field)
+        if values is not None and field != "command":
+            yield from named_by_tendon(column, values).items()
+    if recording.current is not None:
+        yield "current", recording.current
+    for column, values in recording.extra.items():
+        if np.issubdtype(values.dtype, np.number) and np.isfinite(values).all():
+            yield column, values
+
+
+def longest_rest(time: Array, values: Array) -> tuple[int, int]:
+    """First row and row after the last of the longest stretch without any change."""
+    edges = np.flatnonzero(np.r_[True, np.diff(values) != 0.0, True])
+    lasting = time[edges[1:] - 1] - time[edges[:-1]]
+    longest = int(np.argmax(lasting))
+    return int(edges[longest]), int(edges[longest + 1])

@@ -1,0 +1,270 @@
+"""A dataset: a folder of recordings with ``dataset.toml``, split by recording."""
+
+import os.path
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from tendon_newton.data.bench_overrides import read_bench_overrides, write_bench_overrides
+from tendon_newton.data.files.text_file import finite_number
+from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys, write_toml
+from tendon_newton.data.formats.any_file import read_recording_file
+from tendon_newton.data.formats.csv_file import write_csv
+from tendon_newton.data.formats.topic_mapping_file import read_mapping
+from tendon_newton.data.recording import Recording
+from tendon_newton.errors import InvalidDataset, TendonNewtonError, listed, shown
+
+FILE_NAME = "dataset.toml"
+SPLITS = ("train", "test")
+REQUIRED_KEYS = ("file", "bench", "split")
+KNOWN_KEYS = (
+    *REQUIRED_KEYS,
+    "mapping",
+    "start",
+    "bench_overrides",
+    "actuator_overrides",
+    "load_cell_rate",
+)
+PATH_LIMIT = 1000
+"""Longest path of a recording [characters]; no file system of today takes 4096."""
+KEY_TYPES: dict[str, tuple[type | tuple[type, ...], str]] = {
+    "file": (str, "a string"),
+    "bench": (str, "a string"),
+    "split": (str, "a string"),
+    "mapping": (str, "a string"),
+    "start": (str, "a string"),
+    "bench_overrides": (dict, "a table"),
+    "actuator_overrides": (dict, "a table"),
+    "load_cell_rate": ((int, float), "a number"),
+}
+
+Entry = dict[str, Any]
+"""One ``[[recordings]]`` table as TOML gives it; never leaves this file."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Dataset:
+    """Recordings to fit and recordings that only report."""
+
+    path: Path
+    """The folder."""
+    train: tuple[Recording, ...]
+    """Recordings that a fit may see."""
+    test: tuple[Recording, ...]
+    """Recordings that are never fitted."""
+
+
+def load_dataset(path: Path, *, require_train: bool = True, require_test: bool = True) -> Dataset:
+    """Read and check a dataset.
+
+    Args:
+        path: The folder that holds ``dataset.toml``.
+        require_train: Refuse a dataset without a train split.
+        require_test: Refuse a dataset without a test split.
+    """
+    where = path / FILE_NAME
+    entries = read_entries(path)
+    counts = {split: sum(entry["split"] == split for entry in entries) for split in SPLITS}
+    if require_train and not counts["train"]:
+        raise InvalidDataset(
+            f'{where}: some recording must have split = "train", to fit the model on; '
+            f'all {counts["test"]} have split = "test"'
+        )
+    if require_test and not counts["test"]:
+        raise InvalidDataset(
+            f'{where}: some recording must have split = "test", to report errors on data that '
+            f'no fit has seen; all {counts["train"]} have split = "train": '
+            'give at least one whole recording split = "test"'
+        )
+    splits: dict[str, list[Recording]] = {split: [] for split in SPLITS}
+    for entry in entries:
+        splits[entry["split"]].append(read_recording(path, entry))
+    return Dataset(path=path, train=tuple(splits["train"]), test=tuple(splits["test"]))
+
+
+def write_dataset(path: Path, train: Sequence[Recording], test: Sequence[Recording]) -> None:
+    """Write recordings as CSV and the ``dataset.toml`` that lists them."""
+    path.mkdir(parents=True, exist_ok=True)
+    entries = []
+    for split, recordings in (("train", train), ("test", test)):
+        for recording in recordings:
+            entry = entry_of(recording, split)
+            file = path / entry["file"]
+            file.parent.mkdir(parents=True, exist_ok=True)
+            write_csv(file, recording)
+            entries.append(entry)
+    write_toml(path / FILE_NAME, {}, recordings=entries)
+
+
+def list_recording(
+    path: Path,
+    file: str,
+    *,
+    bench: str,
+    split: str,
+    start: str = "equilibrium",
+    load_cell_rate: float | None = None,
+) -> None:
+    """Add a recording that was written to a folder to its ``dataset.toml``, whole or not at all.
+
+    Args:
+        path: The folder.
+        file: The recording's path inside it.
+        bench: Name under ``assets/`` of the bench that was measured.
+        split: ``train`` or ``test``.
+        start: State from which a simulation starts.
+        load_cell_rate: Rate of the load cell where it is slower than the rows [Hz].
+    """
+    entry: Entry = {"file": file, "bench": bench, "split": split}
+    if start != "equilibrium":
+        entry["start"] = start
+    if load_cell_rate is not None:
+        entry["load_cell_rate"] = load_cell_rate
+    check_entry(entry, str(path / FILE_NAME))
+    write_toml(path / FILE_NAME, {}, recordings=[*listed_recordings(path), entry])
+
+
+def listed_recordings(path: Path) -> list[Entry]:
+    """Read the entries of a folder, none where it is no dataset yet."""
+    return read_entries(path) if (path / FILE_NAME).exists() else []
+
+
+def listed_files(path: Path) -> tuple[str, ...]:
+    """Return the recordings that a folder lists, none where it is no dataset yet."""
+    return tuple(entry["file"] for entry in listed_recordings(path))
+
+
+def read_entries(path: Path) -> list[Entry]:
+    """Read and check ``dataset.toml`` without opening the recordings."""
+    where = path / FILE_NAME
+    table = read_toml(where, InvalidDataset, f"a dataset is a folder with {FILE_NAME}")
+    refuse_unknown_keys(table, ("recordings",), str(where), InvalidDataset)
+    entries = table.get("recordings", [])
+    if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
+        raise InvalidDataset(f"{where}: recordings must be an array of tables, [[recordings]]")
+    if not entries:
+        raise InvalidDataset(f"{where}: a dataset lists one [[recordings]] or more; it lists none")
+    for index, entry in enumerate(entries):
+        check_entry(entry, f"{where}: [[recordings]] {index}")
+    for file, count in Counter(os.path.normpath(entry["file"]) for entry in entries).items():
+        if count > 1:
+            raise InvalidDataset(
+                f"{where}: a recording belongs to one split and is listed once; "
+                f"{file!r} is listed {count} times"
+            )
+    return entries
+
+
+def check_entry(entry: Entry, where: str) -> None:
+    """Refuse an entry with missing, unknown or mistyped keys."""
+    refuse_unknown_keys(entry, KNOWN_KEYS, where, InvalidDataset)
+    for key in REQUIRED_KEYS:
+        if key not in entry:
+            raise InvalidDataset(f"{where}: key {key!r} is missing; there are {listed(entry)}")
+    where = f"{where} ({shown(entry['file'])})"
+    for key, value in entry.items():
+        types, words = KEY_TYPES[key]
+        if not isinstance(value, types) or isinstance(value, bool):
+            raise InvalidDataset(f"{where}: {key} must be {words}; it is {shown(value)}")
+    if entry["split"] not in SPLITS:
+        raise InvalidDataset(
+            f"{where}: split must be 'train' or 'test'; it is {shown(entry['split'])}"
+        )
+    for key in ("file", "mapping"):
+        if key in entry:
+            check_path(key, entry[key], where)
+
+
+def check_path(key: str, name: str, where: str) -> None:
+    """Refuse a path that leads out of the dataset's folder by its words."""
+    if len(name) > PATH_LIMIT or not name.isprintable():
+        raise InvalidDataset(
+            f"{where}: {key} must be a path of at most {PATH_LIMIT} printable characters"
+        )
+    path = os.path.normpath(name)
+    if not name or Path(path).is_absolute() or Path(path).parts[:1] in ((), ("..",)):
+        raise InvalidDataset(f"{where}: {key} must lie inside the dataset's folder; it is {name!r}")
+
+
+def inside(folder: Path, name: str, where: str) -> Path:
+    """Return a file of a dataset; one that links lead out of its folder is not opened."""
+    path = folder / name
+    try:
+        home, real = os.path.realpath(folder), os.path.realpath(path)
+    except (OSError, ValueError):  # such as a name that is too long: opening it says so
+        return path
+    if os.path.commonpath((home, real)) != home:
+        raise InvalidDataset(
+            f"{where}: a file must lie inside the dataset's folder; {shown(name)} is a link that "
+            "leads out of it: copy the file"
+        )
+    return path
+
+
+def read_recording(path: Path, entry: Entry) -> Recording:
+    """Read the recording that an entry lists."""
+    name = entry["file"]
+    where = f"{path / FILE_NAME}: {name}"
+    file = inside(path, name, where)
+    try:
+        overrides = read_bench_overrides(entry.get("bench_overrides", {}))
+    except TendonNewtonError as error:
+        raise InvalidDataset(f"{where}: {error}") from error
+    start: Literal["equilibrium", "first_row"] = entry.get("start", "equilibrium")
+    try:
+        return read_recording_file(
+            file,
+            name=name,
+            bench=entry["bench"],
+            mapping=read_mapping(inside(path, entry["mapping"], where))
+            if "mapping" in entry
+            else None,
+            start=start,
+            bench_overrides=overrides,
+            actuator_overrides=read_numbers(entry.get("actuator_overrides", {}), where),
+            load_cell_rate=read_rate(entry, where),
+        )
+    except OSError as error:
+        raise InvalidDataset(f"{where}: cannot be read: {error.strerror or error}") from error
+
+
+def read_rate(entry: Entry, where: str) -> float | None:
+    """Read the load cell's rate [Hz], where an entry gives one."""
+    if "load_cell_rate" not in entry:
+        return None
+    rate = finite_number(entry["load_cell_rate"])
+    if rate is None:
+        raise InvalidDataset(
+            f"{where}: load_cell_rate must be a finite number; it is "
+            f"{shown(entry['load_cell_rate'])}"
+        )
+    return rate
+
+
+def read_numbers(table: dict[str, Any], where: str) -> dict[str, float]:
+    """Read actuator numbers; which keys an actuator knows is checked where it is built."""
+    for key, value in table.items():
+        if finite_number(value) is None:
+            raise InvalidDataset(
+                f"{where}: actuator override {shown(key)} must be a finite number; "
+                f"it is {shown(value)}"
+            )
+    return {key: float(value) for key, value in table.items()}
+
+
+def entry_of(recording: Recording, split: str) -> Entry:
+    """Make the ``[[recordings]]`` table of a recording; defaults are left out."""
+    file = Path(recording.name)
+    name = file.with_suffix(".csv") if file.suffix in (".mcap", ".db3") else file
+    entry: Entry = {"file": name.as_posix(), "bench": recording.bench, "split": split}
+    if recording.start != "equilibrium":
+        entry["start"] = recording.start
+    if overrides := write_bench_overrides(recording.bench_overrides):
+        entry["bench_overrides"] = overrides
+    if recording.actuator_overrides:
+        entry["actuator_overrides"] = dict(recording.actuator_overrides)
+    if recording.load_cell_rate is not None:
+        entry["load_cell_rate"] = recording.load_cell_rate
+    return entry

@@ -1,0 +1,1 @@
+"""Text, TOML, JSON and foreign files, read with bounds and with errors of our own."""

@@ -1,0 +1,41 @@
+"""JSON files as tables, with errors that name the file."""
+
+import json
+from pathlib import Path
+from typing import Any, NoReturn
+
+from tendon_newton.data.files.text_file import read_text
+from tendon_newton.errors import TendonNewtonError, shown
+
+SIZE_LIMIT = 64_000_000
+"""Bytes of a JSON file that we read."""
+
+
+def read_json(path: Path, fault: type[TendonNewtonError], promise: str) -> dict[str, Any]:
+    """Read a JSON object, raising ``fault`` with the place where it is broken.
+
+    NaN and Infinity, which Python writes and JSON does not have, are refused.
+
+    Args:
+        path: The file.
+        fault: Error to raise where there is no such object.
+        promise: What the file should be, in words ("a diagnosis is a JSON file").
+    """
+    text = read_text(path, fault, promise, size_limit=SIZE_LIMIT)
+    try:
+        table = json.loads(text, parse_constant=refuse_constant)
+        json.dumps(table, ensure_ascii=False).encode()  # finds halves of surrogate pairs
+    except RecursionError as error:
+        raise fault(f"{path}: {promise}; its values are nested too deeply") from error
+    except UnicodeEncodeError as error:
+        raise fault(f"{path}: {promise}; it holds half of a character (as \\ud800)") from error
+    except ValueError as error:  # JSONDecodeError is one, and so is what int() raises
+        raise fault(f"{path}: {promise}, and must be JSON: {error}") from error
+    if not isinstance(table, dict):
+        raise fault(f"{path}: {promise} and holds an object, {{...}}; it is {shown(table)}")
+    return table
+
+
+def refuse_constant(name: str) -> NoReturn:
+    """Refuse a number that JSON does not have."""
+    raise ValueError(f"{name} is not a number of JSON")

@@ -1,0 +1,244 @@
+"""Recordings as MCAP files of ROS 2 messages, those of killed processes included."""
+
+import logging
+import re
+from collections import Counter
+from collections.abc import Callable, Iterator, Set
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Any
+
+from tendon_newton.data.files.text_file import absence
+from tendon_newton.data.formats.message_streams import Stream, TimedMessage, read_streams
+from tendon_newton.data.formats.resampling import rows_of
+from tendon_newton.data.formats.topic_mapping import (
+    DEFAULT_MAPPING,
+    SESSION_RECORD,
+    TopicMapping,
+)
+from tendon_newton.data.formats.unpacking import (
+    PACKING,
+    UNPACKED_AT_LEAST,
+    TooLarge,
+    unpacked,
+)
+from tendon_newton.data.recording import Recording
+from tendon_newton.errors import InvalidRecording, MissingDependency
+
+if TYPE_CHECKING:
+    from mcap.records import Channel, McapRecord, Message, Schema
+
+log = logging.getLogger(__name__)
+ENDLESS = re.compile(rb"\b(?:byte|char|u?int8)\[\d+\]|\[0+\]")
+"""Fields that take nothing from the end of a message: a list of such, of a claimed length of
+billions, would be read for ever."""
+
+
+def read_mcap(
+    path: Path,
+    *,
+    bench: str,
+    name: str | None = None,
+    mapping: TopicMapping = DEFAULT_MAPPING,
+    **entry: Any,
+) -> Recording:
+    """Read one recording.
+
+    Args:
+        path: The file; where it breaks off, what came before is read and a warning says so.
+        bench: Name under ``assets/`` of the bench that was measured.
+        name: Name for messages and outputs; the file's own name unless given.
+        mapping: Which topic and field is which column.
+        entry: What else the dataset says of it (``start``, ``bench_overrides``,
+            ``actuator_overrides``, ``load_cell_rate``).
+
+    Raises:
+        InvalidRecording: It is no such file, or lacks a topic.
+        MissingDependency: The packages that read it are not installed.
+    """
+    name = name or path.name
+    if not path.is_file():
+        raise InvalidRecording(f"{name}: {absence(path)} ({path})")
+    wanted = {source.topic for source in mapping.sources.values()}
+    with path.open("rb") as file:
+        reading = McapReading(file, name)
+        streams = read_streams(reading.messages(wanted), mapping, name)
+    reading.warn()
+    require_topics(streams, mapping, reading.topics, name)
+    return Recording(name=name, bench=bench, **rows_of(streams, mapping, name), **entry)
+
+
+def read_session(path: Path) -> dict[str, str]:
+    """Read how a recording was made; of several records the last is whole, so it holds."""
+    from_file: dict[str, str] = {}
+    with path.open("rb") as file:
+        for record in McapReading(file, path.name).records():
+            if type(record).__name__ == "Metadata" and record.name == SESSION_RECORD:
+                from_file = dict(record.metadata)
+    return from_file
+
+
+def require_topics(
+    streams: dict[str, Stream], mapping: TopicMapping, topics: dict[str, str], name: str
+) -> None:
+    """Refuse a file without a topic that its mapping names, listing those there."""
+    for column, source in mapping.sources.items():
+        if column in streams or column in mapping.optional:
+            continue
+        there = ", ".join(f"{topic} ({kind})" for topic, kind in sorted(topics.items()))
+        lack = "holds no value of it" if source.topic in topics else "is missing"
+        hint = "" if mapping.path else '; name yours in a file: mapping = "mapping.toml"'
+        raise InvalidRecording(
+            f"{name}: {column} comes from topic {source.topic!r}, field {source.field!r}, which "
+            f"{lack}; there are {there or 'no topics'}{hint}"
+        )
+
+
+@dataclass(kw_only=True)
+class Damage:
+    """What of a file could not be read."""
+
+    broken_off: str = ""
+    """Why reading ended before the file's own end."""
+    chunks: int = 0
+    """Groups of messages that were damaged."""
+    undecoded: Counter[str] = field(default_factory=Counter)
+    """Messages by topic that could not be decoded."""
+
+
+class McapReading:
+    """One pass through an MCAP file, from the front, keeping all that is whole.
+
+    The index at the end is not used: a file whose process was killed has none.
+
+    Args:
+        file: The file, at its start.
+        name: The recording, for messages.
+    """
+
+    def __init__(self, file: IO[bytes], name: str) -> None:
+        self.file = file
+        self.name = name
+        self.damage = Damage()
+        self.topics: dict[str, str] = {}
+        self.messages_read = 0
+        self.schemas: dict[int, Schema] = {}
+        self.channels: dict[int, Channel] = {}
+        self.unpacked_limit = 0
+
+    def messages(self, wanted: Set[str]) -> Iterator[TimedMessage]:
+        """Decode the messages of some topics."""
+        decode: dict[int, Callable[[bytes], Any]] = {}
+        for record in self.records():
+            kind = type(record).__name__
+            if kind == "Schema":
+                self.schemas[record.id] = record
+            elif kind == "Channel":
+                schema = self.schemas.get(record.schema_id)
+                self.topics[record.topic] = schema.name if schema else "no schema"
+                self.channels[record.id] = record
+            elif kind == "Message" and record.channel_id in self.channels:
+                channel = self.channels[record.channel_id]
+                if channel.topic not in wanted:
+                    continue
+                if channel.id not in decode:
+                    decode[channel.id] = self.decoder_of(channel)
+                yield from self.decoded(record, channel, decode[channel.id])
+
+    def decoded(
+        self, record: "Message", channel: "Channel", decode: Callable[[bytes], Any]
+    ) -> Iterator[TimedMessage]:
+        """Decode one message; one that is damaged is counted and left out."""
+        try:
+            message = decode(record.data)
+        except Exception:  # damaged bytes make the decoder fail in any way
+            self.damage.undecoded[channel.topic] += 1
+            return
+        self.messages_read += 1
+        yield channel.topic, record.log_time, message
+
+    def decoder_of(self, channel: "Channel") -> Callable[[bytes], Any]:
+        """Return what decodes a channel's messages."""
+        from mcap_ros2.decoder import DecoderFactory
+
+        schema = self.schemas.get(channel.schema_id)
+        if schema and ENDLESS.search(schema.data):
+            raise InvalidRecording(
+                f"{self.name}: topic {channel.topic!r} must come with a ROS 2 message definition "
+                "that can be read; arrays of bytes of fixed length cannot"
+            )
+        try:
+            decoder = DecoderFactory().decoder_for(channel.message_encoding, schema)
+        except Exception as error:  # a foreign or damaged definition of a message
+            raise InvalidRecording(
+                f"{self.name}: topic {channel.topic!r} must come with a ROS 2 message definition "
+                f"that can be read; reading its own gives {type(error).__name__}: {error}"
+            ) from error
+        if decoder is None:
+            encoding = schema.encoding if schema else "none"
+            raise InvalidRecording(
+                f"{self.name}: topic {channel.topic!r} must hold ROS 2 messages, encoding 'cdr' "
+                f"with schema 'ros2msg'; they are {channel.message_encoding!r} with {encoding!r}"
+            )
+        return decoder
+
+    def records(self) -> Iterator[Any]:
+        """Read the records one by one, up to the end or to where the file breaks off."""
+        try:
+            from mcap.stream_reader import StreamReader, breakup_chunk
+        except ModuleNotFoundError as error:
+            raise MissingDependency(
+                f"{self.name}: an MCAP file needs the package 'mcap', which is not installed; "
+                "pip install 'tendon-newton[sim]' or 'tendon-newton[hardware]'"
+            ) from error
+        size = self.file.seek(0, 2)
+        self.file.seek(0)
+        self.unpacked_limit = UNPACKED_AT_LEAST + PACKING * size
+        stream = StreamReader(self.file, emit_chunks=True, record_size_limit=size)
+        records = iter(stream.records)
+        started = False
+        while True:
+            try:
+                record: McapRecord = next(records)
+            except StopIteration:
+                return
+            except Exception as error:  # a reader of damaged bytes fails in any way
+                if not started:
+                    raise InvalidRecording(
+                        f"{self.name}: an MCAP file must begin with its magic bytes and a header; "
+                        f"this one has {size} bytes and does not"
+                    ) from error
+                self.damage.broken_off = type(error).__name__
+                return
+            started = True
+            if type(record).__name__ != "Chunk":
+                yield record
+                continue
+            try:
+                plain = unpacked(record, self.unpacked_limit)  # pyright: ignore
+                self.unpacked_limit -= len(plain.data)
+                parts = breakup_chunk(plain, validate_crc=True)
+            except TooLarge as error:
+                raise InvalidRecording(
+                    f"{self.name}: its messages must unpack to at most {PACKING} times the file; "
+                    f"{error}"
+                ) from error
+            except Exception:  # the same, inside a compressed chunk
+                self.damage.chunks += 1
+                continue
+            yield from parts
+
+    def warn(self) -> None:
+        """Say what could not be read."""
+        damage = self.damage
+        if damage.broken_off:
+            log.warning(
+                "%s: the file breaks off (its program was killed, or the disk was full); "
+                "%d messages before that are read",
+                self.name,
+                self.messages_read,
+            )
+        if damage.chunks:
+            log.warning("%s: %d damaged groups of messages are left out", self.name, damage.chunks)
+        for topic, count in damage.undecoded.items():
+            log.warning("%s: %d damaged messages on %s are left out", self.name, count, topic)

@@ -1,0 +1,169 @@
+"""A mapping file: which column or topic of somebody's logs, in which unit, is which of ours."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Any
+
+from tendon_newton.data.files.text_file import finite_number
+from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys
+from tendon_newton.data.formats.topic_mapping import Source, TopicMapping
+from tendon_newton.data.importers.mapped_column import MappedColumn, read_column
+from tendon_newton.data.importers.stated_numbers import STATED_KEYS, StatedNumbers, read_stated
+from tendon_newton.errors import InvalidMapping, shown
+
+ROW_KEYS = ("rows", "rate", "delimiter")
+"""Keys for files of rows: CSV and JSON."""
+MESSAGE_KEYS = ("clock",)
+"""Keys for recordings of ROS 2."""
+FILE_KEYS = (
+    "bench",
+    "files",
+    *ROW_KEYS,
+    *MESSAGE_KEYS,
+    "columns",
+    *STATED_KEYS,
+    "logs",
+    "model",
+    "fit",
+)
+Columns = Mapping[str, MappedColumn | Source]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ColumnMapping:
+    """One mapping file."""
+
+    path: Path
+    bench: str
+    files: str
+    """Pattern of the logs' names inside their folder."""
+    rows: str | None
+    """Key of the rows in a JSON file; None where the file is the rows."""
+    rate: float | None
+    """Rows per second [Hz] where no column holds the time."""
+    delimiter: str
+    """What stands between the cells of a CSV file."""
+    columns: Mapping[str, MappedColumn]
+    """Column of ours -> theirs; empty where topics are mapped."""
+    topics: TopicMapping | None
+    """The same of ROS 2 recordings."""
+    stated: tuple[StatedNumbers, ...]
+    """What is stated of all logs, then of those that a pattern names; later ones win."""
+    model: Mapping[str, Any]
+    """The model to start from, as in a model file; empty for the nominal one."""
+
+    def stated_of(self, name: str) -> StatedNumbers:
+        """Return all that is stated of a log of some name."""
+        found, *more = (part for part in self.stated if fnmatchcase(name, part.pattern))
+        for part in more:
+            found = found.with_(part)
+        return found
+
+
+def read_mapping(path: Path) -> ColumnMapping:
+    """Read and check a mapping file."""
+    table = read_toml(path, InvalidMapping, "a mapping is a TOML file")
+    refuse_unknown_keys(table, FILE_KEYS, str(path), InvalidMapping)
+    for key in ("bench", "columns"):
+        if key not in table:
+            raise InvalidMapping(f"{path}: key {key!r} is missing; see docs/recordings_mapping.md")
+    mapped = read_columns(path, table["columns"])
+    topics = read_topics(path, mapped, word(path, "clock", table.get("clock")))
+    for key in ROW_KEYS if topics else MESSAGE_KEYS:
+        if key in table:
+            kind = "CSV and JSON files" if topics else "ROS 2 recordings"
+            raise InvalidMapping(f"{path}: {key} belongs to a mapping of {kind}; this is none")
+    rate = None if "rate" not in table else positive(path, "rate", table["rate"])
+    if topics is None:
+        require_columns(path, mapped, timed=rate is not None)
+    words = {key: word(path, key, table.get(key)) for key in ("bench", "files", "rows")}
+    return ColumnMapping(
+        path=path,
+        bench=words["bench"] or "",
+        files=words["files"] or ("*" if topics else "*.csv"),
+        rows=words["rows"],
+        rate=rate,
+        delimiter=read_delimiter(path, table.get("delimiter", ",")),
+        columns={n: c for n, c in mapped.items() if isinstance(c, MappedColumn) and not topics},
+        topics=topics,
+        stated=read_patterns(path, table),
+        model={key: table[key] for key in ("model", "fit") if key in table},
+    )
+
+
+def read_columns(path: Path, columns: Any) -> Columns:
+    """Read where every column comes from."""
+    if not isinstance(columns, dict) or not all(isinstance(row, dict) for row in columns.values()):
+        raise InvalidMapping(f"{path}: columns must hold one table per column of ours")
+    return {name: read_column(f"{path}: columns.{name}", name, r) for name, r in columns.items()}
+
+
+def read_topics(path: Path, mapped: Columns, clock: str | None) -> TopicMapping | None:
+    """Return the mapping of a ROS 2 recording's topics; None where columns are mapped."""
+    sources = {name: column for name, column in mapped.items() if isinstance(column, Source)}
+    if not sources:
+        return None
+    others = {n for n, column in mapped.items() if getattr(column, "source", None) is not None}
+    if others:
+        raise InvalidMapping(
+            f"{path}: columns are all in files of rows or all on topics; {min(others)} is a "
+            f"column and {min(sources)} on a topic"
+        )
+    if "t" in mapped:
+        raise InvalidMapping(
+            f"{path}: the time of a ROS 2 recording is that of its messages, by their stamps or "
+            'by when they were recorded (clock = "log"); leave t out'
+        )
+    return TopicMapping(
+        sources=sources,
+        differentiate="theta_dot" in mapped and "theta_dot" not in sources,
+        clock=clock or "header",
+        path=path,
+    )
+
+
+def require_columns(path: Path, mapped: Columns, *, timed: bool) -> None:
+    """Refuse a mapping without what every recording has."""
+    for name in ("theta", "theta_dot", *(() if timed else ("t",))):
+        if name not in mapped:
+            raise InvalidMapping(
+                f"{path}: columns must say where {name!r} comes from"
+                + (" (or rate how many rows a second has)" if name == "t" else "")
+                + (' (or {derive = "theta"})' if name == "theta_dot" else "")
+            )
+
+
+def read_patterns(path: Path, table: Mapping[str, Any]) -> tuple[StatedNumbers, ...]:
+    """Read what is stated of all logs and of those that patterns name."""
+    logs = table.get("logs", {})
+    if not isinstance(logs, dict) or not all(isinstance(row, dict) for row in logs.values()):
+        raise InvalidMapping(f"{path}: logs must hold one table per pattern of names")
+    parts = {"*": {key: table[key] for key in STATED_KEYS if key in table}}
+    first = read_stated(str(path), "*", parts["*"])
+    return (first, *(read_stated(f"{path}: logs.{p}", p, row) for p, row in logs.items()))
+
+
+def read_delimiter(path: Path, value: Any) -> str:
+    """Return what stands between cells."""
+    if not isinstance(value, str) or len(value) != 1 or value in '"\n\r':
+        raise InvalidMapping(
+            f"{path}: delimiter must be one character, such as ';'; it is {shown(value)}"
+        )
+    return value
+
+
+def positive(path: Path, key: str, value: Any) -> float:
+    """Return a positive number."""
+    number = finite_number(value)
+    if number is None or number <= 0.0:
+        raise InvalidMapping(f"{path}: {key} must be a positive number; it is {shown(value)}")
+    return number
+
+
+def word(path: Path, key: str, value: Any) -> str | None:
+    """Return a word, None where it is not given."""
+    if value is not None and not (isinstance(value, str) and value):
+        raise InvalidMapping(f"{path}: {key} must be a word; it is {shown(value)}")
+    return value

@@ -1,0 +1,175 @@
+"""Anybody's CSV, JSON and ROS 2 logs, by a mapping file (see ``docs/recordings_mapping.md``)."""
+
+import hashlib
+from dataclasses import replace
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+import numpy as np
+
+from tendon_newton.data.files.text_file import BLOCK
+from tendon_newton.data.formats.any_file import read_recording_file
+from tendon_newton.data.formats.rosbag import METADATA_FILE
+from tendon_newton.data.importers.column_mapping import ColumnMapping, read_mapping
+from tendon_newton.data.importers.imported import Imported, ImportedLog
+from tendon_newton.data.importers.mapped_rows import read_mapped_columns
+from tendon_newton.data.model_file import Model, NamedValues, read_actuator, read_fit
+from tendon_newton.data.recording import Array, Recording
+from tendon_newton.errors import InvalidMapping, InvalidRecording, TendonNewtonError, shown
+
+NOMINAL = {"gain": 4.2, "spool_radius": 0.0125}
+"""The force source of the paper, where a mapping states no model."""
+ROS_SUFFIXES = (".mcap", ".db3")
+"""Files of ROS 2 recordings; a folder with ``metadata.yaml`` is one as well."""
+
+
+def read_mapped(folder: Path, mapping_file: Path) -> Imported:
+    """Read every log of a folder that a mapping file's pattern matches."""
+    mapping = read_mapping(mapping_file)
+    if not folder.is_dir():
+        came = "it is a file" if folder.exists() else "no such folder"
+        raise InvalidRecording(f"{folder}: logs come as a folder; {came}")
+    paths = find_logs(folder, mapping)
+    for part in mapping.stated:
+        if not any(fnmatchcase(path.name, part.pattern) for path in paths):
+            raise InvalidMapping(f"{mapping.path}: no log matches logs.{part.pattern!r}")
+    logs = tuple(read_log(folder, path, mapping) for path in paths)
+    model = start_model(mapping)
+    return Imported(logs=logs, start_model=lambda _: model, limits={}, findings=())
+
+
+def find_logs(folder: Path, mapping: ColumnMapping) -> list[Path]:
+    """Return the logs of a folder, refusing what the mapping is not made for."""
+    if Path(mapping.files).is_absolute() or ".." in Path(mapping.files).parts:
+        raise InvalidMapping(
+            f"{mapping.path}: files must be a pattern inside the folder; it is {mapping.files!r}"
+        )
+    try:
+        found = sorted(p for p in folder.glob(mapping.files) if p.is_file() or is_ros(p))
+    except (OSError, ValueError) as error:  # such as a name longer than any file's
+        raise InvalidMapping(
+            f"{mapping.path}: files must be a pattern of names; it is {shown(mapping.files)}"
+        ) from error
+    if mapping.topics is not None:
+        found = [path for path in found if is_ros(path)]
+    elif foreign := [path for path in found if is_ros(path)]:
+        raise InvalidMapping(
+            f"{mapping.path}: {foreign[0].name} is a recording of ROS 2: its columns come from a "
+            "topic and a field"
+        )
+    if not found:
+        kind = "log" if mapping.topics is None else f"ROS 2 recording ({METADATA_FILE}, .mcap)"
+        raise InvalidRecording(f"{folder}: no {kind} matches files = {mapping.files!r}")
+    return found
+
+
+def is_ros(path: Path) -> bool:
+    """Tell whether a path is a recording of ROS 2."""
+    if path.is_dir():
+        return (path / METADATA_FILE).is_file()
+    return path.suffix in ROS_SUFFIXES
+
+
+def start_model(mapping: ColumnMapping) -> Model:
+    """Return the model that a mapping states, or the nominal one of its bench."""
+    try:
+        if "model" in mapping.model:
+            return Model(
+                actuator=read_actuator(mapping.model["model"]),
+                fit=read_fit(mapping.model.get("fit", [])),
+            )
+        nominal = (
+            NamedValues(name="ideal_position", values={})
+            if mapping.bench == "servo"
+            else NamedValues(name="ideal", values=NOMINAL)
+        )
+        return Model(actuator=nominal, fit=read_fit(mapping.model.get("fit", [])))
+    except TendonNewtonError as error:
+        raise InvalidMapping(f"{mapping.path}: {error}") from error
+
+
+def read_log(folder: Path, path: Path, mapping: ColumnMapping) -> ImportedLog:
+    """Read one log."""
+    stem = path.name if path.is_dir() else path.stem
+    name = "_".join([*path.relative_to(folder).parent.parts, f"{stem}.csv"])
+    if mapping.topics is None:
+        recording = rows_recording(path, name, mapping)
+    else:
+        recording = messages_recording(path, name, mapping)
+    return ImportedLog(
+        recording=recording,
+        conditions={"file": stem, **{f"part{k}": p for k, p in enumerate(stem.split("_"))}},
+        source=path,
+        sha256=digest(path),
+    )
+
+
+def digest(path: Path) -> str:
+    """Return the digest of a file, or of all files in a folder."""
+    files = sorted(file for file in path.rglob("*") if file.is_file()) if path.is_dir() else [path]
+    digest = hashlib.sha256()
+    for each in files:
+        with each.open("rb") as file:
+            while block := file.read(BLOCK):
+                digest.update(block)
+    return digest.hexdigest()
+
+
+def messages_recording(path: Path, name: str, mapping: ColumnMapping) -> Recording:
+    """Read a recording of ROS 2."""
+    stated = mapping.stated_of(path.name)
+    recording = read_recording_file(
+        path, bench=mapping.bench, name=path.name, mapping=mapping.topics
+    )
+    try:
+        return replace(
+            recording,
+            name=name,
+            start=stated.start or recording.start,
+            bench_overrides=stated.bench_overrides,
+            actuator_overrides=stated.actuator_overrides,
+            load_cell_rate=stated.load_cell_rate,
+        )
+    except TendonNewtonError as error:
+        raise InvalidRecording(f"{path}: {error}") from error
+
+
+def rows_recording(path: Path, name: str, mapping: ColumnMapping) -> Recording:
+    """Read a file of rows."""
+    columns = read_mapped_columns(path, mapping)
+    try:
+        return make_recording(name, columns, mapping, path.name)
+    except TendonNewtonError as error:
+        raise InvalidRecording(f"{path}: {error}") from error
+
+
+def make_recording(
+    name: str, columns: dict[str, Array], mapping: ColumnMapping, log: str
+) -> Recording:
+    """Build a recording from its columns in our units, shape (T,) each."""
+    theta = columns["theta"]
+    tips = [columns[key] for key in ("tip_x", "tip_z") if key in columns]
+    enabled = columns.get("enabled")
+    stated = mapping.stated_of(log)
+    recording = Recording(
+        name=name,
+        bench=mapping.bench,
+        time=columns["t"],
+        motor_position=theta[:, None],
+        motor_velocity=columns.get("theta_dot", np.zeros_like(theta))[:, None],
+        command=columns["theta_d"][:, None] if "theta_d" in columns else None,
+        force=columns["force"][:, None] if "force" in columns else None,
+        tip=np.stack(tips, axis=1) if len(tips) == 2 else None,
+        current=columns.get("current"),
+        voltage=columns.get("voltage"),
+        temperature=columns.get("temperature"),
+        **({} if enabled is None else {"enabled": enabled != 0.0}),
+        start=stated.start or "equilibrium",
+        bench_overrides=stated.bench_overrides,
+        actuator_overrides=stated.actuator_overrides,
+        load_cell_rate=stated.load_cell_rate,
+    )
+    if "theta_dot" in columns:
+        return recording
+    slope = np.gradient(recording.motor_position, recording.time, axis=0)  # of times that increase
+    return replace(recording, motor_velocity=slope)

@@ -1,0 +1,116 @@
+"""One column of a mapping file: theirs, its unit, sign and zero."""
+
+from dataclasses import dataclass
+from math import pi
+from typing import Any
+
+from tendon_newton.data.files.text_file import finite_number
+from tendon_newton.data.files.toml_file import refuse_unknown_keys
+from tendon_newton.data.formats.topic_mapping import Source
+from tendon_newton.errors import InvalidMapping, shown, unknown_name
+
+ANGLE = {"rad": 1.0, "mrad": 1.0e-3, "deg": pi / 180.0, "turn": 2.0 * pi}
+SPEED = {"rad/s": 1.0, "deg/s": pi / 180.0, "rev/min": 2.0 * pi / 60.0}
+FORCE = {"N": 1.0, "mN": 1.0e-3, "g": 9.80665e-3, "kg": 9.80665, "N m": 1.0, "mN m": 1.0e-3}
+LENGTH = {"m": 1.0, "mm": 1.0e-3}
+UNITS: dict[str, dict[str, float]] = {
+    "t": {"s": 1.0, "ms": 1.0e-3, "us": 1.0e-6, "ns": 1.0e-9},
+    "theta_d": ANGLE,
+    "theta": ANGLE,
+    "theta_dot": SPEED,
+    "force": FORCE,
+    "tip_x": LENGTH,
+    "tip_z": LENGTH,
+    "current": {"A": 1.0, "mA": 1.0e-3},
+    "voltage": {"V": 1.0, "mV": 1.0e-3},
+    "temperature": {"degC": 1.0},
+    "enabled": {"1": 1.0},
+}
+"""Column of ours -> unit of theirs -> its size in ours."""
+SIZE_KEYS = ("unit", "scale", "sign", "offset")
+COLUMN_KEYS = ("column", *SIZE_KEYS, "derive")
+TOPIC_KEYS = ("topic", "field", "joints", *SIZE_KEYS, "derive")
+DERIVED = "theta"
+"""What a speed may be derived from where none was logged."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MappedColumn:
+    """Where one column comes from, and how it becomes ours."""
+
+    source: str | None
+    """Their column, or a path such as ``state.position[2]``; None for a derived speed."""
+    scale: float = 1.0
+    """Our unit per theirs, with the sign."""
+    offset: float = 0.0
+    """Our value where theirs is zero."""
+
+
+def read_column(where: str, name: str, row: dict[str, Any]) -> MappedColumn | Source:
+    """Read the table of one column: a column or path of theirs, or a topic and a field.
+
+    Args:
+        where: File and column, for messages.
+        name: The column of ours.
+        row: Its table.
+    """
+    if name not in UNITS:
+        raise InvalidMapping(f"{where}: {unknown_name('column', name, UNITS)}")
+    by_topic = "topic" in row
+    refuse_unknown_keys(row, TOPIC_KEYS if by_topic else COLUMN_KEYS, where, InvalidMapping)
+    if "derive" in row:
+        if (name, row["derive"]) != ("theta_dot", DERIVED) or len(row) > 1:
+            raise InvalidMapping(
+                f'{where}: only theta_dot = {{derive = "theta"}} can be derived; it is {shown(row)}'
+            )
+        return MappedColumn(source=None)
+    scale, offset = read_size(where, name, row)
+    if by_topic:
+        return read_topic(where, row, scale, offset)
+    if not isinstance(row.get("column"), str):
+        raise InvalidMapping(
+            f"{where}: column must name one of theirs, or topic and field a value in ROS 2 "
+            f"messages; it is {shown(row)}"
+        )
+    return MappedColumn(source=row["column"], scale=scale, offset=offset)
+
+
+def read_topic(where: str, row: dict[str, Any], scale: float, offset: float) -> Source:
+    """Read where in a ROS 2 recording a column stands."""
+    for key in ("topic", "field"):
+        if not isinstance(row.get(key), str) or not row[key]:
+            raise InvalidMapping(f"{where}: {key} must be a word; it is {shown(row.get(key))}")
+    joints = row.get("joints", [])
+    if not isinstance(joints, list) or not all(isinstance(joint, str) for joint in joints):
+        raise InvalidMapping(f"{where}: joints must be a list of names; it is {shown(joints)}")
+    try:
+        return Source(
+            topic=row["topic"],
+            field=row["field"],
+            joints=tuple(joints),
+            scale=scale,
+            offset=offset,
+        )
+    except InvalidMapping as error:
+        raise InvalidMapping(f"{where}: {error}") from error
+
+
+def read_size(where: str, name: str, row: dict[str, Any]) -> tuple[float, float]:
+    """Read scale, with the sign, and offset of a column."""
+    if "unit" in row and "scale" in row:
+        raise InvalidMapping(f"{where}: give a unit or a scale, not both")
+    unit = row.get("unit", next(iter(UNITS[name])))
+    if not isinstance(unit, str):
+        raise InvalidMapping(f"{where}: unit must be a word; it is {shown(unit)}")
+    if unit not in UNITS[name]:
+        raise InvalidMapping(f"{where}: {unknown_name('unit', unit, UNITS[name])}")
+    sign = row.get("sign", 1)
+    if sign not in (1, -1):
+        raise InvalidMapping(f"{where}: sign must be 1 or -1; it is {shown(sign)}")
+    scale, offset = (
+        finite_number(row.get(key, default))
+        for key, default in (("scale", UNITS[name][unit]), ("offset", 0.0))
+    )
+    if scale is None or scale == 0.0 or offset is None:
+        raise InvalidMapping(f"{where}: scale must be a number that is not 0, and offset a number")
+    return sign * scale, offset

@@ -1,0 +1,105 @@
+"""What the logs of an SO-101 arm tell about themselves."""
+
+from collections.abc import Iterator, Sequence
+from math import pi
+
+import numpy as np
+
+from tendon_newton.data.checks.finding import Finding
+from tendon_newton.data.checks.lint_checks import blocked_rows
+from tendon_newton.data.importers.imported import ImportedLog
+from tendon_newton.data.recording import Array
+
+COUNT = 2.0 * pi / 4096.0  # [rad] of the STS3215's magnetic encoder (Feetech memory table)
+START_LIMIT = 0.03  # [rad] a servo that rests in its own deadband stays below
+ON_GRID = 0.02  # [1] of a count: what rounding to six digits leaves
+
+
+def joint_findings(log: ImportedLog) -> Iterator[Finding]:
+    """Say what stands out in one joint of one motion."""
+    recording = log.recording
+    assert recording.command is not None
+    theta, goal = recording.motor_position[:, 0], recording.command[:, 0]
+    if abs(theta[0] - goal[0]) > START_LIMIT:
+        yield Finding(
+            recording=recording.name,
+            channel="theta",
+            severity="note",
+            evidence=f"begins {1e3 * (theta[0] - goal[0]):.0f} mrad from its first command",
+            consequence="the joint hangs beside its goal: a simulation must start from the row",
+        )
+    yield from stops(log, theta, goal)
+
+
+def stops(log: ImportedLog, theta: Array, goal: Array) -> Iterator[Finding]:
+    """A joint that goes no further, either way, while its goal does and its current rises."""
+    current = log.recording.current
+    assert current is not None
+    for side, word in ((1.0, "above"), (-1.0, "below")):
+        held = blocked_rows(theta, goal, side)
+        if held.any():
+            yield Finding(
+                recording=log.recording.name,
+                channel="theta",
+                severity="caution",
+                evidence=f"{held.sum()} rows stay at {theta[held].mean():.3f} rad with theta_d up "
+                f"to {1e3 * np.abs(goal - theta)[held].max():.0f} mrad {word}; the current rises "
+                f"to {current[held].max():.1f} A there and is {np.median(current):.2f} A else",
+                consequence="something solid is in the way: these rows tell of no servo, and no "
+                "other motion goes there",
+            )
+
+
+def folder_findings(logs: Sequence[ImportedLog]) -> Iterator[Finding]:
+    """Say what all motions have in common."""
+    motions = {log.conditions["motion"]: log.recording for log in logs}
+    rates = [(r.sample_count - 1) / r.duration for r in motions.values()]
+    longest = max(motions.values(), key=lambda r: r.duration)
+    yield Finding(
+        recording="all",
+        channel="t",
+        severity="note",
+        evidence=f"{min(rates):.2f}-{max(rates):.2f} rows per second; at 50 the longest motion "
+        f"would last {(longest.sample_count - 1) / 50.0:.2f} s, and lasts {longest.duration:.2f} s",
+        consequence="count time by the stamps; rows times 20 ms is wrong",
+    )
+    yield Finding(
+        recording="all",
+        channel="t",
+        severity="caution",
+        evidence="commands and states have the same stamps to the last digit",
+        consequence="one of the two was not stamped when it happened: a delay found here holds up "
+        "to a row of 20 ms",
+    )
+    yield from grids(logs)
+
+
+def grids(logs: Sequence[ImportedLog]) -> Iterator[Finding]:
+    """Encoders whose zero lies between two counts, or whose angle is no count of the shaft."""
+    joints = dict.fromkeys(log.conditions["joint"] for log in logs)
+    for joint in joints:
+        own = [log.recording for log in logs if log.conditions["joint"] == joint]
+        counts = np.concatenate([r.motor_position[:, 0] for r in own]) / COUNT
+        away = np.abs(counts - np.round(counts))
+        if np.all(away > 0.5 - ON_GRID):
+            evidence = f"{joint}: every angle lies half a count ({1e3 * COUNT / 2:.2f} mrad) off"
+            consequence = "its zero is between two counts: offsets below that mean nothing"
+        elif np.any(away > ON_GRID):
+            step = float(np.median(np.diff(np.unique(COUNT * counts))))
+            evidence = (
+                f"{joint}: angles lie on no grid of {1e3 * COUNT:.3f} mrad but {1e3 * step:.3f} "
+                "mrad apart"
+            )
+            consequence = (
+                "it was scaled before it was logged: if that is one count, a logged radian is "
+                f"{COUNT / step:.2f} of the shaft's"
+            )
+        else:
+            continue
+        yield Finding(
+            recording="all",
+            channel="theta",
+            severity="note",
+            evidence=evidence,
+            consequence=consequence,
+        )

@@ -1,0 +1,174 @@
+"""Model files: an actuator, the effects already in the model, and what is unknown.
+
+This file knows the format alone. Which actuators, effects and parameters exist is checked by the
+packages that build them.
+"""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from math import isfinite
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from tendon_newton.data.bench_overrides import (
+    BenchOverrides,
+    read_bench_overrides,
+    write_bench_overrides,
+)
+from tendon_newton.data.files.text_file import finite_number
+from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys, write_toml
+from tendon_newton.errors import InvalidModelFile, TendonNewtonError, listed, shown
+
+KNOWN_KEYS = ("actuator", "effects", "bench_overrides", "fit")
+
+
+def no_benches() -> Mapping[str, BenchOverrides]:
+    """Make the empty table of benches."""
+    return MappingProxyType({})
+
+
+@dataclass(frozen=True, kw_only=True)
+class NamedValues:
+    """An actuator or an effect by name, with its numbers (and file names)."""
+
+    name: str
+    """Key in the table of actuators or effects."""
+    values: Mapping[str, float | str]
+    """Its parameters in SI units; words only where a parameter is a file."""
+
+    def __post_init__(self) -> None:
+        """Refuse numbers that are not finite; protect the rest."""
+        if not self.name:
+            raise InvalidModelFile("a name must not be empty; it is ''")
+        for key, value in self.values.items():
+            if not isinstance(value, str) and not isfinite(value):
+                raise InvalidModelFile(
+                    f"{listed([key])} of {shown(self.name)} must be finite; it is {value}"
+                )
+        object.__setattr__(self, "values", MappingProxyType(dict(self.values)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Model:
+    """What a model file says, before any table of effects or actuators has been asked."""
+
+    actuator: NamedValues
+    """The actuator model and its numbers."""
+    effects: tuple[NamedValues, ...] = ()
+    """Effects already in the model, each once."""
+    bench_overrides: Mapping[str, BenchOverrides] = field(default_factory=no_benches)
+    """Nominal numbers that differ, by bench."""
+    fit: tuple[str, ...] = ()
+    """Numbers of the actuator or a bench that are unknown and refitted with every candidate."""
+
+    def __post_init__(self) -> None:
+        """Refuse doubled entries; protect the rest."""
+        refuse_doubles([effect.name for effect in self.effects], "effect")
+        refuse_doubles(self.fit, "fit entry")
+        object.__setattr__(self, "bench_overrides", MappingProxyType(dict(self.bench_overrides)))
+
+
+def load_model(path: Path) -> Model:
+    """Read and check a model file."""
+    table = read_toml(path, InvalidModelFile, "a model is a TOML file")
+    refuse_unknown_keys(table, KNOWN_KEYS, str(path), InvalidModelFile)
+    try:
+        return Model(
+            actuator=beside(read_actuator(table.get("actuator")), path.parent),
+            effects=read_effects(table.get("effects", [])),
+            bench_overrides=read_benches(table.get("bench_overrides", {})),
+            fit=read_fit(table.get("fit", [])),
+        )
+    except TendonNewtonError as error:
+        raise InvalidModelFile(f"{path}: {error}") from error
+
+
+def write_model(path: Path, model: Model) -> None:
+    """Write a model so that reading it gives the same numbers, bit for bit."""
+    table: dict[str, Any] = {
+        "bench_overrides": {
+            bench: write_bench_overrides(overrides)
+            for bench, overrides in model.bench_overrides.items()
+        },
+        "fit": list(model.fit),
+        "actuator": {"kind": model.actuator.name, **model.actuator.values},
+    }
+    effects = [{"name": effect.name, **effect.values} for effect in model.effects]
+    write_toml(path, table, effects=effects)
+
+
+def read_actuator(table: Any) -> NamedValues:
+    """Read the ``[actuator]`` table."""
+    if not isinstance(table, dict):
+        raise InvalidModelFile(
+            f"a model names its actuator in a table [actuator]; it is {shown(table)}"
+            if table is not None
+            else "a model names its actuator in a table [actuator]; there is none"
+        )
+    return read_named(table, "kind", "[actuator]")
+
+
+def beside(actuator: NamedValues, folder: Path) -> NamedValues:
+    """Return an actuator whose file, if it lies beside the model, is named by its full path."""
+    file = actuator.values.get("file")
+    if not isinstance(file, str) or not (folder / file).is_file():
+        return actuator
+    whole = str((folder / file).resolve())
+    return NamedValues(name=actuator.name, values={**actuator.values, "file": whole})
+
+
+def read_effects(tables: Any) -> tuple[NamedValues, ...]:
+    """Read the ``[[effects]]`` tables."""
+    if not isinstance(tables, list) or not all(isinstance(table, dict) for table in tables):
+        raise InvalidModelFile("effects must be an array of tables, [[effects]]")
+    return tuple(
+        read_named(table, "name", f"[[effects]] {index}") for index, table in enumerate(tables)
+    )
+
+
+def read_named(table: Mapping[str, Any], key: str, where: str) -> NamedValues:
+    """Read a table whose ``key`` names it and whose other keys are its values."""
+    name = table.get(key)
+    if not isinstance(name, str):
+        came = f"it is {shown(name)}" if key in table else f"there are {listed(table)}"
+        raise InvalidModelFile(f"{where}: {key} must be a string that names it; {came}")
+    values: dict[str, float | str] = {}
+    for parameter, value in table.items():
+        if parameter == key:
+            continue
+        number = value if isinstance(value, str | float) else finite_number(value)
+        if number is None:
+            raise InvalidModelFile(
+                f"{where}: {listed([parameter])} of {shown(name)} must be a number; "
+                f"it is {shown(value)}"
+            )
+        values[parameter] = number
+    return NamedValues(name=name, values=values)
+
+
+def read_benches(table: Any) -> dict[str, BenchOverrides]:
+    """Read the ``bench_overrides`` table."""
+    if not isinstance(table, dict) or not all(isinstance(row, dict) for row in table.values()):
+        raise InvalidModelFile(
+            "bench_overrides must hold one table per bench, as in "
+            f"{{finger = {{mass = [0.012, 0.008]}}}}; it is {shown(table)}"
+        )
+    return {bench: read_bench_overrides(row) for bench, row in table.items()}
+
+
+def read_fit(names: Any) -> tuple[str, ...]:
+    """Read the ``fit`` list."""
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise InvalidModelFile(f"fit must be a list of names; it is {shown(names)}")
+    return tuple(names)
+
+
+def refuse_doubles(names: Sequence[str], kind: str) -> None:
+    """Refuse a list that names something twice."""
+    for name, count in Counter(names).items():
+        if count > 1:
+            raise InvalidModelFile(
+                f"every {kind} stands once; {shown(name)} is there {count} times"
+            )

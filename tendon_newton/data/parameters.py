@@ -1,0 +1,126 @@
+"""A number of an effect or an actuator: its unit, its bounds and where they come from."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from tendon_newton.errors import InvalidParameter
+
+DIMENSIONS: dict[str, tuple[int, int, int]] = {
+    "N": (1, 0, 0),
+    "N/s": (1, 0, 0),
+    "1/N": (-1, 0, 0),
+    "1/N2": (-2, 0, 0),
+    "rad": (0, 1, 0),
+    "rad/s": (0, 1, 0),
+    "1/rad": (0, -1, 0),
+    "N/rad": (1, -1, 0),
+    "N s/rad": (1, -1, 0),
+    "m": (0, 0, 1),
+    "N/m": (1, 0, -1),
+    "kg m2": (1, -2, 1),
+}
+"""Unit -> powers of force, motor angle and tendon excursion; seconds are the same on any bench."""
+ON_A_SHAFT: dict[str, str] = {
+    "N": "N m",
+    "N/s": "N m/s",
+    "1/N": "1/(N m)",
+    "1/N2": "1/(N m)2",
+    "N/rad": "N m/rad",
+    "N s/rad": "N m s/rad",
+    "m": "rad",
+    "N/m": "N m/rad",
+}
+"""Unit at a string -> unit where a shaft is turned, whose excursion is its angle."""
+SMALLEST, GREATEST = 1.0e-4, 1.0e4
+"""Factors on a range within which a machine of any size may have a number."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BenchScale:
+    """How large a bench's numbers are beside those of the nominal benches, for which ranges are."""
+
+    force: float = 1.0
+    """Of the forces [1]."""
+    travel: float = 1.0
+    """Of the tendon's travel [1]."""
+    turn: float = 1.0
+    """Of the motor angle for the same travel [1]."""
+    is_shaft: bool = False
+    """Whether forces are torques [N m], because a shaft stands in for the string."""
+
+    @property
+    def force_unit(self) -> str:
+        """Unit of a force."""
+        return ON_A_SHAFT["N"] if self.is_shaft else "N"
+
+    @property
+    def force_name(self) -> str:
+        """Name of the force at the load cell."""
+        return "shaft torque" if self.is_shaft else "tendon force"
+
+    def factor(self, unit: str) -> float:
+        """Return how large a number of some unit is beside that of the nominal benches [1]."""
+        force, angle, length = DIMENSIONS.get(unit, (0, 0, 0))
+        return self.force**force * (self.travel * self.turn) ** angle * self.travel**length
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parameter:
+    """One physical number with the range in which it makes sense on the nominal benches."""
+
+    name: str
+    """Key in a model file."""
+    unit: str
+    """SI unit, ``1`` where it has none."""
+    null: float
+    """Value at which what it describes vanishes [unit]; may be infinite (a rigid tendon)."""
+    nominal: float
+    """Typical value, where a search starts [unit]."""
+    lower: float
+    """Least value that makes sense [unit]."""
+    upper: float
+    """Greatest value that makes sense [unit]."""
+    source: str
+    """Where the range comes from."""
+    absolute: bool = False
+    """Whether the range is the same on a bench of any size, whatever the unit: a tilt's."""
+
+    def __post_init__(self) -> None:
+        """Refuse bounds that no number can meet."""
+        if not (math.isfinite(self.lower) and math.isfinite(self.upper)):
+            raise InvalidParameter(
+                f"the bounds of {self.name!r} must be finite; they are "
+                f"[{self.lower}, {self.upper}] {self.unit}"
+            )
+        if not self.lower <= self.nominal <= self.upper:
+            raise InvalidParameter(
+                f"{self.name!r} must satisfy lower <= nominal <= upper; came "
+                f"{self.lower} <= {self.nominal} <= {self.upper} {self.unit}"
+            )
+        if math.isnan(self.null):
+            raise InvalidParameter(f"the null value of {self.name!r} must be a number; it is nan")
+
+    @property
+    def widest(self) -> tuple[float, float]:
+        """Bounds [unit] that hold for machines of any size: what a model file may state."""
+        if self.absolute or self.unit not in DIMENSIONS:
+            return self.lower, self.upper
+        low = self.lower * (SMALLEST if self.lower > 0.0 else GREATEST)
+        return low, self.upper * GREATEST
+
+    def on(self, scale: BenchScale) -> Parameter:
+        """Return what it is on a bench of another size; its null stays."""
+        factor = 1.0 if self.absolute else scale.factor(self.unit)
+        return replace(
+            self,
+            unit=ON_A_SHAFT.get(self.unit, self.unit) if scale.is_shaft else self.unit,
+            lower=self.lower * factor,
+            nominal=self.nominal * factor,
+            upper=self.upper * factor,
+        )
+
+    def holding(self, value: float) -> Parameter:
+        """Return it with a range that holds a value which a model states [unit]."""
+        return replace(self, lower=min(self.lower, value), upper=max(self.upper, value))

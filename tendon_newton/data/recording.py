@@ -1,0 +1,240 @@
+"""One uninterrupted log of a bench, checked when it is built."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from math import isfinite
+from types import MappingProxyType
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tendon_newton.data.bench_overrides import BenchOverrides
+from tendon_newton.data.channels import CHANNELS, TIME_STEP_RANGE
+from tendon_newton.errors import InvalidRecording, shown
+
+__all__ = ["Array", "BenchOverrides", "Indices", "Mask", "Recording"]
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+"""Places in another array, or numbers of recordings, blocks, folds or columns."""
+Mask = NDArray[np.bool_]
+"""What holds for each row, entry or parameter."""
+
+BENCH_NAME = re.compile(r"[A-Za-z0-9_-]+")
+
+
+def no_extra() -> Mapping[str, NDArray[Any]]:
+    """Make the empty table of unknown columns."""
+    return MappingProxyType({})
+
+
+def no_overrides() -> Mapping[str, float]:
+    """Make the empty table of actuator numbers."""
+    return MappingProxyType({})
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Recording:
+    """One uninterrupted log of a bench under a known command or a known force."""
+
+    name: str
+    """File name inside its dataset, for messages and outputs."""
+    bench: str
+    """Name under ``assets/`` of the bench that was measured."""
+    time: Array
+    """Sample instants [s], strictly increasing, shape (T,)."""
+    motor_position: Array
+    """Servo shaft angle theta [rad], positive winds the tendon in, shape (T, D)."""
+    motor_velocity: Array
+    """Servo shaft speed theta_dot [rad/s], shape (T, D)."""
+    command: Array | None = None
+    """Desired shaft angle theta_d [rad], held until the next row, shape (T, D)."""
+    force: Array | None = None
+    """Tendon tension at the load cell [N] (a torque [N m] on the pendulum), shape (T, D)."""
+    tip: Array | None = None
+    """Finger tip (tip_x, tip_z) in the base frame [m], shape (T, 2)."""
+    current: Array | None = None
+    """Motor current [A], shape (T,)."""
+    voltage: Array | None = None
+    """Supply voltage [V], shape (T,)."""
+    temperature: Array | None = None
+    """Motor temperature [degC], shape (T,)."""
+    enabled: Mask = field(default_factory=lambda: np.ones(0, dtype=np.bool_))
+    """False where the motor gives neither torque nor back-EMF, shape (T,); all true by default."""
+    extra: Mapping[str, NDArray[Any]] = field(default_factory=no_extra)
+    """Columns that the format does not know, numbers or words, shape (T,) each."""
+    start: Literal["equilibrium", "first_row"] = "equilibrium"
+    """State from which a simulation starts."""
+    bench_overrides: BenchOverrides = field(default_factory=BenchOverrides)
+    """Bench numbers of this recording alone."""
+    actuator_overrides: Mapping[str, float] = field(default_factory=no_overrides)
+    """Actuator numbers of this recording alone, in the actuator's own units."""
+    load_cell_rate: float | None = None
+    """Rate of the load cell where it is slower than the rows [Hz]."""
+
+    def __post_init__(self) -> None:
+        """Check every promise, then make the arrays read-only."""
+        freeze_arrays(self)
+        check_setting(self)
+        check_time(self)
+        check_shapes(self)
+        check_values(self)
+
+    @property
+    def sample_count(self) -> int:
+        """Rows T."""
+        return int(self.time.shape[0])
+
+    @property
+    def tendon_count(self) -> int:
+        """Tendons D."""
+        return int(self.motor_position.shape[1])
+
+    @property
+    def duration(self) -> float:
+        """Time from the first row to the last [s]."""
+        return float(self.time[-1] - self.time[0])
+
+
+def freeze_arrays(recording: Recording) -> None:
+    """Replace arrays and mappings by copies that nobody can write to."""
+    for name in ("time", *(channel.field for channel in CHANNELS)):
+        values = getattr(recording, name)
+        if values is not None:
+            object.__setattr__(recording, name, frozen_array(values, np.float64))
+    enabled = np.asarray(recording.enabled, dtype=np.bool_)
+    if enabled.size == 0:
+        enabled = np.ones(recording.time.shape[:1], dtype=np.bool_)
+    object.__setattr__(recording, "enabled", frozen_array(enabled, np.bool_))
+    extra = {name: frozen_array(values, None) for name, values in recording.extra.items()}
+    object.__setattr__(recording, "extra", MappingProxyType(extra))
+    overrides = MappingProxyType(dict(recording.actuator_overrides))
+    object.__setattr__(recording, "actuator_overrides", overrides)
+
+
+def frozen_array(values: NDArray[Any], dtype: Any) -> NDArray[Any]:
+    """Copy an array and make the copy read-only."""
+    copy = np.array(values, dtype=dtype)
+    copy.setflags(write=False)
+    return copy
+
+
+def check_setting(recording: Recording) -> None:
+    """Refuse a recording whose circumstances make no sense."""
+    if not BENCH_NAME.fullmatch(recording.bench):
+        raise InvalidRecording(
+            f"{recording.name}: bench must be a name under assets/ (letters, digits, _ and -); "
+            f"it is {shown(recording.bench)}"
+        )
+    if recording.start not in ("equilibrium", "first_row"):
+        raise InvalidRecording(
+            f"{recording.name}: start must be 'equilibrium' or 'first_row'; "
+            f"it is {shown(recording.start)}"
+        )
+    for key, value in recording.actuator_overrides.items():
+        if not isfinite(value):
+            raise InvalidRecording(
+                f"{recording.name}: actuator override {shown(key)} must be finite; it is {value}"
+            )
+    rate = recording.load_cell_rate
+    if rate is not None and not (isfinite(rate) and rate > 0.0):
+        raise InvalidRecording(
+            f"{recording.name}: load_cell_rate must be positive [Hz]; it is {rate}"
+        )
+
+
+def check_time(recording: Recording) -> None:
+    """Refuse a time column that is short, not finite, not increasing or not in seconds."""
+    time = recording.time
+    if time.ndim != 1 or time.size < 2:
+        raise InvalidRecording(
+            f"{recording.name}: a recording needs two rows or more; it has {time.size}"
+        )
+    (bad,) = np.nonzero(~np.isfinite(time))
+    if bad.size:
+        raise InvalidRecording(
+            f"{recording.name}: t must be finite; row {bad[0]} is {time[bad[0]]}"
+        )
+    (backwards,) = np.nonzero(time[1:] <= time[:-1])
+    if backwards.size:
+        k = int(backwards[0]) + 1
+        raise InvalidRecording(
+            f"{recording.name}: t must strictly increase; row {k} is {time[k]:.6f} s "
+            f"after {time[k - 1]:.6f} s"
+        )
+    with np.errstate(over="ignore"):  # the step from -1e308 to 1e308 s is infinite, and refused
+        step = float(np.median(np.diff(time)))
+    if not TIME_STEP_RANGE[0] <= step <= TIME_STEP_RANGE[1]:
+        slip = (
+            "milliseconds or microseconds"
+            if step > TIME_STEP_RANGE[1]
+            else "minutes or a longer unit"
+        )
+        raise InvalidRecording(
+            f"{recording.name}: t must be in seconds; its median step is {step:g}, "
+            f"which looks like {slip}"
+        )
+
+
+def check_shapes(recording: Recording) -> None:
+    """Refuse channels whose rows or tendons do not match."""
+    rows = recording.sample_count
+    if recording.motor_position.ndim != 2:
+        raise InvalidRecording(
+            f"{recording.name}: theta must have the shape (T, D); "
+            f"it has {recording.motor_position.shape}"
+        )
+    if recording.command is None and recording.force is None:
+        raise InvalidRecording(
+            f"{recording.name}: theta_d or force must be there, else nothing drives a simulation; "
+            "neither is"
+        )
+    matrix = (rows, recording.tendon_count)
+    promised = {
+        "command": matrix,
+        "motor_position": matrix,
+        "motor_velocity": matrix,
+        "force": matrix,
+        "tip": (rows, 2),
+    }
+    series = {channel.column: getattr(recording, channel.field) for channel in CHANNELS}
+    shapes = {channel.column: promised.get(channel.field, (rows,)) for channel in CHANNELS}
+    for column, values in {**series, "enabled": recording.enabled, **recording.extra}.items():
+        shape = shapes.get(column, (rows,))
+        if values is not None and values.shape != shape:
+            raise InvalidRecording(
+                f"{recording.name}: {column} must have the shape {shape}; it has {values.shape}"
+            )
+
+
+def check_values(recording: Recording) -> None:
+    """Refuse channels that are not finite or not in their unit, naming row and column."""
+    for channel in CHANNELS:
+        values: Array | None = getattr(recording, channel.field)
+        if values is None:
+            continue
+        table = values.reshape(recording.sample_count, -1)
+        bad = ~np.isfinite(table)
+        credible = (table >= channel.lower) & (table <= channel.upper)
+        rows, places = np.nonzero(bad if bad.any() else ~credible)
+        if not rows.size:
+            continue
+        row, place = int(rows[0]), int(places[0])
+        column, value = column_name(recording, channel.column, place), float(table[row, place])
+        came = f"row {row} (t = {recording.time[row]:g} s) is {value:g}"
+        if bad.any():
+            raise InvalidRecording(f"{recording.name}: {column} must be finite; {came}")
+        raise InvalidRecording(
+            f"{recording.name}: {column} must be in {channel.unit}; {came}, outside "
+            f"[{channel.lower:.4g}, {channel.upper:.4g}], and looks like {channel.slip}"
+        )
+
+
+def column_name(recording: Recording, column: str, place: int) -> str:
+    """Name a channel's column as it stands in the file."""
+    if column == "tip":
+        return ("tip_x", "tip_z")[place]
+    indexed = column in ("theta_d", "theta", "theta_dot", "force")
+    return f"{column}_{place}" if indexed and recording.tendon_count > 1 else column

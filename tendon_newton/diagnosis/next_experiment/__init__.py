@@ -1,0 +1,1 @@
+"""The run that separates causes which the data cannot tell apart."""

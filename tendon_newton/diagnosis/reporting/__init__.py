@@ -1,0 +1,1 @@
+"""The report of a diagnosis: words, tables and figures on one page."""

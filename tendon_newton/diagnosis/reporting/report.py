@@ -1,0 +1,156 @@
+"""``report.html``: a diagnosis for people, in one file that needs nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tendon_newton.diagnosis.diagnose import Evidence
+from tendon_newton.diagnosis.held_out import (
+    WINDOW,
+    Comparison,
+    compare,
+    row_weights,
+    telling_windows,
+)
+from tendon_newton.diagnosis.reporting.report_captions import captions
+from tendon_newton.diagnosis.reporting.report_doubts import doubts
+from tendon_newton.diagnosis.reporting.report_figures import SIGNALS, Panels, short
+from tendon_newton.diagnosis.reporting.report_tables import (
+    cause_rows,
+    detail_rows,
+    finding_rows,
+    key_numbers,
+    model_rows,
+)
+from tendon_newton.diagnosis.reporting.report_words import CONSEQUENCES, headline
+from tendon_newton.diagnosis.result import Diagnosis
+from tendon_newton.errors import InvalidOutput
+
+TEMPLATE = "report.html.jinja"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Origin:
+    """Where a diagnosis comes from, as far as is known."""
+
+    dataset: Path | None = None
+    """Folder of the recordings."""
+    command: str | None = None
+    """Command line that made the report."""
+
+    def quotation(self) -> str | None:
+        """Return the first paragraph of the dataset's README; None without one."""
+        readme = None if self.dataset is None else self.dataset / "README.md"
+        if readme is None or not readme.is_file():
+            return None
+        blocks = readme.read_text(encoding="utf-8", errors="replace").split("\n\n")
+        prose = (
+            " ".join(b.split()) for b in blocks if b.strip() and not b.lstrip().startswith("#")
+        )
+        return next(prose, "").replace("`", "") or None
+
+
+def write_report(
+    path: Path, diagnosis: Diagnosis, evidence: Evidence, origin: Origin | None = None
+) -> None:
+    """Write the page.
+
+    Args:
+        path: Where it goes.
+        diagnosis: What was found.
+        evidence: Recordings and the two models to show beside them.
+        origin: Where it comes from.
+
+    Raises:
+        InvalidOutput: The file cannot be written.
+    """
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader("tendon_newton.diagnosis.reporting", "."),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+    )
+    page = environment.get_template(TEMPLATE).render(
+        content(diagnosis, evidence, origin or Origin())
+    )
+    try:
+        path.write_text(page, encoding="utf-8")
+    except OSError as error:
+        raise InvalidOutput(f"The report cannot be written to {path}: {error.strerror}.") from None
+
+
+def content(diagnosis: Diagnosis, evidence: Evidence, origin: Origin) -> dict[str, Any]:
+    """Return what the template shows."""
+    comparisons = compare(evidence)
+    train = evidence.train.recordings
+    benches = ", ".join(dict.fromkeys(r.bench.replace("_", " ") for r in train))
+    name = origin.dataset.resolve().name if origin.dataset else benches
+    return {
+        "title": f"{headline(diagnosis)} {name}",
+        "subject": f"{name}: {len(train)} recordings to learn from, {len(comparisons)} held out"
+        f" ({benches})",
+        "headline": headline(diagnosis),
+        "causes": cause_rows(diagnosis),
+        "consequence": CONSEQUENCES[diagnosis.verdict],
+        "numbers": key_numbers(diagnosis),
+        "quotation": origin.quotation(),
+        **pictures(diagnosis, comparisons),
+        **captions(diagnosis),
+        **finding_rows(evidence),
+        "notes": [*doubts(diagnosis), *diagnosis.notes],
+        "model": model_rows(diagnosis, evidence),
+        "details": detail_rows(diagnosis, evidence, origin.command),
+    }
+
+
+def pictures(diagnosis: Diagnosis, comparisons: tuple[Comparison, ...]) -> Mapping[str, Any]:
+    """Draw all panels."""
+    panels = Panels(diagnosis, comparisons)
+    windows = telling_windows(comparisons, gap=diagnosis.verdict != "no_gap")
+    sizes = {signal: panels.before(signal) for signal in SIGNALS}
+    worst = max(comparisons, key=lambda c: float(row_weights(c, sizes).sum()))
+    return {
+        "windows": [
+            {
+                "title": f"{short(w.comparison.recording.name)}, {w.start:.1f} to "
+                f"{min(w.start + WINDOW, w.comparison.time[-1]):.1f} s",
+                "panels": [
+                    panels.window(f"window{k}-{signal}", w, signal)
+                    for signal in panels.signals
+                    if w.comparison.residual(signal) is not None
+                ],
+            }
+            for k, w in enumerate(windows)
+        ],
+        "residual_title": short(worst.recording.name),
+        "traces": [
+            panels.residual_trace(f"trace-{s}", worst, s)
+            for s in panels.signals
+            if worst.residual(s) is not None
+        ],
+        "spreads": [panels.residual_spread(f"spread-{s}", s) for s in panels.signals],
+        "ranking": panels.ranking("ranking"),
+        "errors": [panels.errors(f"errors-{s}", s) for s in panels.signals],
+        **remainder(diagnosis, panels),
+    }
+
+
+def remainder(diagnosis: Diagnosis, panels: Panels) -> Mapping[str, Any]:
+    """Draw what remains, and write the formula for it, if there is one."""
+    structure = diagnosis.unexplained.structure
+    if structure is None:
+        return {"remainders": [], "equation": None}
+    drawn = [
+        panels.remainder(f"remainder-{k}", structure, profile)
+        for k, profile in enumerate(structure.profiles)
+    ]
+    equation = structure.equation
+    told = None
+    if equation is not None:
+        told = {"text": equation.text(), "share": f"{100.0 * equation.held_out_r2:.0f}"}
+    return {"remainders": drawn, "equation": told}

@@ -1,0 +1,219 @@
+"""The tables and key numbers of a report."""
+
+from __future__ import annotations
+
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+from tendon_newton.data.checks.finding import SEVERITIES, Finding
+from tendon_newton.data.checks.lint import lint_dataset, lint_recording
+from tendon_newton.data.parameters import BenchScale
+from tendon_newton.diagnosis.diagnose import Evidence
+from tendon_newton.diagnosis.reporting.report_words import (
+    cause_sentence,
+    docstring_part,
+    estimate_text,
+    number,
+    quantity,
+)
+from tendon_newton.diagnosis.result import Diagnosis, Errors
+
+Row = dict[str, Any]
+"""One row for the template."""
+NEARLY_ALL = 0.9995
+"""Shares above round to 100.0 %."""
+PACKAGES = ("tendon-newton", "newton", "warp-lang", "numpy")
+
+
+def cause_rows(diagnosis: Diagnosis) -> list[Row]:
+    """Describe each named cause."""
+    rows = []
+    for effect in diagnosis.effects:
+        parameters = []
+        for name, estimate in effect.parameters.items():
+            value, interval = estimate_text(effect.name, name, estimate)
+            label = name.replace("_", " ")
+            parameters.append(
+                {
+                    "label": label,
+                    "value": value,
+                    "interval": interval,
+                    "at_bound": estimate.at_bound,
+                }
+            )
+        rows.append(
+            {
+                "name": effect.name,
+                "side": effect.side,
+                "sentence": cause_sentence(effect),
+                "parameters": parameters,
+                "without": errors_text(effect.without, diagnosis.scale),
+                "with_it": errors_text(diagnosis.extended, diagnosis.scale),
+                "rivals": [rival.replace("_", " ") for rival in effect.indistinguishable_from],
+                "experiment": (effect.separating_experiment or "").replace("_", " "),
+                "meaning": docstring_part(effect.name),
+                "signature": docstring_part(effect.name, "Signature"),
+                "source": docstring_part(effect.name, "Source"),
+            }
+        )
+    return rows
+
+
+def errors_text(errors: Errors, scale: BenchScale) -> str:
+    """Return pooled errors in words."""
+    theta = f"{number(1e3 * errors.theta_rmse)} mrad"
+    if errors.force_rmse is None:
+        return theta
+    return f"{theta} and {number(errors.force_rmse)} {scale.force_unit}"
+
+
+def key_numbers(diagnosis: Diagnosis) -> list[Row]:
+    """Return the few numbers that stand beside the verdict."""
+    before, after = diagnosis.baseline, diagnosis.extended
+    named = bool(diagnosis.effects)
+    items = []
+    if named:
+        low, high = diagnosis.explained_interval
+        items.append(
+            {
+                "label": "of the held-out gap explained",
+                "value": f"{percent(diagnosis.explained_fraction)} %",
+                "note": f"95 % interval above {percent(min(low, 0.999))} %"
+                if high > NEARLY_ALL
+                else f"95 % interval {percent(low)} to {percent(high)} %",
+            }
+        )
+    signals = [
+        (
+            "motor angle, RMS error",
+            1e3,
+            "mrad",
+            before.theta_rmse,
+            after.theta_rmse,
+            diagnosis.noise_theta,
+        ),
+        (
+            f"{diagnosis.scale.force_name}, RMS error",
+            1.0,
+            diagnosis.scale.force_unit,
+            before.force_rmse,
+            after.force_rmse,
+            diagnosis.noise_force,
+        ),
+    ]
+    for label, scale, unit, top, left, floor in signals:
+        if top is None or left is None:
+            continue
+        change = f"{number(scale * top)} → {number(scale * left)}" if named else number(scale * top)
+        note = "" if floor is None else f"noise of the sensor {number(scale * floor, 2)} {unit}"
+        items.append({"label": label, "value": f"{change} {unit}", "note": note})
+    return items
+
+
+def percent(share: float) -> str:
+    """Return a share in per cent, finer where it is nearly all."""
+    if share > NEARLY_ALL:
+        return "> 99.9" if share < 1.0 else "100"
+    decimals = 1 if share > 0.95 else 0
+    return f"{100.0 * share:.{decimals}f}".replace("-", "−")
+
+
+def finding_rows(evidence: Evidence) -> dict[str, list[Row]]:
+    """Check the recordings; return what misleads and, apart from it, what is good to know."""
+    train, test = evidence.train.recordings, evidence.test.recordings
+    found = list(lint_dataset(train, test))
+    for recording in (*train, *test):
+        found += lint_recording(recording)
+    kinds: dict[tuple[str, str, str], list[Finding]] = {}
+    for finding in sorted(found, key=lambda f: SEVERITIES.index(f.severity)):
+        kinds.setdefault((finding.severity, finding.channel, finding.consequence), []).append(
+            finding
+        )
+    rows = [
+        {
+            "severity": severity,
+            "channel": channel,
+            "consequence": consequence,
+            "evidence": evidence_text(group),
+        }
+        for (severity, channel, consequence), group in kinds.items()
+    ]
+    return {
+        "findings": [row for row in rows if row["severity"] != "note"],
+        "remarks": [row for row in rows if row["severity"] == "note"],
+    }
+
+
+def evidence_text(group: list[Finding]) -> str:
+    """Return the first of several equal findings, and how many recordings share it."""
+    first = group[0]
+    more = "" if len(group) == 1 else f" (and {len(group) - 1} more recordings)"
+    return f"{first.recording}: {first.evidence}{more}"
+
+
+def model_rows(diagnosis: Diagnosis, evidence: Evidence) -> list[Row]:
+    """Put the numbers of the starting and of the extended model side by side."""
+    named = {effect.name for effect in diagnosis.effects}
+    model = diagnosis.model
+    rows = []
+    for entry in (model.actuator, *model.effects):
+        for key, value in entry.values.items():
+            before, unit = starting_value(evidence, entry.name, key)
+            if entry.name == model.actuator.name and key in model.fit:
+                earlier = before if before is None else f"unknown, fitted {before}"
+            else:
+                earlier = before
+            after = value if isinstance(value, str) else quantity(value, unit)
+            rows.append(
+                {
+                    "part": "actuator: " * (entry is model.actuator) + entry.name.replace("_", " "),
+                    "number": key.replace("_", " "),
+                    "before": after if earlier is None else earlier,
+                    "after": after,
+                    "new": entry.name in named,
+                }
+            )
+    return rows
+
+
+def starting_value(evidence: Evidence, owner: str, key: str) -> tuple[str | None, str]:
+    """Return a number of the starting model in words, if the kernels hold it, and its unit."""
+    study = evidence.train
+    for column in study.table.columns(owner):
+        parameter = study.table.owners[column][1]
+        if parameter.name == key:
+            value = evidence.baseline.get(column, study.base_value(column))
+            absent = value == parameter.null and owner != study.table.actuator
+            return ("—" if absent else quantity(value, parameter.unit)), parameter.unit
+    return None, "m" if key == "spool_radius" else "1"
+
+
+def detail_rows(
+    diagnosis: Diagnosis, evidence: Evidence, command: str | None
+) -> list[tuple[str, str]]:
+    """Return the numbers for the curious."""
+    pair = (diagnosis.baseline, diagnosis.extended) if diagnosis.effects else (diagnosis.baseline,)
+    mean = " → ".join(number(1e3 * errors.theta_mae) for errors in pair)
+    packages = [f"{name} {found}" for name in PACKAGES if (found := installed(name))]
+    rows = [
+        ("verdict", diagnosis.verdict.replace("_", " ")),
+        ("chance of such a gain from noise alone (p)", number(diagnosis.p_value, 2)),
+        ("effects tried", str(len(diagnosis.candidates))),
+        ("mean absolute error of the angle", f"{mean} mrad"),
+        ("recordings to learn from", ", ".join(r.name for r in evidence.train.recordings)),
+        ("recordings held out", ", ".join(r.name for r in evidence.test.recordings)),
+        ("wall time", f"{diagnosis.wall_time_s:.0f} s"),
+        ("versions", ", ".join(packages)),
+    ]
+    for name, estimate in diagnosis.fitted.items():
+        value, interval = estimate_text(diagnosis.model.actuator.name, name, estimate)
+        rows.append((f"fitted {name.replace('_', ' ')}", f"{value}, 95 % interval {interval}"))
+    return rows if command is None else [*rows, ("command", command)]
+
+
+def installed(package: str) -> str | None:
+    """Return a package's version; None where it runs without being installed."""
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None

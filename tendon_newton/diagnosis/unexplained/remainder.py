@@ -1,0 +1,210 @@
+"""What is left of the error, side by side: what the servo did, and what the mechanism did."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from tendon_newton.data.parameters import BenchScale
+from tendon_newton.data.recording import Array, Indices, Mask, Recording
+from tendon_newton.identification.study import Study, replacements
+
+Side = Literal["servo", "mechanism", "whole"]
+RECENT = 0.1
+"""How far back the change of command and force looks [s]."""
+TURNED = 0.05
+"""Speed from which a direction counts as a direction [rad/s]."""
+TAUT = 0.05
+"""Tension from which the servo's slopes are taken on a nominal bench [N]."""
+OUTLIERS = 0.005
+"""Share of the rows whose size is cut: the rows of jumps must not decide."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Remainder:
+    """The residual of one side at M rows of some recordings, and what it may depend on."""
+
+    side: Side
+    residual: Array
+    """Measured minus modelled [N or rad], shape (M,)."""
+    signals: Mapping[str, Array]
+    """Name -> value at each row, shape (M,)."""
+    recording: Indices
+    """Index of each row's recording, shape (M,)."""
+    scale: BenchScale = field(default_factory=BenchScale)
+    """Of the benches."""
+
+    @property
+    def size(self) -> float:
+        """Root mean square of the residual [N or rad]."""
+        return float(np.sqrt(np.mean(self.residual**2)))
+
+
+def side_words(side: Side, scale: BenchScale) -> tuple[str, str]:
+    """Return what is measured of a side, and its unit."""
+    if side == "servo":
+        return f"{scale.force_name} at the measured motion", scale.force_unit
+    return "motor angle" if side == "whole" else "motor angle at the measured force", "rad"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rows:
+    """One recording beside the model."""
+
+    recording: Recording
+    index: int
+    kept: Mask
+    """Whether each row's past is known, shape (T,)."""
+    theta: Array
+    """Residual of the angle [rad], shape (T,)."""
+    force: Array | None
+    """Residual of the tension [N]; None without a load cell."""
+
+    @property
+    def angle(self) -> Array:
+        """Simulated motor angle [rad]."""
+        return self.recording.motor_position[:, 0] - self.theta
+
+    @property
+    def speed(self) -> Array:
+        """Simulated motor speed [rad/s]."""
+        return np.gradient(self.angle, self.recording.time)
+
+    @property
+    def tension(self) -> Array | None:
+        """Simulated tension [N]."""
+        measured = self.recording.force
+        return None if self.force is None or measured is None else measured[:, 0] - self.force
+
+
+def find_remainders(study: Study, values: Mapping[int, float]) -> tuple[Remainder, ...]:
+    """Return what a model leaves of its recordings, by side.
+
+    The load cell sits between servo and mechanism. In closed loop an error of either moves both
+    signals; seen from the measured angle the servo's force is wrong by its own error alone, and
+    seen from the measured force so is the mechanism's angle.
+
+    Args:
+        study: The recordings.
+        values: The model's parameters, column -> value.
+    """
+    residuals = study.residuals(*replacements([values]))
+    rows = [
+        Rows(
+            recording=recording,
+            index=index,
+            kept=residual.trusted,
+            theta=residual.theta[0],
+            force=None if residual.force is None else residual.force[0],
+        )
+        for index, (recording, residual) in enumerate(zip(study.recordings, residuals, strict=True))
+    ]
+    both = [r for r in rows if r.force is not None and r.recording.command is not None]
+    if len(both) < len(rows):
+        return (collect("whole", rows, [r.theta for r in rows], study.scale),)
+    stiffness = servo_stiffness(both, TAUT * study.scale.force)
+    servo = [r.force + stiffness * r.theta for r in both if r.force is not None]
+    give = {bench: mechanism_give(both, bench) for bench in {r.recording.bench for r in both}}
+    mechanism = [r.theta - give[r.recording.bench] * r.force for r in both if r.force is not None]
+    return (
+        collect("servo", both, servo, study.scale),
+        collect("mechanism", both, mechanism, study.scale),
+    )
+
+
+def servo_stiffness(rows: list[Rows], taut: float) -> float:
+    """Return how the model's force falls with the angle [N/rad], its friction set aside.
+
+    Taken from the simulated signals, so that it holds for every actuator model.
+    """
+    parts = []
+    for r in rows:
+        command, tension, speed = r.recording.command, r.tension, r.speed
+        assert command is not None
+        assert tension is not None
+        moving = np.sign(speed) * (np.abs(speed) > TURNED)
+        table = np.stack([command[:, 0] - r.angle, moving, speed, np.ones_like(speed), tension], 1)
+        parts.append(table[tension > taut])
+    table = np.concatenate(parts)
+    if len(table) < table.shape[1]:
+        return 0.0
+    return float(np.linalg.lstsq(table[:, :-1], table[:, -1], rcond=None)[0][0])
+
+
+def mechanism_give(rows: list[Rows], bench: str) -> float:
+    """Return how the model's angle grows with the tension on a bench [rad/N]."""
+    own = [r for r in rows if r.recording.bench == bench]
+    angle = np.concatenate([r.angle for r in own])
+    tension = np.concatenate([r.tension for r in own if r.tension is not None])
+    spread = float(np.var(tension))
+    return float(np.cov(tension, angle)[0, 1] / spread) if spread > 0.0 else 0.0
+
+
+def collect(side: Side, rows: list[Rows], residuals: list[Array], scale: BenchScale) -> Remainder:
+    """Put all recordings in a row; rows with an unknown past are left out."""
+    tables = [signals_of(side, r) for r in rows]
+    names = [name for name in tables[0] if all(name in table for table in tables)]
+    kept = [r.kept for r in rows]
+    residual = np.concatenate([y[k] for y, k in zip(residuals, kept, strict=True)])
+    limit = float(np.quantile(np.abs(residual), 1.0 - OUTLIERS))
+    signals = {
+        name: np.concatenate([table[name][k] for table, k in zip(tables, kept, strict=True)])
+        for name in names
+    }
+    return Remainder(
+        side=side,
+        residual=np.clip(residual, -limit, limit),
+        signals={name: x for name, x in signals.items() if np.ptp(x) > 0.0},
+        recording=np.concatenate(
+            [np.full(int(k.sum()), r.index) for r, k in zip(rows, kept, strict=True)]
+        ),
+        scale=scale,
+    )
+
+
+def signals_of(side: Side, rows: Rows) -> dict[str, Array]:
+    """Return what a residual may depend on, shape (T,) each.
+
+    No signal may hold the noise that is in the residual, or it would seem to explain it: the
+    force is the model's, and but for the servo's side the motion too.
+    """
+    r = rows.recording
+    time = r.time - r.time[0]
+    measured = side == "servo"
+    angle = r.motor_position[:, 0] if measured else rows.angle
+    speed = smooth(r.motor_velocity[:, 0]) if measured else rows.speed
+    signals = {"theta": angle, "theta_dot": speed, "t": time}
+    signals["time_since_reversal"] = since_reversal(time, speed)
+    if r.command is not None:
+        signals["theta_d"] = r.command[:, 0]
+        signals["theta_d_change"] = recent_change(time, r.command[:, 0])
+    if rows.tension is not None:
+        signals["force"] = rows.tension
+        signals["force_change"] = recent_change(time, rows.tension)
+    for name in ("temperature", "voltage"):
+        if (column := getattr(r, name)) is not None:
+            signals[name] = column
+    return signals
+
+
+def smooth(speed: Array) -> Array:
+    """Return a speed without the grain of its register: the mean of three rows."""
+    return np.convolve(np.pad(speed, 1, mode="edge"), np.full(3, 1.0 / 3.0), mode="valid")
+
+
+def recent_change(time: Array, signal: Array) -> Array:
+    """Return how far a signal has come within a moment."""
+    return signal - np.interp(time - RECENT, time, signal)
+
+
+def since_reversal(time: Array, speed: Array) -> Array:
+    """Return the time since the motion turned round [s]."""
+    direction = np.where(np.abs(speed) > TURNED, np.sign(speed), 0.0)
+    moving = np.flatnonzero(direction)
+    turned = moving[np.flatnonzero(np.diff(direction[moving], prepend=0.0))]
+    start = np.zeros(len(time), dtype=np.intp)
+    start[turned] = turned
+    return time - time[np.maximum.accumulate(start)]

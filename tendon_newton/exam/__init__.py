@@ -1,0 +1,1 @@
+"""Diagnoses of datasets with known causes, and how often they are right."""

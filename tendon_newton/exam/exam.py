@@ -1,0 +1,122 @@
+"""A folder of datasets with known truths, diagnosed in parallel; a broken-off exam goes on."""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import sys
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import replace
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+from tendon_newton.diagnosis.diagnosis_file import state_diagnosis
+from tendon_newton.errors import InvalidDataset, TendonNewtonError, unknown_name
+from tendon_newton.exam.exam_score import Mark, Truth, judge
+from tendon_newton.exam.truth_file import read_truth
+
+ANSWER = "diagnosis.json"
+
+
+def read_truths(folder: Path) -> list[Truth]:
+    """Read all truths of an exam, in order of their names.
+
+    Raises:
+        InvalidDataset: The folder holds none, or a truth without its dataset.
+    """
+    truths = [read_truth(path) for path in sorted((folder / "truth").glob("*.json"))]
+    if not truths:
+        raise InvalidDataset(
+            f"{folder}: an exam holds folders with dataset.toml and model.toml, and "
+            "truth/NAME.json for each; no truth was found"
+        )
+    for truth in truths:
+        if not (folder / truth.id / "dataset.toml").is_file():
+            raise InvalidDataset(
+                f"{folder}: truth/{truth.id}.json speaks of {truth.id}/, which has no dataset.toml"
+            )
+    return truths
+
+
+def take_exam(
+    folder: Path, out: Path, *, workers: int = 1, only: Sequence[str] = ()
+) -> Iterator[Mark]:
+    """Diagnose every dataset that has no answer yet, and yield all marks as they come.
+
+    Args:
+        folder: Datasets and their truths.
+        out: Where answers go, one folder each.
+        workers: Processes; one per core is best.
+        only: Names of datasets; all by default.
+    """
+    truths = read_truths(folder)
+    for name in only:
+        if name not in (truth.id for truth in truths):
+            raise unknown_name("dataset", name, [truth.id for truth in truths])
+    truths = [truth for truth in truths if not only or truth.id in only]
+    waiting = []
+    for truth in truths:
+        answer = read_answer(out / truth.id / ANSWER)
+        if answer is None:
+            waiting.append(truth)
+        else:
+            yield replace(judge(truth, answer), earlier=True)
+    if workers <= 1:
+        for truth in waiting:
+            yield judge(truth, answer_one(folder / truth.id, out / truth.id, None))
+        return
+    # A fresh interpreter each, as Warp's state must not be forked; one thread each, as the
+    # processes already keep all cores busy.
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        jobs = {
+            pool.submit(answer_one, folder / truth.id, out / truth.id, 1): truth
+            for truth in waiting
+        }
+        for job in as_completed(jobs):
+            yield judge(jobs[job], job.result())
+
+
+def answer_one(dataset: Path, out: Path, threads: int | None) -> dict[str, Any] | None:
+    """Diagnose one dataset and write its answer; None if it cannot be diagnosed."""
+    from tendon_newton.data.dataset import load_dataset
+    from tendon_newton.data.model_file import load_model, write_model
+    from tendon_newton.device_code.quiet import quiet_warp
+    from tendon_newton.diagnosis.diagnose import diagnose
+    from tendon_newton.simulation.hosts.rollout import THREADS_VARIABLE
+
+    if threads is not None:
+        os.environ[THREADS_VARIABLE] = str(threads)
+    quiet_warp()
+    out.mkdir(parents=True, exist_ok=True)
+    try:
+        diagnosis, _ = diagnose(load_dataset(dataset), load_model(dataset / "model.toml"))
+    except TendonNewtonError as error:
+        (out / "error.txt").write_text(f"{error}\n", encoding="utf-8")
+        return None
+    write_model(out / "model.toml", diagnosis.model)
+    answer = {**diagnosis.to_json(), "peak_memory_mib": peak_memory()}
+    (out / ANSWER).write_text(json.dumps(answer, indent=1) + "\n", encoding="utf-8")
+    return answer
+
+
+def peak_memory() -> float:
+    """Return the most memory that this process has used so far [MiB]."""
+    used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return round(used / (1024.0**2 if sys.platform == "darwin" else 1024.0), 1)
+
+
+def read_answer(path: Path) -> dict[str, Any] | None:
+    """Read an answer that an earlier run left; None if there is none or it broke off.
+
+    Raises:
+        InvalidDiagnosis: The file is whole and no diagnosis: something else would be overwritten.
+    """
+    try:
+        table = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return None
+    state_diagnosis(table if isinstance(table, dict) else {}, str(path))
+    return table

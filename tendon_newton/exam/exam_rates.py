@@ -1,0 +1,123 @@
+"""How often the diagnosis is right, over all answers of an exam."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from statistics import median
+from typing import Any
+
+from tendon_newton.exam.exam_score import Mark
+
+STRENGTHS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 30.0)
+"""Edges of the bins of strength [noise floors]; what is below or above counts in the end bins."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rate:
+    """One figure of an exam."""
+
+    name: str
+    value: float
+    cases: int
+    """How many cases it is over."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class StrengthBin:
+    """How single causes of about one strength were answered."""
+
+    low: float
+    """[noise floors]"""
+    high: float
+    cases: int
+    first: float
+    """Share with the true cause first."""
+    in_class: float
+    silent: float
+    """Share in which nothing was named."""
+    wrong: float
+    """Share with one cause named, and wrongly."""
+
+
+def rates(marks: Sequence[Mark]) -> tuple[Rate, ...]:
+    """Return every figure that there are cases for."""
+    single = [m for m in marks if m.truth.family == "single" and not m.truth.weak]
+    pairs = [m for m in marks if m.truth.family == "pair"]
+    clean = [m for m in marks if m.truth.family == "clean"]
+    outside = [m for m in marks if m.truth.family == "outside"]
+    known = [*single, *pairs]
+    figures: list[Rate] = []
+
+    def add(name: str, cases: Sequence[Any], test: Callable[[Any], bool]) -> None:
+        if cases:
+            share = sum(map(test, cases)) / len(cases)
+            figures.append(Rate(name=name, value=share, cases=len(cases)))
+
+    def middle(name: str, values: Sequence[float]) -> None:
+        if values:
+            figures.append(Rate(name=name, value=median(values), cases=len(values)))
+
+    add("single: true cause named first", single, lambda m: m.exact)
+    add("single: true cause first or in its class", single, lambda m: m.in_class)
+    add("single: confidently wrong", single, confidently_wrong)
+    add("single: something else named too", single, lambda m: len(m.said) > m.found)
+    add("clean: a cause named", clean, lambda m: bool(m.said))
+    add("clean: verdict no_gap", clean, lambda m: m.verdict == "no_gap")
+    add("outside: no wrong name", outside, lambda m: m.right)
+    add("pair: both found", pairs, lambda m: m.found == 2)
+    add("pair: nothing else named", pairs, lambda m: len(m.said) == m.found)
+    middle("parameters: relative error, median", [e for m in known for e in m.parameter_errors])
+    add("parameters: 95 % interval holds the truth", [c for m in known for c in m.covered], bool)
+    gains = [m.gain for m in known if m.gain is not None]
+    middle("held-out gain over the true model's, median", gains)
+    middle("seconds per dataset, median", [m.wall_time_s for m in marks])
+    longest = max((m.wall_time_s for m in marks), default=0.0)
+    figures.append(Rate(name="seconds per dataset, longest", value=longest, cases=len(marks)))
+    memory = [m.peak_memory for m in marks if m.peak_memory is not None]
+    if memory:
+        figures.append(Rate(name="peak memory [MiB]", value=max(memory), cases=len(memory)))
+    return tuple(figures)
+
+
+def confidently_wrong(mark: Mark) -> bool:
+    """Tell whether one cause was named, without a class, and wrongly."""
+    return bool(mark.said) and not mark.in_class and len(mark.classes[0]) == 1
+
+
+def by_strength(marks: Sequence[Mark]) -> tuple[StrengthBin, ...]:
+    """Return how single causes were answered, weak ones included, by their strength."""
+    single = [m for m in marks if m.truth.family == "single"]
+    bins = []
+    for k, (low, high) in enumerate(pairwise(STRENGTHS)):
+        last = k == len(STRENGTHS) - 2
+        inside = [
+            m
+            for m in single
+            if (m.truth.strength >= low or k == 0) and (m.truth.strength < high or last)
+        ]
+        if inside:
+            count = len(inside)
+            bins.append(
+                StrengthBin(
+                    low=low,
+                    high=high,
+                    cases=count,
+                    first=sum(m.exact for m in inside) / count,
+                    in_class=sum(m.in_class for m in inside) / count,
+                    silent=sum(not m.said for m in inside) / count,
+                    wrong=sum(map(confidently_wrong, inside)) / count,
+                )
+            )
+    return tuple(bins)
+
+
+def confusion(marks: Iterable[Mark]) -> dict[str, dict[str, int]]:
+    """Return true cause -> first name given, or the verdict -> count."""
+    table: dict[str, dict[str, int]] = {}
+    for mark in marks:
+        said = mark.said[0] if mark.said else mark.verdict
+        row = table.setdefault(mark.truth.causes, {})
+        row[said] = row.get(said, 0) + 1
+    return table

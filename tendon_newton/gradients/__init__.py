@@ -1,0 +1,1 @@
+"""Rollouts that can be differentiated."""

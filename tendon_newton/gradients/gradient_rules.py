@@ -1,0 +1,145 @@
+"""Derivatives that are known by reasoning, in place of those that a tape works out line by line.
+
+The integrator's modes (what slides, sticks or touches) are whole numbers: their derivative is
+zero, and a tape that walks through
+the search for them would only lose time. A linear solve has the same solve as its adjoint.
+"""
+
+# pyright: reportAttributeAccessIssue=false, reportOperatorIssue=false
+
+from __future__ import annotations
+
+import warp as wp
+
+from tendon_newton.device_code.linear_algebra import inverse, looped_inverse
+from tendon_newton.device_code.placeholders import (
+    JOINTS,
+    ROWS,
+    JointMatrix,
+    JointVector,
+    ParameterVector,
+    Placeholder,
+    RowMatrix,
+    RowVector,
+    real,
+)
+from tendon_newton.device_code.templates import Specialiser, device_template
+from tendon_newton.simulation.contact.contact_distances import constant_share, halved_share
+from tendon_newton.simulation.dynamics.forces import touching
+from tendon_newton.simulation.dynamics.modes import SWEEPS, choose_modes, constrained_solve
+from tendon_newton.simulation.kernels.rollout_kernels import find_row
+
+Commands = Placeholder
+Drive = Placeholder
+Mechanism = Placeholder
+Modes = Placeholder
+TOUCHES = False
+"""Whether links may meet obstacles."""
+FREE_SPOOL = False
+"""Whether each spool has a coordinate of its own."""
+
+
+@device_template
+def inverse_rule(matrix: JointMatrix, adj_ret: JointMatrix) -> None:
+    """Apply d(M^-1) = -M^-1 dM M^-1."""
+    turned = wp.transpose(inverse(matrix))
+    wp.adjoint[matrix] += -(turned * adj_ret * turned)
+
+
+@device_template
+def constraint_forces(
+    matrix: JointMatrix, load: JointVector, x: JointVector, modes: Modes, arms: RowMatrix
+) -> RowVector:
+    """Return the multipliers z of the tendons that stick.
+
+    A^T z = load - M x over the joints that are free.
+    """
+    rest = load - matrix * x
+    free = arms
+    for j in range(JOINTS):
+        if modes.joint_sticks[j] > real(0.0):
+            rest[j] = real(0.0)
+            for d in range(ROWS):
+                free[d, j] = real(0.0)
+    z = RowVector()
+    for _sweep in range(wp.static(1 if ROWS == 1 else SWEEPS)):
+        for d in range(ROWS):
+            size = wp.dot(free[d], free[d])
+            if modes.tendon_sticks[d] > real(0.0) and size > real(0.0):
+                change = wp.dot(free[d], rest) / size
+                rest = rest - free[d] * change
+                z[d] = z[d] + change
+    return z
+
+
+@device_template
+def constrained_solve_rule(
+    matrix: JointMatrix,
+    load: JointVector,
+    modes: Modes,
+    arms: RowMatrix,
+    bow: RowVector,
+    adj_ret: JointVector,
+) -> None:
+    """Apply the adjoint of a saddle-point system: one more solve.
+
+    It is symmetric, but for contacts that slide and strings whose friction stands between two
+    coordinates.
+    """
+    turned = matrix
+    if wp.static(TOUCHES or FREE_SPOOL):
+        turned = wp.transpose(matrix)
+    x = constrained_solve(matrix, load, modes, arms, bow)
+    y = constrained_solve(turned, adj_ret, modes, arms, RowVector())
+    wp.adjoint[load] += y
+    wp.adjoint[matrix] += -wp.outer(y, x)
+    held = real(0.0)
+    for d in range(ROWS):
+        held = held + modes.tendon_sticks[d]
+    if held > real(0.0):
+        lift = constraint_forces(matrix, load, x, modes, arms)
+        pull = constraint_forces(turned, adj_ret, y, modes, arms)
+        wp.adjoint[arms] += -(wp.outer(pull, x) + wp.outer(lift, y))
+        wp.adjoint[bow] += -pull
+
+
+@device_template
+def constant_modes(
+    mechanism: Mechanism,
+    world: int,
+    p: ParameterVector,
+    drive: Drive,
+    q: JointVector,
+    v: JointVector,
+    adj_ret: Modes,
+) -> None:
+    """Modes are whole numbers."""
+
+
+@device_template
+def constant_touch(
+    mechanism: Mechanism, world: int, q: JointVector, v: JointVector, adj_ret: JointVector
+) -> None:
+    """So are contacts."""
+
+
+@device_template
+def constant_row(
+    commands: Commands, first: int, count: int, instant: real, guess: int, adj_ret: int
+) -> None:
+    """So are rows."""
+
+
+def add_gradient_rules(specialiser: Specialiser) -> None:
+    """Teach a specialiser all rules of this file."""
+    specialiser.gradient(inverse, inverse_rule)
+    specialiser.gradient(looped_inverse, inverse_rule)
+    specialiser.gradient(constrained_solve, constrained_solve_rule)
+    specialiser.gradient(choose_modes, constant_modes)
+    specialiser.gradient(touching, constant_touch)
+    specialiser.gradient(find_row, constant_row)
+
+
+def add_contact_rules(specialiser: Specialiser) -> None:
+    """Teach a specialiser what it needs where links may meet obstacles."""
+    specialiser.gradient(halved_share, constant_share)

@@ -1,0 +1,1 @@
+"""New assets, foreign assets, and what a diagnosis writes back into an asset."""

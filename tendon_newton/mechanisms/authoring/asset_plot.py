@@ -1,0 +1,269 @@
+"""``asset show``: one picture of how a mechanism closes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tendon_newton.data.recording import Array, Indices
+from tendon_newton.errors import InvalidOutput
+from tendon_newton.mechanisms.authoring.asset_view import (
+    MOST_NAMED,
+    STRING,
+    chain_points,
+    plot_space,
+    strings,
+)
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.joints import Joint
+from tendon_newton.mechanisms.geometry.parts import excursion, moment_arms
+from tendon_newton.mechanisms.rules.mechanism_rules import range_positions
+from tendon_newton.mechanisms.geometry.statics import ClosingPath, closing_path
+
+COLORS = ("#1f6f8b", "#d1603d", "#6a4c93", "#3d8361", "#b8860b", "#555555")
+GREY = "#8a8f98"
+INK = "#2b2f36"
+POSTURES = 5
+DASHES = ("-", "--", ":", "-.")
+"""One style per tendon."""
+NO_ARM = 1.0e-6
+"""A moment arm smaller than this [m] all along is none."""
+
+
+def plot_asset(mechanism: Mechanism, path: Path) -> None:
+    """Draw excursion, moment arms, closing force and postures, flat and in space, into a PNG file.
+
+    Args:
+        mechanism: The mechanism.
+        path: Where the picture goes.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    if path.suffix.lower() != ".png":
+        raise InvalidOutput(f"The picture is a PNG file; {path} ends otherwise.")
+    figure = Figure(figsize=(15.5, 7.5), layout="constrained")
+    FigureCanvasAgg(figure)
+    grid = figure.add_gridspec(2, 3)
+    top_left, top_right = (figure.add_subplot(grid[0, column]) for column in (0, 1))
+    low_left, low_right = (figure.add_subplot(grid[1, column]) for column in (0, 1))
+    path_of_closing = closing_path(mechanism)
+    rows = _posture_rows(path_of_closing)
+    plot_space(
+        figure.add_subplot(grid[:, 2], projection="3d"), mechanism, path_of_closing, rows[[0, 2, 4]]
+    )
+    _plot_excursion(top_left, mechanism)
+    _plot_arms(top_right, mechanism)
+    _plot_force(low_left, mechanism, path_of_closing)
+    _plot_postures(low_right, mechanism, path_of_closing, rows)
+    for axes in (top_left, top_right, low_left, low_right):
+        axes.grid(color="#e4e6ea", linewidth=0.8)
+        axes.set_axisbelow(True)
+        axes.spines[["top", "right"]].set_visible(False)
+    figure.suptitle(_title(mechanism), fontsize=13, parse_math=False)
+    try:
+        figure.savefig(path, dpi=130)
+    except OSError as error:
+        raise InvalidOutput(f"The picture cannot be written to {path}: {error.strerror}.") from None
+
+
+def _title(mechanism: Mechanism) -> str:
+    if len(mechanism.joints) > MOST_NAMED:
+        counts = f"{len(mechanism.joints)} joints, {len(mechanism.tendons)} tendons"
+        return f"{mechanism.name}:  {counts}"
+    joints = ", ".join(f"{j.name} ({j.kind}, {_range(j)})" for j in mechanism.joints)
+    return f"{mechanism.name}:  {joints}"
+
+
+def _range(joint: Joint) -> str:
+    lower, upper = joint.limits
+    if not np.isfinite(upper):
+        return "no limits"
+    return f"{lower:.3g} to {upper:.3g} {_unit(joint)}"
+
+
+def _unit(joint: Joint) -> str:
+    return "rad" if joint.kind == "revolute" else "m"
+
+
+def _arm_unit(mechanism: Mechanism) -> tuple[str, float]:
+    """Return the unit of moment arms and what it takes to get there from SI."""
+    tendon = mechanism.tendons[0]
+    if tendon.direct or "prismatic" in mechanism.joint_kinds:
+        return "1", 1.0
+    return "mm", 1.0e3
+
+
+def _excursion_unit(mechanism: Mechanism) -> tuple[str, float]:
+    return ("rad", 1.0) if mechanism.tendons[0].direct else ("mm", 1.0e3)
+
+
+def _force_unit(mechanism: Mechanism) -> str:
+    return "N m" if mechanism.tendons[0].direct else "N"
+
+
+def _sweep(mechanism: Mechanism, joint: int, count: int = 61) -> Array:
+    """Return positions with one joint over its range and the others open, shape (count, J)."""
+    positions = range_positions(mechanism, count)
+    others = [j for j in range(positions.shape[1]) if j != joint]
+    positions[:, others] = positions[0, others]
+    return positions
+
+
+def _plot_excursion(axes: Any, mechanism: Mechanism) -> None:
+    unit, scale = _excursion_unit(mechanism)
+    for d, tendon in enumerate(mechanism.tendons):
+        for j in _moved(mechanism, d):
+            positions = _sweep(mechanism, j)
+            axes.plot(
+                positions[:, j],
+                scale * excursion(tendon, positions),
+                DASHES[d % 4],
+                color=COLORS[j % 6],
+                linewidth=2,
+                label=_label(mechanism, d, j),
+            )
+    axes.set_title("Excursion, one joint at a time")
+    axes.set_xlabel(f"joint position q [{_unit(mechanism.joints[0])}]")
+    axes.set_ylabel(f"tendon wound in, l [{unit}]")
+    _name_curves(axes)
+
+
+def _plot_arms(axes: Any, mechanism: Mechanism) -> None:
+    unit, scale = _arm_unit(mechanism)
+    top = 0.0
+    for d, tendon in enumerate(mechanism.tendons):
+        for j in _moved(mechanism, d):
+            positions = _sweep(mechanism, j)
+            arms = scale * moment_arms(tendon, positions)[:, j]
+            top = max(top, float(np.max(np.abs(arms))))
+            axes.plot(
+                positions[:, j],
+                arms,
+                DASHES[d % 4],
+                color=COLORS[j % 6],
+                linewidth=2,
+                label=_label(mechanism, d, j),
+            )
+    axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]), top=1.2 * top)
+    axes.set_title("Moment arm, positive closes")
+    axes.set_xlabel(f"joint position q [{_unit(mechanism.joints[0])}]")
+    axes.set_ylabel(f"dl/dq [{unit}]")
+    _name_curves(axes)
+
+
+def _moved(mechanism: Mechanism, tendon: int) -> list[int]:
+    """Return the joints that a tendon moves; all where it moves none."""
+    arms = moment_arms(mechanism.tendons[tendon], range_positions(mechanism, 5))
+    moved = np.flatnonzero(np.max(np.abs(arms), axis=0) > NO_ARM)
+    return [int(j) for j in moved] or list(range(len(mechanism.joints)))
+
+
+def _name_curves(axes: Any, **options: Any) -> None:
+    """Add a legend where it does not hide the picture."""
+    if len(axes.get_legend_handles_labels()[0]) <= MOST_NAMED:
+        axes.legend(frameon=False, **options)
+
+
+def _label(mechanism: Mechanism, tendon: int, joint: int) -> str:
+    name = mechanism.joints[joint].name
+    if len(mechanism.tendons) == 1:
+        return name
+    return f"{mechanism.tendons[tendon].name}, {name}"
+
+
+def _plot_force(axes: Any, mechanism: Mechanism, path: ClosingPath) -> None:
+    """Draw the force that holds the mechanism at rest, and where its joints are then."""
+    tendon = mechanism.tendons[0]
+    unit = _force_unit(mechanism)
+    theta = path.excursion / tendon.spool_radius
+    quantity = "torque" if tendon.direct else "tension"
+    axes.plot(theta, path.tension, color=INK, linewidth=2.5, label=quantity)
+    axes.set_xlabel("motor angle theta [rad]")
+    axes.set_ylabel(f"{quantity} [{unit}]")
+    axes.set_title("Holding it closed: no friction, no motion")
+    if path.tension[-1] > 0.4 * tendon.force_limit:
+        axes.axhline(tendon.force_limit, color=GREY, linestyle="--", linewidth=1.2)
+        axes.annotate(
+            f"servo limit {tendon.force_limit:g} {unit}",
+            (theta[0], tendon.force_limit),
+            xytext=(2, -12),
+            textcoords="offset points",
+            color=GREY,
+        )
+    if len(mechanism.joints) == 1:  # its joint moves with theta: nothing new to see
+        return
+    twin = axes.twinx()
+    for j, joint in enumerate(mechanism.joints):
+        twin.plot(
+            theta,
+            path.joint_position[:, j],
+            color=COLORS[j % 6],
+            linewidth=1.5,
+            linestyle="--",
+            label=joint.name,
+        )
+    twin.set_ylabel(f"joint position q [{_unit(mechanism.joints[0])}], dashed")
+    twin.spines["top"].set_visible(False)
+    _name_curves(twin, loc="lower right")
+
+
+def _posture_rows(path: ClosingPath) -> Indices:
+    """Return five postures from slack to closed, at equal steps of the tendon."""
+    steps = np.linspace(path.excursion[0], path.excursion[-1], POSTURES)
+    return np.minimum(np.searchsorted(path.excursion, steps), len(path.tension) - 1)
+
+
+def _plot_postures(axes: Any, mechanism: Mechanism, path: ClosingPath, rows: Indices) -> None:
+    """Draw five postures, of a finger from the side and of a slider as a bar."""
+    if "prismatic" in mechanism.joint_kinds:
+        _plot_travel(axes, path, rows)
+        axes.set_ylabel(f"tension [{_force_unit(mechanism)}]")
+        axes.set_title("Travel of the slider, slack to closed")
+    else:
+        _plot_links(axes, mechanism, path, rows)
+        axes.set_ylabel("z [mm]")
+        axes.set_title("Postures and path of the tip, slack to closed")
+        axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel("x [mm]")
+
+
+def _plot_travel(axes: Any, path: ClosingPath, rows: Indices) -> None:
+    """Draw one line per posture of a slider, lowest tension on top."""
+    for line, k in enumerate(rows):
+        x = 1.0e3 * path.joint_position[k, 0]
+        axes.plot([0.0, x], [line, line], color=GREY, linewidth=2)
+        axes.plot([x], [line], "s", color=COLORS[0], markersize=14)
+    axes.set_yticks(range(len(rows)), [f"{path.tension[k]:.3g}" for k in rows])
+    axes.set_ylim(len(rows) - 0.5, -0.5)
+
+
+def _plot_links(axes: Any, mechanism: Mechanism, path: ClosingPath, rows: Indices) -> None:
+    """Draw the links seen along +y: x to the right, z up."""
+    for line, k in enumerate(rows):
+        q = path.joint_position[k]
+        shade = 0.25 + 0.75 * line / (len(rows) - 1)
+        for bone in chain_points(mechanism, q):
+            points = 1.0e3 * bone
+            axes.plot(
+                points[:, 0],
+                points[:, 2],
+                "-o",
+                color=INK,
+                linewidth=3,
+                markersize=5,
+                alpha=shade,
+                solid_capstyle="round",
+            )
+        for string in strings(mechanism, q):
+            axes.plot(
+                1.0e3 * string[:, 0], 1.0e3 * string[:, 2], color=STRING, linewidth=1.2, alpha=shade
+            )
+    if path.tip is not None:
+        tip_path = 1.0e3 * path.tip
+        axes.plot(
+            tip_path[:, 0], tip_path[:, 2], color=COLORS[1], linewidth=2, label="path of the tip"
+        )
+        axes.legend(frameon=False)

@@ -1,0 +1,46 @@
+"""``asset show --window``: Newton's own viewer, with the mechanism closing and opening."""
+
+from __future__ import annotations
+
+from itertools import count
+from typing import Any
+
+import newton
+import numpy as np
+
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.statics import closing_path
+
+FRAME_RATE = 60.0
+"""Frames per second."""
+
+
+def show_in_window(mechanism: Mechanism) -> None:
+    """Open a window and let the mechanism close and open until it is shut."""
+    from newton.viewer import ViewerGL
+
+    play(mechanism, ViewerGL())
+
+
+def play(mechanism: Mechanism, viewer: Any, frames: int | None = None) -> None:
+    """Show a mechanism on its way along the equilibria, there and back.
+
+    Args:
+        mechanism: The mechanism.
+        viewer: One of Newton's viewers.
+        frames: Frames to show; until the viewer is closed by default.
+    """
+    positions = closing_path(mechanism).joint_position
+    there_and_back = np.concatenate([positions, positions[::-1]]).astype(np.float32)
+    model = mechanism.build(1, device="cpu")
+    state: Any = model.state()
+    viewer.set_model(model)
+    for number in count() if frames is None else range(frames):
+        if not viewer.is_running():
+            break
+        state.joint_q.assign(there_and_back[number % len(there_and_back)])
+        newton.eval_fk(model, state.joint_q, state.joint_qd, state)
+        viewer.begin_frame(number / FRAME_RATE)
+        viewer.log_state(state)
+        viewer.end_frame()
+    viewer.close()

@@ -1,0 +1,198 @@
+"""A USD layer of overrides above an asset: the numbers that a diagnosis found, and where from."""
+
+# The stubs of pxr leave out what its C++ modules define.
+# pyright: reportAttributeAccessIssue=false
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from math import degrees, radians
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tendon_newton.errors import InvalidOutput
+from tendon_newton.mechanisms.authoring.correction import Correction
+from tendon_newton.mechanisms.geometry.joints import Joint
+from tendon_newton.mechanisms.geometry.parts import Tendon
+from tendon_newton.mechanisms.usd.stage_file import open_stage, usd_errors
+
+PROVENANCE = "tendon_newton"
+"""Key of the provenance in the layer's ``customLayerData``."""
+RELATIVE = 1.0e-9
+"""Difference of a number that is none [1]: the rest of the arithmetic."""
+DOCUMENTATION = """What a diagnosis found about {name}, above its asset: open this in its place.
+
+Every number here is an override; without this layer the asset is as it was. What has no place in
+USD (servo, sensors, springs that remember) stands in customLayerData alone. The model.toml beside
+it says the same of the asset as it was: use one of the two."""
+
+Overrides = Iterator[tuple[str, str, str, Any]]
+"""Prim, attribute, name of its type in `Sdf.ValueTypeNames`, and value."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FoundNumber:
+    """A number that a diagnosis found."""
+
+    value: float
+    ci95: tuple[float, float] | None
+    """95 % interval; None for a number that the starting model had."""
+    unit: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Provenance:
+    """Where the numbers of a layer come from."""
+
+    version: str
+    """Of the program."""
+    schema: int
+    """Of its diagnosis."""
+    verdict: str
+    dataset: str
+    """SHA-256 of the dataset."""
+    numbers: Mapping[str, Mapping[str, FoundNumber]]
+    """Effect -> parameter -> number, of all effects of the model, with a place in USD or not."""
+
+
+def write_identified_layer(path: Path, correction: Correction, provenance: Provenance) -> None:
+    """Write the layer; it holds overrides only and names the asset as its sublayer.
+
+    Args:
+        path: The file; replaced if it is there.
+        correction: The mechanism as its asset has it, and corrected.
+        provenance: Where the numbers come from.
+
+    Raises:
+        InvalidOutput: The file cannot be written.
+    """
+    from pxr import Sdf, Usd
+
+    asset = correction.asset.asset
+    base = open_stage(asset)
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    layer.subLayerPaths.append(str(asset))
+    with usd_errors(asset):
+        stage = Usd.Stage.Open(layer)
+        for prim, name, kind, value in overrides(correction, base):
+            attribute = stage.GetPrimAtPath(prim).GetAttribute(name)
+            if not attribute:
+                type_name = getattr(Sdf.ValueTypeNames, kind)
+                attribute = stage.OverridePrim(prim).CreateAttribute(name, type_name, False)
+            attribute.Set(value)
+    source = base.GetRootLayer()
+    for key in ("upAxis", "metersPerUnit", "kilogramsPerUnit"):
+        if source.pseudoRoot.HasInfo(key):
+            layer.pseudoRoot.SetInfo(key, source.pseudoRoot.GetInfo(key))
+    layer.defaultPrim = source.defaultPrim
+    layer.documentation = DOCUMENTATION.format(name=correction.asset.name)
+    layer.customLayerData = {PROVENANCE: provenance_table(correction, provenance)}
+    del stage  # an open one looks at once for what the next line says, from a layer without a place
+    nearby = os.path.relpath(asset, path.resolve().parent)
+    layer.subLayerPaths[0] = Path(nearby).as_posix()
+    draft = path.with_name(f".{path.name}")
+    try:
+        draft.write_text(layer.ExportToString(), encoding="utf-8")
+        draft.replace(path)
+    except OSError as error:
+        raise InvalidOutput(f"{path}: {error.strerror or error}") from error
+
+
+def overrides(correction: Correction, stage: Any) -> Overrides:
+    """Yield every number that differs; the stage is the asset's."""
+    before, after = correction.asset, correction.corrected
+    for old, new in zip(before.joints, after.joints, strict=True):
+        yield from joint_overrides(old, new)
+        yield from link_overrides(stage, old, new)
+    for old, new in zip(before.tendons, after.tendons, strict=True):
+        yield from tendon_overrides(stage, before.joints, old, new)
+    scene = scene_prim(stage)
+    if scene is not None and differs(before.gravity, after.gravity):
+        size = float(np.linalg.norm(after.gravity))
+        direction = tuple(float(x) for x in after.gravity / size)
+        yield scene, "physics:gravityDirection", "Vector3f", direction
+        yield scene, "physics:gravityMagnitude", "Float", size
+
+
+def joint_overrides(old: Joint, new: Joint) -> Overrides:
+    """Yield the numbers of a joint; USD counts a revolute one's range and damping in degrees."""
+    turns = new.kind == "revolute"
+    angle: Callable[[float], float] = degrees if turns else float
+    slope: Callable[[float], float] = radians if turns else float
+    if differs(old.stiffness, new.stiffness):
+        yield new.prim, "mjc:stiffness", "Double", new.stiffness
+    if differs(old.damping, new.damping):
+        yield new.prim, "newton:damping", "Float", slope(new.damping)
+    if differs(old.friction, new.friction):
+        yield new.prim, "newton:friction", "Float", new.friction
+    if differs(old.limits[1], new.limits[1]):
+        yield new.prim, "physics:upperLimit", "Float", angle(new.limits[1])
+
+
+def link_overrides(stage: Any, old: Joint, new: Joint) -> Overrides:
+    """Yield the mass of a link, with its inertia."""
+    if not differs(old.mass, new.mass):
+        return
+    (link,) = stage.GetPrimAtPath(old.prim).GetRelationship("physics:body1").GetTargets()
+    inertia = stage.GetPrimAtPath(link).GetAttribute("physics:diagonalInertia").Get()
+    yield str(link), "physics:mass", "Float", new.mass
+    if inertia is not None:
+        yield str(link), "physics:diagonalInertia", "Float3", inertia * (new.mass / old.mass)
+
+
+def tendon_overrides(stage: Any, joints: Sequence[Joint], old: Tendon, new: Tendon) -> Overrides:
+    """Yield the numbers of a tendon."""
+    for name, key in (
+        ("spool_radius", "tendon:spoolRadius"),
+        ("force_limit", "tendon:forceLimit"),
+        ("excursion_offset", "tendon:excursionOffset"),
+    ):
+        if differs(getattr(old, name), getattr(new, name)):
+            yield new.prim, key, "Double", getattr(new, name)
+    if differs(old.moment_arm, new.moment_arm):
+        prim = stage.GetPrimAtPath(old.prim)
+        arm = {j.prim: float(a) for j, a in zip(joints, new.moment_arm, strict=True)}
+        targets = [str(target) for target in prim.GetRelationship("mjc:path").GetTargets()]
+        places = prim.GetAttribute("mjc:path:indices").Get() or range(len(targets))
+        yield new.prim, "mjc:path:coef", "DoubleArray", [arm[targets[i]] for i in places]
+
+
+def differs(old: Any, new: Any) -> bool:
+    """Tell whether a number, or one of several, is another."""
+    return not np.allclose(old, new, rtol=RELATIVE, atol=0.0)
+
+
+def scene_prim(stage: Any) -> str | None:
+    """Return the path of the physics scene, if there is one."""
+    scenes = (prim for prim in stage.Traverse() if prim.GetTypeName() == "PhysicsScene")
+    return next((str(prim.GetPath()) for prim in scenes), None)
+
+
+def provenance_table(correction: Correction, provenance: Provenance) -> dict[str, Any]:
+    """Return what the layer says of itself, as USD's dictionaries hold it."""
+    numbers = {
+        effect: {name: number_table(number) for name, number in own.items()}
+        for effect, own in provenance.numbers.items()
+    }
+    return {
+        "version": provenance.version,
+        "diagnosis_schema": provenance.schema,
+        "verdict": provenance.verdict,
+        "dataset_sha256": provenance.dataset,
+        "in_this_layer": {name: numbers.get(name, {}) for name in correction.applied},
+        "not_in_usd": {name: numbers.get(name, {}) for name in correction.left},
+    }
+
+
+def number_table(number: FoundNumber) -> dict[str, Any]:
+    """Return a number with its interval."""
+    from pxr import Vt
+
+    table: dict[str, Any] = {"value": number.value, "unit": number.unit}
+    if number.ci95 is not None:
+        table["ci95"] = Vt.DoubleArray(number.ci95)
+    return table

@@ -1,0 +1,1 @@
+"""What a stage must hold to be a mechanism, each violation with its prim."""

@@ -1,0 +1,161 @@
+"""Rules that need the finished mechanism: moment arms, spool, closing force."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from tendon_newton.data.recording import Array
+from tendon_newton.errors import InvalidParameter
+from tendon_newton.mechanisms.rules.findings import AssetFinding, Severity
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.parts import Tendon, excursion, moment_arms
+from tendon_newton.mechanisms.rules.routed_rules import routed_findings
+from tendon_newton.mechanisms.geometry.statics import (
+    closed_position,
+    closing_path,
+    closing_tension,
+    equilibrium,
+)
+
+TURN_LIMIT = 2.0
+"""Beyond this many turns [1] the string climbs over itself and the spool radius grows."""
+REACH_LIMIT = 0.1
+"""A servo that closes less than this share of the range [1] does not drive the bench."""
+SLACK_NOTE, SLACK_LIMIT = 0.15, 0.5
+"""Shares of the range [1] that gravity closes by itself: worth a note, and no return at all."""
+ARM_TOLERANCE = 1.0e-6
+"""Moment arms and the slope of the excursion agree to this share [1] in float64."""
+
+RANGE_STEPS = 25
+"""Postures from open to closed at which paths are looked at [1]: every 4 degrees of a finger."""
+
+
+def mechanism_findings(mechanism: Mechanism) -> Iterator[AssetFinding]:
+    """Apply every rule to a mechanism."""
+    yield from _check_tip(mechanism)
+    for index, tendon in enumerate(mechanism.tendons):
+        positions = range_positions(mechanism, RANGE_STEPS)
+        wrong = list(routed_findings(tendon, mechanism.joint_names, positions))
+        yield from wrong
+        if any(finding.severity == "error" for finding in wrong):
+            continue
+        yield from _check_arms(mechanism, tendon)
+        if tendon.direct:
+            continue
+        yield from _check_spool(mechanism, tendon)
+        if not np.any(moment_arms(tendon, closed_position(mechanism)) > 0.0):
+            continue  # an opening tendon: its arms' signs were named, and it closes nothing
+        try:
+            yield from _check_slack(mechanism, tendon)
+            yield from _check_closing(mechanism, index)
+        except InvalidParameter as error:
+            yield _finding(
+                tendon,
+                "equilibrium",
+                "a mechanism comes to rest at every tension; " + str(error).rstrip("."),
+                "Give every joint a spring or stop that holds it",
+                "error",
+            )
+
+
+def range_positions(mechanism: Mechanism, count: int) -> Array:
+    """Return joint positions from open to closed, all joints in step [rad], shape (count, J)."""
+    lower = np.array([limits[0] for limits in mechanism.joint_limits])
+    opened = np.where(np.isfinite(lower), lower, -np.pi / 2.0)
+    return np.linspace(opened, closed_position(mechanism), count)
+
+
+def arm_errors(mechanism: Mechanism, tendon: Tendon, count: int = 9) -> Array:
+    """Return moment arm minus the slope of the excursion [m/rad], shape (count, J)."""
+    h = 1.0e-6
+    positions = range_positions(mechanism, count)
+    steps = h * np.eye(len(mechanism.joints))
+    slopes = [
+        (excursion(tendon, positions + step) - excursion(tendon, positions - step)) / (2.0 * h)
+        for step in steps
+    ]
+    return moment_arms(tendon, positions) - np.stack(slopes, axis=-1)
+
+
+def _finding(
+    tendon: Tendon, rule: str, message: str, remedy: str, severity: Severity
+) -> AssetFinding:
+    return AssetFinding(
+        prim=tendon.prim, rule=rule, message=message, remedy=remedy, severity=severity
+    )
+
+
+def _check_arms(mechanism: Mechanism, tendon: Tendon) -> Iterator[AssetFinding]:
+    worst = float(np.max(np.abs(arm_errors(mechanism, tendon))))
+    arms = moment_arms(tendon, range_positions(mechanism, RANGE_STEPS))
+    if worst > ARM_TOLERANCE * float(np.max(np.abs(arms))):
+        yield _finding(
+            tendon,
+            "moment_arm",
+            f"moment arms must be the slope of the excursion; they differ by up to {worst:.3g} m",
+            "Mend the tendon's path",
+            "error",
+        )
+
+
+def _check_tip(mechanism: Mechanism) -> Iterator[AssetFinding]:
+    if mechanism.tip is None and "prismatic" not in mechanism.joint_kinds:
+        yield AssetFinding(
+            prim="/",
+            rule="tip",
+            message="a finger has a tip; there is no site named tip, so that recordings cannot be "
+            "compared with tip_x and tip_z",
+            remedy="Add a Sphere named tip with MjcSiteAPI to the last link",
+            severity="note",
+        )
+
+
+def _check_slack(mechanism: Mechanism, tendon: Tendon) -> Iterator[AssetFinding]:
+    """Find how far gravity and springs close the mechanism by themselves."""
+    opened, closed = excursion(tendon, range_positions(mechanism, 2))
+    still = equilibrium(mechanism, np.zeros(len(mechanism.tendons)))
+    share = float((excursion(tendon, still) - opened) / (closed - opened))
+    if share > SLACK_NOTE:
+        yield _finding(
+            tendon,
+            "slack",
+            f"a slack tendon leaves the mechanism open; here it rests {100.0 * share:.0f} % closed "
+            f"at {np.array2string(still, precision=3)}, and the string hangs in what lies before",
+            "Stiffen the springs, or turn mjc:springref towards the open end",
+            "warning" if share > SLACK_LIMIT else "note",
+        )
+
+
+def _check_spool(mechanism: Mechanism, tendon: Tendon) -> Iterator[AssetFinding]:
+    ends = excursion(tendon, range_positions(mechanism, 2))
+    turns = float(np.ptp(ends)) / (2.0 * np.pi * tendon.spool_radius)
+    if turns > TURN_LIMIT:
+        yield _finding(
+            tendon,
+            "spool",
+            f"a spool keeps its radius for {TURN_LIMIT:g} turns; the range winds {turns:.1f}",
+            "Check tendon:spoolRadius [m] and the moment arms [m]",
+            "warning",
+        )
+
+
+def _check_closing(mechanism: Mechanism, index: int) -> Iterator[AssetFinding]:
+    """Compare the force that closes the mechanism at rest with what the servo can pull."""
+    tendon = mechanism.tendons[index]
+    needed = closing_tension(mechanism, index)
+    if needed <= tendon.force_limit:
+        return
+    path = closing_path(mechanism, tendon=index)
+    wound = float(np.interp(tendon.force_limit, path.tension, path.excursion))
+    share = (wound - path.excursion[0]) / (path.excursion[-1] - path.excursion[0])
+    drives = share >= REACH_LIMIT
+    yield _finding(
+        tendon,
+        "closing_force",
+        f"closing takes {needed:.3g} N at rest; the servo's {tendon.force_limit:g} N reach "
+        f"{100.0 * share:.0f} % of the range",
+        "Nothing, if that is meant" if drives else "Weaken the springs or lengthen the moment arms",
+        "note" if drives else "error",
+    )

@@ -1,0 +1,131 @@
+"""Rules that a USD stage must keep before Newton reads it.
+
+Each part has its own file: single attributes, links, joints, chains, tendons. The rules that need
+the finished mechanism are in ``mechanism_rules``.
+"""
+
+# The stubs of pxr leave out what its C++ modules define.
+# pyright: reportAttributeAccessIssue=false
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from tendon_newton.mechanisms.rules.chain import chain_findings
+from tendon_newton.mechanisms.rules.findings import AssetFinding, Severity
+from tendon_newton.mechanisms.rules.attribute_rules import attribute_findings
+from tendon_newton.mechanisms.rules.joint_rules import joint_findings
+from tendon_newton.mechanisms.rules.link_rules import link_findings
+from tendon_newton.mechanisms.rules.tendon_rules import tendon_findings
+from tendon_newton.mechanisms.usd.usd_tendon import authored
+
+GRAVITY_RANGE = (1.0, 30.0)
+"""Gravity of the bodies that one builds on [m/s^2]; outside, another unit slipped in."""
+
+
+def stage_findings(stage: Any) -> list[AssetFinding]:
+    """Apply every rule to a stage.
+
+    One with layers missing is judged by that alone, and one with attributes of the wrong kind by
+    its units and those: the other rules rely on both.
+    """
+    missing = list(_check_composition(stage))
+    if missing:
+        return missing
+    first = [*_check_units(stage), *attribute_findings(stage)]
+    if any(finding.rule == "attribute" for finding in first):
+        return first
+    return [
+        *first,
+        *_check_gravity(stage),
+        *link_findings(stage),
+        *joint_findings(stage),
+        *chain_findings(stage),
+        *tendon_findings(stage),
+    ]
+
+
+def _finding(
+    rule: str, message: str, remedy: str, severity: Severity = "error", prim: str = "/"
+) -> AssetFinding:
+    return AssetFinding(prim=prim, rule=rule, message=message, remedy=remedy, severity=severity)
+
+
+def _check_units(stage: Any) -> Iterator[AssetFinding]:
+    from pxr import UsdGeom, UsdPhysics
+
+    meters = UsdGeom.GetStageMetersPerUnit(stage)
+    if meters != 1.0:
+        yield _finding(
+            "units",
+            f"lengths must be in metres; metersPerUnit is {meters:g}",
+            "Write lengths in metres and metersPerUnit = 1",
+        )
+    kilograms = UsdPhysics.GetStageKilogramsPerUnit(stage)
+    if kilograms != 1.0:
+        yield _finding(
+            "units",
+            f"masses must be in kilograms; kilogramsPerUnit is {kilograms:g}",
+            "Write masses in kilograms and kilogramsPerUnit = 1",
+        )
+    up = UsdGeom.GetStageUpAxis(stage)
+    if up != "Z":
+        yield _finding(
+            "up_axis", f"z must point up; upAxis is {up}", 'Turn the asset and write upAxis = "Z"'
+        )
+    if not stage.GetDefaultPrim():
+        yield _finding(
+            "default_prim",
+            "the layer must name the asset's root; defaultPrim is missing or names no prim",
+            'Write defaultPrim = "<name of the root prim>"',
+        )
+
+
+def _check_composition(stage: Any) -> Iterator[AssetFinding]:
+    for error in stage.GetCompositionErrors():
+        words = " ".join(str(error).split()).removesuffix("; skipping.").rstrip(".: ")
+        cycle = "ycle" in words
+        yield _finding(
+            "composition",
+            (
+                "layers must not lead back to themselves; "
+                if cycle
+                else "every layer must be found; "
+            )
+            + words,
+            "Take the reference out that closes the circle"
+            if cycle
+            else "Put the layer in its place or mend its path",
+        )
+
+
+def _check_gravity(stage: Any) -> Iterator[AssetFinding]:
+    scenes = [prim for prim in stage.Traverse() if prim.GetTypeName() == "PhysicsScene"]
+    if not scenes:
+        yield _finding(
+            "gravity",
+            "an asset says how gravity acts on it; there is no PhysicsScene, "
+            "and Newton's default is used",
+            "Add a PhysicsScene with gravityDirection and gravityMagnitude",
+            "warning",
+        )
+    for prim in scenes[:1]:
+        strength = float(authored(prim, "physics:gravityMagnitude", float("-inf")))
+        low, high = GRAVITY_RANGE
+        if strength > 0.0 and not low <= strength <= high:
+            yield _finding(
+                "gravity",
+                f"gravity is 9.81 m/s^2 on Earth; it is {strength:g}",
+                "Check the unit of physics:gravityMagnitude: m/s^2",
+                "warning",
+                str(prim.GetPath()),
+            )
+    for prim in scenes[1:]:
+        yield _finding(
+            "gravity",
+            f"a mechanism has one PhysicsScene; {scenes[0].GetPath()} is one too",
+            "Take one of them out",
+            "warning",
+            str(prim.GetPath()),
+        )

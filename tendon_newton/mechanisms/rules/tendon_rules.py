@@ -1,0 +1,161 @@
+"""Rules for the tendon prims of a USD stage."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from tendon_newton.mechanisms.rules.chain import JOINT_TYPES, joints_below, relationship_targets
+from tendon_newton.mechanisms.rules.findings import AssetFinding, about
+from tendon_newton.mechanisms.rules.route_rules import route_findings
+from tendon_newton.mechanisms.usd.usd_route import is_routed
+from tendon_newton.mechanisms.usd.usd_tendon import authored
+
+MOMENT_ARM_LIMIT = 0.1
+"""A moment arm above this [m] is no finger's; millimetres slipped in."""
+RATIO_LIMIT = 10.0
+"""Metres of tendon per metre of travel above this are no pulley's."""
+
+
+def joint_tendons(stage: Any, joint: Any) -> list[Any]:
+    """Return the tendon prims that act on a joint."""
+    return [
+        prim
+        for prim in _tendons(stage)
+        if joint.GetPath() in relationship_targets(prim, "mjc:path")
+    ]
+
+
+def tendon_findings(stage: Any) -> Iterator[AssetFinding]:
+    """Apply every rule for tendons to a stage."""
+    tendons = _tendons(stage)
+    if not tendons:
+        yield AssetFinding(
+            prim="/",
+            rule="tendon",
+            message="a mechanism needs a tendon; there is no MjcTendon prim",
+            remedy="Add a prim of type MjcTendon",
+            severity="error",
+        )
+    for prim in tendons:
+        yield from route_findings(stage, prim) if is_routed(prim) else _check_path(stage, prim)
+        yield from _check_drive(prim)
+
+
+def _tendons(stage: Any) -> list[Any]:
+    return [prim for prim in stage.Traverse() if prim.GetTypeName() == "MjcTendon"]
+
+
+def _check_path(stage: Any, prim: Any) -> Iterator[AssetFinding]:
+    targets = relationship_targets(prim, "mjc:path")
+    if not targets:
+        yield about(
+            prim,
+            "tendon_path",
+            "a tendon acts on joints; its mjc:path is empty",
+            "Point mjc:path to the joints that it closes",
+        )
+    joints = [stage.GetPrimAtPath(target) for target in targets]
+    for target, joint in zip(targets, joints, strict=True):
+        if not joint or joint.GetTypeName() not in JOINT_TYPES:
+            yield about(
+                prim,
+                "tendon_path",
+                f"a tendon acts on joints that exist; {target} is none that moves",
+                "Point mjc:path to the joints that it closes",
+            )
+            return
+    coefficients = list(authored(prim, "mjc:path:coef", ()))
+    indices = list(authored(prim, "mjc:path:indices", None) or range(len(targets)))
+    if len(coefficients) != len(indices):
+        yield about(
+            prim,
+            "tendon_coef",
+            f"mjc:path:coef needs one moment arm per joint; it has {len(coefficients)} "
+            f"for {len(indices)}",
+            "Write one moment arm per joint",
+        )
+    elif sorted(indices) != list(range(len(targets))):
+        yield about(
+            prim,
+            "tendon_path",
+            f"mjc:path:indices must point to each joint of mjc:path once; it is {indices}",
+            "Leave mjc:path:indices out, or count from 0",
+        )
+    else:
+        for index, coefficient in zip(indices, coefficients, strict=True):
+            yield from _check_arm(prim, joints[index], coefficient)
+        yield from _check_connection(stage, prim, joints)
+
+
+def _check_connection(stage: Any, prim: Any, joints: list[Any]) -> Iterator[AssetFinding]:
+    """A string runs along one chain; it cannot leave out a joint in between."""
+    farthest = max((joints_below(stage, joint) for joint in joints), key=len, default=[])
+    apart = [joint for joint in joints if joint not in farthest]
+    for joint in apart:
+        yield about(
+            prim,
+            "tendon_path",
+            "a tendon runs along one chain of joints; "
+            f"{joint.GetPath()} is not on the way from {farthest[0].GetPath()} to the "
+            "base",
+            "Give each chain its own tendon",
+            "warning",
+        )
+    places = [farthest.index(joint) for joint in joints if joint in farthest]
+    between = farthest[min(places) : max(places)] if places else []
+    for joint in between:
+        if joint not in joints and joint.GetTypeName() in JOINT_TYPES:
+            yield about(
+                prim,
+                "tendon_path",
+                f"a tendon that passes {joint.GetPath()} has a "
+                "moment arm there; its mjc:path leaves it out",
+                "Add the joint to mjc:path, with arm 0 if the string runs through its axis",
+                "warning",
+            )
+
+
+def _check_arm(prim: Any, joint: Any, arm: float) -> Iterator[AssetFinding]:
+    if authored(prim, "tendon:direct", False):
+        return
+    revolute = joint.GetTypeName() == "PhysicsRevoluteJoint"
+    limit, unit = (MOMENT_ARM_LIMIT, "m") if revolute else (RATIO_LIMIT, "1")
+    if abs(arm) > limit:
+        yield about(
+            prim,
+            "moment_arm",
+            f"the moment arm about {joint.GetName()} is {arm:g} "
+            f"{unit}; beyond {limit:g} it is no bench's",
+            "Check the unit of mjc:path:coef: metres",
+            "warning",
+        )
+    if not arm > 0.0:
+        yield about(
+            prim,
+            "moment_arm_sign",
+            "a tendon closes a joint where its moment arm is "
+            f"positive; about {joint.GetName()} it is {arm:g} {unit}",
+            "Turn the sign, unless this tendon is meant to open it",
+            "warning",
+        )
+
+
+def _check_drive(prim: Any) -> Iterator[AssetFinding]:
+    for name, unit in (("tendon:spoolRadius", "m"), ("tendon:forceLimit", "N")):
+        value = authored(prim, name, None)
+        if value is None:
+            yield about(
+                prim,
+                "tendon_drive",
+                f"a tendon prim gives {name}; it is missing, and the nominal bench's value is used",
+                f"Write {name} [{unit}]",
+                "warning",
+            )
+        elif not value > 0.0:
+            yield about(
+                prim,
+                "tendon_drive",
+                f"{name} must be positive; it is {value:g} {unit}",
+                f"Write {name} [{unit}]",
+            )

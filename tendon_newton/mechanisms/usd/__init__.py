@@ -1,0 +1,1 @@
+"""The USD schema of a mechanism: layers, tendons, routes and obstacles."""

@@ -1,0 +1,76 @@
+"""How obstacles come in from USD: a sphere, a cube or a plane of the base, marked by an attribute.
+
+``bool tendon:obstacle = true`` on the shape's prim makes it one; ``tendon:contactStiffness`` [N/m],
+``tendon:contactDissipation`` [s/m] and ``tendon:contactFriction`` [1] say what the contact is like.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import newton
+import numpy as np
+import warp as wp
+
+from tendon_newton.errors import InvalidAsset, InvalidParameter
+from tendon_newton.mechanisms.geometry.obstacles import (
+    DISSIPATION,
+    FRICTION,
+    STIFFNESS,
+    Box,
+    Obstacle,
+    Plane,
+    Sphere,
+)
+from tendon_newton.mechanisms.usd.usd_tendon import authored
+
+MARK = "tendon:obstacle"
+NUMBERS = {
+    "stiffness": ("tendon:contactStiffness", STIFFNESS),
+    "dissipation": ("tendon:contactDissipation", DISSIPATION),
+    "friction": ("tendon:contactFriction", FRICTION),
+}
+"""Attributes of an obstacle's prim, and what counts where it has none."""
+
+
+def read_obstacles(stage: Any, builder: newton.ModelBuilder, path: Path) -> tuple[Obstacle, ...]:
+    """Read the obstacles of a stage, in the order of their prims.
+
+    Raises:
+        InvalidAsset: A marked prim is no shape of the base, or its numbers have no meaning.
+    """
+    shapes = {label: shape for shape, label in enumerate(builder.shape_label)}
+    marked = [prim for prim in stage.Traverse() if bool(authored(prim, MARK, False))]
+    found = []
+    for prim in marked:
+        name = str(prim.GetPath())
+        shape = shapes.get(name, -1)
+        if shape < 0 or builder.shape_body[shape] >= 0:
+            raise InvalidAsset(
+                f"{path}: {name}: {MARK} belongs to a shape of the base, which nothing moves"
+            )
+        try:
+            found.append(_obstacle(prim, builder, shape))
+        except InvalidParameter as error:
+            raise InvalidAsset(f"{path}: {name}: {error}") from None
+    return tuple(found)
+
+
+def _obstacle(prim: Any, builder: newton.ModelBuilder, shape: int) -> Obstacle:
+    """Return the obstacle of one shape."""
+    place: Any = builder.shape_transform[shape]
+    position = np.array(wp.transform_get_translation(place), dtype=np.float64)
+    matrix = np.array(wp.quat_to_matrix(wp.transform_get_rotation(place)), dtype=np.float64)
+    turn, size = matrix.reshape(3, 3), np.array(builder.shape_scale[shape], dtype=np.float64)
+    numbers = {name: float(authored(prim, *own)) for name, own in NUMBERS.items()}
+    kind = builder.shape_type[shape]
+    if kind == newton.GeoType.SPHERE:
+        return Sphere(position=position, radius=float(size[0]), **numbers)
+    if kind == newton.GeoType.BOX:
+        return Box(position=position, half_size=size, turn=turn, **numbers)
+    if kind == newton.GeoType.PLANE:
+        return Plane(position=position, normal=turn[:, 2], **numbers)
+    raise InvalidParameter(
+        f"an obstacle is a sphere, a cube or a plane; this is a {newton.GeoType(kind).name.lower()}"
+    )

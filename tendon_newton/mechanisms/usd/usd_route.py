@@ -1,0 +1,150 @@
+"""How the path of a routed tendon comes in from USD: through sites, around cylinders.
+
+The prim is MuJoCo's own: ``mjc:type = "spatial"``, ``mjc:path`` to sites and cylinders in order,
+and for each cylinder a side site through ``mjc:sideSites`` and ``mjc:sideSites:indices``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import newton
+import numpy as np
+import warp as wp
+
+from tendon_newton.data.recording import Array
+from tendon_newton.mechanisms.geometry.joint_frames import frames_of
+from tendon_newton.mechanisms.geometry.joints import Joint
+from tendon_newton.mechanisms.geometry.routing import Pulley, Route, RouteSite, Span, seen_ends, side_turn
+
+OPEN_END = np.pi / 2.0
+"""Half of the range of a joint without a stop [rad] that is taken for its middle."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PathTarget:
+    """One thing on the path of a routed tendon."""
+
+    prim: str
+    """Path of a site or a cylinder."""
+    side: str | None = None
+    """Path of a cylinder's side site."""
+
+
+def is_routed(prim: Any) -> bool:
+    """Tell whether a tendon's moment arms follow from its path; so they do by MuJoCo's default."""
+    kind = prim.GetAttribute("mjc:type")
+    return prim.GetTypeName() == "MjcTendon" and (not kind or kind.Get() in (None, "spatial"))
+
+
+def targets_of(prim: Any, name: str) -> list[str]:
+    """Return the paths that a relationship of a prim points to."""
+    relationship = prim.GetRelationship(name)
+    return [str(path) for path in relationship.GetTargets()] if relationship else []
+
+
+def path_targets(prim: Any) -> list[PathTarget]:
+    """Return what a routed tendon passes, in its order, less an index that points nowhere."""
+    targets, sides = targets_of(prim, "mjc:path"), targets_of(prim, "mjc:sideSites")
+    places = _numbers(prim, "mjc:path:indices") or range(len(targets))
+    side_of = _numbers(prim, "mjc:sideSites:indices")
+    found = []
+    for position, place in enumerate(places):
+        side = side_of[position] if position < len(side_of) else -1
+        if 0 <= place < len(targets):
+            beside = sides[side] if 0 <= side < len(sides) else None
+            found.append(PathTarget(prim=targets[place], side=beside))
+    return found
+
+
+def _numbers(prim: Any, name: str) -> list[int]:
+    attribute = prim.GetAttribute(name)
+    value = attribute.Get() if attribute else None
+    return [] if value is None else [int(number) for number in value]
+
+
+def path_rows(prim: Any, context: dict[str, Any], tendon: int) -> list[dict[str, Any]]:
+    """Return one row per site or cylinder on a tendon's path, as `usd_tendon` registers them."""
+    builder, shapes = context["builder"], context["result"]["path_shape_map"]
+    rows = []
+    for target in path_targets(prim):
+        shape = shapes[target.prim]
+        place = builder.shape_transform[shape]
+        side = wp.vec3()
+        if target.side is not None:
+            side = wp.transform_get_translation(builder.shape_transform[shapes[target.side]])
+        is_site = bool(builder.shape_flags[shape] & newton.ShapeFlags.SITE)
+        rows.append(
+            {
+                "tendon:path_tendon": tendon,
+                "tendon:path_shape": shape,
+                "tendon:path_body": builder.shape_body[shape],
+                "tendon:path_point": wp.transform_get_translation(place),
+                "tendon:path_rotation": wp.transform_get_rotation(place),
+                "tendon:path_radius": 0.0 if is_site else float(builder.shape_scale[shape][0]),
+                "tendon:path_side": side,
+            }
+        )
+    return rows
+
+
+def read_route(
+    rows: dict[str, list[Any]], tendon: int, prim: Any, joints: tuple[Joint, ...]
+) -> Route:
+    """Return the route of one tendon from the rows that Newton keeps.
+
+    Args:
+        rows: Columns of ``model.tendon.path_*`` by the name after ``path_``.
+        tendon: Which tendon.
+        prim: Its prim, which knows the names.
+        joints: All joints.
+    """
+    own = [row for row, owner in enumerate(rows["tendon"]) if owner == tendon]
+    names = [target.prim for target in path_targets(prim)]
+    spans: list[Span] = []
+    start: RouteSite | None = None
+    pulley: Pulley | None = None
+    for row, name in zip(own, names, strict=True):
+        body, point = int(rows["body"][row]), np.array(rows["point"][row], dtype=np.float64)
+        if rows["radius"][row] > 0.0:
+            matrix = np.array(wp.quat_to_matrix(rows["rotation"][row]), dtype=np.float64)
+            pulley = Pulley(
+                prim=name,
+                body=body,
+                point=point,
+                rotation=matrix.reshape(3, 3),
+                radius=float(rows["radius"][row]),
+                side=np.array(rows["side"][row], dtype=np.float64),
+            )
+            continue
+        end = RouteSite(prim=name, body=body, point=point)
+        if start is not None:
+            span = Span(start=start, end=end, pulley=pulley)
+            spans.append(turned_span(span, joints, middle_position(joints)))
+        start, pulley = end, None
+    return Route(joints=joints, spans=tuple(spans))
+
+
+def middle_position(joints: Sequence[Joint]) -> Array:
+    """Return the joint positions halfway through every range [rad], shape (J,)."""
+    limits = np.array([joint.limits for joint in joints])
+    return np.where(np.isfinite(limits), limits, [-OPEN_END, OPEN_END]).mean(axis=1)
+
+
+def turned_span(span: Span, joints: tuple[Joint, ...], joint_position: Array) -> Span:
+    """Return a span whose string goes round its pulley on the side of the side site.
+
+    Args:
+        span: The span.
+        joints: All joints.
+        joint_position: Where that is decided [rad], shape (J,).
+    """
+    pulley = span.pulley
+    if pulley is None:
+        return span
+    frames = frames_of(joints, joint_position)
+    side = (pulley.side - pulley.point) @ pulley.rotation
+    turn = side_turn(*seen_ends(span, frames), side, pulley.radius)
+    return replace(span, pulley=replace(pulley, turn=turn))

@@ -1,0 +1,1 @@
+"""Joint coordinates to poses and mass matrices, inside kernels."""

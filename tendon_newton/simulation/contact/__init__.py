@@ -1,0 +1,1 @@
+"""Links against obstacles, inside kernels."""

@@ -1,0 +1,87 @@
+"""The numbers of contacts as our kernels read them: per world, in the axes of the base."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import newton
+import numpy as np
+
+from tendon_newton.data.recording import Array
+from tendon_newton.simulation.chains.rotations import rotation_matrices
+from tendon_newton.simulation.contact.contact_plan import NO_CONTACTS, ContactPlan
+
+SHAPE_NAMES = {
+    int(newton.GeoType.SPHERE): "sphere",
+    int(newton.GeoType.BOX): "box",
+    int(newton.GeoType.PLANE): "plane",
+}
+
+
+def read_contact_plan(model: Any, moved_by: dict[int, int]) -> ContactPlan:
+    """Return which contacts all worlds of a model may have.
+
+    Args:
+        model: A finalized `newton.Model`.
+        moved_by: Joint of the first world that moves each of its bodies.
+    """
+    rows = model.tendon
+    if not hasattr(rows, "obstacle_shape"):
+        return NO_CONTACTS
+    first = [
+        shapes.numpy().reshape(model.world_count, -1)[0]
+        for shapes in (rows.bone_shape, rows.obstacle_shape)
+    ]
+    bodies, kinds = model.shape_body.numpy()[first[0]], model.shape_type.numpy()[first[1]]
+    return ContactPlan(
+        links=tuple(moved_by[int(body)] for body in bodies),
+        shapes=tuple(SHAPE_NAMES[int(kind)] for kind in kinds),
+    )
+
+
+def contact_numbers(model: Any, plan: ContactPlan, frames: Any, basis: Array | None) -> Any:
+    """Return the numbers of a model's contacts by the names that the kernels use.
+
+    Args:
+        model: A finalized `newton.Model`.
+        plan: Its contacts.
+        frames: Its `RestFrames`.
+        basis: The plane (2, 3) in which the chain moves, None for a chain in space.
+    """
+    rows, worlds = model.tendon, model.world_count
+    shapes = rows.obstacle_shape.numpy().reshape(worlds, -1)
+    place = model.shape_transform.numpy().astype(np.float64)[shapes]
+    names = ("stiffness", "dissipation", "friction")
+    return {
+        "obstacle_position": place[..., :3],
+        "obstacle_rotation": rotation_matrices(place[..., 3:]),
+        "obstacle_size": model.shape_scale.numpy()[shapes],
+        **{
+            f"obstacle_{n}": getattr(rows, f"obstacle_{n}").numpy().reshape(worlds, -1)
+            for n in names
+        },
+        **capsule_numbers(model, plan, frames, basis),
+    }
+
+
+def capsule_numbers(model: Any, plan: ContactPlan, frames: Any, basis: Array | None) -> Any:
+    """Return where the capsules' axes begin and end from their joints, and their radii."""
+    bones = model.tendon.bone_shape.numpy().reshape(model.world_count, -1)
+    place = model.shape_transform.numpy().astype(np.float64)[bones]
+    size = model.shape_scale.numpy().astype(np.float64)[bones]
+    links = np.array(plan.links)
+    half = rotation_matrices(place[..., 3:])[..., 2] * size[..., 1:2]
+    out: dict[str, Array] = {"capsule_radius": size[..., 0]}
+    for name, own in (("start", place[..., :3] - half), ("end", place[..., :3] + half)):
+        turned = np.einsum("wcab,wcb->wca", frames.body_rotation[:, links], own)
+        point = turned + frames.body_position[:, links] - frames.origin[:, links]
+        if basis is not None:
+            normal = np.cross(basis[0], basis[1])
+            # Joints know their places in the plane alone: how far off it is the capsule's own.
+            height = (point + frames.origin[:, links]) @ normal
+            point = np.concatenate([point @ basis.T, height[..., None]], axis=-1)
+        out[f"capsule_{name}"] = point
+    if basis is not None:
+        plane = np.vstack([basis, np.cross(basis[0], basis[1])])
+        out["contact_plane"] = np.broadcast_to(plane, (model.world_count, 3, 3))
+    return out

@@ -1,0 +1,279 @@
+r"""Contact: what obstacles do to the links that press against them.
+
+A contact of depth :math:`\delta` pushes along its normal with
+
+.. math:: F = k \delta (1 + \chi \dot\delta) \ge 0
+
+and holds its link sideways like a spring and damper that give way to Coulomb's limit:
+
+.. math:: T = -k_t s - c_t v_t, \qquad |T| \le \mu F
+
+with :math:`s` the way slid since the spring was relaxed, less what the limit has let go. So a
+contact really sticks, and all forces are continuous: no event divides a step.
+
+Sources: Hunt and Crossley, J. Appl. Mech. 42 (1975), for F; Cundall and Strack, A discrete
+numerical model for granular assemblies, Geotechnique 29 (1979), for T; Johnson, Contact Mechanics
+(1985), chapter 7, for k_t / k.
+"""
+
+# The stubs of Warp know no sizes that are set later.
+# pyright: reportOperatorIssue=false, reportReturnType=false
+
+from __future__ import annotations
+
+from typing import Any
+
+import warp as wp
+
+from tendon_newton.device_code.placeholders import (
+    JOINTS,
+    JointMatrix,
+    JointVector,
+    MemoryVector,
+    Placeholder,
+    SpaceMatrix,
+    Vec3,
+    real,
+)
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.simulation.chains.joint_poses import moved_by
+from tendon_newton.simulation.chains.spatial_chain import row
+from tendon_newton.simulation.contact.contact_distances import overlap_at
+from tendon_newton.simulation.contact.contact_plan import STRETCH
+
+ContactPose = Placeholder
+ContactTerms = Placeholder
+Drive = Placeholder
+Grip = Placeholder
+Mechanism = Placeholder
+Overlap = Placeholder
+contact_pose: Any = None
+REVOLUTE: tuple[bool, ...] = ()
+CARRIES: Any = None
+"""1 where a joint carries a link, else 0, shape (J, J)."""
+CONTACTS = 0
+CONTACT_TABLE: Any = None
+"""Capsule, obstacle, place on the capsule, shape of the obstacle and link of each contact."""
+CONTACT_MEMORY = 0
+"""Where the contacts' stretches stand in a world's memory."""
+
+SHEAR = 2.0 / 3.0
+"""Stiffness along a contact as a share of that across it, k_t / k [1]: 2 (1 - nu) / (2 - nu) with
+nu = 1/2, since skin and rubber keep their volume."""
+WITHIN = 0.5**0.5
+"""Share [1] of the velocity gained since the start of a step that the way to its second stage has
+not seen: 1 - gamma of the integrator."""
+AFTER = 0.5
+"""The same at the end of a step."""
+RELAXED = 1.0e6
+"""Time [s] after which friction holds nothing any more: a world that settles."""
+
+
+@device_template
+def overlap_of(
+    mechanism: Mechanism,
+    world: int,
+    pose: ContactPose,
+    capsule: int,
+    obstacle: int,
+    spot: int,
+    shape: int,
+) -> Overlap:
+    """Return the overlap of one contact; none with an obstacle that is not there."""
+    out = Overlap()
+    if mechanism.obstacle_stiffness[world, obstacle] > real(0.0):
+        out = overlap_at(
+            row(pose.start, capsule),
+            row(pose.end, capsule),
+            mechanism.capsule_radius[world, capsule],
+            spot,
+            mechanism.obstacle_position[world, obstacle],
+            mechanism.obstacle_rotation[world, obstacle],
+            mechanism.obstacle_size[world, obstacle],
+            shape,
+        )
+    return out
+
+
+@device_template
+def grip_of(
+    material: Vec3,
+    touch: Overlap,
+    columns: SpaceMatrix,
+    v: JointVector,
+    mean: JointVector,
+    elapsed: real,
+    kept: Vec3,
+) -> Grip:
+    """Return the forces of one contact, and how far friction has stretched it.
+
+    Args:
+        material: Stiffness [N/m], dissipation [s/m] and friction [1].
+        touch: Where it is, and how deep.
+        columns: How the joints move it [m/rad], shape (J, 3).
+        v: Speeds of the joints.
+        mean: Their mean speeds since the start of the step.
+        elapsed: Time since then [s].
+        kept: How far it was stretched then [m].
+    """
+    k = material[0]
+    chi = material[1]
+    speed = Vec3()
+    drift = Vec3()
+    for j in range(JOINTS):
+        speed = speed + row(columns, j) * v[j]
+        drift = drift + row(columns, j) * mean[j]
+    opening = wp.dot(touch.normal, speed)
+    elastic = k * touch.depth
+    closing = real(1.0) - chi * opening
+    grip = Grip()
+    if closing > real(0.0):
+        grip.force = elastic * closing
+        grip.stiffness = -k * closing
+        grip.damping = -elastic * chi
+        limit = material[2] * elastic * closing
+        if limit > real(0.0) and elapsed < real(RELAXED):
+            stretch = kept + elapsed * drift
+            stretch = stretch - wp.dot(touch.normal, stretch) * touch.normal
+            k_t = real(SHEAR) * k
+            c_t = real(SHEAR) * chi * elastic
+            drag = -(k_t * stretch + c_t * (speed - opening * touch.normal))
+            size = wp.length(drag)
+            share = real(1.0)
+            direction = Vec3()
+            if size > limit:
+                share = limit / size
+                direction = drag / size
+            spring = k_t * wp.length(stretch)
+            if spring > limit:
+                stretch = (limit / spring) * stretch
+            grip.drag = share * drag
+            grip.direction = direction
+            grip.shear_stiffness = -share * k_t
+            grip.shear_damping = -share * c_t
+            grip.stretch = stretch
+    return grip
+
+
+@device_template
+def grip_terms(friction: real, normal: Vec3, grip: Grip, columns: SpaceMatrix) -> ContactTerms:
+    """Return a contact's torque, and its derivatives."""
+    push = JointVector()
+    along = JointVector()
+    torque = JointVector()
+    stiffness = JointMatrix()
+    damping = JointMatrix()
+    for j in range(JOINTS):
+        push[j] = wp.dot(normal, row(columns, j))
+        along[j] = wp.dot(grip.direction, row(columns, j))
+        torque[j] = grip.force * push[j] + wp.dot(grip.drag, row(columns, j))
+    for i in range(JOINTS):
+        # A contact that slides answers to a change of its limit, one that sticks does not.
+        across = push[i] + friction * along[i]
+        for j in range(JOINTS):
+            side = wp.dot(row(columns, i), row(columns, j)) - push[i] * push[j]
+            side = side - along[i] * along[j]
+            stiffness[i, j] = grip.stiffness * across * push[j] + grip.shear_stiffness * side
+            damping[i, j] = grip.damping * across * push[j] + grip.shear_damping * side
+    out = ContactTerms()
+    out.torque = torque
+    out.stiffness = stiffness
+    out.damping = damping
+    out.stretch = grip.stretch
+    out.force = grip.force * normal + grip.drag
+    return out
+
+
+@device_template
+def contact_columns(pose: ContactPose, link: int, point: Vec3) -> SpaceMatrix:
+    """Return how the joints move a point of a link [m/rad], shape (J, 3)."""
+    columns = SpaceMatrix()
+    for j in range(JOINTS):
+        move = CARRIES[j, link] * moved_by(
+            row(pose.origin, j), row(pose.axis, j), wp.static(REVOLUTE[j]), point
+        )
+        for i in range(3):
+            columns[j, i] = move[i]
+    return columns
+
+
+@device_template
+def grip_at(
+    mechanism: Mechanism,
+    world: int,
+    drive: Drive,
+    pose: ContactPose,
+    contact: int,
+    v: JointVector,
+    unseen: real,
+) -> ContactTerms:
+    """Return the forces of one contact; `unseen` is `WITHIN` or `AFTER` a step."""
+    capsule = CONTACT_TABLE[contact, 0]
+    obstacle = CONTACT_TABLE[contact, 1]
+    touch = overlap_of(
+        mechanism,
+        world,
+        pose,
+        capsule,
+        obstacle,
+        CONTACT_TABLE[contact, 2],
+        CONTACT_TABLE[contact, 3],
+    )
+    out = ContactTerms()
+    if touch.depth > real(0.0):
+        columns = contact_columns(pose, CONTACT_TABLE[contact, 4], touch.point)
+        material = Vec3(
+            mechanism.obstacle_stiffness[world, obstacle],
+            mechanism.obstacle_dissipation[world, obstacle],
+            mechanism.obstacle_friction[world, obstacle],
+        )
+        slot = wp.static(CONTACT_MEMORY) + wp.static(STRETCH) * contact
+        kept = Vec3(drive.memory[slot], drive.memory[slot + 1], drive.memory[slot + 2])
+        mean = v - (unseen * drive.elapsed) * drive.acceleration
+        grip = grip_of(material, touch, columns, v, mean, drive.elapsed, kept)
+        out = grip_terms(material[2], touch.normal, grip, columns)
+    return out
+
+
+@device_template
+def contact_terms(
+    mechanism: Mechanism, world: int, drive: Drive, q: JointVector, v: JointVector
+) -> ContactTerms:
+    """Return the joint torques of all contacts, and their derivatives."""
+    pose = contact_pose(mechanism, world, q)
+    torque = JointVector()
+    stiffness = JointMatrix()
+    damping = JointMatrix()
+    # A loop that stays one: a compiler takes long over many contacts, and a tape needs no state
+    # of a sum to walk it back.
+    count = int(CONTACTS)
+    for contact in range(count):
+        own = grip_at(mechanism, world, drive, pose, contact, v, real(WITHIN))
+        torque = torque + own.torque
+        stiffness = stiffness + own.stiffness
+        damping = damping + own.damping
+    out = ContactTerms()
+    out.torque = torque
+    out.stiffness = stiffness
+    out.damping = damping
+    return out
+
+
+@device_template
+def contact_memory(
+    mechanism: Mechanism,
+    world: int,
+    drive: Drive,
+    q: JointVector,
+    v: JointVector,
+    memory: MemoryVector,
+) -> MemoryVector:
+    """Renew how far friction has stretched each contact; one that has opened forgets."""
+    out = memory
+    pose = contact_pose(mechanism, world, q)
+    count = int(CONTACTS)
+    for contact in range(count):
+        own = grip_at(mechanism, world, drive, pose, contact, v, real(AFTER))
+        for i in range(3):
+            out[wp.static(CONTACT_MEMORY) + wp.static(STRETCH) * contact + i] = own.stretch[i]
+    return out

@@ -1,0 +1,389 @@
+"""What ends a step's modes: a row at a speed at which it may be held, an end stop met or left."""
+
+from __future__ import annotations
+
+import warp as wp
+
+from tendon_newton.device_code.placeholders import (
+    JOINTS,
+    LINKS,
+    ROWS,
+    TENDONS,
+    JointMatrix,
+    JointVector,
+    ParameterVector,
+    Placeholder,
+    RowMatrix,
+    RowVector,
+    Vec2,
+    real,
+)
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.simulation.dynamics.forces import touching
+from tendon_newton.simulation.dynamics.modes import (
+    constrained_solve,
+    excursion_rate,
+    row_bound,
+    row_counts,
+)
+from tendon_newton.simulation.tendons.pipeline import SLACK, TAUT, flow_at
+from tendon_newton.simulation.tendons.routes import located, row_arms
+from tendon_newton.simulation.tendons.spools import is_rigid, is_string
+from tendon_newton.simulation.tendons.world_drive import UNBOUNDED, at_end, in_same_mode
+
+Drive = Placeholder
+Event = Placeholder
+Mechanism = Placeholder
+Modes = Placeholder
+Motion = Placeholder
+MAY_HOLD = False
+HOLDS_ROUTED = False
+"""Whether a tendon whose arms follow from its path may be held at a speed."""
+FREE_SPOOL = False
+"""Whether each spool has a coordinate of its own."""
+HAS_ROTOR = False
+"""Whether a rotor's inertia stands between the motor and the load cell."""
+
+EDGE = 1.0e-6
+"""How far beyond its bound a joint counts as at the edge of its stop, and in touch [rad, m]."""
+NOTHING = -1
+"""Row of an event that brings no row to a speed."""
+
+
+@device_template
+def speed_range(drive: Drive, d: int, side: real) -> Vec2:
+    """Return the least and the greatest rate [m/s] of a tendon that slides on a side."""
+    bound = row_bound(drive, d)
+    inner = -bound
+    if drive.dry > real(0.0):
+        inner = real(0.0)
+    lower = inner
+    upper = bound
+    if wp.abs(side) > real(1.5):
+        lower = bound
+        upper = real(UNBOUNDED)
+    if side < real(0.0):
+        least = -upper
+        upper = -lower
+        lower = least
+    return Vec2(lower, upper)
+
+
+@device_template
+def crossing(before: real, after: real) -> real:
+    """Return the fraction of a step at which a quantity is zero; 0 if its sign never changed."""
+    fraction = real(0.0)
+    if before * after < real(0.0):
+        fraction = before / (before - after)
+    return fraction
+
+
+@device_template
+def motion_arms(
+    mechanism: Mechanism, world: int, drive: Drive, modes: Modes, motion: Motion
+) -> RowMatrix:
+    """Return the tendons' rows at the end of a motion [m], shape (R, J)."""
+    arms = row_arms(mechanism, world, drive, modes)
+    if wp.static(HOLDS_ROUTED):
+        arms = motion.arms
+    return arms
+
+
+@device_template
+def kept_speeds(
+    mechanism: Mechanism, world: int, drive: Drive, modes: Modes, speed: RowVector, end: Motion
+) -> Motion:
+    """Return the end of a step with its arms, and the held tendons at their speeds [m/s] again."""
+    there = located(mechanism, world, drive, end.q, end.v)
+    rows = row_arms(mechanism, world, there, modes)
+    v = end.v
+    for d in range(ROWS):
+        if modes.tendon_sticks[d] > real(0.0):
+            freed = modes
+            freed.tendon_sticks[d] = real(0.0)
+            v = bring_row(end.mass_matrix, rows[d], v, speed[d], freed, rows)
+    out = end
+    out.v = v
+    out.arms = rows
+    return out
+
+
+@device_template
+def first_event(
+    mechanism: Mechanism,
+    world: int,
+    p: ParameterVector,
+    drive: Drive,
+    modes: Modes,
+    q: JointVector,
+    v: JointVector,
+    end: Motion,
+    h: real,
+) -> Event:
+    """Find what ends the modes first inside a step of h [s].
+
+    The drive was located at q and v.
+    """
+    event = Event()
+    event.fraction = real(1.0)
+    event.row = int(NOTHING)
+    event.joint = int(NOTHING)
+    event.tendon = int(NOTHING)
+    touch = touching(mechanism, world, end.q, end.v)
+    for j in range(JOINTS):
+        if drive.friction[j] > real(0.0) and end.v[j] * modes.joint[j] < real(0.0):
+            fraction = crossing(v[j], end.v[j])
+            if fraction < event.fraction:
+                event.fraction = fraction
+                event.row = j
+        if touch[j] != modes.touch[j]:
+            fraction = stop_crossing(mechanism, world, j, modes.touch[j] + touch[j], q, v, end)
+            if fraction < event.fraction:
+                event.fraction = fraction
+                event.row = int(NOTHING)
+                event.joint = j
+                event.touch = touch[j]
+    if wp.static(MAY_HOLD):
+        arms = row_arms(mechanism, world, drive, modes)
+        later = motion_arms(mechanism, world, drive, modes, end)
+        for d in range(ROWS):
+            after = excursion_rate(later, d, end.v)
+            allowed = speed_range(drive, d, modes.tendon[d])
+            speed = wp.clamp(after, allowed[0], allowed[1])
+            slides = modes.tendon_sticks[d] == real(0.0) and row_counts(modes, d)
+            if speed != after and slides:
+                fraction = crossing(excursion_rate(arms, d, v) - speed, after - speed)
+                if fraction < event.fraction:
+                    event.fraction = fraction
+                    event.row = JOINTS + d
+                    event.speed = speed
+    if wp.static(FREE_SPOOL):
+        for d in range(TENDONS):
+            c = LINKS + d
+            if caught(mechanism, world, drive, modes, d, end.q) and q[c] < real(0.0):
+                fraction = crossing(q[c], end.q[c])
+                if fraction < event.fraction:
+                    event.fraction = fraction
+                    event.row = c
+                    event.joint = int(NOTHING)
+                    event.speed = real(0.0)
+    if wp.static(not HAS_ROTOR):
+        event = first_slack(mechanism, world, p, drive, modes, v, end, h, event)
+    return event
+
+
+@device_template
+def first_slack(
+    mechanism: Mechanism,
+    world: int,
+    p: ParameterVector,
+    drive: Drive,
+    modes: Modes,
+    v: JointVector,
+    end: Motion,
+    h: real,
+    before: Event,
+) -> Event:
+    """Return an event, or what comes before it: a string that comes loose or is caught."""
+    event = before
+    later = located(mechanism, world, at_end(drive, h, (end.v - v) / h), end.q, end.v)
+    for d in range(TENDONS):
+        least = mechanism.least_tension[world][d]
+        if modes.tendon_sticks[d] == real(0.0) and least == real(0.0):
+            flow = flow_at(mechanism, world, p, later, d, end.q, end.v, modes.tendon[d])
+            fraction = real(1.0)
+            if (end.line[d] < least) != (flow.line < least):
+                fraction = crossing(end.line[d], flow.line)
+            if fraction > real(0.0) and fraction < event.fraction:
+                event.fraction = fraction
+                event.row = int(NOTHING)
+                event.joint = int(NOTHING)
+                event.tendon = d
+                event.slack = real(TAUT)
+                if flow.line < least:
+                    event.slack = real(SLACK)
+    return event
+
+
+@device_template
+def after_slack(drive: Drive, event: Event) -> Drive:
+    """Return a drive in which the string of an event has come loose or been caught."""
+    slack = drive.slack
+    for d in range(TENDONS):
+        if event.tendon == d:
+            slack[d] = event.slack
+    return in_same_mode(drive, slack)
+
+
+@device_template
+def caught(
+    mechanism: Mechanism, world: int, drive: Drive, modes: Modes, d: int, q: JointVector
+) -> bool:
+    """Tell whether a spool has wound in all the slack of a string that does not stretch."""
+    c = LINKS + d
+    loose = modes.joint_sticks[c] == real(0.0)
+    one_way = is_string(mechanism, world, d) and is_rigid(drive)
+    return loose and one_way and q[c] > real(0.0)
+
+
+@device_template
+def catch_spools(
+    mechanism: Mechanism, world: int, drive: Drive, modes: Modes, end: Motion
+) -> Motion:
+    """Return the end of a step at which no spool leads a string that does not stretch.
+
+    The string stops it without bounce.
+    """
+    out = end
+    if wp.static(FREE_SPOOL):
+        v = end.v
+        q = end.q
+        arms = motion_arms(mechanism, world, drive, modes, end)
+        for d in range(TENDONS):
+            if caught(mechanism, world, drive, modes, d, end.q):
+                c = LINKS + d
+                if v[c] > real(0.0):
+                    v = bring_row(end.mass_matrix, joint_row(c), v, real(0.0), modes, arms)
+                q[c] = real(0.0)
+                out.divided = real(1.0)
+        out.q = q
+        out.v = v
+    return out
+
+
+@device_template
+def without_lead(event: Event, q: JointVector) -> JointVector:
+    """Return coordinates in which the spool that an event names leads by nothing."""
+    out = q
+    for c in range(LINKS, JOINTS):
+        if event.row == c:
+            out[c] = real(0.0)
+    return out
+
+
+@device_template
+def stop_crossing(
+    mechanism: Mechanism,
+    world: int,
+    j: int,
+    side: real,
+    q: JointVector,
+    v: JointVector,
+    end: Motion,
+) -> real:
+    """Return the fraction of a step at which joint j meets or leaves a stop (side > 0: upper)."""
+    k = mechanism.limit_stiffness[world][j]
+    c = mechanism.limit_damping[world][j]
+    bound = mechanism.lower[world][j]
+    if side > real(0.0):
+        bound = mechanism.upper[world][j]
+    before = q[j] - bound
+    after = end.q[j] - bound
+    if before * side > real(0.0) or after * side <= real(0.0):
+        before = k * before + c * v[j]  # in touch already, or leaving: the stop's force decides
+        after = k * after + c * end.v[j]
+    fraction = real(1.0)
+    if before * after < real(0.0):
+        fraction = crossing(before, after)
+    return fraction
+
+
+@device_template
+def after_touch(modes: Modes, event: Event) -> Modes:
+    """Return modes in which the joint of an event has met or left its end stop."""
+    out = modes
+    for j in range(JOINTS):
+        if event.joint == j and event.row < 0:
+            out.touch[j] = event.touch
+    return out
+
+
+@device_template
+def bring_row(
+    matrix: JointMatrix,
+    row: JointVector,
+    v: JointVector,
+    speed: real,
+    modes: Modes,
+    arms: RowMatrix,
+) -> JointVector:
+    """Bring the speed along a row to a value [m/s, rad/s] by an impulse; what is held stays so."""
+    response = constrained_solve(matrix, row, modes, arms, RowVector())
+    admittance = wp.dot(row, response)
+    out = v
+    if admittance > real(0.0):
+        out = v + response * ((speed - wp.dot(row, v)) / admittance)
+    return out
+
+
+@device_template
+def bring_event_row(
+    mechanism: Mechanism, world: int, drive: Drive, event: Event, modes: Modes, middle: Motion
+) -> JointVector:
+    """Bring the row that an event names to its speed exactly: the next modes see it there."""
+    v = middle.v
+    arms = motion_arms(mechanism, world, drive, modes, middle)
+    for j in range(JOINTS):
+        if event.row == j:
+            v = bring_row(middle.mass_matrix, joint_row(j), v, event.speed, modes, arms)
+    for d in range(ROWS):
+        if event.row == JOINTS + d:
+            v = bring_row(middle.mass_matrix, arms[d], v, event.speed, modes, arms)
+    return v
+
+
+@device_template
+def joint_row(j: int) -> JointVector:
+    """Return the row of joint j."""
+    row = JointVector()
+    row[j] = real(1.0)
+    return row
+
+
+@device_template
+def holding_joint(modes: Modes, j: int) -> Modes:
+    """Return modes in which joint j is held too."""
+    out = modes
+    out.joint_sticks[j] = real(1.0)
+    return out
+
+
+@device_template
+def bring_back(mechanism: Mechanism, world: int, drive: Drive, modes: Modes, end: Motion) -> Motion:
+    """Return the end of a divided step with those rows brought back that left their mode's range.
+
+    They are second events inside one step. A joint that has run through an end stop is put at its
+    edge: the way beyond, which nothing resisted, would come back as energy.
+    """
+    v = end.v
+    arms = motion_arms(mechanism, world, drive, modes, end)
+    for j in range(JOINTS):
+        if drive.friction[j] > real(0.0) and v[j] * modes.joint[j] < real(0.0):
+            v = bring_row(end.mass_matrix, joint_row(j), v, real(0.0), modes, arms)
+            modes = holding_joint(modes, j)
+    if wp.static(MAY_HOLD):
+        for d in range(ROWS):
+            rate = excursion_rate(arms, d, v)
+            allowed = speed_range(drive, d, modes.tendon[d])
+            speed = real(wp.clamp(rate, allowed[0], allowed[1]))
+            slides = modes.tendon_sticks[d] == real(0.0) and row_counts(modes, d)
+            if speed != rate and slides:
+                v = bring_row(end.mass_matrix, arms[d], v, speed, modes, arms)
+    # A new struct: an adjoint reads a call's arguments again, so they must not change after it.
+    out = end
+    out.divided = real(1.0)
+    out.v = v
+    out.q = within_stops(mechanism, world, modes, end.q)
+    return out
+
+
+@device_template
+def within_stops(mechanism: Mechanism, world: int, modes: Modes, q: JointVector) -> JointVector:
+    """Return joint positions with those at the edge of their stops that met them unresisted."""
+    out = q
+    for j in range(JOINTS):
+        if modes.touch[j] == real(0.0):
+            upper = mechanism.upper[world][j] + real(EDGE)
+            lower = mechanism.lower[world][j] - real(EDGE)
+            out[j] = wp.clamp(q[j], lower, upper)
+    return out

@@ -1,0 +1,177 @@
+"""Forces on the joints in frozen modes: smooth, with their derivatives."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import warp as wp
+
+from tendon_newton.device_code.placeholders import (
+    JOINTS,
+    LINKS,
+    TENDONS,
+    Jet,
+    JointMatrix,
+    JointVector,
+    ParameterVector,
+    Placeholder,
+    TendonVector,
+    real,
+)
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.simulation.tendons.pipeline import (
+    damping_torque,
+    flow_at,
+    joint_state,
+    spring_torque,
+)
+from tendon_newton.simulation.tendons.routes import (
+    located,
+    route_stiffness,
+    row_arms,
+    row_bow,
+    tendon_arms,
+    tendon_bow,
+)
+from tendon_newton.simulation.tendons.spools import rotor_inertia, spool_pull, with_spool
+
+Drive = Placeholder
+Forces = Placeholder
+Mechanism = Placeholder
+Modes = Placeholder
+chain_terms: Any = None
+contact_terms: Any = None
+ROUTED = False
+"""Whether any tendon's moment arms follow from its path."""
+HAS_ROTOR = False
+"""Whether a rotor's inertia stands between the motor and the load cell."""
+FREE_SPOOL = False
+"""Whether each spool has a coordinate of its own."""
+TOUCHES = False
+"""Whether links may meet obstacles."""
+
+
+@device_template
+def smooth_forces(
+    mechanism: Mechanism,
+    world: int,
+    p: ParameterVector,
+    drive: Drive,
+    modes: Modes,
+    q: JointVector,
+    v: JointVector,
+) -> Forces:
+    """Return mass matrix, torque and its derivatives, without what sticks."""
+    terms = chain_terms(mechanism, world, drive, q, v)
+    mass_matrix = terms.mass_matrix
+    torque = terms.torque
+    stiffness = JointMatrix()
+    damping = JointMatrix()
+    for j in range(JOINTS):
+        own = joint_torque(mechanism, world, p, drive, j, modes.touch[j], q, v)
+        torque[j] = torque[j] + own[0] - drive.friction[j] * modes.joint[j]
+        stiffness[j, j] = stiffness[j, j] + own[1]
+        damping[j, j] = damping[j, j] + own[2]
+    if wp.static(TOUCHES):
+        touch = contact_terms(mechanism, world, drive, q, v)
+        torque = torque + touch.torque
+        stiffness = stiffness + touch.stiffness
+        damping = damping + touch.damping
+    here = located(mechanism, world, drive, q, v)
+    arms = tendon_arms(mechanism, world, here)
+    bow = tendon_bow(here)
+    out = Forces()
+    tension = TendonVector()
+    slack = TendonVector()
+    line = TendonVector()
+    for d in range(TENDONS):
+        pull = Jet(real(0.0), real(0.0), real(0.0))
+        inertia = real(0.0)
+        tension[d] = modes.hold[d]
+        moves = bool(False)  # noqa: UP018 - a variable for Warp, not a constant
+        if wp.static(FREE_SPOOL):
+            moves = modes.joint_sticks[LINKS + d] == real(0.0)
+        if modes.tendon_sticks[d] == real(0.0) and not moves:
+            flow = flow_at(mechanism, world, p, here, d, q, v, modes.tendon[d])
+            pull = flow.pull
+            tension[d] = pull[0]
+            slack[d] = flow.slack
+            line[d] = flow.line
+            if wp.static(HAS_ROTOR):
+                inertia = flow.pull_gain * rotor_inertia(mechanism, world, p, d)
+            if wp.static(HAS_ROTOR and not FREE_SPOOL):  # noqa: SIM102 - known when compiled
+                if flow.tension[0] < mechanism.least_tension[world][d]:
+                    pull = Jet(real(0.0), real(0.0), real(0.0))  # at rest a string is slack
+        for i in range(JOINTS):
+            torque[i] = torque[i] + arms[d, i] * pull[0]
+            if wp.static(ROUTED and HAS_ROTOR):
+                torque[i] = torque[i] - arms[d, i] * inertia * bow[d]
+            for j in range(JOINTS):
+                product = arms[d, i] * arms[d, j]
+                if wp.static(HAS_ROTOR):
+                    mass_matrix[i, j] = mass_matrix[i, j] + product * inertia
+                stiffness[i, j] = stiffness[i, j] + product * pull[1]
+                damping[i, j] = damping[i, j] + product * pull[2]
+        if wp.static(FREE_SPOOL):
+            c = LINKS + d
+            if moves:
+                tension[d] = spool_pull(mechanism, world, p, here, modes, d, q, v)
+            else:
+                # held, and solved for by nobody: any numbers keep the matrices regular
+                mass_matrix[c, c] = real(1.0)
+                stiffness[c, c] = -real(1.0)
+    if wp.static(ROUTED):
+        stiffness = stiffness + route_stiffness(here, tension)
+        out.arms = row_arms(mechanism, world, here, modes)
+        out.bow = row_bow(here)
+    out.mass_matrix = mass_matrix
+    out.torque = torque
+    out.stiffness = stiffness
+    out.damping = damping
+    out.slack = slack
+    out.line = line
+    if wp.static(FREE_SPOOL):
+        for d in range(TENDONS):
+            if modes.joint_sticks[LINKS + d] == real(0.0):
+                out = with_spool(mechanism, world, p, here, modes, d, q, v, arms, bow[d], out)
+    return out
+
+
+@device_template
+def joint_torque(
+    mechanism: Mechanism,
+    world: int,
+    p: ParameterVector,
+    drive: Drive,
+    j: int,
+    touch: real,
+    q: JointVector,
+    v: JointVector,
+) -> Jet:
+    """Return the torque of a joint's spring, damper and end stop (touch: +1 upper, -1 lower)."""
+    joint = joint_state(mechanism, world, drive, j, q, v)
+    torque = spring_torque(joint, p) + damping_torque(joint, p)
+    if touch != real(0.0):
+        bound = joint.upper
+        if touch < real(0.0):
+            bound = joint.lower
+        k = mechanism.limit_stiffness[world][j]
+        c = mechanism.limit_damping[world][j]
+        torque = torque - Jet(k * (joint.position - bound) + c * joint.velocity, k, c)
+    return torque
+
+
+@device_template
+def touching(mechanism: Mechanism, world: int, q: JointVector, v: JointVector) -> JointVector:
+    """Return per joint +1 or -1 where its upper or lower end stop pushes; a stop never pulls."""
+    touch = JointVector()
+    for j in range(JOINTS):
+        k = mechanism.limit_stiffness[world][j]
+        c = mechanism.limit_damping[world][j]
+        over = q[j] - mechanism.upper[world][j]
+        under = q[j] - mechanism.lower[world][j]
+        if over > real(0.0) and k * over + c * v[j] > real(0.0):
+            touch[j] = real(1.0)
+        if under < real(0.0) and k * under + c * v[j] < real(0.0):
+            touch[j] = real(-1.0)
+    return touch

@@ -1,0 +1,342 @@
+"""Modes of a step: which frictions slide which way, what sticks, which end stops are in touch.
+
+A *row* is a direction in which speed can be held: a joint, or a tendon's excursion. A tendon's row
+is held at rest by dry friction, or at the motor's greatest speed. Its *sides* are what it does just
+above and just below that speed: +1 slides in, -1 slides out, +2 and -2 are beyond the greatest.
+Where a spool moves on its own, its gear has one row and the string in its guides another.
+"""
+
+from __future__ import annotations
+
+import warp as wp
+
+from tendon_newton.device_code.linear_algebra import inverse
+from tendon_newton.device_code.placeholders import (
+    JOINTS,
+    LINKS,
+    ROWS,
+    TENDONS,
+    JointMatrix,
+    JointVector,
+    ParameterVector,
+    Placeholder,
+    RowMatrix,
+    RowVector,
+    real,
+)
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.simulation.dynamics.forces import smooth_forces, touching
+from tendon_newton.simulation.tendons.pipeline import flow_at
+from tendon_newton.simulation.tendons.routes import row_arms, row_bow
+from tendon_newton.simulation.tendons.spools import (
+    is_string,
+    spool_at,
+    taut_spools,
+)
+from tendon_newton.simulation.tendons.tension import tension_now
+from tendon_newton.simulation.tendons.world_drive import UNBOUNDED
+
+Drive = Placeholder
+Mechanism = Placeholder
+Modes = Placeholder
+MAY_HOLD = False
+"""Whether any effect of the kernel holds a tendon at a speed."""
+FREE_SPOOL = False
+"""Whether each spool has a coordinate of its own."""
+
+REST = 1.0e-9
+"""Below this speed [m/s, rad/s] a dry friction may stick."""
+AT_LIMIT = 1.0e-6
+"""Share of the greatest speed within which the motor may be held at it [1]."""
+SWEEPS = 12
+"""Gauss-Seidel sweeps over the rows that may be held; one row alone needs one."""
+
+
+@device_template
+def sign(x: real) -> real:
+    """Return +1 for x >= 0, else -1."""
+    out = real(1.0)
+    if x < real(0.0):
+        out = real(-1.0)
+    return out
+
+
+@device_template
+def excursion_rate(rows: RowMatrix, r: int, v: JointVector) -> real:
+    """Return the speed along a row [m/s]."""
+    rate = real(0.0)
+    for j in range(JOINTS):
+        rate = rate + rows[r, j] * v[j]
+    return rate
+
+
+@device_template
+def row_tendon(r: int) -> int:
+    """Return the tendon of a row."""
+    d = int(r)
+    if r >= TENDONS:
+        d = r - TENDONS
+    return d
+
+
+@device_template
+def row_bound(drive: Drive, r: int) -> real:
+    """Return the greatest speed [m/s] along a row: a motor's; a guide knows none."""
+    bound = real(UNBOUNDED)
+    if r < TENDONS:
+        bound = drive.greatest_speed[r]
+    return bound
+
+
+@device_template
+def row_force(
+    mechanism: Mechanism,
+    world: int,
+    p: ParameterVector,
+    drive: Drive,
+    modes: Modes,
+    r: int,
+    q: JointVector,
+    v: JointVector,
+    side: real,
+) -> real:
+    """Return the force [N] along a tendon's row on one side; the drive was located at q and v."""
+    force = real(0.0)
+    if wp.static(FREE_SPOOL):
+        d = row_tendon(r)
+        if modes.joint_sticks[LINKS + d] == real(0.0):
+            spool = spool_at(mechanism, world, p, drive, d, q, v, side, side)
+            force = spool.pull[0]
+            if r < TENDONS:
+                force = spool.force[0]
+        else:
+            held = flow_at(mechanism, world, p, drive, d, q, v, side)
+            force = held.pull[0]
+    else:
+        flow = flow_at(mechanism, world, p, drive, r, q, v, side)
+        force = flow.pull[0]
+    return force
+
+
+@device_template
+def row_counts(modes: Modes, r: int) -> bool:
+    """Tell whether a row is one of its own: a string whose spool is held has its gear's."""
+    counts = bool(True)  # noqa: UP018 - a variable for Warp, not a constant
+    if wp.static(FREE_SPOOL):  # noqa: SIM102 - known when compiled
+        if r >= TENDONS:
+            counts = modes.joint_sticks[LINKS + row_tendon(r)] == real(0.0)
+    return counts
+
+
+@device_template
+def tendon_sides(drive: Drive, modes: Modes, d: int, rate: real) -> Modes:
+    """Write the side of a tendon at a rate [m/s], or both sides of a speed where it may be held."""
+    side = sign(rate)
+    bound = row_bound(drive, d)
+    speed = wp.abs(rate)
+    modes.tendon[d] = side
+    if speed > bound:
+        modes.tendon[d] = real(2.0) * side
+    if drive.dry > real(0.0) and speed <= real(REST):
+        modes.tendon_sticks[d] = real(1.0)
+        modes.least_side[d] = real(1.0)
+        modes.most_side[d] = real(-1.0)
+    if wp.abs(speed - bound) <= real(AT_LIMIT) * bound:
+        modes.tendon_sticks[d] = real(1.0)
+        modes.least_side[d] = real(2.0)
+        modes.most_side[d] = real(1.0)
+        if side < real(0.0):
+            modes.least_side[d] = real(-1.0)
+            modes.most_side[d] = real(-2.0)
+    return modes
+
+
+@device_template
+def choose_modes(
+    mechanism: Mechanism,
+    world: int,
+    p: ParameterVector,
+    drive: Drive,
+    q: JointVector,
+    v: JointVector,
+) -> Modes:
+    """Decide which strings are taut, and which rows are held.
+
+    Those are held whose holding force stays within its limits. The drive was located at q and v.
+    """
+    modes = Modes()
+    if wp.static(FREE_SPOOL):
+        modes.joint_sticks = taut_spools(mechanism, world, drive, q, v)
+    modes = choose_held(mechanism, world, p, drive, modes, q, v)
+    if wp.static(FREE_SPOOL):
+        taut = pulling_spools(mechanism, world, p, drive, modes, q, v)
+        lost = bool(False)  # noqa: UP018 - a variable for Warp, not a constant
+        for d in range(TENDONS):
+            lost = lost or taut[LINKS + d] != modes.joint_sticks[LINKS + d]
+        if lost:
+            fresh = Modes()
+            fresh.joint_sticks = taut
+            modes = choose_held(mechanism, world, p, drive, fresh, q, v)
+    return modes
+
+
+@device_template
+def pulling_spools(
+    mechanism: Mechanism,
+    world: int,
+    p: ParameterVector,
+    drive: Drive,
+    modes: Modes,
+    q: JointVector,
+    v: JointVector,
+) -> JointVector:
+    """Mark those of the held spools whose strings pull; the others go slack. Shape (J,)."""
+    forces = smooth_forces(mechanism, world, p, drive, modes, q, v)
+    taut = JointVector()
+    rows = row_arms(mechanism, world, drive, modes)
+    acceleration = constrained_solve(forces.mass_matrix, forces.torque, modes, rows, row_bow(drive))
+    for d in range(TENDONS):
+        c = LINKS + d
+        if modes.joint_sticks[c] > real(0.0):
+            tension = tension_now(mechanism, world, p, drive, modes, d, q, v, acceleration)
+            if tension >= real(0.0) or not is_string(mechanism, world, d):
+                taut[c] = real(1.0)
+    return taut
+
+
+@device_template
+def choose_held(
+    mechanism: Mechanism,
+    world: int,
+    p: ParameterVector,
+    drive: Drive,
+    begun: Modes,
+    q: JointVector,
+    v: JointVector,
+) -> Modes:
+    """Decide which rows are held, where it is known which spools are.
+
+    The drive was located at q and v.
+    """
+    modes = begun
+    arms = row_arms(mechanism, world, drive, modes)
+    modes.touch = touching(mechanism, world, q, v)
+    held = int(0)  # noqa: UP018, RUF046 - a variable for Warp, not a constant
+    least = RowVector()
+    most = RowVector()
+    for j in range(LINKS):
+        modes.joint[j] = sign(v[j])
+        if wp.abs(v[j]) <= real(REST) and drive.friction[j] > real(0.0):
+            modes.joint[j] = real(0.0)
+            modes.joint_sticks[j] = real(1.0)
+            held = held + 1
+    for d in range(ROWS):
+        rate = excursion_rate(arms, d, v)
+        modes.tendon[d] = sign(rate)
+        if wp.static(MAY_HOLD):  # noqa: SIM102 - known when compiled
+            if row_counts(modes, d):
+                modes = tendon_sides(drive, modes, d, rate)
+                if modes.tendon_sticks[d] > real(0.0):
+                    side = modes.least_side[d]
+                    least[d] = row_force(mechanism, world, p, drive, modes, d, q, v, side)
+                    side = modes.most_side[d]
+                    most[d] = row_force(mechanism, world, p, drive, modes, d, q, v, side)
+                    modes.hold[d] = wp.clamp(real(0.0), least[d], most[d])
+                    held = held + 1
+    if held > 0:
+        modes = release(mechanism, world, p, drive, modes, q, v, least, most, held)
+    return modes
+
+
+@device_template
+def release(
+    mechanism: Mechanism,
+    world: int,
+    p: ParameterVector,
+    drive: Drive,
+    modes: Modes,
+    q: JointVector,
+    v: JointVector,
+    least: RowVector,
+    most: RowVector,
+    held: int,
+) -> Modes:
+    """Let those rows go that cannot be held; write the pull [N] of the tendons that are.
+
+    The holding forces solve the complementarity problem of the accelerations by projected
+    Gauss-Seidel.
+    """
+    forces = smooth_forces(mechanism, world, p, drive, modes, q, v)
+    mobility = inverse(forces.mass_matrix)
+    arms = row_arms(mechanism, world, drive, modes)
+    bow = row_bow(drive)
+    limit = drive.friction
+    hold = JointVector()
+    push = forces.torque
+    for d in range(ROWS):
+        if modes.tendon_sticks[d] > real(0.0):
+            for j in range(JOINTS):
+                push[j] = push[j] + arms[d, j] * modes.hold[d]
+    acceleration = mobility * push
+    sweeps = int(SWEEPS)
+    if held == 1:
+        sweeps = 1
+    for _sweep in range(sweeps):
+        for j in range(LINKS):
+            if modes.joint_sticks[j] > real(0.0):
+                force = wp.clamp(hold[j] - acceleration[j] / mobility[j, j], -limit[j], limit[j])
+                change = force - hold[j]
+                for i in range(JOINTS):
+                    acceleration[i] = acceleration[i] + mobility[i, j] * change
+                hold[j] = force
+        for d in range(ROWS):
+            if modes.tendon_sticks[d] > real(0.0):
+                response = mobility * arms[d]
+                gain = wp.dot(arms[d], acceleration) + bow[d]
+                force = wp.clamp(
+                    modes.hold[d] - gain / wp.dot(arms[d], response), least[d], most[d]
+                )
+                acceleration = acceleration + response * (force - modes.hold[d])
+                modes.hold[d] = force
+    for j in range(LINKS):
+        if modes.joint_sticks[j] > real(0.0) and wp.abs(hold[j]) >= limit[j]:
+            modes.joint[j] = sign(acceleration[j])
+            modes.joint_sticks[j] = real(0.0)
+    for d in range(ROWS):
+        if modes.tendon_sticks[d] > real(0.0):  # noqa: SIM102 - Warp has no mixed and/or
+            if modes.hold[d] >= most[d] or modes.hold[d] <= least[d]:
+                modes.tendon[d] = modes.least_side[d]
+                if wp.dot(arms[d], acceleration) + bow[d] < real(0.0):
+                    modes.tendon[d] = modes.most_side[d]
+                modes.tendon_sticks[d] = real(0.0)
+    return modes
+
+
+@device_template
+def constrained_solve(
+    matrix: JointMatrix, load: JointVector, modes: Modes, arms: RowMatrix, bow: RowVector
+) -> JointVector:
+    """Solve matrix x = load with x = 0 along every joint that is held, -bow along every tendon."""
+    m = matrix
+    b = load
+    free = arms
+    for j in range(JOINTS):
+        if modes.joint_sticks[j] > real(0.0):
+            for i in range(JOINTS):
+                m[i, j] = real(0.0)
+                m[j, i] = real(0.0)
+            for d in range(ROWS):
+                free[d, j] = real(0.0)
+            m[j, j] = real(1.0)
+            b[j] = real(0.0)
+    mobility = inverse(m)
+    x = mobility * b
+    if wp.static(MAY_HOLD):
+        for _sweep in range(wp.static(1 if ROWS == 1 else SWEEPS)):
+            for d in range(ROWS):
+                if modes.tendon_sticks[d] > real(0.0):
+                    response = mobility * free[d]
+                    admittance = wp.dot(free[d], response)
+                    if admittance > real(0.0):
+                        x = x - response * ((wp.dot(free[d], x) + bow[d]) / admittance)
+    return x

@@ -1,0 +1,228 @@
+"""Where a recording starts: in friction-free equilibrium, or at its first row's angle and speed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import warp as wp
+
+from tendon_newton.device_code.linear_algebra import inverse
+from tendon_newton.device_code.placeholders import (
+    JOINTS,
+    LINKS,
+    ROWS,
+    TENDONS,
+    DeviceArray,
+    JointVector,
+    MemoryVector,
+    ParameterVector,
+    Placeholder,
+    TendonVector,
+    real,
+)
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.simulation.dynamics.events import EDGE
+from tendon_newton.simulation.dynamics.forces import smooth_forces, touching
+from tendon_newton.simulation.dynamics.memory import remembered
+from tendon_newton.simulation.tendons.pipeline import flow_at, servo_flow, tendon_state
+from tendon_newton.simulation.tendons.routes import located, tendon_arms
+from tendon_newton.simulation.tendons.spools import SNUG, is_rigid, is_string
+from tendon_newton.simulation.tendons.world_drive import world_drive
+
+Commands = Placeholder
+Drive = Placeholder
+Forces = Placeholder
+Mechanism = Placeholder
+Modes = Placeholder
+radius_effects: Any = None
+HOLDS_FORCE = False
+"""Whether the actuator's force is decided outside the kernel and held."""
+HELD_MEMORY = 0
+"""Where the held forces stand in a world's memory."""
+FREE_SPOOL = False
+"""Whether each spool has a coordinate of its own."""
+
+SETTLING_STEPS = 200
+"""Most steps towards an equilibrium; an asset's finger takes ten to sixty."""
+STRIDE = 0.3
+"""Longest step towards it [rad, m]: no tendon turns so much on the way that its pull misleads."""
+FIRST_PACE, LAST_PACE = 3.0e-3, 10.0
+"""Time [s] in which the first step lets inertia answer, and the longest such time."""
+HASTE, CAUTION = 2.0, 0.4
+"""By which that time grows after a step that went well, and shrinks after one that did not [1]."""
+OVERSHOOT = 0.5
+"""Share of the torque along a step that may push back at its end [1]."""
+STILL = 1.0e-12
+"""A step towards equilibrium that is shorter has arrived [rad, m], unless inertia shortened it; one
+that rounding swallows has arrived in any case."""
+SETTLED = 1.0e9
+"""Time [s] after which every internal state has come to rest."""
+GUIDE_STIFFNESS = 1.0e6
+"""Stiffness [N/m] of the guide that brings a tendon to a measured angle at the start."""
+
+
+@device_template
+def resting_modes(
+    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, guided: bool, q: JointVector
+) -> Modes:
+    """Return the modes at rest without dry friction; guided, no tendon pulls."""
+    modes = Modes()
+    modes.touch = touching(mechanism, world, q, JointVector())
+    if guided:
+        for r in range(ROWS):
+            modes.tendon_sticks[r] = real(1.0)
+    if wp.static(FREE_SPOOL):
+        for d in range(TENDONS):
+            if guided or rests_on_string(mechanism, world, p, drive, d, q):
+                modes.joint_sticks[LINKS + d] = real(1.0)
+    return modes
+
+
+@device_template
+def rests_on_string(
+    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, d: int, q: JointVector
+) -> bool:
+    """Tell whether a motor at rest pulls on a string that does not stretch."""
+    still = JointVector()
+    here = located(mechanism, world, drive, q, still)
+    tendon = tendon_state(mechanism, world, p, here, d, q, still, real(0.0))
+    flow = servo_flow(mechanism, world, p, d, tendon)
+    pulls = q[LINKS + d] >= -real(SNUG) and flow.motor_force[0] >= real(0.0)
+    return is_rigid(drive) and (pulls or not is_string(mechanism, world, d))
+
+
+@device_template
+def not_beyond_strings(
+    mechanism: Mechanism, world: int, drive: Drive, q: JointVector
+) -> JointVector:
+    """Return coordinates in which no spool leads a string that does not stretch."""
+    out = q
+    if wp.static(FREE_SPOOL):
+        for d in range(TENDONS):
+            if is_rigid(drive) and is_string(mechanism, world, d):
+                out[LINKS + d] = wp.min(q[LINKS + d], real(0.0))
+    return out
+
+
+@device_template
+def frictionless_forces(
+    mechanism: Mechanism,
+    world: int,
+    p: ParameterVector,
+    drive: Drive,
+    guided: bool,
+    target: TendonVector,
+    q: JointVector,
+) -> Forces:
+    """Return forces at rest without dry friction; guided, a stiff guide replaces the tendon.
+
+    The guide's stiffness leaves out how its pull turns with the arms: far from rest that pull is
+    that of a thousand servos, and the steps towards rest would follow it anywhere.
+    """
+    v = JointVector()
+    modes = resting_modes(mechanism, world, p, drive, guided, q)
+    forces = smooth_forces(mechanism, world, p, drive, modes, q, v)
+    if guided:
+        here = located(mechanism, world, drive, q, v)
+        arms = tendon_arms(mechanism, world, here)
+        torque = forces.torque
+        slope = forces.stiffness
+        for d in range(TENDONS):
+            flow = flow_at(mechanism, world, p, here, d, q, v, real(0.0))
+            stiffness = real(GUIDE_STIFFNESS) * mechanism.spool_radius[world][d]
+            guide = stiffness * (target[d] - flow.angle[0])
+            for i in range(JOINTS):
+                torque[i] = torque[i] + arms[d, i] * guide
+                for j in range(JOINTS):
+                    product = arms[d, i] * arms[d, j]
+                    slope[i, j] = slope[i, j] - product * stiffness * flow.angle[1]
+        forces.torque = torque
+        forces.stiffness = slope
+    return forces
+
+
+@device_template
+def stepped(mechanism: Mechanism, world: int, q: JointVector, move: JointVector) -> JointVector:
+    """Return where a step leads: it is cut to `STRIDE`, and at end stops that it would meet."""
+    longest = wp.max(wp.abs(move))
+    share = real(1.0)
+    if longest > real(STRIDE):
+        share = real(STRIDE) / longest
+    there = q + share * move
+    for j in range(JOINTS):
+        upper = mechanism.upper[world][j]
+        lower = mechanism.lower[world][j]
+        if q[j] <= upper and there[j] > upper + real(EDGE):
+            there[j] = upper + real(EDGE)
+        if q[j] >= lower and there[j] < lower - real(EDGE):
+            there[j] = lower - real(EDGE)
+    return there
+
+
+@device_template
+def settle_kernel(
+    first_world: int,
+    mechanism: Mechanism,
+    world_mechanism: DeviceArray[int],
+    world_recording: DeviceArray[int],
+    parameters: DeviceArray[ParameterVector],
+    commands: Commands,
+    q: DeviceArray[JointVector],
+    v: DeviceArray[JointVector],
+    memory: DeviceArray[MemoryVector],
+) -> None:
+    """Put each world where its recording starts, every internal state relaxed."""
+    i = first_world + wp.tid()  # pyright: ignore[reportOperatorIssue] - one dimension: a number
+    world = world_mechanism[i]
+    recording = world_recording[i]
+    first = commands.first[recording]
+    p = parameters[i]
+    drive = world_drive(mechanism, world, p)
+    drive.voltage = commands.voltage[first]
+    drive.enabled = commands.enabled[first]
+    drive.command = commands.angle[first]
+    drive.elapsed = real(SETTLED)
+    if wp.static(HOLDS_FORCE):
+        for d in range(TENDONS):
+            place = wp.static(HELD_MEMORY) + d
+            drive.memory[place] = memory[i][place]
+    guided = commands.starts_measured[recording] > 0
+    target = commands.start_angle[recording]
+    x = JointVector()
+    rest = JointVector()
+    for j in range(JOINTS):
+        x[j] = wp.clamp(
+            mechanism.rest[world][j], mechanism.lower[world][j], mechanism.upper[world][j]
+        )
+    pace = real(FIRST_PACE)
+    here = frictionless_forces(mechanism, world, p, drive, guided, target, x)
+    for _step in range(SETTLING_STEPS):
+        move = inverse(here.mass_matrix / (pace * pace) - here.stiffness) * here.torque
+        there = stepped(mechanism, world, x, move)
+        there = not_beyond_strings(mechanism, world, drive, there)
+        still = real(STILL)
+        if pace < real(1.0):
+            still = real(0.0)
+        if wp.max(wp.abs(there - x)) <= still:
+            x = there
+            break
+        ahead = frictionless_forces(mechanism, world, p, drive, guided, target, there)
+        work = wp.dot(here.torque, there - x)
+        if work > real(0.0) and wp.dot(ahead.torque, there - x) >= -real(OVERSHOOT) * work:
+            x = there
+            here = ahead
+            modes = resting_modes(mechanism, world, p, drive, False, x)
+            drive.memory = remembered(mechanism, world, p, drive, modes, x, rest)
+            pace = wp.min(pace * real(HASTE), real(LAST_PACE))
+        else:
+            pace = pace * real(CAUTION)
+    q[i] = x
+    memory[i] = drive.memory
+    speed = JointVector()
+    if guided:
+        arms = tendon_arms(mechanism, world, located(mechanism, world, drive, x, rest))
+        for d in range(TENDONS):
+            radius = radius_effects(mechanism.spool_radius[world][d], p)
+            rate = commands.start_rate[recording][d] * radius
+            speed = speed + arms[d] * (rate / wp.dot(arms[d], arms[d]))
+    v[i] = speed

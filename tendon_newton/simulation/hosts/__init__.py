@@ -1,0 +1,1 @@
+"""What users call: rollouts, the control loop and the Newton solver."""

@@ -1,0 +1,143 @@
+"""A dataset's recordings through one model: every bench in turn, results in the order asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from tendon_newton.actuators import find_actuator
+from tendon_newton.data.model_file import Model
+from tendon_newton.data.recording import Recording
+from tendon_newton.mechanisms.geometry.kinematics import tip_position
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.simulation.hosts.chain_rollout import ChainRollout
+from tendon_newton.simulation.hosts.rollout import TIME_STEP, Rollout, Trajectory, rollout_groups
+from tendon_newton.simulation.model.bench_numbers import BenchNumber, without_estimates
+from tendon_newton.simulation.model.parameter_table import spool_radius_of, stiffness_of
+
+
+def bench_of(bench: str, model: Model) -> Mechanism:
+    """Load a bench with the numbers in which a model says that it differs."""
+    mechanism = load_mechanism(bench)
+    overrides = model.bench_overrides.get(bench)
+    return mechanism if overrides is None else mechanism.with_overrides(overrides)
+
+
+def rollout_of(
+    mechanism: Mechanism,
+    recordings: Sequence[Recording],
+    model: Model,
+    *,
+    effects: Sequence[str] | None = None,
+    unknown: Sequence[BenchNumber] = (),
+    time_step: float = TIME_STEP,
+    network: str = "torchscript",
+    trust: bool = False,
+    free_spools: bool = True,
+    device: Any = None,
+) -> Rollout:
+    """Return the rollout of a model, with its force network where it has one.
+
+    Args:
+        mechanism: The bench of all recordings.
+        recordings: Recordings that one rollout may hold.
+        model: Actuator and effects with their numbers.
+        effects: Effects that the kernels hold; by default those of the model.
+        unknown: Numbers of benches that candidates may replace.
+        time_step: Longest step [s].
+        network: How a force network runs, ``torchscript`` or ``twin``.
+        trust: Whether to trust its file from now on.
+        free_spools: As for `Rollout`.
+        device: Warp device.
+    """
+    effects = [effect.name for effect in model.effects] if effects is None else effects
+    radius = spool_radius_of(model)
+    if find_actuator(model.actuator.name).held and recordings[0].command is not None:
+        # here, so that equations run without torch
+        from tendon_newton.actuators.networks.query import open_query
+        from tendon_newton.simulation.hosts.learned_rollout import LearnedRollout
+
+        return LearnedRollout(
+            mechanism,
+            recordings,
+            query=open_query(model, network, device, trust=trust),
+            effects=effects,
+            spool_radius=radius,
+            unknown=unknown,
+            time_step=time_step,
+            device=device,
+        )
+    return ChainRollout(
+        mechanism,
+        recordings,
+        actuator=model.actuator.name,
+        effects=effects,
+        spool_radius=radius,
+        stiffness=stiffness_of(model),
+        unknown=unknown,
+        time_step=time_step,
+        free_spools=free_spools,
+        device=device,
+    )
+
+
+def replay(
+    recordings: Sequence[Recording],
+    model: Model,
+    *,
+    time_step: float = TIME_STEP,
+    network: str = "torchscript",
+    trust: bool = False,
+) -> list[Trajectory]:
+    """Simulate recordings in closed loop from their commands and first rows.
+
+    Args:
+        recordings: Recordings of any benches.
+        model: Actuator and effects with their numbers.
+        time_step: Longest step [s].
+        network: How a force network runs, ``torchscript`` or ``twin``.
+        trust: Whether to trust its file from now on.
+
+    Raises:
+        UnknownName: A bench, the actuator or an effect is not known.
+        InvalidModelFile: A number of the model is missing or out of range.
+    """
+    out: dict[int, Trajectory] = {}
+    recordings = [without_estimates(recording, model) for recording in recordings]
+    for members in rollout_groups(recordings):
+        rollout = rollout_of(
+            bench_of(recordings[members[0]].bench, model),
+            [recordings[i] for i in members],
+            model,
+            time_step=time_step,
+            network=network,
+            trust=trust,
+        )
+        out.update(zip(members, rollout.run(rollout.base_vectors(model)[None])[0], strict=True))
+    return [out[index] for index in range(len(recordings))]
+
+
+def simulated_recording(recording: Recording, trajectory: Trajectory) -> Recording:
+    """Return a recording as the simulation would have logged it."""
+    mechanism = load_mechanism(recording.bench).with_overrides(recording.bench_overrides)
+    tip = None
+    if recording.tip is not None and mechanism.tip is not None:
+        points = np.array([tip_position(mechanism, q) for q in trajectory.joint_position])
+        tip = points[:, [0, 2]]
+    return Recording(
+        name=recording.name,
+        bench=recording.bench,
+        time=recording.time,
+        command=recording.command,
+        motor_position=trajectory.motor_position,
+        motor_velocity=trajectory.motor_velocity,
+        force=trajectory.force,
+        tip=tip,
+        enabled=recording.enabled,
+        start=recording.start,
+        bench_overrides=recording.bench_overrides,
+        actuator_overrides=recording.actuator_overrides,
+    )

@@ -1,0 +1,467 @@
+"""Recordings of one bench, replayed in closed loop by many candidate models at once."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any, ClassVar
+
+import numpy as np
+import warp as wp
+
+from tendon_newton.actuators import find_actuator
+from tendon_newton.data.checks.lint_checks import blocked_rows
+from tendon_newton.data.model_file import Model
+from tendon_newton.data.recording import Array, Recording
+from tendon_newton.errors import (
+    InvalidModelFile,
+    InvalidParameter,
+    InvalidRecording,
+    SimulationDiverged,
+)
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.simulation.hosts.timeline import Timeline, make_timeline
+from tendon_newton.simulation.kernels.position_kernels import POSITION_EFFECTS, POSITION_STEP
+from tendon_newton.simulation.model.assembly import KernelSet, kernel_set
+from tendon_newton.simulation.model.bench_numbers import WRITTEN, BenchNumber, write_numbers
+from tendon_newton.simulation.model.mechanism_arrays import (
+    PUSH_FORCE,
+    Topology,
+    fill_mechanism,
+    plane_of,
+    read_topology,
+    spools_are_free,
+)
+from tendon_newton.simulation.model.parameter_table import ParameterTable
+from tendon_newton.simulation.model.structure import Drive, Precision, Structure, in_catalogue_order
+from tendon_newton.simulation.tendons.measured_force import acts, has_spring
+
+TIME_STEP = 1.25e-4
+"""Default step [s]: what it leaves is below a tenth of an encoder's and a load cell's noise.
+
+Measured in tests/physics/test_accuracy.py; 0.25 ms leaves 0.0077 N on a finger with dry friction
+at its stops.
+"""
+THREADS_VARIABLE = "TENDON_NEWTON_THREADS"
+"""Environment variable with the number of threads on a CPU; all cores by default."""
+CHUNKS_PER_THREAD = 4
+"""Launches per thread, so that a slow one does not leave the other thread idle."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trajectory:
+    """What one model made of one recording, at the recording's own rows."""
+
+    time: Array
+    """Instants [s], shape (T,)."""
+    motor_position: Array
+    """Angle that the encoder reports [rad], shape (T, D)."""
+    motor_velocity: Array
+    """Its rate [rad/s], shape (T, D)."""
+    force: Array
+    """Tension at the load cell [N], shape (T, D)."""
+    joint_position: Array
+    """Joint angles [rad] or travels [m], shape (T, J)."""
+
+
+class Rollout:
+    """Kernels and arrays for N models times R recordings, W = N R worlds.
+
+    Args:
+        mechanism: The bench that all recordings were made on.
+        recordings: R recordings, all with commands or all without.
+        actuator: Kind of the actuator.
+        effects: Effects that the kernels hold; a model may leave any of them out.
+        spool_radius: Spool radius [m] in place of the asset's.
+        unknown: Numbers of this and other benches that candidates may replace.
+        stiffness: Force by which the servo answers a turn of its shaft [N/rad]; it matters only
+            between rows without commands.
+        time_step: Longest step [s]; each row's interval is divided evenly.
+        precision: Scalar of the simulation.
+        free_spools: Whether spools of servos with a rotor move on their own while their string is
+            slack or stretches; else a rotor is only inertia at its mechanism.
+        device: Warp device.
+    """
+
+    asks_network: ClassVar[bool] = False
+    """Whether it asks a force network what a `learned` actuator gives."""
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        recordings: Sequence[Recording],
+        *,
+        actuator: str,
+        effects: Sequence[str] = (),
+        spool_radius: float | None = None,
+        stiffness: float = 0.0,
+        unknown: Sequence[BenchNumber] = (),
+        time_step: float = TIME_STEP,
+        precision: Precision = "float64",
+        free_spools: bool = True,
+        device: Any = None,
+    ) -> None:
+        self.recordings = tuple(recordings)
+        self.driven_by = drive_of(recordings)
+        """Without commands the measured force drives the mechanism."""
+        self._mechanism = mechanism
+        self._kinematic = find_actuator(actuator).kinematic
+        if self._kinematic:
+            refuse_load(mechanism, self.recordings, actuator)
+        self._has_spring = tuple(has_spring(mechanism, r.bench_overrides) for r in recordings)
+        self._stiffness = stiffness
+        self.timelines = tuple(self.timeline_of(recording) for recording in recordings)
+        self.table = ParameterTable(
+            actuator=actuator,
+            effects=in_catalogue_order(tuple(effects)),
+            bench=tuple(number.parameter for number in unknown),
+        )
+        self._unknown = tuple(unknown)
+        self.time_step = time_step
+        model = mechanism.build(
+            len(recordings), overrides=[r.bench_overrides for r in recordings], device=device
+        )
+        if spool_radius is not None:
+            set_spool_radius(model, spool_radius)
+        if self.driven_by == "force":
+            release_limits(model)
+        whole = read_topology(model)
+        topology = self._divided(model, whole)
+        self.kernels: KernelSet = kernel_set(
+            Structure(
+                parents=topology.parents,
+                revolute=topology.revolute,
+                tendon_count=topology.tendon_count,
+                routes=topology.routes,
+                touch=topology.touch,
+                actuator=actuator,
+                effects=self.table.effects,
+                planar=plane_of(model, whole) is not None,
+                precision=precision,
+                driven_by=self.driven_by,
+                free_spool=(
+                    free_spools and self.driven_by == "command" and spools_are_free(model, actuator)
+                ),
+            )
+        )
+        if self.kernels.structure.holds_force and not self.asks_network:
+            raise InvalidParameter(
+                f"the force of a {actuator!r} actuator is its network's, which this rollout does "
+                "not ask; use LearnedRollout or DifferentiableLearnedRollout"
+            )
+        self.device = model.device
+        self.numbers = fill_mechanism(model, self.kernels)
+        """The bench's numbers, one world per recording."""
+        self.commands = self._fill_commands()
+        """The recordings' inputs, one after the other."""
+        counts = [len(timeline.time) for timeline in self.timelines]
+        self._first = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.int32)
+
+    def _divided(self, model: Any, topology: Topology) -> Topology:
+        """Return the topology that the kernels are made for: that of the whole mechanism."""
+        return topology
+
+    def _by_world(self, values: Any) -> Any:
+        """Return numbers of recordings, shape (R, ...), as those of the kernels' worlds."""
+        return values
+
+    def _by_row(self, values: Any) -> Any:
+        """Return numbers of all rows, shape (S, ...), as those of the kernels' rows."""
+        return values
+
+    def timeline_of(self, recording: Recording) -> Timeline:
+        """Return the rows that the simulation of a recording visits."""
+        spring = has_spring(self._mechanism, recording.bench_overrides)
+        timeline = make_timeline(recording, self._stiffness if spring else 0.0)
+        return without_blocked(timeline, recording) if self._kinematic else timeline
+
+    def base_vectors(self, model: Model) -> Array:
+        """Return a model's parameter vector for each recording, shape (R, P)."""
+        if self._kinematic:
+            refuse_forces(model)
+        vectors = [self.table.vector(model, r.actuator_overrides) for r in self.recordings]
+        if self.driven_by == "force":
+            for vector, spring in zip(vectors, self._has_spring, strict=True):
+                self._silence(vector, spring)
+        return np.stack(vectors)
+
+    def _silence(self, vector: Array, spring: bool) -> None:
+        """Put those effects at null that have no place where the force is measured."""
+        null = self.table.null_vector()
+        for name in self.table.effects:
+            if not acts(name, has_spring=spring):
+                columns = list(self.table.columns(name))
+                vector[columns] = null[columns]
+
+    def shows(self, effect: str) -> bool:
+        """Tell whether an effect can act in any of the recordings."""
+        if self._kinematic:
+            return effect in POSITION_EFFECTS
+        if self.driven_by == "command":
+            return True
+        return any(acts(effect, has_spring=spring) for spring in self._has_spring)
+
+    def shake(self, size: float, rng: np.random.Generator) -> None:
+        """Add noise of a size [rad, N] to the inputs as recorded; zero takes it away again."""
+        inputs = np.concatenate([timeline.command for timeline in self.timelines])
+        noisy = inputs + size * rng.standard_normal(inputs.shape)
+        self.commands.angle = self.array(self._by_row(noisy), self.kernels.types["TendonVector"])
+
+    def run(self, parameters: Array) -> list[list[Trajectory]]:
+        """Simulate every recording with every candidate.
+
+        Args:
+            parameters: Vectors of the candidates for each recording, shape (N, R, P).
+
+        Returns:
+            One trajectory per candidate and recording.
+
+        Raises:
+            SimulationDiverged: A state is not finite.
+        """
+        arrays = self.run_rows(parameters)
+        if not np.isfinite(arrays["joints"]).all():
+            raise SimulationDiverged(
+                f"the simulation of {self.recordings[0].bench!r} must stay finite; "
+                f"it did not at steps of {self.time_step} s"
+            )
+        return [
+            [self._trajectory(arrays, n, r) for r in range(len(self.recordings))]
+            for n in range(len(parameters))
+        ]
+
+    def run_rows(self, parameters: Array, time_step: float | None = None) -> dict[str, Array]:
+        """Simulate as `run`, and return arrays over all simulated rows S.
+
+        They are ``angle``, ``rate``, ``force`` (N, S, D) and ``joints`` (N, S, J). Where a
+        candidate's numbers make the simulation diverge its rows are not finite; the others are
+        unharmed.
+        """
+        types = self.kernels.types
+        candidates, recordings = parameters.shape[:2]
+        worlds = candidates * recordings
+        row_count = len(self.commands.time)
+        rows = candidates * row_count
+        world_recording = np.tile(np.arange(recordings, dtype=np.int32), candidates)
+        first = self.commands.first.numpy()[world_recording] + row_count * np.repeat(
+            np.arange(candidates, dtype=np.int32), recordings
+        )
+        recording = self.array(world_recording, wp.int32)
+        flat = parameters.reshape(worlds, -1)
+        vectors = self.array(self.table.kernel_vectors(flat), types["ParameterVector"])
+        q = wp.zeros(worlds, dtype=types["JointVector"], device=self.device)
+        v = wp.zeros_like(q)
+        memory = wp.zeros(worlds, dtype=types["MemoryVector"], device=self.device)
+        joints = wp.zeros(rows, dtype=types["JointVector"], device=self.device)
+        angle, rate, force = (
+            wp.zeros(rows, dtype=types["TendonVector"], device=self.device) for _ in range(3)
+        )
+        numbers, of_world = self._bench_numbers(flat, world_recording)
+        common = [numbers, self.array(of_world, wp.int32), recording, vectors, self.commands]
+        outputs = [self.array(first, wp.int32), joints, angle, rate, force]
+        step = types["real"](self._longest_step(time_step or self.time_step))
+        self._simulate(worlds, common, [q, v, memory], outputs, step)
+        shape = (candidates, row_count, -1)
+        signals: dict[str, Any] = {"angle": angle, "rate": rate, "force": force, "joints": joints}
+        out = {name: signal.numpy().reshape(shape) for name, signal in signals.items()}
+        out["joints"] = out["joints"][..., : self.kernels.structure.joint_count]
+        return out
+
+    def _longest_step(self, time_step: float) -> float:
+        """Return the step [s] that is taken where one is asked for."""
+        return max(time_step, POSITION_STEP) if self._kinematic else time_step
+
+    def _bench_numbers(self, vectors: Array, world_recording: Any) -> tuple[Any, Any]:
+        """Return the benches' numbers, and which of them each world has, shape (W,)."""
+        own = [number.bench == self.recordings[0].bench for number in self._unknown]
+        if not any(own):
+            return self.numbers, world_recording
+        values = vectors[:, self.table.bench_columns][:, own]
+        numbers = [number for number, mine in zip(self._unknown, own, strict=True) if mine]
+        parents = self.kernels.structure.parents
+        arrays = {name: getattr(self.numbers, name).numpy()[world_recording] for name in WRITTEN}
+        write_numbers(arrays, numbers, values, parents)
+        out = self.kernels.types["Mechanism"]()
+        for name in self.kernels.types["Mechanism"].vars:
+            source = getattr(self.numbers, name)
+            rows = arrays[name] if name in arrays else source.numpy()[world_recording]
+            setattr(out, name, self.array(rows, source.dtype))
+        return out, np.arange(len(vectors), dtype=np.int32)
+
+    def start(self, worlds: int, common: list[Any], state: list[Any]) -> None:
+        """Put all worlds where their recordings start.
+
+        Args:
+            worlds: Number of worlds.
+            common: Mechanism and recording of each world, parameters and commands.
+            state: Positions, velocities and memories, to be written.
+        """
+        self._launch(self.kernels.settle, worlds, [*common, *state])
+
+    def _simulate(
+        self, worlds: int, common: list[Any], state: list[Any], outputs: list[Any], step: Any
+    ) -> None:
+        """Take all worlds from their start through all rows."""
+        every = [np.full(len(self.commands.first), row, dtype=np.int32) for row in (0, 1 << 30)]
+        rows = [self.array(values, wp.int32) for values in every]
+        self.start(worlds, common, state)
+        self._launch(self.kernels.rollout, worlds, [*common, *rows, step, *state, *outputs])
+
+    def rows_of(self, recording: int) -> slice:
+        """Return where a recording's simulated rows stand among all."""
+        start = int(self._first[recording])
+        return slice(start, start + len(self.timelines[recording].time))
+
+    def _launch(self, kernel: wp.Kernel, worlds: int, arguments: list[Any]) -> None:
+        """Launch over all worlds; on a CPU in chunks on every core, as Warp itself uses one."""
+        if self.device.is_cuda:
+            wp.launch(kernel, worlds, inputs=[0, *arguments], device=self.device)
+            return
+        threads = min(worlds, int(os.environ.get(THREADS_VARIABLE, os.cpu_count() or 1)))
+        edges = np.unique(np.linspace(0, worlds, threads * CHUNKS_PER_THREAD + 1).astype(int))
+        commands = [
+            wp.launch(
+                kernel,
+                int(end - start),
+                inputs=[int(start), *arguments],
+                device=self.device,
+                record_cmd=True,
+            )
+            for start, end in pairwise(edges)
+        ]
+        with ThreadPoolExecutor(threads) as pool:
+            list(pool.map(lambda command: command.launch(), commands))
+
+    def _trajectory(self, arrays: dict[str, Array], candidate: int, recording: int) -> Trajectory:
+        timeline = self.timelines[recording]
+        rows = self._first[recording] + timeline.measured
+        return Trajectory(
+            time=self.recordings[recording].time,
+            motor_position=arrays["angle"][candidate, rows],
+            motor_velocity=arrays["rate"][candidate, rows],
+            force=arrays["force"][candidate, rows],
+            joint_position=arrays["joints"][candidate, rows],
+        )
+
+    def array(self, values: Any, dtype: Any) -> Any:
+        """Copy numbers to the device, in the kernels' precision."""
+        scalar = values.dtype
+        if scalar != np.int32:
+            scalar = np.dtype(self.kernels.structure.precision)
+        return wp.array(np.ascontiguousarray(values, dtype=scalar), dtype=dtype, device=self.device)
+
+    def _fill_commands(self) -> Any:
+        """Lay the recordings' inputs out for the kernels, one after the other."""
+        types = self.kernels.types
+        commands = types["Commands"]()
+        counts = self._by_world(np.array([len(t.time) for t in self.timelines], dtype=np.int32))
+        first = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.int32)
+        inputs = [row_inputs(r, t) for r, t in zip(self.recordings, self.timelines, strict=True)]
+        commands.first = self.array(first, wp.int32)
+        commands.count = self.array(counts, wp.int32)
+        # Time counts from the recording's first row: float32 would lose microseconds after minutes.
+        times = np.concatenate([t.time - t.time[0] for t in self.timelines])
+        commands.time = self.array(self._by_row(times), types["real"])
+        angles = np.concatenate([t.command for t in self.timelines])
+        commands.angle = self.array(self._by_row(angles), types["TendonVector"])
+        voltage, enabled = (
+            self._by_row(np.concatenate(each)) for each in zip(*inputs, strict=True)
+        )
+        commands.voltage = self.array(voltage, types["real"])
+        commands.enabled = self.array(enabled, types["real"])
+        # without a command there is no equilibrium that it asks for
+        measured = np.array(
+            [r.start == "first_row" or r.command is None for r in self.recordings], dtype=np.int32
+        )
+        commands.starts_measured = self.array(self._by_world(measured), wp.int32)
+        angles, rates = (
+            np.stack([getattr(r, name)[0] for r in self.recordings])
+            for name in ("motor_position", "motor_velocity")
+        )
+        commands.start_angle = self.array(self._by_world(angles), types["TendonVector"])
+        commands.start_rate = self.array(self._by_world(rates), types["TendonVector"])
+        return commands
+
+
+def row_inputs(recording: Recording, timeline: Timeline) -> tuple[Array, Array]:
+    """Return the supply voltage [V] and torque enabled (0 or 1) of the simulated rows, shapes (S,).
+
+    The voltage is 0 where it was not logged.
+    """
+    source = np.searchsorted(timeline.measured, np.arange(len(timeline.time)), side="right") - 1
+    voltage = np.zeros(len(recording.time)) if recording.voltage is None else recording.voltage
+    enabled = recording.enabled if recording.command is not None else np.ones(len(recording.time))
+    return voltage[source], enabled.astype(np.float64)[source]
+
+
+def set_spool_radius(model: Any, radius: float) -> None:
+    """Write the spool radius [m] of every tendon that is wound; a direct drive has none."""
+    tendon = model.tendon
+    radii = np.where(tendon.direct.numpy() > 0, tendon.spool_radius.numpy(), radius)
+    tendon.spool_radius.assign(radii.astype(np.float32))
+
+
+def release_limits(model: Any) -> None:
+    """Let the tendons of a model carry any force, pulling or pushing: it was measured, not made."""
+    tendon = model.tendon
+    tendon.force_limit.fill_(PUSH_FORCE)
+    tendon.direct.fill_(1)
+
+
+def refuse_load(mechanism: Mechanism, recordings: Sequence[Recording], actuator: str) -> None:
+    """Refuse a mechanism that an actuator without force cannot move, and recordings of one."""
+    if drive_of(recordings) == "force":
+        raise InvalidRecording(
+            f"{recordings[0].name}: actuator {actuator!r} follows theta_d; the recording has none"
+        )
+    joints, tendons = mechanism.joints, mechanism.tendons
+    if len(joints) != 1 or not all(tendon.direct for tendon in tendons):
+        raise InvalidModelFile(
+            f"actuator {actuator!r} needs a bench whose servo turns its only joint directly "
+            f"(servo, pendulum): it has no force to pull a tendon with; bench {mechanism.name!r} "
+            f"has {len(joints)} joints and {len(tendons)} tendons"
+        )
+
+
+def refuse_forces(model: Model) -> None:
+    """Refuse effects of a model that have no place where only positions are known."""
+    for effect in model.effects:
+        if effect.name not in POSITION_EFFECTS:
+            raise InvalidModelFile(
+                f"actuator {model.actuator.name!r} knows positions alone; {effect.name!r} needs "
+                f"forces; it can hold {', '.join(POSITION_EFFECTS)}"
+            )
+
+
+def without_blocked(timeline: Timeline, recording: Recording) -> Timeline:
+    """Trust no row in which something solid holds the shaft: it tells nothing of its servo."""
+    assert recording.command is not None
+    theta, goal = recording.motor_position[:, 0], recording.command[:, 0]
+    blocked = blocked_rows(theta, goal, 1.0) | blocked_rows(theta, goal, -1.0)
+    return replace(timeline, trusted=timeline.trusted & ~blocked)
+
+
+def drive_of(recordings: Sequence[Recording]) -> Drive:
+    """Return what recordings give a simulation.
+
+    Raises:
+        InvalidRecording: Some have commands and some do not.
+    """
+    without = [recording for recording in recordings if recording.command is None]
+    if 0 < len(without) < len(recordings):
+        raise InvalidRecording(
+            f"{without[0].name}: recordings of one rollout all have theta_d, or none has; this one "
+            "has none"
+        )
+    return "force" if without else "command"
+
+
+def rollout_groups(recordings: Sequence[Recording]) -> list[tuple[int, ...]]:
+    """Divide recordings, by their indices, into those that one rollout may hold."""
+    groups: dict[tuple[str, bool], list[int]] = {}
+    for index, recording in enumerate(recordings):
+        groups.setdefault((recording.bench, recording.command is None), []).append(index)
+    return [tuple(members) for members in groups.values()]

@@ -1,0 +1,500 @@
+"""Our solver behind Newton's interface.
+
+A control step of tendon-driven mechanisms in one kernel launch.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from math import ceil
+from typing import Any
+
+import newton
+import numpy as np
+import warp as wp
+from newton.solvers import SolverBase
+
+from tendon_newton.actuators import find_actuator
+from tendon_newton.actuators.networks.history import History
+from tendon_newton.data.model_file import Model
+from tendon_newton.data.recording import Array
+from tendon_newton.device_code.placeholders import struct_type
+from tendon_newton.effects import Stage
+from tendon_newton.errors import InvalidParameter, unknown_name
+from tendon_newton.simulation.hosts.rollout import set_spool_radius
+from tendon_newton.simulation.kernels import contact_kernels, control_kernels
+from tendon_newton.simulation.model.assembly import Assembly, assemble, kernel_set
+from tendon_newton.simulation.model.chain_copies import chain_copies, gather_kernel, spread_kernel
+from tendon_newton.simulation.model.joint_places import joint_places
+from tendon_newton.simulation.model.kernel_types import kernel_types
+from tendon_newton.simulation.model.mechanism_arrays import (
+    fill_mechanism,
+    moment_arms,
+    plane_of,
+    read_topology,
+    spools_are_free,
+)
+from tendon_newton.simulation.model.parameter_table import ParameterTable
+from tendon_newton.simulation.model.structure import Precision, Structure, in_catalogue_order
+from tendon_newton.simulation.model.supported_effects import LOG_STAGES, refuse_stages
+
+LONGEST_STEP = 5.0e-4
+"""Default of `max_step` [s]: a policy's simulation, an eighth of an encoder's count off
+(tests/physics/test_accuracy.py)."""
+BLOCK = 128
+"""Worlds of a CUDA block in a step."""
+BLOCKS_TOGETHER = 4
+"""Blocks that a multiprocessor has room for: 128 registers a thread, with some kept in memory, are
+a fifth faster than the compiler's own 213 and half as many threads (one H200)."""
+
+
+class TendonSolver(SolverBase):
+    """Steps Newton's `State` in joint coordinates, with an asset's tendons and a model's effects.
+
+    The motor commands are not part of Newton's `Control`: write `command`, shape (W, D), before
+    each step. It holds for the whole
+    step, as a servo holds its goal between two packets; `dt` is the control step, which one
+    kernel divides into substeps no
+    longer than `max_step`. Links meet the obstacles of their mechanism (`contacts`), and nothing
+    else; `control.joint_f` is not read.
+
+    A mechanism of K equal chains that share neither joint nor tendon, such as a hand, is stepped as
+    K mechanisms of one chain: numbers that are one per world stand once for each chain.
+
+    Numbers per world may change at any time: those of the actuator and the effects in
+    `parameters`, all others in the arrays of
+    the Newton model, followed by `notify_model_changed`. No step allocates, so that steps can be
+    captured in a graph.
+
+    Args:
+        model: Worlds of one mechanism, from `Mechanism.build`.
+        description: Actuator and effects.
+        max_step: Longest substep [s].
+        precision: Scalar inside the kernels; Newton's arrays are float32.
+        history: Control steps for which past commands are kept; a `command_delay` may not be
+            longer.
+        effects: Further effects at null, whose numbers may be set later.
+        update_bodies: Whether a step also writes `body_q` and `body_qd`, which viewers show.
+    """
+
+    def __init__(
+        self,
+        model: newton.Model,
+        description: Model,
+        *,
+        max_step: float = LONGEST_STEP,
+        precision: Precision = "float64",
+        history: int = 64,
+        effects: Sequence[str] = (),
+        update_bodies: bool = True,
+    ) -> None:
+        super().__init__(model)
+        if not max_step > 0.0:
+            raise InvalidParameter(f"max_step must be positive; it is {max_step} s")
+        if find_actuator(description.actuator.name).kinematic:
+            raise InvalidParameter(
+                f"TendonSolver needs an actuator with a force; {description.actuator.name!r} "
+                "gives a position: replay its recordings with Rollout"
+            )
+        every = in_catalogue_order((*effects, *(effect.name for effect in description.effects)))
+        refuse_stages(every, LOG_STAGES, "TendonSolver")
+        self.table = ParameterTable(actuator=description.actuator.name, effects=every)
+        self.max_step = max_step
+        self.update_bodies = update_bodies
+        if "spool_radius" in description.actuator.values:
+            set_spool_radius(model, float(description.actuator.values["spool_radius"]))
+        whole = read_topology(model)
+        copies = chain_copies(whole, moment_arms(model, whole))
+        topology, self.chain_count = copies.topology, copies.count
+        """Equal chains K of each world; kernels see W K worlds of one."""
+        self._assembly = control_assembly(
+            Structure(
+                parents=topology.parents,
+                revolute=topology.revolute,
+                tendon_count=topology.tendon_count,
+                routes=topology.routes,
+                touch=topology.touch,
+                actuator=self.table.actuator,
+                effects=self.table.effects,
+                planar=plane_of(model, whole) is not None,
+                precision=precision,
+                free_spool=spools_are_free(model, self.table.actuator),
+            )
+        )
+        self._kernel_of = control_kernel_set(self._assembly.structure)
+        self._kernels = kernel_set(self._assembly.structure)
+        self._mechanism = fill_mechanism(model, self._kernels)
+        self._history_length = history if self._assembly.structure.uses(Stage.CLOCK) else 1
+        self._make_arrays(self.table.vector(description))
+
+    @property
+    def world_count(self) -> int:
+        """Number of worlds W."""
+        return int(self.model.world_count)
+
+    @property
+    def tendon_count(self) -> int:
+        """Number of tendons D of each world."""
+        return self.chain_count * self._assembly.structure.tendon_count
+
+    @property
+    def joint_count(self) -> int:
+        """Number of joints J of each world."""
+        return self.chain_count * self._assembly.structure.joint_count
+
+    @property
+    def holds_force(self) -> bool:
+        """Whether the actuator's force is decided outside; see `hold`."""
+        return self._assembly.structure.holds_force
+
+    def _make_arrays(self, vector: Array) -> None:
+        """Allocate all that a step reads and writes."""
+        worlds, tendons = self.world_count, self.tendon_count
+        types, device = self._assembly.types, self.model.device
+        self.command = wp.zeros((worlds, tendons), dtype=wp.float32, device=device)
+        """Motor angles asked for [rad], shape (W, D)."""
+        chains = np.tile(vector, (self._chains, 1))
+        self.parameters = self._array(chains, types["ParameterVector"])
+        """Numbers of actuator and effects, shape (W K, P); `table` says where each stands."""
+        self.motor_position = wp.zeros_like(self.command)
+        """What the encoder reports [rad], shape (W, D); see `read_sensors`."""
+        self.motor_velocity = wp.zeros_like(self.command)
+        """Its rate [rad/s], shape (W, D)."""
+        self.force = wp.zeros_like(self.command)
+        """Tension at the load cell [N], shape (W, D)."""
+        self._position_index, self._velocity_index = map(self._by_chain, joint_places(self.model))
+        self.everywhere = wp.ones(worlds, dtype=wp.bool, device=device)
+        """A mask of all worlds, shape (W,)."""
+        touch = self._assembly.structure.touch
+        shape = (worlds, len(touch.links), len(touch.shapes))
+        self.contact_force = wp.zeros(shape, dtype=wp.vec3f, device=device)
+        """What obstacles do to links [N], in the axes of the base, shape (W, C, O), capsule by
+        capsule and obstacle by obstacle; see `read_contacts`."""
+        self._marked = wp.zeros(self._chains, dtype=wp.bool, device=device)
+        self._servo = self._make_servo()
+        self._history = self._make_history()
+        self._good = [wp.clone(self._servo.q), wp.clone(self._servo.memory)]
+
+    def _make_servo(self) -> Any:
+        """Allocate what each world keeps between control steps."""
+        types, device, worlds = self._assembly.types, self.model.device, self._chains
+        servo = types["Servo"]()
+        servo.time = wp.zeros(worlds, dtype=types["real"], device=device)
+        servo.q = wp.zeros(worlds, dtype=types["JointVector"], device=device)
+        servo.v = wp.zeros_like(servo.q)
+        servo.memory = wp.zeros(worlds, dtype=types["MemoryVector"], device=device)
+        self.voltage = wp.zeros(worlds, dtype=wp.float32, device=device)
+        """Supply of each chain [V]; 0 stands for the actuator's own, shape (W K,)."""
+        self.enabled = wp.ones(worlds, dtype=wp.float32, device=device)
+        """Whether each chain's servos give torque (1) or hang loose (0), shape (W K,)."""
+        servo.voltage, servo.enabled = self.voltage, self.enabled
+        return servo
+
+    def _make_history(self) -> Any:
+        """Allocate the past commands of each world, as a recording of a few rows."""
+        types, device = self._assembly.types, self.model.device
+        length, worlds = self._history_length, self._chains
+        first = (np.arange(worlds) * length).astype(np.int32)
+        history = types["Commands"]()
+        history.first = wp.array(first, dtype=wp.int32, device=device)
+        history.count = wp.full(worlds, length, dtype=wp.int32, device=device)
+        history.time = self._array(np.tile(np.arange(-length, 0.0), worlds), types["real"])
+        history.angle = wp.zeros(worlds * length, dtype=types["TendonVector"], device=device)
+        history.voltage = wp.zeros(worlds * length, dtype=types["real"], device=device)
+        history.enabled = wp.ones(worlds * length, dtype=types["real"], device=device)
+        history.starts_measured = wp.zeros(worlds, dtype=wp.int32, device=device)
+        history.start_angle = wp.zeros(worlds, dtype=types["TendonVector"], device=device)
+        history.start_rate = wp.zeros(worlds, dtype=types["TendonVector"], device=device)
+        return history
+
+    def reset(
+        self,
+        state: newton.State,
+        world_mask: wp.array | None = None,
+        flags: newton.StateFlags | int | None = None,
+    ) -> None:
+        """Begin anew: time 0, only the present `command` ever given, every internal state relaxed.
+
+        Args:
+            state: Where the worlds start; its joint coordinates stay as they are.
+            world_mask: Worlds to reset, shape (W + 1,) as for every Newton solver; all by default.
+            flags: Not needed.
+        """
+        self.begin(state, self._chosen(world_mask), at_rest=False)
+
+    def settle(self, state: newton.State, world_mask: wp.array | None = None) -> None:
+        """Put worlds at rest in the friction-free equilibrium of their `command`.
+
+        Where a recording starts. Under a force that is held, its equilibrium.
+
+        Args:
+            state: Gets their joint coordinates.
+            world_mask: Worlds to settle, shape (W + 1,); all by default.
+        """
+        self.begin(state, self._chosen(world_mask), at_rest=True)
+
+    def begin(self, state: newton.State, chosen: wp.array, *, at_rest: bool) -> None:
+        """Reset or settle the chosen worlds, shape (W,)."""
+        wp.launch(
+            self._kernel_of["forget"],
+            self._chains,
+            inputs=[*self._inputs(), self._spread(chosen), state.joint_q, state.joint_qd],
+            device=self.model.device,
+        )
+        if at_rest:
+            self.relax(state, chosen)
+
+    def relax(self, state: newton.State, chosen: wp.array) -> None:
+        """Move the chosen worlds, shape (W,), to the equilibrium of their command or held force."""
+        servo, device = self._servo, self.model.device
+        worlds = wp.array(np.arange(self._chains, dtype=np.int32), device=device)
+        relaxed = [wp.clone(array) for array in (servo.q, servo.v, servo.memory)]
+        wp.launch(
+            self._kernels.settle,
+            self._chains,
+            inputs=[0, self._mechanism, worlds, worlds, self.parameters, self._history],
+            outputs=relaxed,
+            device=device,
+        )
+        wp.launch(
+            self._kernel_of["adopt"],
+            self._chains,
+            inputs=[
+                servo,
+                self._position_index,
+                self._velocity_index,
+                self._spread(chosen),
+                *relaxed,
+            ],
+            outputs=[state.joint_q, state.joint_qd],
+            device=device,
+        )
+        self._place_bodies(state)
+
+    def sense(
+        self, state: newton.State, samples: History, chosen: wp.array, *, fill: bool = False
+    ) -> None:
+        """Add what force networks are shown of the chosen worlds, shape (W,), to their history.
+
+        Args:
+            state: Where the worlds are.
+            samples: History of all W D servos.
+            chosen: Worlds whose history goes on.
+            fill: Whether the sample stands for all the past.
+        """
+        wp.launch(
+            self._kernel_of["sense"],
+            self._chains,
+            inputs=[
+                *self._inputs(),
+                self._spread(chosen),
+                int(fill),
+                state.joint_q,
+                state.joint_qd,
+            ],
+            outputs=[samples.ring, samples.newest],
+            device=self.model.device,
+        )
+
+    def hold(self, force: wp.array, chosen: wp.array) -> None:
+        """Hold forces [N], shape (W, D), at the spools of the chosen worlds, shape (W,).
+
+        For an actuator whose force is decided outside; they stay until the next call.
+        """
+        wp.launch(
+            self._kernel_of["hold"],
+            self._chains,
+            inputs=[self._mechanism, self._servo, self._spread(chosen), self._by_chain(force)],
+            device=self.model.device,
+        )
+
+    def guard(self, state: newton.State, diverged: wp.array) -> None:
+        """Mark worlds, shape (W,), that left every physical range in the last step.
+
+        They are put back to where they last were, at rest, and do no harm to others.
+        """
+        servo, marks = self._servo, diverged if self.chain_count == 1 else self._marked
+        wp.launch(
+            self._kernel_of["guard"],
+            self._chains,
+            inputs=[servo, self._position_index, self._velocity_index, *self._good],
+            outputs=[state.joint_q, state.joint_qd, marks],
+            device=self.model.device,
+        )
+        if self.chain_count > 1:
+            wp.launch(
+                gather_kernel,
+                self._chains,
+                inputs=[self.chain_count, marks, diverged],
+                device=self.model.device,
+            )
+
+    def bench_numbers(self, name: str) -> wp.array:
+        """Return an array of the mechanism that every step reads, one row per world and chain.
+
+        Such as ``mass`` [kg], ``stiffness`` [N m/rad], ``spool_radius`` [m] or ``arms`` [m]. What
+        is written there counts from the next step on, until `notify_model_changed` reads the
+        Newton model again.
+
+        Raises:
+            UnknownName: No such array.
+        """
+        names = self._assembly.types["Mechanism"].vars
+        if name not in names:
+            raise unknown_name("bench number", name, names)
+        return getattr(self._mechanism, name)
+
+    @property
+    def _chains(self) -> int:
+        """Chains of all worlds, W K."""
+        return self.world_count * self.chain_count
+
+    def _by_chain(self, array: wp.array) -> wp.array:
+        """Return numbers of worlds, shape (W, N), as those of their chains, (W K, N / K)."""
+        return array.reshape((self._chains, array.shape[1] // self.chain_count))
+
+    def _spread(self, chosen: wp.array) -> wp.array:
+        """Return a mask of worlds, shape (W,), as one of their chains."""
+        if self.chain_count == 1:
+            return chosen
+        spread = wp.zeros(self._chains, dtype=wp.bool, device=self.model.device)
+        inputs = [self.chain_count, chosen]
+        wp.launch(spread_kernel, self._chains, inputs, [spread], device=self.model.device)
+        return spread
+
+    def _chosen(self, world_mask: wp.array | None) -> wp.array:
+        mask = self._normalize_reset_world_mask(world_mask)
+        return self.everywhere if mask is None else mask
+
+    def _place_bodies(self, state: Any) -> None:
+        """Let the bodies follow the joints, for viewers."""
+        if self.update_bodies:
+            newton.eval_fk(self.model, state.joint_q, state.joint_qd, state)
+
+    def step(
+        self,
+        state_in: newton.State,
+        state_out: newton.State,
+        control: newton.Control | None,
+        contacts: newton.Contacts | None,
+        dt: float,
+        *,
+        observables: SolverBase.Observables | None = None,
+    ) -> None:
+        """Hold `command` for one control step.
+
+        Args:
+            state_in: Where the step starts; `joint_q` and `joint_qd` are read.
+            state_out: Where it ends; may be the same object.
+            control: Not read.
+            contacts: Must be None.
+            dt: Control step [s].
+            observables: Must be None.
+        """
+        if contacts is not None or observables is not None:
+            raise InvalidParameter(
+                "TendonSolver finds contacts with obstacles itself and offers no observables; "
+                "pass None, or use SolverMuJoCo"
+            )
+        substeps = max(1, ceil(dt / self.max_step - 1.0e-6))
+        wp.launch(
+            self._kernel_of["step"],
+            self._chains,
+            inputs=[*self._inputs(), substeps, dt / substeps, state_in.joint_q, state_in.joint_qd],
+            outputs=[state_out.joint_q, state_out.joint_qd],
+            device=self.model.device,
+            block_dim=BLOCK,
+        )
+        self._place_bodies(state_out)
+
+    def read_sensors(self, state: newton.State) -> None:
+        """Write what the sensors report to `motor_position`, `motor_velocity` and `force`.
+
+        The readings are those just after the present `command` was given.
+        """
+        wp.launch(
+            self._kernel_of["read"],
+            self._chains,
+            inputs=[*self._inputs(), state.joint_q, state.joint_qd],
+            outputs=[
+                self._by_chain(each)
+                for each in (self.motor_position, self.motor_velocity, self.force)
+            ],
+            device=self.model.device,
+        )
+
+    def read_contacts(self, state: newton.State) -> None:
+        """Write what obstacles do to links to `contact_force`."""
+        self.contact_force.zero_()
+        if "contact" in self._kernel_of:
+            wp.launch(
+                self._kernel_of["contact"],
+                self.world_count,
+                inputs=[
+                    self._mechanism,
+                    self._servo,
+                    self._position_index,
+                    self._velocity_index,
+                    state.joint_q,
+                    state.joint_qd,
+                ],
+                outputs=[self.contact_force],
+                device=self.model.device,
+            )
+
+    def notify_model_changed(self, flags: newton.ModelFlags | int) -> None:
+        """Read the numbers of the model again, in place."""
+        if flags:
+            fresh = fill_mechanism(self.model, self._kernels)
+            for name in self._assembly.types["Mechanism"].vars:
+                getattr(self._mechanism, name).assign(getattr(fresh, name))
+
+    def _inputs(self) -> list[Any]:
+        """Return what both kernels read first."""
+        return [
+            self._mechanism,
+            self.parameters,
+            self._servo,
+            self._history,
+            self._history_length,
+            self._by_chain(self.command),
+            self._position_index,
+            self._velocity_index,
+        ]
+
+    def _array(self, values: Array, dtype: Any) -> Any:
+        scalar = np.dtype(self._assembly.structure.precision)
+        return wp.array(values.astype(scalar), dtype=dtype, device=self.model.device)
+
+
+@cache
+def control_assembly(structure: Structure) -> Assembly:
+    """Bind a structure's device code, with the state that a solver keeps between control steps."""
+    types = kernel_types(structure)
+    kept = ("JointVector", "JointVector", "MemoryVector", "real")
+    servo = {
+        name: wp.array(dtype=types[t])
+        for name, t in zip(("q", "v", "memory", "time"), kept, strict=True)
+    }
+    inputs = {name: wp.array(dtype=wp.float32) for name in ("voltage", "enabled")}
+    return assemble(structure, {**types, "Servo": struct_type("Servo", {**servo, **inputs})})
+
+
+@cache
+def control_kernel_set(structure: Structure) -> dict[str, wp.Kernel]:
+    """Return the kernels of a solver by what they do."""
+    assembly = control_assembly(structure)
+    touching = structure.touch.contacts
+    return {
+        **({"contact": assembly.kernel(contact_kernels.contact_kernel)} if touching else {}),
+        "step": assembly.kernel(
+            control_kernels.control_step_kernel, launch_bounds=(BLOCK, BLOCKS_TOGETHER)
+        ),
+        "read": assembly.kernel(control_kernels.read_kernel),
+        "forget": assembly.kernel(control_kernels.forget_kernel),
+        "adopt": assembly.kernel(control_kernels.adopt_kernel),
+        "sense": assembly.kernel(control_kernels.sense_kernel),
+        "hold": assembly.kernel(control_kernels.hold_kernel),
+        "guard": assembly.kernel(control_kernels.guard_kernel),
+    }

@@ -1,0 +1,1 @@
+"""The kernels that are launched: rollouts, control steps and readings."""

@@ -1,0 +1,1 @@
+"""A mechanism, an actuator and effects become arrays, parameters and compiled kernels."""

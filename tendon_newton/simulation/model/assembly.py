@@ -1,0 +1,212 @@
+"""Kernels made to measure: for one mechanism, actuator, list of effects and precision."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import warp as wp
+
+from tendon_newton.actuators import find_actuator
+from tendon_newton.device_code.linear_algebra import looped_inverse
+from tendon_newton.device_code.templates import Specialiser
+from tendon_newton.effects import Effect, Stage
+from tendon_newton.simulation.chains import planar_chain, spatial_chain
+from tendon_newton.simulation.contact import contact_distances, contact_poses, contacts
+from tendon_newton.simulation.dynamics import settling
+from tendon_newton.simulation.kernels import position_kernels, rollout_kernels
+from tendon_newton.simulation.kernels.position_kernels import POSITION_EFFECTS
+from tendon_newton.simulation.model.kernel_types import kernel_types
+from tendon_newton.simulation.model.structure import JOINT_STAGES, Structure
+from tendon_newton.simulation.tendons import measured_force, routes, stages
+
+STAGE_TEMPLATES = {
+    Stage.PERIOD: stages.scalar_stage,
+    Stage.CLOCK: stages.scalar_stage,
+    Stage.RADIUS: stages.scalar_stage,
+    Stage.SPEED: stages.scalar_stage,
+    Stage.STRING: stages.scalar_stage,
+    Stage.INERTIA: stages.scalar_stage,
+    Stage.TILT: stages.scalar_stage,
+    Stage.CELL_CLOCK: stages.scalar_stage,
+    Stage.CELL_LAG: stages.scalar_stage,
+    Stage.CELL: stages.timed_stage,
+    Stage.JOINT_FRICTION: stages.joint_number_stage,
+    Stage.SPRING: stages.joint_stage,
+    Stage.DAMPING: stages.joint_stage,
+}
+"""Templates of the stages that are not a signal along a tendon."""
+ROUTE_PARTS = (
+    routes.sign_of,
+    routes.turn_sign,
+    routes.end_moves,
+    routes.end_turning,
+    routes.span_bend,
+    routes.span_route,
+)
+"""Parts of a string's path that fold to little where it is known which joints move them."""
+UNROLLED_JOINTS = 6
+"""More joints than this [1] are eliminated in loops; six take a compiler a quarter of a minute."""
+WARP_UNROLL = 16
+"""Loops longer than this [1] stay loops unless a kernel asks for more: Warp's own number."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Assembly:
+    """The device code of one structure, bound; kernels are made from it."""
+
+    structure: Structure
+    types: dict[str, Any]
+    specialiser: Specialiser
+
+    def kernel(
+        self,
+        template: Callable[..., None],
+        *,
+        enable_backward: bool = False,
+        launch_bounds: tuple[int, int] | None = None,
+    ) -> wp.Kernel:
+        """Make a kernel; Warp compiles it at first launch and caches it.
+
+        Args:
+            template: Device code without a result.
+            enable_backward: Whether a tape may walk it back, which takes longer to compile.
+            launch_bounds: On CUDA, the threads of a block and the blocks that a multiprocessor
+                must have room for; the registers of a thread follow.
+        """
+        unroll = max(WARP_UNROLL, len(self.structure.routes.spans), self.structure.coordinate_count)
+        options: dict[str, Any] = {"max_unroll": unroll}
+        if self.structure.precision == "float32":
+            # on CUDA alone: divisions, roots and angles to some 1e-7, at half the instructions
+            options["fast_math"] = True
+        return self.specialiser.kernel(
+            template,
+            repr(self.structure),
+            enable_backward=enable_backward,
+            launch_bounds=launch_bounds,
+            module_options=options,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class KernelSet:
+    """The kernels of a rollout, with the Warp types of their arguments."""
+
+    structure: Structure
+    types: dict[str, Any]
+    settle: wp.Kernel
+    rollout: wp.Kernel
+
+
+@cache
+def kernel_set(structure: Structure) -> KernelSet:
+    """Make the kernels of a rollout."""
+    assembly = assemble(structure, kernel_types(structure))
+    settle, rollout = settling.settle_kernel, rollout_kernels.rollout_kernel
+    if find_actuator(structure.actuator).kinematic:
+        bind_position_stages(assembly.specialiser, structure)
+        settle, rollout = position_kernels.start_kernel, position_kernels.position_kernel
+    return KernelSet(
+        structure=structure,
+        types=assembly.types,
+        settle=assembly.kernel(settle),
+        rollout=assembly.kernel(rollout),
+    )
+
+
+def assemble(
+    structure: Structure, types: dict[str, Any], *, inline: bool = False, taped: bool = False
+) -> Assembly:
+    """Bind the device code of a structure.
+
+    Args:
+        structure: What decides the code.
+        types: Its `kernel_types`, and further placeholders of the kernels to be made.
+        inline: Whether its functions are inlined; see `Specialiser`.
+        taped: Whether a tape walks its kernels back.
+    """
+    specialiser = Specialiser(types, inline=inline)
+    if structure.coordinate_count > UNROLLED_JOINTS:
+        specialiser.bind("inverse", specialiser.function(looped_inverse))
+    bind_stages(specialiser, structure)
+    actuator = find_actuator(structure.actuator)
+    specialiser.bind("actuator_force", specialiser.function(actuator.force))
+    specialiser.bind("armature", specialiser.function(actuator.armature))
+    if structure.driven_by == "force":
+        specialiser.bind("actuator_force", specialiser.function(measured_force.true_tension))
+        specialiser.bind("armature", specialiser.function(measured_force.no_armature))
+        specialiser.bind("clock_effects", specialiser.function(measured_force.reading_instant))
+    chain = planar_chain if structure.planar else spatial_chain
+    specialiser.bind("chain_terms", specialiser.function(chain.chain_terms))
+    if structure.routes.spans:
+        bind_routes(specialiser, taped=taped)
+    if structure.touch.contacts:
+        for part in (contact_distances.overlap_at, contacts.grip_of, contacts.grip_terms):
+            specialiser.function(part, inline=False)
+        pose = contact_poses.planar_pose if structure.planar else contact_poses.spatial_pose
+        specialiser.bind("contact_pose", specialiser.function(pose))
+        specialiser.bind("contact_terms", specialiser.function(contacts.contact_terms))
+        specialiser.bind("contact_memory", specialiser.function(contacts.contact_memory))
+    return Assembly(structure=structure, types=types, specialiser=specialiser)
+
+
+def bind_routes(specialiser: Specialiser, *, taped: bool) -> None:
+    """Bind the paths of routed tendons: quick to run, or where a tape walks back to compile."""
+    if taped:
+        specialiser.bind("all_routes", specialiser.function(routes.looped_routes))
+        return
+    for part in ROUTE_PARTS:
+        specialiser.function(part, inline=True)
+    specialiser.bind("all_routes", specialiser.function(routes.unrolled_routes))
+
+
+def bind_stages(specialiser: Specialiser, structure: Structure) -> None:
+    """Bind the device functions of each stage: what acts in it, and what is remembered after it."""
+    effects = able_effects(structure)
+    for stage in Stage:
+        hooks = [(effect.name, structure.hook(effect, stage)) for effect in effects]
+        acting = [(name, hook) for name, hook in hooks if hook]
+        keeping = [
+            (effect.name, effect.renewal())
+            for effect in effects
+            if effect.memory is stage and structure.remembers(effect)
+        ]
+        apply = STAGE_TEMPLATES.get(stage, stages.tendon_stage)
+        renew = stages.joint_memory if stage in JOINT_STAGES else stages.tendon_memory
+        specialiser.bind(
+            f"{stage.value}_effects", stage_function(specialiser, apply, acting, structure)
+        )
+        specialiser.bind(
+            f"{stage.value}_memory", stage_function(specialiser, renew, keeping, structure)
+        )
+
+
+def able_effects(structure: Structure) -> list[type[Effect]]:
+    """Return the effects that can act: on a position, only those that are about one.
+
+    Others share its stages, and even at null may read what only the drive's position fills there.
+    """
+    kinematic = find_actuator(structure.actuator).kinematic
+    return [e for e in structure.declarations if not kinematic or e.name in POSITION_EFFECTS]
+
+
+def bind_position_stages(specialiser: Specialiser, structure: Structure) -> None:
+    """Bind what acts on an angle apart: play lies before the shaft, the encoder's offset after."""
+    hooks = [(e.name, e.side, e.hook(Stage.ANGLE)) for e in able_effects(structure)]
+    for name, side in (("offset", "sensor"), ("play", "transmission")):
+        acting = [(effect, hook) for effect, of, hook in hooks if of == side and hook]
+        function = stage_function(specialiser, stages.tendon_stage, acting, structure)
+        specialiser.bind(f"{name}_effects", function)
+
+
+def stage_function(
+    specialiser: Specialiser, template: Any, hooks: list[tuple[str, Any]], structure: Structure
+) -> Any:
+    """Bind a stage's template to the device functions of some effects."""
+    child = specialiser.child()
+    child.bind("FUNCTIONS", tuple(child.function(hook) for _, hook in hooks))
+    child.bind("OFFSETS", tuple(structure.offsets[name] for name, _ in hooks))
+    child.bind("MEMORIES", tuple(structure.memories.get(name, -1) for name, _ in hooks))
+    return child.function(template)

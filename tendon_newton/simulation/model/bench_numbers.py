@@ -1,0 +1,186 @@
+"""Numbers of a bench that a model declares unknown (`fit`), as columns of the parameter vector.
+
+They stand behind the effects, in the bench's own units. Kernels do not read them there: a rollout
+writes them into the mechanism of each world.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from tendon_newton.actuators import find_actuator
+from tendon_newton.data.bench_overrides import BENCH_OVERRIDE_RANGES, BenchOverrides
+from tendon_newton.data.model_file import Model
+from tendon_newton.data.parameters import Parameter
+from tendon_newton.data.recording import Array, Recording
+from tendon_newton.errors import InvalidModelFile
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+
+OWNER = "bench"
+"""Owner of these columns in a parameter table."""
+REACH = 10.0
+"""A number may turn out so many times as large, or as small, as where its search starts."""
+WRITTEN = ("stiffness", "damping", "upper", "mass", "inertia", "centre", "offset", "arms")
+"""Arrays of a mechanism that these numbers change."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BenchNumber:
+    """One unknown number of one bench."""
+
+    bench: str
+    key: str
+    """As in ``bench_overrides``."""
+    joint: int
+    value: float
+    """Where its search starts [the key's unit]."""
+    name: str
+    """The key, with bench and joint where there are several."""
+
+    @property
+    def parameter(self) -> Parameter:
+        """Its column of a parameter table."""
+        low, high = sorted((self.value / REACH, self.value * REACH))
+        return Parameter(
+            name=self.name,
+            unit=BENCH_OVERRIDE_RANGES[self.key][2],
+            null=self.value,
+            nominal=self.value,
+            lower=low,
+            upper=high,
+            source="ten times either way",
+        )
+
+
+def unknown_numbers(
+    model: Model, benches: Mapping[str, Mechanism], recordings: Sequence[Recording]
+) -> tuple[BenchNumber, ...]:
+    """Return the numbers of benches that a model's ``fit`` names.
+
+    Args:
+        model: Its ``fit`` names numbers of the actuator too, which are left out here.
+        benches: The mechanisms of all recordings, with the model's own numbers.
+        recordings: They may carry numbers of their own.
+
+    Raises:
+        InvalidModelFile: A number is zero or missing on every bench, or recordings contradict.
+    """
+    actuator = {p.name for p in find_actuator(model.actuator.name).parameters}
+    keys = [key for key in model.fit if key in BENCH_OVERRIDE_RANGES and key not in actuator]
+    out = []
+    for key in keys:
+        found = []
+        for bench, mechanism in benches.items():
+            values = start_values(key, bench, mechanism, recordings)
+            for joint, value in enumerate(values):
+                name = key if len(values) == 1 else f"{key}_{mechanism.joints[joint].name}"
+                name = name if len(benches) == 1 else f"{bench}.{name}"
+                number = BenchNumber(bench=bench, key=key, joint=joint, value=value, name=name)
+                found.append(number)
+        if not found:
+            raise InvalidModelFile(f"fit names {key!r}, which no bench of the dataset has")
+        out += found
+    return tuple(out)
+
+
+def start_values(
+    key: str, bench: str, mechanism: Mechanism, recordings: Sequence[Recording]
+) -> tuple[float, ...]:
+    """Return one number of every joint of a bench; none where it has no such number."""
+    stated = {
+        numbers_of(key, mechanism.with_overrides(r.bench_overrides))
+        for r in recordings
+        if r.bench == bench
+    }
+    if len(stated) > 1:
+        listed = " and ".join(str(list(values)) for values in sorted(stated))
+        raise InvalidModelFile(
+            f"fit names {key!r}, so that all recordings of bench {bench!r} must start from one "
+            f"value; they state {listed}"
+        )
+    (values,) = stated
+    if any(value == 0.0 for value in values):
+        raise InvalidModelFile(
+            f"fit names {key!r}, whose search starts at the bench's own number; that of bench "
+            f"{bench!r} is 0: give a likely one in bench_overrides"
+        )
+    return values
+
+
+def numbers_of(key: str, mechanism: Mechanism) -> tuple[float, ...]:
+    """Return a mechanism's numbers of one key, joint by joint; none where it has no such number.
+
+    A routed tendon's arms are no numbers, and its sites would have to move with a link's length.
+    """
+    routed = any(tendon.route is not None for tendon in mechanism.tendons)
+    if routed and key in ("moment_arm", "length"):
+        return ()
+    if key == "moment_arm":
+        return tuple(float(arm) for arm in mechanism.tendons[0].moment_arm)
+    if key == "range":
+        ends = [joint.limits[1] for joint in mechanism.joints]
+        return tuple(ends) if np.isfinite(ends).all() else ()
+    values = [getattr(joint, key) for joint in mechanism.joints]
+    return () if None in values else tuple(values)
+
+
+def without_estimates(recording: Recording, model: Model) -> Recording:
+    """Return a recording without those numbers that a model both declares unknown and gives.
+
+    They are its estimates, and count more than what was believed when the recording was made.
+    """
+    given = model.bench_overrides.get(recording.bench, BenchOverrides()).given
+    own = recording.bench_overrides.given
+    kept = {key: value for key, value in own.items() if not (key in model.fit and key in given)}
+    return recording if kept == own else replace(recording, bench_overrides=BenchOverrides(**kept))
+
+
+def with_estimates(
+    model: Model, numbers: Sequence[BenchNumber], values: Mapping[str, float]
+) -> dict[str, BenchOverrides]:
+    """Return a model's ``bench_overrides`` with fitted numbers, given by name, in place."""
+    tables = {bench: dict(given.given) for bench, given in model.bench_overrides.items()}
+    for number in numbers:
+        table = tables.setdefault(number.bench, {})
+        same = [n for n in numbers if (n.bench, n.key) == (number.bench, number.key)]
+        table[number.key] = tuple(values[n.name] for n in same)
+    return {bench: BenchOverrides(**table) for bench, table in tables.items()}
+
+
+def write_numbers(
+    arrays: dict[str, Array], numbers: Sequence[BenchNumber], values: Array, parents: Sequence[int]
+) -> None:
+    """Write unknown numbers into the arrays of a mechanism.
+
+    Args:
+        arrays: The `WRITTEN` ones, shape (W, J, ...), (W, D, J) for the arms; changed in place.
+        numbers: B numbers of this mechanism's bench.
+        values: Their values in every world, shape (W, B).
+        parents: Parent joint of each joint.
+    """
+    for column, number in enumerate(numbers):
+        value, j = values[:, column], number.joint
+        if number.key in ("stiffness", "damping"):
+            arrays[number.key][:, j] = value
+        elif number.key == "range":
+            arrays["upper"][:, j] = value
+        elif number.key == "moment_arm":
+            arrays["arms"][:, 0, j] = value
+        elif number.key == "mass":
+            scale(arrays["inertia"], j, value / arrays["mass"][:, j])
+            arrays["mass"][:, j] = value
+        else:
+            stretch = value / number.value
+            scale(arrays["inertia"], j, stretch**2)
+            scale(arrays["centre"], j, stretch)
+            for child in (c for c, parent in enumerate(parents) if parent == j):
+                scale(arrays["offset"], child, stretch)
+
+
+def scale(array: Any, j: int, factor: Array) -> None:
+    """Multiply what belongs to joint j, shape (W, J, ...), by a factor per world."""
+    array[:, j] *= factor.reshape(-1, *[1] * (array.ndim - 2))

@@ -1,0 +1,26 @@
+"""Where the joints of each world stand among Newton's joint coordinates."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import warp as wp
+
+from tendon_newton.simulation.model.mechanism_arrays import moving_joints
+
+
+def joint_places(model: Any) -> tuple[Any, Any]:
+    """Return the places of positions and of velocities on the model's device, each shape (W, J)."""
+    joints = moving_joints(model)
+    positions, velocities = (
+        wp.array(starts.numpy()[joints], dtype=wp.int32, device=model.device)
+        for starts in (model.joint_q_start, model.joint_qd_start)
+    )
+    return positions, velocities
+
+
+def write_joints(target: Any, places: Any, values: Any) -> None:
+    """Write numbers of all joints, (W,) vectors of J, to one of Newton's arrays."""
+    out = target.numpy()
+    out[places.numpy().ravel()] = values.numpy().ravel()
+    target.assign(out)

@@ -1,0 +1,352 @@
+"""The numbers of a `newton.Model` as our kernels read them: per world, in joint coordinates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import newton
+import numpy as np
+import warp as wp
+
+from tendon_newton.actuators import find_actuator
+from tendon_newton.data.recording import Array, Indices
+from tendon_newton.errors import InvalidAsset
+from tendon_newton.simulation.chains.rotations import rotation_matrices
+from tendon_newton.simulation.contact.contact_arrays import contact_numbers, read_contact_plan
+from tendon_newton.simulation.contact.contact_plan import NO_CONTACTS, ContactPlan
+from tendon_newton.simulation.model.assembly import Assembly, KernelSet
+from tendon_newton.simulation.model.route_arrays import read_numbers, read_plan
+from tendon_newton.simulation.model.route_plan import NO_ROUTES, RoutePlan
+
+FinalModel: TypeAlias = Any
+"""A `newton.Model` after `finalize`; its class declares every array as optional."""
+TIPPING_AXIS = np.array([0.0, 1.0, 0.0])
+"""Axis of the base about which a bench that is not level is tipped."""
+PUSH_FORCE = 1.0e30
+"""A direct drive pushes with any force [N]; a string with none."""
+JOINT_NUMBERS = {
+    "stiffness": "joint_stiffness",
+    "rest": "joint_rest_q",
+    "damping": "joint_damping",
+    "friction": "joint_friction",
+    "armature": "joint_armature",
+    "lower": "joint_limit_lower",
+    "upper": "joint_limit_upper",
+    "limit_stiffness": "joint_limit_ke",
+    "limit_damping": "joint_limit_kd",
+}
+"""Numbers of each joint, and the arrays of a Newton model that hold them."""
+PER_COORDINATE = ("offset", "centre", "axis", "mass", "inertia")
+"""Arrays of a mechanism that hold vectors, masses and inertias of each joint's link."""
+NO_STOP = 1.0e30
+"""A spool has no end stop within this [m]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Topology:
+    """How the joints of one world hang together."""
+
+    parents: tuple[int, ...]
+    """Parent joint of each joint, -1 for the base, shape (J,)."""
+    revolute: tuple[bool, ...]
+    """Whether each joint turns (or else slides), shape (J,)."""
+    tendon_count: int
+    """Number of tendons D."""
+    routes: RoutePlan = NO_ROUTES
+    """Paths of the tendons whose moment arms are not constant."""
+    touch: ContactPlan = NO_CONTACTS
+    """Where links may meet obstacles."""
+
+
+def read_topology(model: FinalModel) -> Topology:
+    """Read the topology that all worlds of a model share.
+
+    Raises:
+        InvalidAsset: A joint is neither revolute nor prismatic nor fixed to the base.
+    """
+    joints = moving_joints(model)[0]
+    kinds = model.joint_type.numpy()
+    parents = model.joint_parent.numpy()
+    children = model.joint_child.numpy()
+    moved_by = {int(children[joint]): index for index, joint in enumerate(joints)}
+    return Topology(
+        parents=tuple(moved_by.get(int(parents[joint]), -1) for joint in joints),
+        revolute=tuple(bool(kinds[joint] == newton.JointType.REVOLUTE) for joint in joints),
+        tendon_count=len(model.tendon.spool_radius) // model.world_count,
+        routes=read_plan(model, moved_by),
+        touch=read_contact_plan(model, moved_by),
+    )
+
+
+def moving_joints(model: FinalModel) -> Indices:
+    """Return the indices of the joints that move, shape (W, J)."""
+    kinds = model.joint_type.numpy()
+    moving = (kinds == newton.JointType.REVOLUTE) | (kinds == newton.JointType.PRISMATIC)
+    parents = model.joint_parent.numpy()
+    if np.any(~moving & ((kinds != newton.JointType.FIXED) | (parents >= 0))):
+        label = model.joint_label[int(np.argmax(~moving & (parents >= 0)))]
+        raise InvalidAsset(
+            f"joint {label} must be revolute or prismatic (or fix a body to the base); "
+            "weld bodies together in the asset instead of by fixed joints"
+        )
+    return np.flatnonzero(moving).reshape(model.world_count, -1)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RestFrames:
+    """The chain at q = 0 in the axes of the base; vectors are constant in their link's frame."""
+
+    offset: Array
+    """From the parent joint's origin to the joint's [m], shape (W, J, 3)."""
+    axis: Array
+    """Joint axes, unit vectors, shape (W, J, 3)."""
+    centre: Array
+    """From the joint's origin to its link's centre of mass [m], shape (W, J, 3)."""
+    inertia: Array
+    """Inertia of each link about its centre of mass [kg m2], shape (W, J, 3, 3)."""
+    origin: Array
+    """The joints' origins [m], shape (W, J, 3)."""
+    body_position: Array
+    """Origins of the links' own frames [m], shape (W, J, 3)."""
+    body_rotation: Array
+    """Rotation from the links' own frames to the base, shape (W, J, 3, 3)."""
+
+
+def rest_frames(model: FinalModel, topology: Topology) -> RestFrames:
+    """Place every joint and link of every world at q = 0."""
+    joints = moving_joints(model)
+    worlds, count = joints.shape
+    parent_frame = model.joint_X_p.numpy().astype(np.float64)[joints]
+    child_frame = model.joint_X_c.numpy().astype(np.float64)[joints]
+    axes = model.joint_axis.numpy().astype(np.float64)[model.joint_qd_start.numpy()[joints]]
+    bodies = model.joint_child.numpy()[joints]
+    base = base_frames(model, joints)
+    position, rotation = np.zeros((worlds, count, 3)), np.zeros((worlds, count, 3, 3))
+    origin, axis = np.zeros((worlds, count, 3)), np.zeros((worlds, count, 3))
+    for j, parent in enumerate(topology.parents):
+        at, turned = (position[:, parent], rotation[:, parent]) if parent >= 0 else base
+        origin[:, j] = at + np.einsum("wab,wb->wa", turned, parent_frame[:, j, :3])
+        joint_turned = turned @ rotation_matrices(parent_frame[:, j, 3:])
+        axis[:, j] = np.einsum("wab,wb->wa", joint_turned, axes[:, j])
+        rotation[:, j] = joint_turned @ np.swapaxes(
+            rotation_matrices(child_frame[:, j, 3:]), -1, -2
+        )
+        position[:, j] = origin[:, j] - np.einsum(
+            "wab,wb->wa", rotation[:, j], child_frame[:, j, :3]
+        )
+    com = model.body_com.numpy().astype(np.float64)[bodies]
+    inertia = model.body_inertia.numpy().astype(np.float64)[bodies]
+    parents = np.array(topology.parents)
+    parent_origin = np.where((parents >= 0)[:, None], origin[:, parents], 0.0)
+    return RestFrames(
+        offset=origin - parent_origin,
+        axis=axis / np.linalg.norm(axis, axis=-1, keepdims=True),
+        centre=position + np.einsum("wjab,wjb->wja", rotation, com) - origin,
+        inertia=rotation @ inertia @ np.swapaxes(rotation, -1, -2),
+        origin=origin,
+        body_position=position,
+        body_rotation=rotation,
+    )
+
+
+def base_frames(model: FinalModel, joints: Indices) -> tuple[Array, Array]:
+    """Return position (W, 3) and rotation (W, 3, 3) of what the first joints are mounted on."""
+    worlds = len(joints)
+    parents = model.joint_parent.numpy()
+    children = model.joint_child.numpy()
+    position, rotation = np.zeros((worlds, 3)), np.tile(np.eye(3), (worlds, 1, 1))
+    mount = parents[joints[:, 0]]
+    if np.all(mount >= 0):
+        fixed = np.array([int(np.flatnonzero(children == body)[0]) for body in mount])
+        frame = model.joint_X_p.numpy().astype(np.float64)[fixed]
+        own = model.joint_X_c.numpy().astype(np.float64)[fixed]
+        rotation = rotation_matrices(frame[:, 3:]) @ np.swapaxes(
+            rotation_matrices(own[:, 3:]), -1, -2
+        )
+        position = frame[:, :3] - np.einsum("wab,wb->wa", rotation, own[:, :3])
+    return position, rotation
+
+
+def plane_basis(frames: RestFrames, topology: Topology) -> Array | None:
+    """Return the basis (2, 3) of the plane in which the chain moves, None if there is none."""
+    axis = frames.axis[0]
+    turning = np.array(topology.revolute)
+    normal = axis[turning][0] if turning.any() else np.linalg.svd(axis)[2][-1]
+    aligned = np.allclose(axis[turning], normal, atol=1e-6)
+    inside = np.allclose(axis[~turning] @ normal, 0.0, atol=1e-6)
+    if not (aligned and inside):
+        return None
+    helper = np.eye(3)[int(np.argmin(np.abs(normal)))]
+    first = np.cross(helper, normal)
+    first /= np.linalg.norm(first)
+    return np.array([first, np.cross(normal, first)])
+
+
+def plane_of(model: FinalModel, topology: Topology) -> Array | None:
+    """Return the plane (2, 3) in which a model's chain moves, None if there is none.
+
+    Routed tendons run in space, so that a chain that has some counts as one in space.
+    """
+    if topology.routes.spans:
+        return None
+    return plane_basis(rest_frames(model, topology), topology)
+
+
+def fill_mechanism(model: FinalModel, kernels: KernelSet | Assembly, device: Any = None) -> Any:
+    """Return the `Mechanism` struct of a kernel set, filled from a model's arrays.
+
+    Where the kernels are those of one chain of several, each chain of a world counts as a world.
+
+    Args:
+        model: W worlds of one mechanism.
+        kernels: Kernels of its structure.
+        device: Where the arrays live; the model's device by default.
+    """
+    structure = kernels.structure
+    topology = read_topology(model)
+    frames = rest_frames(model, topology)
+    types = kernels.types
+    device = device or model.device
+    struct = types["Mechanism"]()
+    copies = len(topology.parents) // structure.joint_count
+    chains = model.world_count * copies
+
+    def put(name: str, values: Array, dtype: Any) -> None:
+        scalar = np.float64 if structure.precision == "float64" else np.float32
+        if len(values) < chains:
+            values = values.reshape(chains, values.shape[1] // copies, *values.shape[2:])
+        values = with_spools(name, values, structure.spool_count)
+        setattr(
+            struct,
+            name,
+            wp.array(np.ascontiguousarray(values, dtype=scalar), dtype=dtype, device=device),
+        )
+
+    for name, values in joint_numbers(model).items():
+        put(name, values, types["JointVector"])
+    for name, values in tendon_numbers(model).items():
+        put(name, values, types["TendonVector"])
+    put("arms", chain_arms(moment_arms(model, topology), copies), types["ArmMatrix"])
+    if topology.routes.spans:
+        routes = read_numbers(model, topology.routes, frames, topology.tendon_count)
+        put("path_point", routes.point, types["Vec3"])
+        put("path_frame", routes.frame, types["Mat33"])
+        put("path_radius", routes.radius, types["real"])
+        put("path_turn", routes.turn, types["real"])
+        offset = tendon_numbers(model)["excursion_offset"] + routes.rest_length
+        put("excursion_offset", offset, types["TendonVector"])
+    put(
+        "mass",
+        model.body_mass.numpy()[model.joint_child.numpy()[moving_joints(model)]],
+        types["real"],
+    )
+    gravity = np.broadcast_to(model.gravity.numpy()[:1], (model.world_count, 3))
+    if len(model.gravity) >= model.world_count:
+        gravity = model.gravity.numpy()[: model.world_count]
+    # Rodrigues' formula for a bench tipped about +y needs y x g and what of g is normal to y.
+    gravity = np.repeat(gravity, copies, axis=0)
+    across = np.cross(TIPPING_AXIS, gravity)
+    tilted = {
+        "gravity": gravity,
+        "gravity_across": across,
+        "gravity_along": -np.cross(TIPPING_AXIS, across),
+    }
+    basis = plane_basis(frames, topology) if structure.planar else None
+    if topology.touch.contacts:
+        for name, values in contact_numbers(model, topology.touch, frames, basis).items():
+            put(name, values, types["Mechanism"].vars[name].type.dtype)
+    if basis is None:
+        for name in ("offset", "centre", "axis"):
+            put(name, getattr(frames, name), types["Vec3"])
+        put("inertia", frames.inertia, types["Mat33"])
+        for name, vectors in tilted.items():
+            put(name, vectors, types["Vec3"])
+    else:
+        normal = np.cross(basis[0], basis[1])
+        for name in ("offset", "centre", "axis"):
+            put(name, getattr(frames, name) @ basis.T, types["Vec2"])
+        put("inertia", np.einsum("a,wjab,b->wj", normal, frames.inertia, normal), types["real"])
+        for name, vectors in tilted.items():
+            put(name, vectors @ basis.T, types["Vec2"])
+    return struct
+
+
+def coordinate_axis(name: str) -> int | None:
+    """Return the axis of a mechanism's array that counts coordinates, None where none does."""
+    if name == "arms":
+        return 2
+    return 1 if name in JOINT_NUMBERS or name in PER_COORDINATE else None
+
+
+def with_spools(name: str, values: Array, spools: int) -> Array:
+    """Return numbers of joints with columns for spools, which weigh nothing and meet no stop.
+
+    Args:
+        name: Array of a mechanism; those that have no column per joint stay as they are.
+        values: Its numbers, shape (W, J, ...), of the arms (W, D, J).
+        spools: Spools that have a coordinate of their own.
+    """
+    axis = coordinate_axis(name)
+    if spools == 0 or axis is None:
+        return values
+    shape = list(values.shape)
+    shape[axis] = spools
+    stop = {"lower": -NO_STOP, "upper": NO_STOP}.get(name, 0.0)
+    return np.concatenate([values, np.full(shape, stop)], axis=axis)
+
+
+def spools_are_free(model: FinalModel, actuator: str) -> bool:
+    """Tell whether spools need coordinates of their own: strings pulled by servos with a rotor."""
+    strings = np.any(model.tendon.direct.numpy() == 0)
+    return bool(strings) and find_actuator(actuator).rotor
+
+
+def chain_arms(arms: Array, copies: int) -> Array:
+    """Return moment arms of each chain's tendons at its own joints [m], (W K, D / K, J / K).
+
+    Args:
+        arms: Of whole worlds [m], shape (W, D, J).
+        copies: Chains K of a world.
+    """
+    worlds, tendons, joints = arms.shape
+    blocks = arms.reshape(worlds, copies, tendons // copies, copies, joints // copies)
+    own = blocks[:, np.arange(copies), :, np.arange(copies)]
+    return own.swapaxes(0, 1).reshape(worlds * copies, tendons // copies, joints // copies)
+
+
+def joint_numbers(model: FinalModel) -> dict[str, Array]:
+    """Return the joints' springs, dampers, frictions and stops, each shape (W, J)."""
+    dofs = model.joint_qd_start.numpy()[moving_joints(model)]
+    return {name: getattr(model, array).numpy()[dofs] for name, array in JOINT_NUMBERS.items()}
+
+
+def tendon_numbers(model: FinalModel) -> dict[str, Array]:
+    """Return the tendons' numbers, each shape (W, D)."""
+    tendon: Any = model.tendon
+    shape = (model.world_count, -1)
+    numbers = {
+        name: getattr(tendon, name).numpy().reshape(shape)
+        for name in ("excursion_offset", "spool_radius", "force_limit")
+    }
+    numbers["least_tension"] = np.where(tendon.direct.numpy().reshape(shape) > 0, -PUSH_FORCE, 0.0)
+    return numbers
+
+
+def moment_arms(model: FinalModel, topology: Topology) -> Array:
+    """Return the moment arms [m], shape (W, D, J)."""
+    tendon: Any = model.tendon
+    joints = moving_joints(model)
+    world_of = {
+        int(joint): divmod(index, joints.shape[1]) for index, joint in enumerate(joints.ravel())
+    }
+    arms = np.zeros((model.world_count, topology.tendon_count, joints.shape[1]))
+    if not hasattr(tendon, "arm_tendon"):  # Newton keeps no columns without rows
+        return arms
+    rows = zip(
+        tendon.arm_tendon.numpy(), tendon.arm_joint.numpy(), tendon.arm_coef.numpy(), strict=True
+    )
+    for row, joint, arm in rows:
+        world, j = world_of[int(joint)]
+        arms[world, row % topology.tendon_count, j] += arm
+    return arms

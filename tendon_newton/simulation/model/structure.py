@@ -1,0 +1,168 @@
+"""All that decides a kernel's code: the topology, the actuator, the effects, the precision."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from tendon_newton.actuators import find_actuator
+from tendon_newton.effects import EFFECTS, Effect, Stage, find_effect
+from tendon_newton.simulation.contact.contact_plan import NO_CONTACTS, ContactPlan
+from tendon_newton.simulation.model.route_plan import NO_ROUTES, RoutePlan
+
+Precision = Literal["float32", "float64"]
+Drive = Literal["command", "force"]
+"""What a recording gives a simulation: commands of its servo, or its measured tension alone."""
+JOINT_STAGES = (Stage.SPRING, Stage.DAMPING)
+"""Stages with a jet per joint; the other stages with jets have one per tendon."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Structure:
+    """All that decides a kernel's code; numbers that only decide results are not in it."""
+
+    parents: tuple[int, ...]
+    """Index of each joint's parent joint, -1 for the base, shape (J,)."""
+    revolute: tuple[bool, ...]
+    """Whether each joint turns (or else slides), shape (J,)."""
+    tendon_count: int
+    actuator: str
+    effects: tuple[str, ...]
+    """Names in the order of the catalogue."""
+    planar: bool = True
+    """Whether the chain moves in one plane, which costs a third of the general equations."""
+    precision: Precision = "float64"
+    driven_by: Drive = "command"
+    free_spool: bool = False
+    """Whether each spool has a coordinate of its own: how far it leads its mechanism."""
+    routes: RoutePlan = NO_ROUTES
+    """Paths of the tendons whose moment arms are not constant."""
+    touch: ContactPlan = NO_CONTACTS
+    """Where links may meet obstacles."""
+
+    @property
+    def joint_count(self) -> int:
+        """Number of joints J."""
+        return len(self.parents)
+
+    @property
+    def spool_count(self) -> int:
+        """Number of spools that have a coordinate of their own."""
+        return self.tendon_count if self.free_spool else 0
+
+    @property
+    def coordinate_count(self) -> int:
+        """Number of coordinates of a world: its joints, then its spools."""
+        return self.joint_count + self.spool_count
+
+    @property
+    def has_rotor(self) -> bool:
+        """Whether a rotor's inertia stands between the motor and the load cell."""
+        return self.driven_by == "command" and find_actuator(self.actuator).rotor
+
+    @property
+    def declarations(self) -> tuple[type[Effect], ...]:
+        """The effects themselves."""
+        return tuple(find_effect(name) for name in self.effects)
+
+    @property
+    def offsets(self) -> dict[str, int]:
+        """Where each effect's first parameter stands in a world's parameter vector."""
+        at = len(find_actuator(self.actuator).parameters)
+        table = {}
+        for effect in self.declarations:
+            table[effect.name] = at
+            at += len(effect.parameters)
+        return table
+
+    @property
+    def parameter_count(self) -> int:
+        """Length P of a world's parameter vector, two zeros of padding included."""
+        effects = sum(len(effect.parameters) for effect in self.declarations)
+        return len(find_actuator(self.actuator).parameters) + effects + 2
+
+    @property
+    def dry_offsets(self) -> tuple[int, ...]:
+        """Where the parameters stand that make a tendon stick."""
+        return tuple(
+            self.offsets[effect.name] + index
+            for effect in self.declarations
+            for index, parameter in enumerate(effect.parameters)
+            if parameter.name in effect.dry
+        )
+
+    @property
+    def memories(self) -> dict[str, int]:
+        """Where each effect with internal state keeps its numbers in a world's memory."""
+        at = 0
+        table = {}
+        for effect in self.declarations:
+            if self.remembers(effect):
+                table[effect.name] = at
+                at += self.coordinate_count if effect.memory in JOINT_STAGES else self.tendon_count
+        return table
+
+    @property
+    def cell_memory(self) -> int:
+        """Where lagging load cells keep their readings in a world's memory, behind all effects."""
+        kept = [effect.memory for effect in self.declarations if self.remembers(effect)]
+        per_joint = sum(stage in JOINT_STAGES for stage in kept)
+        return per_joint * self.coordinate_count + (len(kept) - per_joint) * self.tendon_count
+
+    @property
+    def held_memory(self) -> int:
+        """Where the forces that an actuator holds stand in a world's memory, behind the cells."""
+        return self.cell_memory + (self.tendon_count if self.uses(Stage.CELL_LAG) else 0)
+
+    @property
+    def holds_force(self) -> bool:
+        """Whether the actuator's force is decided outside the kernels and held."""
+        return self.driven_by == "command" and find_actuator(self.actuator).held
+
+    @property
+    def contact_memory(self) -> int:
+        """Where contacts keep how far they are stretched in a world's memory, behind all others."""
+        return self.held_memory + (2 * self.tendon_count if self.holds_force else 0)
+
+    @property
+    def memory_count(self) -> int:
+        """Length S of a world's memory."""
+        return self.contact_memory + self.touch.memory_count
+
+    def uses(self, stage: Stage) -> bool:
+        """Return whether any effect acts in a stage."""
+        return any(self.hook(effect, stage) for effect in self.declarations)
+
+    def hook(self, effect: type[Effect], stage: Stage) -> Callable[..., Any] | None:
+        """Return an effect's device function of a stage, None where it does not act here."""
+        replaced = self.free_spool and stage in effect.spool_stages
+        return None if replaced else effect.hook(stage)
+
+    def remembers(self, effect: type[Effect]) -> bool:
+        """Return whether an effect has internal state here."""
+        replaced = self.free_spool and effect.memory in effect.spool_stages
+        return effect.memory is not None and not replaced
+
+    @property
+    def coordinate_parents(self) -> tuple[int, ...]:
+        """Parent of each coordinate; a spool's is the base."""
+        return (*self.parents, *[-1] * self.spool_count)
+
+    def moves(self) -> tuple[tuple[bool, ...], ...]:
+        """Return whether coordinate j carries link k; spools carry none. Shape (J + D, J + D)."""
+        parents = self.coordinate_parents
+        table = [[False] * len(parents) for _ in parents]
+        for link in range(self.joint_count):
+            joint = link
+            while joint >= 0:
+                table[joint][link] = True
+                joint = parents[joint]
+        return tuple(map(tuple, table))
+
+
+def in_catalogue_order(effects: tuple[str, ...]) -> tuple[str, ...]:
+    """Sort effects by the catalogue, which is the order in which they act within a stage."""
+    for name in effects:
+        find_effect(name)
+    return tuple(name for name in EFFECTS if name in effects)

@@ -1,0 +1,1 @@
+"""The same bench in MuJoCo, as a reference."""

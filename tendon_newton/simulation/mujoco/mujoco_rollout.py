@@ -1,0 +1,277 @@
+"""Recordings replayed by Newton's SolverMuJoCo: the reference, and the way to contacts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from typing import Any
+
+import newton
+import numpy as np
+import warp as wp
+
+from tendon_newton.data.model_file import Model
+from tendon_newton.data.recording import Recording
+from tendon_newton.device_code.placeholders import struct_type
+from tendon_newton.effects import Stage
+from tendon_newton.errors import SimulationDiverged
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.simulation.hosts.replay import rollout_of
+from tendon_newton.simulation.hosts.rollout import Trajectory
+from tendon_newton.simulation.model.assembly import assemble
+from tendon_newton.simulation.model.joint_places import joint_places, write_joints
+from tendon_newton.simulation.model.kernel_types import kernel_types
+from tendon_newton.simulation.model.structure import Structure
+from tendon_newton.simulation.model.supported_effects import LOG_STAGES, refuse_stages
+from tendon_newton.simulation.mujoco import mujoco_kernels
+from tendon_newton.simulation.mujoco.mujoco_contacts import MujocoContacts, solver_with_contacts
+
+MUJOCO_STEP = 5.0e-4
+"""Default step [s]: the tendon's force is explicit here, and stiff friction must be met with
+short steps."""
+STICKING_FRICTION = (0.9999, 0.99999, 1.0e-4, 0.5, 2.0)
+"""MuJoCo's `solimp` of joint friction with which a joint creeps least; its default lets a joint
+slide to the end."""
+UNSUPPORTED = (*LOG_STAGES, Stage.SPEED, Stage.INERTIA, Stage.TILT, Stage.JOINT_FRICTION)
+
+
+class MujocoRollout:
+    """One world per recording, stepped by SolverMuJoCo on a grid of its own.
+
+    Rows are read between the grid's instants.
+
+    The tendon's force comes from the same stages as in `Rollout`, as `control.joint_f` at the
+    start of each substep. Dry friction of a
+    tendon is smoothed (`mujoco_kernels.SLIDING_SPEED`); joint friction and end stops are MuJoCo's
+    own, from the asset's numbers. A rotor is the tendon's armature: its spool never moves on its
+    own, so that a slack string shows as no tension, and not in the angle.
+
+    Args:
+        mechanism: The bench.
+        recordings: R recordings of it.
+        model: Actuator and effects with their numbers.
+        time_step: Step [s]; shortened so that the instants of a force network fall on its grid.
+        network: How a force network runs, ``torchscript`` or ``twin``.
+        trust: Whether to trust its file from now on.
+        device: Warp device.
+    """
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        recordings: Sequence[Recording],
+        model: Model,
+        *,
+        time_step: float = MUJOCO_STEP,
+        network: str = "torchscript",
+        trust: bool = False,
+        device: Any = None,
+    ) -> None:
+        effects = [effect.name for effect in model.effects]
+        refuse_stages(effects, UNSUPPORTED, "SolverMuJoCo")
+        self._rollout: Any = rollout_of(
+            mechanism,
+            recordings,
+            model,
+            time_step=time_step,
+            network=network,
+            trust=trust,
+            free_spools=False,
+            device=device,
+        )
+        self._holds_force = self._rollout.kernels.structure.holds_force
+        period = 1.0 / self._rollout.query.rate if self._holds_force else 2.0 * time_step
+        self._pairs_per_query = max(1, int(np.ceil(period / (2.0 * time_step) - 1.0e-6)))
+        self._time_step = period / (2.0 * self._pairs_per_query)
+        self._worlds = len(recordings)
+        self._kernel_of, self._types = mujoco_kernel_set(self._rollout.kernels.structure)
+        vectors = self._rollout.base_vectors(model)
+        self._parameters = self._rollout.array(vectors, self._types["ParameterVector"])
+        overrides = [recording.bench_overrides for recording in recordings]
+        self._model: Any = mechanism.build(self._worlds, overrides=overrides, device=device)
+        self._add_rotor(vectors)
+        self._add_damper(vectors)
+        self._contacts = MujocoContacts(self._model)
+        self._solver = solver_with_contacts(self._model)
+        self._places = joint_places(self._model)
+        self._world_index = self._rollout.array(np.arange(self._worlds, dtype=np.int32), wp.int32)
+
+    def run(self) -> list[Trajectory]:
+        """Simulate all recordings.
+
+        Raises:
+            SimulationDiverged: A state is not finite.
+        """
+        ends = [timeline.time[-1] - timeline.time[0] for timeline in self._rollout.timelines]
+        pairs = int(np.ceil(max(ends) / self._time_step)) // 2 + 2
+        track = self._make_track(2 * pairs)
+        states = [self._model.state(), self._model.state()]
+        control = self._model.control()
+        self._start(states[0], track)
+        self._renew(states[0], track)
+        self._step_twice(states, control, track)  # compiles and allocates before the capture
+        with wp.ScopedCapture(device=self._model.device) as capture:
+            self._step_twice(states, control, track)
+        graph: Any = capture.graph
+        for pair in range(1, pairs):
+            if pair % self._pairs_per_query == 0:
+                self._renew(states[0], track)
+            wp.capture_launch(graph)
+        return self._read_rows(track)
+
+    def _renew(self, state: newton.State, track: Any) -> None:
+        """Show a force network the present, and hold what it answers."""
+        if not self._holds_force:
+            return
+        rollout = self._rollout
+        wp.launch(
+            self._kernel_of["sense"],
+            self._worlds,
+            inputs=[
+                rollout.numbers,
+                self._parameters,
+                rollout.commands,
+                self._time_step,
+                *self._places,
+                state.joint_q,
+                state.joint_qd,
+                track,
+            ],
+            outputs=[rollout.history.ring, rollout.history.newest],
+            device=self._model.device,
+        )
+        rollout.ask()
+        rollout.hold([rollout.numbers, self._world_index], [None, None, track.latest])
+
+    def _step_twice(self, states: list[newton.State], control: newton.Control, track: Any) -> None:
+        """Step there and back between two states, so that a graph may repeat it."""
+        for before, after in (states, states[::-1]):
+            wp.launch(
+                self._kernel_of["push"],
+                self._worlds,
+                inputs=[
+                    self._rollout.numbers,
+                    self._parameters,
+                    self._rollout.commands,
+                    self._time_step,
+                    *self._places,
+                    before.joint_q,
+                    before.joint_qd,
+                    track,
+                ],
+                outputs=[control.joint_f],
+                device=self._model.device,
+            )
+            found = self._contacts.find(before)
+            self._solver.step(before, after, control, found, self._time_step)
+
+    def _add_rotor(self, vectors: Any) -> None:
+        """Let the joints feel the rotors' inertia, and dry friction as hard as MuJoCo can."""
+        friction: Any = self._model.mujoco.solimpfriction
+        friction.assign(np.tile(STICKING_FRICTION, (len(friction), 1)).astype(np.float32))
+        table = self._rollout.table
+        if any(p.name == "armature" for _, p in table.owners):
+            radius = self._model.tendon.spool_radius.numpy()
+            rotor = np.repeat(
+                vectors[:, table.column(table.actuator, "armature")], len(radius) // self._worlds
+            )
+            self._model.mujoco.tendon_armature.assign((rotor / radius**2).astype(np.float32))
+
+    def _add_damper(self, vectors: Any) -> None:
+        """Let MuJoCo damp the tendons by what a network's force answers to their speed.
+
+        The finger's light end would need steps of 0.04 ms if this were explicit.
+        """
+        if self._holds_force:
+            table = self._rollout.table
+            radius = self._model.tendon.spool_radius.numpy()
+            damping, scale = (
+                vectors[:, table.column(table.actuator, name)]
+                for name in ("hold_damping", "force_scale")
+            )
+            damping = np.repeat(scale * damping, len(radius) // self._worlds)
+            self._model.mujoco.tendon_damping.assign((damping / radius).astype(np.float32))
+
+    def _start(self, state: Any, track: Any) -> None:
+        """Put every world where its recording starts."""
+        worlds, rollout = self._world_index, self._rollout
+        q = wp.zeros(self._worlds, dtype=self._types["JointVector"], device=self._model.device)
+        v = wp.zeros_like(q)
+        common = [rollout.numbers, worlds, worlds, self._parameters, rollout.commands]
+        rollout.start(self._worlds, common, [q, v, track.latest])
+        write_joints(state.joint_q, self._places[0], q)
+        write_joints(state.joint_qd, self._places[1], v)
+        newton.eval_fk(self._model, state.joint_q, state.joint_qd, state)
+
+    def _make_track(self, length: int) -> Any:
+        """Allocate room for the state at the start of every substep."""
+        types, device, worlds = self._types, self._model.device, self._worlds
+        track = types["Track"]()
+        for name, kind in (("q", "JointVector"), ("v", "JointVector"), ("memory", "MemoryVector")):
+            setattr(track, name, wp.zeros((length, worlds), dtype=types[kind], device=device))
+        track.latest = wp.zeros(worlds, dtype=types["MemoryVector"], device=device)
+        track.command = wp.zeros(worlds, dtype=types["TendonVector"], device=device)
+        track.row = wp.zeros(worlds, dtype=wp.int32, device=device)
+        track.count = wp.zeros(worlds, dtype=wp.int32, device=device)
+        return track
+
+    def _read_rows(self, track: Any) -> list[Trajectory]:
+        rollout, types = self._rollout, self._types
+        counts = [len(timeline.time) for timeline in rollout.timelines]
+        row_world: Any = np.repeat(np.arange(self._worlds, dtype=np.int32), counts)
+        worlds = rollout.array(row_world, wp.int32)
+        out = [
+            wp.zeros(sum(counts), dtype=types[kind], device=self._model.device)
+            for kind in ("JointVector", "TendonVector", "TendonVector", "TendonVector")
+        ]
+        wp.launch(
+            self._kernel_of["read"],
+            sum(counts),
+            inputs=[
+                rollout.numbers,
+                self._parameters,
+                rollout.commands,
+                self._time_step,
+                worlds,
+                track,
+            ],
+            outputs=out,
+            device=self._model.device,
+        )
+        columns: list[Any] = [array.numpy() for array in out]
+        joints, angle, rate, force = columns
+        if not np.isfinite(joints).all():
+            raise SimulationDiverged(
+                f"SolverMuJoCo must stay finite; it did not at steps of {self._time_step} s"
+            )
+        trajectories = []
+        for index, timeline in enumerate(rollout.timelines):
+            rows = rollout.rows_of(index).start + timeline.measured
+            trajectories.append(
+                Trajectory(
+                    time=rollout.recordings[index].time,
+                    motor_position=angle[rows],
+                    motor_velocity=rate[rows],
+                    force=force[rows],
+                    joint_position=joints[rows],
+                )
+            )
+        return trajectories
+
+
+@cache
+def mujoco_kernel_set(structure: Structure) -> tuple[dict[str, wp.Kernel], dict[str, Any]]:
+    """Return the kernels by what they do, with the Warp types of their arguments."""
+    types = kernel_types(structure)
+    grid = {"q": "JointVector", "v": "JointVector", "memory": "MemoryVector"}
+    line = {"latest": "MemoryVector", "command": "TendonVector"}
+    fields = {name: wp.array(dtype=types[kind], ndim=2) for name, kind in grid.items()}
+    fields |= {name: wp.array(dtype=types[kind]) for name, kind in line.items()}
+    fields |= {name: wp.array(dtype=wp.int32) for name in ("row", "count")}
+    assembly = assemble(structure, {**types, "Track": struct_type("Track", fields)})
+    kernels = {
+        "push": assembly.kernel(mujoco_kernels.push_kernel),
+        "read": assembly.kernel(mujoco_kernels.track_reading_kernel),
+        "sense": assembly.kernel(mujoco_kernels.track_sense_kernel),
+    }
+    return kernels, assembly.types

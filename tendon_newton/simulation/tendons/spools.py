@@ -1,0 +1,216 @@
+r"""Spools that turn on their own: a rotor, and a string that may stretch or hang loose.
+
+With a rotor, each tendon's spool has a coordinate u of its own: how far it *leads* its mechanism,
+
+.. math:: s = l(q) + u, \qquad F = k\,\max(0, u)
+
+with s the string that is wound in, l the tendon's excursion, F its tension and k its stiffness.
+The gear gives the string what friction leaves of the motor's force and the rotor's inertia,
+F = f(F_m - a s_ddot) with a = J / r^2, so that
+
+.. math:: a\,\ddot s = F_m - f^{-1}(F), \qquad M \ddot q = \tau + A^T T(F)
+
+with T what the guides leave of the tension. A string that does not stretch (k infinite) holds u at
+0 while it pulls. Then M + a A^T (T f)' A is the mass matrix of the mechanism, and the load cell
+reads F = f(F_m) - a f' s_ddot. It goes slack where that is negative, and is caught without bounce.
+
+Source: Newton's and Hooke's laws; complementarity as in Brogliato, Nonsmooth Mechanics (2016).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import warp as wp
+
+from tendon_newton.device_code.placeholders import (
+    JOINTS,
+    LINKS,
+    TENDONS,
+    ArmMatrix,
+    Jet,
+    JointVector,
+    ParameterVector,
+    Placeholder,
+    real,
+)
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.simulation.tendons.pipeline import (
+    HELD,
+    PULLING,
+    gear_line,
+    guide_line,
+    servo_flow,
+    tendon_state,
+)
+from tendon_newton.simulation.tendons.world_drive import UNBOUNDED
+
+Drive = Placeholder
+Forces = Placeholder
+Mechanism = Placeholder
+Modes = Placeholder
+Spool = Placeholder
+armature: Any = None
+radius_effects: Any = None
+
+SNUG = 1.0e-9
+"""A string with less slack [m] than this has none."""
+SNUG_RATE = 1.0e-9
+"""A spool that leads or lags by less [m/s] moves with its mechanism."""
+LEAST_ROTOR = 1.0e-8
+"""Inertia [kg m2] of the smallest rotor: that of a coreless motor of 10 mm without a gear."""
+
+
+@device_template
+def rotor_inertia(mechanism: Mechanism, world: int, p: ParameterVector, d: int) -> real:
+    """Return the inertia of a rotor as felt at its string, J / r^2 [kg]."""
+    radius = radius_effects(mechanism.spool_radius[world][d], p)
+    return wp.max(armature(p), real(LEAST_ROTOR)) / (radius * radius)
+
+
+@device_template
+def is_string(mechanism: Mechanism, world: int, d: int) -> bool:
+    """Tell whether a tendon can only pull; a servo that turns its joint directly pushes too."""
+    return mechanism.least_tension[world][d] == real(0.0)
+
+
+@device_template
+def is_rigid(drive: Drive) -> bool:
+    """Tell whether strings do not stretch."""
+    return drive.string >= real(UNBOUNDED)
+
+
+@device_template
+def taut_spools(
+    mechanism: Mechanism, world: int, drive: Drive, q: JointVector, v: JointVector
+) -> JointVector:
+    """Mark the spools that may be held by strings that do not stretch, shape (J,)."""
+    held = JointVector()
+    if is_rigid(drive):
+        for d in range(TENDONS):
+            c = LINKS + d
+            snug = q[c] >= -real(SNUG) and wp.abs(v[c]) <= real(SNUG_RATE)
+            if snug or not is_string(mechanism, world, d):
+                held[c] = real(1.0)
+    return held
+
+
+@device_template
+def spool_at(
+    mechanism: Mechanism,
+    world: int,
+    p: ParameterVector,
+    drive: Drive,
+    d: int,
+    q: JointVector,
+    v: JointVector,
+    side: real,
+    guide_side: real,
+) -> Spool:
+    """Return the forces at both ends of a string whose spool moves on its own.
+
+    The drive was located at q and v.
+    """
+    tendon = tendon_state(mechanism, world, p, drive, d, q, v, side)
+    flow = servo_flow(mechanism, world, p, d, tendon)
+    motor = flow.motor_force
+    tendon.error = tendon.command - flow.angle[0]
+    lead = q[LINKS + d]
+    one_way = is_string(mechanism, world, d)
+    stiffness = drive.string
+    if is_rigid(drive) or (one_way and lead <= real(0.0)):
+        stiffness = real(0.0)
+    tension = stiffness * lead
+    probe = tension
+    if one_way:
+        probe = wp.max(tension, real(PULLING))
+    gear = gear_line(probe, tendon, p)
+    taken = probe + (tension - gear[0]) / gear[1]
+    out = Spool()
+    out.inertia = rotor_inertia(mechanism, world, p, d)
+    out.tension = tension
+    out.force = Jet(motor[0] - taken, motor[1], motor[2] + gear[2] / gear[1])
+    out.force_by_lead = -stiffness / gear[1]
+    if side * tendon.direction > real(1.5):
+        out.force = Jet(-real(HELD) * tendon.direction, real(0.0), real(0.0))
+        out.force_by_lead = real(0.0)
+    guided = tendon
+    guided.side = guide_side
+    guided.direction = wp.clamp(guide_side, real(-1.0), real(1.0))
+    guide = guide_line(tension, guided, p)
+    out.pull = Jet(guide[0], guide[2], real(0.0))
+    out.pull_by_lead = guide[1] * stiffness
+    return out
+
+
+@device_template
+def with_spool(
+    mechanism: Mechanism,
+    world: int,
+    p: ParameterVector,
+    drive: Drive,
+    modes: Modes,
+    d: int,
+    q: JointVector,
+    v: JointVector,
+    arms: ArmMatrix,
+    bow: real,
+    forces: Forces,
+) -> Forces:
+    """Add what a spool that moves on its own, and its string, do to the coordinates."""
+    spool = spool_at(
+        mechanism, world, p, drive, d, q, v, modes.tendon[d], modes.tendon[TENDONS + d]
+    )
+    c = LINKS + d
+    row = arms[d]
+    whole = arms[d]
+    whole[c] = real(1.0)
+    out = forces
+    mass_matrix = out.mass_matrix
+    torque = out.torque
+    stiffness = out.stiffness
+    damping = out.damping
+    driven = modes.tendon_sticks[d] == real(0.0)
+    guided = modes.tendon_sticks[TENDONS + d] == real(0.0)
+    for i in range(JOINTS):
+        torque[i] = torque[i] - whole[i] * spool.inertia * bow
+        if driven:
+            torque[i] = torque[i] + whole[i] * spool.force[0]
+            stiffness[i, c] = stiffness[i, c] + whole[i] * spool.force_by_lead
+        if guided:
+            torque[i] = torque[i] + row[i] * spool.pull[0]
+            stiffness[i, c] = stiffness[i, c] + row[i] * spool.pull_by_lead
+        for j in range(JOINTS):
+            product = whole[i] * whole[j]
+            mass_matrix[i, j] = mass_matrix[i, j] + product * spool.inertia
+            if driven:
+                stiffness[i, j] = stiffness[i, j] + product * spool.force[1]
+                damping[i, j] = damping[i, j] + product * spool.force[2]
+            if guided:
+                stiffness[i, j] = stiffness[i, j] + row[i] * row[j] * spool.pull[1]
+    out.mass_matrix = mass_matrix
+    out.torque = torque
+    out.stiffness = stiffness
+    out.damping = damping
+    return out
+
+
+@device_template
+def spool_pull(
+    mechanism: Mechanism,
+    world: int,
+    p: ParameterVector,
+    drive: Drive,
+    modes: Modes,
+    d: int,
+    q: JointVector,
+    v: JointVector,
+) -> real:
+    """Return the pull [N] on the mechanism of a string whose spool moves on its own."""
+    pull = modes.hold[TENDONS + d]
+    if modes.tendon_sticks[TENDONS + d] == real(0.0):
+        spool = spool_at(
+            mechanism, world, p, drive, d, q, v, modes.tendon[d], modes.tendon[TENDONS + d]
+        )
+        pull = spool.pull[0]
+    return pull

@@ -1,0 +1,109 @@
+"""What acts on a world besides its own motion, and what the effects make of its numbers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import warp as wp
+
+from tendon_newton.device_code.placeholders import (
+    JOINTS,
+    TENDONS,
+    JointVector,
+    MemoryVector,
+    ParameterVector,
+    Placeholder,
+    TendonVector,
+    real,
+)
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.simulation.tendons.pipeline import joint_state
+
+Drive = Placeholder
+Mechanism = Placeholder
+inertia_effects: Any = None
+joint_friction_effects: Any = None
+radius_effects: Any = None
+speed_effects: Any = None
+string_effects: Any = None
+tilt_effects: Any = None
+DRY_OFFSETS: tuple[int, ...] = ()
+"""Where the strengths of the tendons' dry frictions stand among the parameters."""
+MEMORY_OFFSETS: tuple[int, ...] = ()
+"""Where the first parameters of the effects with memory stand."""
+MEMORY_NULLS: tuple[float, ...] = ()
+"""Their null values."""
+
+TOUCHES = False
+"""Whether links may meet obstacles."""
+FREE_SPOOL = False
+"""Whether each spool has a coordinate of its own."""
+
+UNBOUNDED = 1.0e30
+"""Stands for an infinite number where one must be compared: a speed, a stiffness."""
+
+
+@device_template
+def world_drive(mechanism: Mechanism, world: int, p: ParameterVector) -> Drive:
+    """Return a drive with what stays the same through a run; the caller adds time and command."""
+    drive = Drive()
+    drive.enabled = real(1.0)
+    drive.inertia = inertia_effects(real(1.0), p)
+    angle = tilt_effects(real(0.0), p)
+    turned = mechanism.gravity[world] - wp.sin(angle) * mechanism.gravity_across[world]
+    drive.gravity = turned - (real(1.0) - wp.cos(angle)) * mechanism.gravity_along[world]
+    rest = JointVector()
+    friction = JointVector()
+    greatest_speed = TendonVector()
+    dry = real(0.0)
+    for j in range(JOINTS):
+        joint = joint_state(mechanism, world, drive, j, rest, rest)
+        friction[j] = joint_friction_effects(mechanism.friction[world][j], joint, p)
+    for d in range(TENDONS):
+        radius = radius_effects(mechanism.spool_radius[world][d], p)
+        speed = speed_effects(real(UNBOUNDED), p)
+        greatest_speed[d] = wp.min(speed * radius, real(UNBOUNDED))
+    for i in range(wp.static(len(DRY_OFFSETS))):
+        dry = dry + wp.abs(p[wp.static(DRY_OFFSETS[i])])
+    for i in range(wp.static(len(MEMORY_OFFSETS))):
+        value = p[wp.static(MEMORY_OFFSETS[i])]
+        null = real(wp.static(min(MEMORY_NULLS[i], UNBOUNDED)))
+        if value != null and value < real(UNBOUNDED):
+            drive.remembers = real(1.0)
+    if wp.static(TOUCHES):
+        drive.remembers = real(1.0)
+    if wp.static(FREE_SPOOL):
+        drive.string = string_effects(real(UNBOUNDED), p)
+    drive.friction = friction
+    drive.greatest_speed = greatest_speed
+    drive.dry = dry
+    return drive
+
+
+@device_template
+def at_start(drive: Drive, time: real, memory: MemoryVector) -> Drive:
+    """Return the drive at the start of a step at a time [s]."""
+    start = drive
+    start.time = time
+    start.elapsed = real(0.0)
+    start.acceleration = JointVector()
+    start.memory = memory
+    return start
+
+
+@device_template
+def at_end(drive: Drive, elapsed: real, acceleration: JointVector) -> Drive:
+    """Return the drive some time [s] into a step, with the acceleration since its start."""
+    end = drive
+    end.time = drive.time + elapsed
+    end.elapsed = elapsed
+    end.acceleration = acceleration
+    return end
+
+
+@device_template
+def in_same_mode(drive: Drive, slack: TendonVector) -> Drive:
+    """Return a drive whose strings stay taut or slack as they were at the start of a step."""
+    out = drive
+    out.slack = slack
+    return out

@@ -1,0 +1,107 @@
+"""Gradients of a rollout that touches things, against central differences."""
+
+import numpy as np
+import pytest
+import torch
+
+from tendon_newton.data.recording import Array
+from tendon_newton.gradients.differentiable import DifferentiableRollout
+from tendon_newton.gradients.trajectory_gradient import simulate_with_gradients
+from tendon_newton.mechanisms.loading import load_mechanism
+from tests.conftest import SEED
+from tests.physics.contact.contacts import ball, block, floor
+from tests.physics.gradients.test_gradients import difference, loss_of, random_seeds
+from tests.physics.runs import ideal_model, run_of
+
+SCENE = (ball(), block(), floor())
+NUMBERS = {
+    "obstacle_position": ((0, 0, 2), (0, 0, 0), (1, 1, 2), (2, 2, 2)),
+    "obstacle_size": ((0, 0, 0), (1, 1, 2)),
+    "obstacle_stiffness": ((0, 0), (1, 1), (2, 2)),
+    "obstacle_dissipation": ((0, 0), (1, 1), (2, 2)),
+    "obstacle_friction": ((0, 0), (1, 1), (2, 2)),
+    "capsule_radius": ((0, 0), (0, 1), (1, 1), (2, 1)),
+    "stiffness": ((0, 0), (1, 1), (2, 0)),
+    "mass": ((0, 1), (2, 0)),
+    "arms": ((0, 0, 1), (1, 0, 0), (2, 0, 1)),
+}
+"""Numbers of three worlds, each with one obstacle: world, obstacle or link, and component."""
+SIZES = {
+    "obstacle_position": 0.02,
+    "obstacle_size": 0.012,
+    "obstacle_stiffness": 5e3,
+    "obstacle_dissipation": 10.0,
+    "obstacle_friction": 0.5,
+    "capsule_radius": 4e-3,
+    "stiffness": 0.03,
+    "mass": 0.01,
+    "arms": 0.005,
+}
+"""How large they are, in their units."""
+
+
+def grasp() -> Array:
+    """Return commands [rad] that press, slide, let go and press again."""
+    return np.concatenate([np.full(10, 2.5), np.full(15, 3.2), np.full(10, 0.5), np.full(15, 3.5)])
+
+
+@pytest.fixture(scope="module")
+def rollout() -> DifferentiableRollout:
+    """Return one world with a ball, one with a block, one with a floor, all from rest."""
+    mechanism = load_mechanism("finger").with_obstacles(*SCENE)
+    out = DifferentiableRollout(mechanism, [run_of(grasp())] * 3, ideal_model(), device="cpu")
+    out.inputs.mechanism.obstacle_stiffness.assign(np.diag([5.0e3, 5.0e3, 5.0e3]))
+    return out
+
+
+def test_gradients_by_what_is_touched(rollout: DifferentiableRollout) -> None:
+    """Place, size, material and friction of obstacles, and the finger that presses them."""
+    seeds = random_seeds(rollout)
+    rollout.backward(**seeds)
+    mechanism = rollout.inputs.mechanism
+    taped = {name: getattr(mechanism, name).grad.numpy().copy() for name in NUMBERS}
+    wrong = []
+    for name, places in NUMBERS.items():
+        for place in places:
+            found = float(taped[name][place])
+            expected = difference(
+                getattr(mechanism, name), place, SIZES[name], lambda: loss_of(rollout, seeds)
+            )
+            if expected == 0.0 or found != pytest.approx(expected, rel=1e-3):
+                wrong.append(f"{name}{place}: tape {found:.6g}, difference {expected:.6g}")
+    assert not wrong, "; ".join(wrong)
+
+
+def test_gradients_by_gain_and_commands_of_a_held_object(rollout: DifferentiableRollout) -> None:
+    """What the motor does while the finger holds something."""
+    seeds = random_seeds(rollout)
+    inputs = rollout.backward(**seeds)
+    gain = rollout.gradient("ideal", "gain").copy()
+    command = inputs.command.grad.numpy()[:, 0].copy()
+    for world in range(3):
+        expected = difference(inputs.parameters, (world, 0), 4.2, lambda: loss_of(rollout, seeds))
+        assert gain[world] == pytest.approx(expected, rel=1e-3)
+        for row in (2, 15, 30, 37):
+            place = (rollout.rows_of(world).start + row, 0)
+            expected = difference(inputs.command, place, 1.0, lambda: loss_of(rollout, seeds))
+            assert command[place[0]] == pytest.approx(expected, rel=1e-3)
+
+
+def test_torch_moves_an_obstacle_out_of_the_way(rollout: DifferentiableRollout) -> None:
+    """The place of an obstacle is an input of a torch program, with a gradient that helps."""
+    place = np.array([[obstacle.position for obstacle in SCENE]] * 3)
+    position = torch.tensor(place, requires_grad=True)
+    rng = np.random.default_rng(SEED)
+    target = torch.tensor(rng.uniform(0.5, 1.0))
+    losses = []
+    for _ in range(2):
+        tracks = simulate_with_gradients(rollout, obstacle_position=position)
+        loss = ((tracks.joint_position[:, 0] - target) ** 2).mean()
+        position.grad = None
+        loss.backward()
+        losses.append(float(loss.detach()))
+        assert position.grad is not None
+        with torch.no_grad():
+            position -= 1e-3 * position.grad / position.grad.norm()
+    assert losses[1] < losses[0]
+    rollout.inputs.mechanism.obstacle_position.assign(place)

@@ -1,0 +1,164 @@
+"""A servo of which only the position is known: what each effect does to it, in closed form."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.recording import Recording
+from tendon_newton.diagnosis.greedy import Search
+from tendon_newton.effects import EFFECTS
+from tendon_newton.errors import InvalidModelFile, InvalidRecording
+from tendon_newton.identification import testable
+from tendon_newton.identification.least_squares import choose_start
+from tendon_newton.identification.study import Study
+from tendon_newton.simulation.hosts.replay import replay
+from tendon_newton.simulation.kernels.position_kernels import POSITION_EFFECTS
+from tests.effect_bench import commanded
+
+Array = NDArray[np.float64]
+ROW = 0.02  # [s]
+STAIRS = np.repeat([0.0, 1.0, 0.4, 0.5, 0.45], 25)
+WAVE = 0.5 * np.sin(2.0 * np.pi * 0.5 * ROW * np.arange(200))
+
+
+def servo_model(**effects: Mapping[str, float]) -> Model:
+    """An ideal position servo with some effects."""
+    return Model(
+        actuator=NamedValues(name="ideal_position", values={}),
+        effects=tuple(NamedValues(name=name, values=values) for name, values in effects.items()),
+    )
+
+
+def theta(command: Array, start: float | None = None, **effects: Mapping[str, float]) -> Array:
+    """The angle at each row, shape (T,)."""
+    recording = commanded(command, "servo", ROW)
+    if start is not None:
+        position = np.full((len(command), 1), start)
+        recording = replace(recording, motor_position=position, start="first_row")
+    return replay([recording], servo_model(**effects))[0].motor_position[:, 0]
+
+
+def test_without_effects_it_is_where_it_was_told_to_be() -> None:
+    """The angle is the command in every row, to rounding."""
+    np.testing.assert_allclose(theta(STAIRS), STAIRS, atol=1e-12)
+    np.testing.assert_allclose(theta(WAVE), WAVE, atol=1e-12)
+
+
+def test_a_delay_shifts_the_staircase() -> None:
+    """theta(t) = theta_d(t - 60 ms): three rows."""
+    late = theta(STAIRS, command_delay={"delay": 3.0 * ROW - 1e-6})
+    np.testing.assert_allclose(late[3:], STAIRS[:-3], atol=1e-9)
+
+
+def test_a_lag_answers_a_step_exponentially() -> None:
+    """Exact for a command that stands still, whatever the step (1e-12: rounding)."""
+    out = theta(STAIRS, actuator_lag={"time_constant": 0.05})
+    since = ROW * np.arange(25)
+    np.testing.assert_allclose(out[25:50], 1.0 - np.exp(-since / 0.05), atol=1e-12)
+
+
+def test_a_deadband_rests_and_follows_at_its_width() -> None:
+    """A step of 50 mrad is not answered by a band of 60 mrad; a long one ends beside its goal."""
+    out = theta(STAIRS, deadband={"width": 0.06})
+    np.testing.assert_allclose(out[25:50], 0.94, atol=1e-12)
+    np.testing.assert_allclose(out[50:75], 0.46, atol=1e-12)
+    np.testing.assert_allclose(out[75:], 0.46, atol=1e-12)
+
+
+def test_play_lags_by_half_its_width_either_way() -> None:
+    """The shaft follows behind the drive, and rests while the drive crosses the gap."""
+    out = theta(WAVE, backlash={"width": 0.1})
+    rising, falling = slice(10, 25), slice(45, 75)
+    np.testing.assert_allclose(out[rising], WAVE[rising] - 0.05, atol=1e-12)
+    np.testing.assert_allclose(out[falling], WAVE[falling] + 0.05, atol=1e-12)
+
+
+def test_a_speed_limit_makes_ramps_of_steps() -> None:
+    """One radian at 4 rad/s takes a quarter of a second."""
+    out = theta(STAIRS, speed_limit={"limit": 4.0})
+    np.testing.assert_allclose(out[25:38], 4.0 * ROW * np.arange(13), atol=1e-9)
+    assert out[40] == pytest.approx(1.0, abs=1e-12)
+
+
+def test_an_offset_shifts_what_is_reported() -> None:
+    """By the same angle everywhere; a start where it was measured is met all the same."""
+    np.testing.assert_allclose(theta(STAIRS, position_offset={"angle": 0.1}), STAIRS + 0.1)
+    held = theta(np.zeros(5), start=0.03, deadband={"width": 0.05})
+    np.testing.assert_allclose(held, 0.03, atol=1e-12)
+
+
+def test_torque_off_leaves_the_shaft_where_it_is() -> None:
+    """Without torque nothing is known but where it was."""
+    enabled = np.arange(len(STAIRS)) < 60
+    recording = replace(commanded(STAIRS, "servo", ROW), enabled=enabled)
+    out = replay([recording], servo_model())[0].motor_position[:, 0]
+    np.testing.assert_array_equal(out[60:], 0.4)
+
+
+def test_only_effects_on_positions_are_tried_and_held() -> None:
+    """Friction needs a force, and a tendon needs one too."""
+    study = Study([commanded(WAVE, "servo", ROW)], servo_model(), tuple(EFFECTS))
+    names = set(testable.testable_effects(study))
+    assert names <= set(POSITION_EFFECTS)
+    assert {"command_delay", "actuator_lag", "deadband"} <= names
+    with pytest.raises(InvalidModelFile, match="positions alone"):
+        theta(WAVE, coulomb_friction={"force": 1.0})
+    with pytest.raises(InvalidModelFile, match="turns its only joint directly"):
+        replay([commanded(WAVE, "finger")], servo_model())
+    still = np.zeros((5, 1))
+    driven = Recording(
+        name="r",
+        bench="servo",
+        time=np.linspace(0.0, 4.0 * ROW, 5),
+        motor_position=still,
+        motor_velocity=still,
+        force=still,
+    )
+    with pytest.raises(InvalidRecording, match="follows theta_d"):
+        replay([driven], servo_model())
+
+
+def test_the_whole_catalogue_at_null_moves_no_position() -> None:
+    """Effects of force share stages with those of position; what they remember is no angle."""
+    study = Study([commanded(STAIRS, "servo", ROW)], servo_model(), tuple(EFFECTS))
+    (simulated,) = study.trajectories({})
+    np.testing.assert_allclose(simulated.motor_position[:, 0], STAIRS, atol=1e-12)
+
+
+def test_the_causes_of_a_made_up_servo_are_measured() -> None:
+    """Delay, lag and deadband of a servo written down here, within 3 %, from its position alone."""
+    step, delay, lag, band = 1.0e-3, 0.04, 0.06, 0.01
+    rows = np.arange(900)
+    goal = 0.3 * np.sin(0.02 * rows + 6e-5 * rows**2)
+    x, measured = 0.0, np.zeros(len(rows))
+    for k in range(len(rows) * 20):
+        if k % 20 == 0:
+            measured[k // 20] = x
+        asked = goal[max(0, int((k * step - delay) / ROW + 1e-9))]
+        error = asked - x
+        error = np.sign(error) * max(0.0, abs(error) - band)
+        x += (1.0 - np.exp(-step / lag)) * error
+    count = 2.0 * np.pi / 4096.0
+    recording = replace(
+        commanded(goal, "servo", ROW), motor_position=count * np.round(measured[:, None] / count)
+    )
+    names = ("command_delay", "actuator_lag", "deadband")
+    study = Study([recording], servo_model(), names)
+    search = Search(study, servo_model())
+    candidate, starts = search.problem(names, None)
+    scales = search.gap_scales(candidate)
+    chosen = choose_start(search.simulate_at(scales), [candidate], [starts])
+    found, _ = search.descend(chosen, [len(names)], scales)
+    assert found[0].value == pytest.approx([delay, lag, band], rel=0.03)
+
+
+def test_rows_in_which_something_solid_holds_the_shaft_are_not_compared() -> None:
+    """A stop at -0.3 rad in the way of 0.5: from arrival to leaving (25 mrad give way there)."""
+    blocked = replace(commanded(WAVE, "servo", ROW), motor_position=np.maximum(WAVE, -0.3)[:, None])
+    study = Study([blocked], servo_model(), ())
+    trusted = study.timeline(0).trusted
+    np.testing.assert_array_equal(trusted, WAVE >= -0.275)

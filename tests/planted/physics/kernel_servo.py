@@ -1,0 +1,151 @@
+"""The plant's servo: from a command to the motor's force, and what its gear keeps of it."""
+
+import warp as wp
+
+from tests.planted.physics.kernel_plant import HALF, ONE, ZERO, Plant, bend_after, beyond
+
+CURVATURE_SPEED = wp.constant(wp.float64(20.0))  # [rad/s] where viscous_curvature is the excess
+KNEE = wp.constant(wp.float64(0.05))  # width of a planted saturation's knee, against its limit
+
+
+@wp.struct
+class Line:
+    """State of servo and tendon."""
+
+    excursion: wp.float64  # [m] wound in by the mechanism's end
+    speed: wp.float64  # [m/s]
+    gear: wp.float64  # bend of the gear's bristles, as a share of their greatest, a step ago
+    slid: wp.float64  # [m] of the mechanism's end and the mount since then
+    guide: wp.float64  # of those between string and guides
+    motor: wp.float64  # [N] lagging motor force, half a step ago
+    weakness: wp.float64  # of a motor that fades [1]
+    tension: wp.float64  # [N] a step ago
+    mount: wp.float64  # [m] by which the servo has given way
+    mount_speed: wp.float64  # [m/s]
+    gain: wp.float64  # of the servo against its nominal [1]
+    dry: wp.float64  # [N] further dry friction now
+    angle: wp.float64  # [rad] of the rotor, without the encoder's offset
+    rate: wp.float64  # [rad/s]
+    half_rate: wp.float64  # [rad/s] half a step ago
+    turning: wp.float64  # [rad/s^2]
+
+
+@wp.func
+def taut_angle(p: Plant, s: Line, tension: wp.float64) -> wp.float64:
+    """Motor angle [rad] of an ideal source while the tendon is taut, play aside."""
+    wound = s.excursion + s.mount + p.slack + p.compliance * tension
+    return wound / p.radius + p.offset
+
+
+@wp.func
+def motor_force(
+    p: Plant, s: Line, command: wp.float64, angle: wp.float64, rate: wp.float64
+) -> wp.float64:
+    """Force of the motor [N] at an angle [rad] and a rate [rad/s], limited either way."""
+    error = s.gain * beyond(command - angle, p.deadband)
+    force = p.gain * error
+    if p.rotor > ZERO:
+        duty = wp.clamp(p.duty_per_rad * error, -p.greatest_duty, p.greatest_duty)
+        current = (duty * p.supply - p.torque_constant * rate) / p.resistance
+        force = p.torque_constant * current / p.radius
+    if p.cogging != ZERO:
+        force += p.cogging * wp.sin(p.cogging_rate * angle + p.cogging_phase)
+    if p.dead_spot != ZERO:
+        away = (angle - p.dead_spot_at) / p.dead_spot_width
+        force *= ONE - p.dead_spot * wp.exp(-away * away)
+    if p.saturation != ZERO:
+        force = soft_limit(force, p.saturation)
+    else:
+        force = wp.clamp(force, -p.limit, p.limit)
+    force /= ONE + p.sag * wp.abs(force)
+    return force / (ONE + s.weakness)
+
+
+@wp.func
+def lagging(p: Plant, s: Line, target: wp.float64) -> wp.float64:
+    """Force of a lagging motor now [N], between those half a step ago and hence."""
+    if p.lag_share < ONE:
+        return s.motor + HALF * p.lag_share * (target - s.motor)
+    return target
+
+
+@wp.func
+def soft_limit(force: wp.float64, limit: wp.float64) -> wp.float64:
+    """Force that nears its limit gradually [N], as a motor's current does."""
+    room = (limit - wp.abs(force)) / (KNEE * limit)
+    left = wp.log(ONE + wp.exp(-wp.abs(room))) + wp.max(ZERO, room)
+    return wp.sign(force) * wp.max(ZERO, limit - KNEE * limit * left)
+
+
+@wp.func
+def viscous_friction(p: Plant, rate: wp.float64) -> wp.float64:
+    """Force lost to the motor's rate [N]."""
+    return p.viscous * rate * (ONE + p.curvature * wp.abs(rate) / CURVATURE_SPEED)
+
+
+@wp.func
+def dry_friction(p: Plant, s: Line, speed: wp.float64) -> wp.float64:
+    """Force at which the gear's bristles give way at this speed [N], load aside."""
+    return p.coulomb + s.dry + at_low_speed(p, p.excess, speed)
+
+
+@wp.func
+def at_low_speed(p: Plant, excess: wp.float64, speed: wp.float64) -> wp.float64:
+    """What is left at this speed of what bristles hold more at rest."""
+    if excess == ZERO:
+        return ZERO
+    pace = speed / (p.nominal_radius * p.stribeck_speed)
+    return excess * wp.exp(-pace * pace)
+
+
+@wp.func
+def gear_load(p: Plant, speed: wp.float64) -> wp.float64:
+    """Friction per newton that presses the teeth [1]."""
+    return p.gear_load + at_low_speed(p, p.gear_static, speed)
+
+
+@wp.func
+def loaded_friction(
+    p: Plant, motor: wp.float64, tension: wp.float64, bend: wp.float64, speed: wp.float64
+) -> wp.float64:
+    """What the gear keeps because it is loaded [N], positive against winding in."""
+    backwards = wp.min(bend, ZERO)
+    if tension < ZERO:
+        backwards = wp.max(bend, ZERO)
+    kept = (p.load * bend + p.holding * backwards) * wp.abs(tension)
+    return kept + gear_load(p, speed) * wp.abs(motor + tension) * bend
+
+
+@wp.func
+def faded(p: Plant, weakness: wp.float64, force: wp.float64) -> wp.float64:
+    """Weakness of a motor [1] after it has given a force for a step."""
+    return weakness + p.fade_share * (p.fade * force * force - weakness)
+
+
+@wp.func
+def gear_slip(p: Plant, s: Line, pull: wp.float64) -> wp.float64:
+    """Travel of an ideal source since a step ago [m], if the tendon has this tension now."""
+    return s.slid + p.compliance * (pull - s.tension)
+
+
+@wp.func
+def given(p: Plant, s: Line, command: wp.float64, pull: wp.float64) -> wp.float64:
+    """Tension that an ideal source gives [N] through a gear and a tendon that carry this one."""
+    stretching = p.compliance * (pull - s.tension) / p.step
+    rate = (s.speed + s.mount_speed + stretching) / p.radius
+    motor = motor_force(p, s, command, source_angle(p, s, command, pull), rate)
+    motor = lagging(p, s, motor)
+    bend = bend_after(s.gear, gear_slip(p, s, pull), p.bristle)
+    left = motor - viscous_friction(p, rate) - dry_friction(p, s, s.speed) * bend
+    sense = wp.sign(left)
+    backwards = wp.min(bend * sense, ZERO)
+    toothed = gear_load(p, s.speed)
+    drawn = ONE + (p.load + toothed) * bend * sense + p.holding * backwards
+    return (left - toothed * bend * sense * motor) / drawn
+
+
+@wp.func
+def source_angle(p: Plant, s: Line, command: wp.float64, pull: wp.float64) -> wp.float64:
+    """Angle of an ideal source [rad]: within its play it is where its command is."""
+    taut = taut_angle(p, s, pull)
+    return wp.clamp(command, taut - HALF * p.backlash, taut + HALF * p.backlash)

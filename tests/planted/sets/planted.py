@@ -1,0 +1,55 @@
+"""One hidden cause: as the contract names it, and as the plant has it."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+import numpy as np
+
+from tests.planted.physics.causes import Causes
+
+Values = Mapping[str, float]
+Draw = Callable[[np.random.Generator, float], "Planted"]
+"""Draws a cause of a given size [1]: 1 is well above the noise, 0 would be nothing."""
+
+FRICTIONS = ("viscous", "coulomb", "load")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Planted:
+    """One hidden cause."""
+
+    parameters: Values = field(default_factory=lambda: MappingProxyType({}))
+    """Parameters of the effect in its own words and units."""
+    causes: Values = field(default_factory=lambda: MappingProxyType({}))
+    """The fields of ``Causes`` that it changes."""
+
+    def built_on(self, base: Causes) -> Causes:
+        """Add this cause to a plant; frictions add up."""
+        sums = {name: getattr(base, name) + self.causes.get(name, 0.0) for name in FRICTIONS}
+        return Causes(**{**vars(base), **self.causes, **sums})
+
+
+def planted(parameters: Values, **causes: float) -> Planted:
+    """Build a cause from the effect's parameters and the plant's fields."""
+    return Planted(parameters=MappingProxyType(dict(parameters)), causes=MappingProxyType(causes))
+
+
+def single(parameter: str, cause: str, value: float) -> Planted:
+    """Build a cause of one number that plant and effect share."""
+    return planted({parameter: value}, **{cause: value})
+
+
+def either(rng: np.random.Generator, low: float, high: float) -> float:
+    """Draw a number of that size, of either sign."""
+    return float(rng.choice([-1.0, 1.0]) * rng.uniform(low, high))
+
+
+def scale(rng: np.random.Generator, low: float, high: float, size: float) -> float:
+    """Draw a factor that is off by that share, to either side."""
+    return 1.0 + size * either(rng, low, high)
+
+
+def factor(rng: np.random.Generator, low: float, high: float, size: float) -> float:
+    """Draw a factor of that size, evenly in the logarithm."""
+    return float(np.exp(size * rng.uniform(np.log(low), np.log(high))))

@@ -1,0 +1,1 @@
+"""Recordings cut into the samples that a force network learns from."""

@@ -1,0 +1,95 @@
+"""Which recordings a network is fitted on, and which tell it when to stop."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tendon_newton.data.cards.force_network_card import TrainingRecording
+from tendon_newton.errors import InvalidDataset
+
+if TYPE_CHECKING:
+    from tendon_newton.data.dataset import Dataset
+    from tendon_newton.data.recording import Recording
+
+VALIDATION_SHARE = 0.15
+"""Share of each bench's train recordings that is held out to stop the training [1]."""
+SPLIT_WORDS = (
+    "by recording: test recordings were never seen; validation recordings are whole train "
+    "recordings that stopped the training"
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fold:
+    """The train recordings of a dataset in two parts."""
+
+    fit: tuple[Recording, ...]
+    """Gradients come from these."""
+    validation: tuple[Recording, ...]
+    """These say when to stop."""
+
+
+def split_train(dataset: Dataset, *, seed: int = 0, share: float = VALIDATION_SHARE) -> Fold:
+    """Hold out some whole train recordings of every bench that has several.
+
+    Raises:
+        InvalidDataset: There are fewer than two train recordings.
+    """
+    recordings = usable(dataset.train)
+    if len(recordings) < 2:
+        raise InvalidDataset(
+            f"{dataset.path}: training needs two train recordings or more with theta_d and force, "
+            f"one of them to tell it when to stop; there are {len(recordings)}"
+        )
+    rng = np.random.default_rng([seed, len(recordings)])
+    held: set[str] = set()
+    for bench in sorted({r.bench for r in recordings}):
+        names = sorted(r.name for r in recordings if r.bench == bench)
+        count = max(1, round(share * len(names))) if len(names) > 1 else 0
+        held.update(rng.permutation(names)[:count].tolist())
+    if not held:
+        held.add(recordings[int(rng.integers(len(recordings)))].name)
+    return Fold(
+        fit=tuple(r for r in recordings if r.name not in held),
+        validation=tuple(r for r in recordings if r.name in held),
+    )
+
+
+def usable(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
+    """Return the recordings of a tendon under a known command; the pendulum has none."""
+    return tuple(
+        r
+        for r in recordings
+        if r.command is not None and r.force is not None and r.bench != "pendulum"
+    )
+
+
+def recorded_fold(path: Path, fold: Fold) -> tuple[TrainingRecording, ...]:
+    """Describe the files of a fold as they stand in the folder of their dataset."""
+    fitted = {recording.name for recording in fold.fit}
+    return tuple(
+        TrainingRecording(
+            file=recording.name,
+            sha256=file_hash(path / recording.name),
+            split="train" if recording.name in fitted else "validation",
+        )
+        for recording in (*fold.fit, *fold.validation)
+    )
+
+
+def file_hash(path: Path) -> str:
+    """Return the SHA-256 of a file, or of the names and bytes of all files in a folder."""
+    digest = hashlib.sha256()
+    if path.is_dir():
+        for file in sorted(p for p in path.rglob("*") if p.is_file()):
+            digest.update(file.relative_to(path).as_posix().encode())
+            digest.update(file.read_bytes())
+    else:
+        digest.update(path.read_bytes())
+    return digest.hexdigest()

@@ -1,0 +1,73 @@
+"""Which of the paper's experiments a test recording is."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import PurePath
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tendon_newton.data.excitations import TEST_ANGLES
+
+if TYPE_CHECKING:
+    from tendon_newton.data.recording import Recording
+
+HOLDS = (1.0, 2.0, 3.0)
+"""How long the paper's test steps are held [s]."""
+HOLD_TOLERANCE = 0.1
+"""Share by which a hold may be off [1]: commands fall on rows, and rows can be lost."""
+RUN_NUMBER = re.compile(r"[_-]?\d+$")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Experiment:
+    """What a recording is compared with."""
+
+    bench: str
+    kind: str
+    """``steps``, or the recording's name without bench and number."""
+    hold: float | None = None
+    """How long a step is held [s]."""
+
+    @property
+    def label(self) -> str:
+        """Return words for a table."""
+        held = "" if self.hold is None else f", held {self.hold:g} s"
+        return f"{self.bench}: {self.kind.replace('_', ' ')}{held}"
+
+    @property
+    def is_contact_ramp(self) -> bool:
+        """Say whether a ramp closes the finger, freely or onto something."""
+        return self.kind.startswith("contact_ramp")
+
+    @property
+    def is_perturbed_sine(self) -> bool:
+        """Say whether something held the finger now and then while it moved."""
+        return "sine" in self.kind and "perturb" in self.kind
+
+
+def experiment_of(recording: Recording) -> Experiment:
+    """Say which experiment a recording is: steps by their command, all else by its name."""
+    hold = step_hold(recording)
+    if hold is not None:
+        return Experiment(bench=recording.bench, kind="steps", hold=hold)
+    stem = RUN_NUMBER.sub("", PurePath(recording.name).stem)
+    kind = stem.removeprefix(recording.bench).strip("_-") or stem
+    return Experiment(bench=recording.bench, kind=kind)
+
+
+def step_hold(recording: Recording) -> float | None:
+    """Return how long the paper's test steps are held [s]; None if the command is no such."""
+    if recording.command is None:
+        return None
+    command = recording.command[:, 0]
+    if not np.isclose(command[:, None], TEST_ANGLES, atol=1.0e-3).any(axis=1).all():
+        return None
+    changes = recording.time[1:][np.abs(np.diff(command)) > 1.0e-3]
+    if changes.size < len(TEST_ANGLES) - 1:
+        return None
+    held = float(np.median(np.diff(changes)))
+    near = [hold for hold in HOLDS if abs(held - hold) <= HOLD_TOLERANCE * hold]
+    return near[0] if near else None

@@ -1,0 +1,1 @@
+"""How well force networks predict held-out recordings."""

@@ -1,0 +1,1 @@
+"""Force networks from recordings without a load cell."""

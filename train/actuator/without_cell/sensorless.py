@@ -1,0 +1,76 @@
+"""A force network without a load cell: train recordings whose force their motion implies.
+
+The lines of all benches are found first, from encoders and tip alone; each then says what its
+spool must have felt, and a network learns that as it would learn a measurement.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import TYPE_CHECKING
+
+from train.actuator.samples.folds import SPLIT_WORDS
+from train.actuator.without_cell.sensorless_fit import LineFit, fit_lines
+from train.actuator.without_cell.sensorless_motion import motions_of
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from tendon_newton.data.dataset import Dataset
+    from tendon_newton.data.recording import Recording
+    from train.actuator.without_cell.sensorless_line import Line
+    from train.actuator.without_cell.sensorless_motion import Motion
+
+IMPLIED_WORDS = f"{SPLIT_WORDS}; the force of the train recordings is implied by their motion"
+"""What the card of a network says that was trained without a load cell."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImpliedForces:
+    """Train recordings with implied forces, and what implies them."""
+
+    dataset: Dataset
+    """Its train recordings have the implied force in place of any that was measured [N]."""
+    lines: tuple[Line, ...]
+    """One per bench."""
+
+
+def imply_forces(
+    dataset: Dataset,
+    config: LineFit | None = None,
+    *,
+    report: Callable[[int, float], None] = lambda step, loss: None,
+) -> ImpliedForces:
+    """Replace the force of every train recording by the one that its motion implies.
+
+    What a load cell read is dropped first and has no part in it. Test recordings stay as they are:
+    they only report.
+
+    Args:
+        dataset: Recordings, split.
+        config: How long the lines are fitted.
+        report: Called now and then with steps done and loss.
+
+    Raises:
+        InvalidDataset: No train recording tells anything without a force.
+    """
+    motions = motions_of(dataset.train)
+    lines = fit_lines(motions, config or LineFit(), report=report)
+    return ImpliedForces(dataset=replace(dataset, train=with_tension(motions, lines)), lines=lines)
+
+
+def with_tension(motions: Sequence[Motion], lines: Sequence[Line]) -> tuple[Recording, ...]:
+    """Return the recordings with the force that the lines imply."""
+    of_bench = {line.bench: line for line in lines}
+    return tuple(
+        replace(motion.recording, force=of_bench[motion.recording.bench].tension(motion)[:, None])
+        for motion in motions
+    )
+
+
+def write_lines(path: Path, lines: Sequence[Line]) -> None:
+    """Write what was found of the benches; N/m, m and 1."""
+    text = json.dumps([asdict(line) for line in lines], indent=1)
+    path.write_text(text + "\n", encoding="utf-8")

@@ -1,0 +1,165 @@
+"""From a trained policy to its files: ONNX and TorchScript, each with the policy's card."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import torch
+from torch import Tensor, nn
+
+from tendon_newton import __version__
+from tendon_newton.actuators.networks.artifact import torchscript
+from tendon_newton.actuators.networks.onnx_file import export
+from tendon_newton.data.cards.policy_card import (
+    CARD_KEY,
+    CARD_NAME,
+    FurtherServo,
+    PolicyCard,
+    PolicyTraining,
+)
+from tendon_newton.data.cards.policy_observation import sample_of
+from tendon_newton.data.files.trust import trust_content
+from tendon_newton.errors import InvalidOutput
+from train.actuator.fitting.export import git_commit
+from train.policy.config.training_config import PolicyTrainingConfig
+from train.policy.runs.curve import CurvePoint, curve_table
+from train.policy.runs.training import Trained, files_of
+from train.policy.worlds.environment import FingerEnvironment
+
+INPUT, OUTPUT = "observation", "action"
+UNNAMED_SERVO = "unnamed"
+"""Servo on the card of a bench that names none."""
+SERVO_READINGS = 4
+"""Readings of the servo per policy step, of which the policy sees the last."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExportedPolicy:
+    """The files of a policy."""
+
+    onnx: Path
+    torchscript: Path
+    card: PolicyCard
+
+
+class PolicyNetwork(nn.Module):
+    """What a policy is in use: observations in SI units, a row each, to actions (W, D) [rad].
+
+    Args:
+        actor: rsl-rl's model.
+    """
+
+    def __init__(self, actor: Any) -> None:
+        super().__init__()
+        self.deterministic = actor.as_jit().cpu().eval()
+
+    def forward(self, observation: Tensor) -> Tensor:
+        """Return the actions, not yet cut."""
+        return self.deterministic(observation)
+
+
+def export_policy(out: Path, trained: Trained, config: PolicyTrainingConfig) -> ExportedPolicy:
+    """Write ``policy.onnx`` and ``policy.pt`` with their card, and ``policy.json`` with the curve.
+
+    Raises:
+        InvalidOutput: A file cannot be written.
+    """
+    card = make_card(trained.environment, config, trained.points)
+    network = PolicyNetwork(trained.runner.alg.get_policy()).eval()
+    exported = ExportedPolicy(onnx=out / "policy.onnx", torchscript=out / "policy.pt", card=card)
+    write_policy_onnx(exported.onnx, network, card)
+    write_policy_torchscript(exported.torchscript, network, card)
+    table = {"config": asdict(config), "curve": curve_table(trained.points)}
+    write(out / "policy.json", (json.dumps(table, indent=1) + "\n").encode())
+    return exported
+
+
+def make_card(
+    environment: FingerEnvironment, config: PolicyTrainingConfig, points: Sequence[CurvePoint]
+) -> PolicyCard:
+    """Say what a policy sees and does, and where it comes from."""
+    own = environment.config
+    first, *further = servos_of(environment)
+    return PolicyCard(
+        command_range=first.command_range,
+        pay_out=first.pay_out,
+        spool_radius=first.spool_radius,
+        servo=first.servo,
+        force_limit=first.force_limit,
+        further_servos=tuple(further),
+        observation=sample_of(environment.num_actions),
+        action_clip=own.action_clip,
+        goal_range=own.goals,
+        rate=own.rate,
+        servo_rate=own.rate * SERVO_READINGS,
+        history=own.history,
+        model=environment.force.sha256,
+        training=PolicyTraining(
+            seed=config.seed,
+            git_commit=git_commit(),
+            version=__version__,
+            samples=points[-1].samples if points else 0,
+            force=environment.force.name,
+            randomisation={r.label: (r.low, r.high) for r in environment.randomiser.ranges},
+            files=files_of(environment, config),
+        ),
+    )
+
+
+def servos_of(environment: FingerEnvironment) -> list[FurtherServo]:
+    """Return what a card says of each servo, in the order of the tendons."""
+    return [
+        FurtherServo(
+            command_range=command_range,
+            pay_out=pay_out,
+            spool_radius=environment.spool_radius,
+            servo=tendon.servo.replace("-", "_") or UNNAMED_SERVO,
+            force_limit=tendon.force_limit,
+        )
+        for tendon, command_range, pay_out in zip(
+            environment.mechanism.tendons,
+            environment.command_ranges,
+            environment.pay_outs,
+            strict=True,
+        )
+    ]
+
+
+def write_policy_onnx(path: Path, network: nn.Module, card: PolicyCard) -> None:
+    """Write a policy as a single ONNX file for any number of worlds."""
+    import tempfile
+
+    import onnx
+
+    with tempfile.TemporaryDirectory() as folder:
+        draft = Path(folder) / "policy.onnx"
+        example = torch.zeros(1, card.observation_size)
+        export(network.cpu(), (example,), draft, [INPUT], [OUTPUT])
+        model = onnx.load(draft)
+    model.metadata_props.add(key=CARD_KEY, value=card.to_json())
+    write(path, model.SerializeToString())
+
+
+def write_policy_torchscript(path: Path, network: nn.Module, card: PolicyCard) -> None:
+    """Write a policy as a TorchScript file, and trust it."""
+    content = io.BytesIO()
+    with torchscript():
+        scripted = torch.jit.script(network.cpu().eval())
+        torch.jit.save(scripted, content, _extra_files={CARD_NAME: card.to_json().encode()})
+    write(path, content.getvalue())
+    trust_content(content.getvalue(), path.name)
+
+
+def write(path: Path, content: bytes) -> None:
+    """Write a file whole or not at all."""
+    draft = path.with_name(f"{path.name}.draft")
+    try:
+        draft.write_bytes(content)
+        draft.replace(path)
+    except OSError as error:
+        raise InvalidOutput(f"{path}: {error.strerror or error}") from error

@@ -1,0 +1,1 @@
+"""Climbs of stairs of goals, in simulation and on a bench."""

@@ -1,0 +1,1 @@
+"""The parallel worlds that a policy learns in."""

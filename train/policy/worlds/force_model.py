@@ -1,0 +1,118 @@
+"""What pulls the finger in training: the ideal source, a model file, or a force network."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import MappingProxyType
+
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+
+from tendon_newton.actuators.networks.artifact import load_network, read_card
+from tendon_newton.actuators.networks.query import NetworkForm, network_file
+from tendon_newton.data.files.trust import content_hash
+from tendon_newton.data.model_file import Model, NamedValues, load_model
+from tendon_newton.effects import Stage, find_effect
+from tendon_newton.errors import InvalidModelFile
+from tendon_newton.force_networks.weights_file import SUFFIX
+
+IDEAL = "ideal"
+IDEAL_GAIN = 4.2
+"""Gain of the ideal source [N/rad]; Yuryev and Hughes (2026), section II-E."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ForceModel:
+    """Actuator and effects of a training, and where they come from."""
+
+    name: str
+    """The ideal source, or a file's name."""
+    model: Model
+    sha256: str | None
+    """Of the model file, where there is one."""
+    files: Mapping[str, str]
+    """Name -> SHA-256 of each file that was read."""
+
+    def __post_init__(self) -> None:
+        """Protect the table."""
+        object.__setattr__(self, "files", MappingProxyType(dict(self.files)))
+
+    @property
+    def form(self) -> NetworkForm:
+        """How its network runs: Transformers as kernels of ours, all others as their module."""
+        if "file" not in self.model.actuator.values:
+            return "torchscript"
+        card = read_card(network_file(self.model))
+        return "twin" if card.kind == "transformer" else "torchscript"
+
+
+def open_force_model(force: str, mechanism: Mechanism) -> ForceModel:
+    """Return the actuator and the effects that a word or a file names.
+
+    Effects that change nothing but what a load cell or a log's clock reads are left out: a policy
+    sees neither.
+
+    Args:
+        force: ``ideal``, a model file, or a force network (``.pt``).
+        mechanism: Its spool is wound by the ideal source and by a network without a model file.
+
+    Raises:
+        InvalidModelFile: The file is no model.
+    """
+    radius = mechanism.tendons[0].spool_radius
+    if force == IDEAL:
+        ideal = NamedValues(name="ideal", values={"gain": IDEAL_GAIN, "spool_radius": radius})
+        return ForceModel(name=IDEAL, model=Model(actuator=ideal), sha256=None, files={})
+    path = Path(force)
+    if path.suffix in (SUFFIX, ".pt"):
+        values = {"file": str(path.resolve()), "spool_radius": radius}
+        model = Model(actuator=NamedValues(name="learned", values=values))
+        return ForceModel(name=path.name, model=model, sha256=None, files=hashes(path))
+    model = load_model(path)
+    files = [path, *([network_file(model)] if "file" in model.actuator.values else [])]
+    kept = tuple(effect for effect in model.effects if moves_finger(effect.name))
+    return ForceModel(
+        name=path.name,
+        model=replace(model, effects=kept),
+        sha256=file_hash(path),
+        files=hashes(*files),
+    )
+
+
+def trust_force(force: str) -> None:
+    """Trust the force network that a training names, if it names one, from now on."""
+    path = Path(force)
+    if path.suffix == ".toml":
+        model = load_model(path)
+        if "file" not in model.actuator.values:
+            return
+        path = network_file(model)
+    if force != IDEAL:
+        load_network(path, trust=True)
+
+
+def moves_finger(effect: str) -> bool:
+    """Tell whether an effect changes more than what a load cell or a log's clock reads."""
+    found = find_effect(effect)
+    return not found.acts_on_cell_only() and found.hook(Stage.PERIOD) is None
+
+
+def hashes(*paths: Path) -> dict[str, str]:
+    """Return the SHA-256 of files by name."""
+    return {path.name: file_hash(path) for path in paths}
+
+
+def file_hash(path: Path) -> str:
+    """Return the SHA-256 of a file.
+
+    Raises:
+        InvalidModelFile: There is no such file.
+    """
+    try:
+        return content_hash(path.read_bytes())
+    except OSError as error:
+        raise InvalidModelFile(
+            f"{path}: the force of a training must be a file that can be read; "
+            f"{error.strerror or error}"
+        ) from error

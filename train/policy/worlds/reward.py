@@ -1,0 +1,42 @@
+r"""What a policy is paid for each step.
+
+.. math:: r = -w_g \lVert p_{goal} - p_{tip} \rVert - \sum_d ( w_s \lvert a_t - a_{t-1} \rvert
+    + w_v (r \dot\theta)^2 + w_e a_t^2 )
+
+with the sum over the servos.
+
+Source: Yuryev and Hughes, Tendon Force Modeling for Sim2Real Transfer (2026), eq. 8, for the first
+two terms; their code has the others, and squares the change of the action.
+"""
+
+from __future__ import annotations
+
+from torch import Tensor
+
+from train.policy.config.environment_config import EnvironmentConfig
+
+
+def step_reward(
+    config: EnvironmentConfig,
+    *,
+    tip_error: Tensor,
+    action: Tensor,
+    action_change: Tensor,
+    tendon_speed: Tensor,
+) -> Tensor:
+    """Return the reward of a step, shape (W,).
+
+    Args:
+        config: Its weights are the prices.
+        tip_error: Distance between tip and goal after the step [m].
+        action: Actions applied [rad], shape (W, D).
+        action_change: Against the step before [rad], shape (W, D).
+        tendon_speed: Of the wound tendons [m/s], shape (W, D).
+    """
+    price = config.goal_weight * tip_error
+    price = price + config.smooth_weight * action_change.abs().sum(dim=-1)
+    if config.tendon_speed_weight:
+        price = price + config.tendon_speed_weight * tendon_speed.square().sum(dim=-1)
+    if config.effort_weight:
+        price = price + config.effort_weight * action.square().sum(dim=-1)
+    return -price

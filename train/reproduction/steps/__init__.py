@@ -1,0 +1,1 @@
+"""The steps of the reproduction, one file each."""
