@@ -26,7 +26,6 @@ from tendon_newton.diagnosis.explanation import (
     settings_of,
 )
 from tendon_newton.diagnosis.gate import noise_loss
-from tendon_newton.diagnosis.greedy import Fit, Search
 from tendon_newton.diagnosis.identifiability import Confounded, find_confounded, is_flat
 from tendon_newton.diagnosis.next_experiment.separation import propose
 from tendon_newton.diagnosis.result import (
@@ -37,6 +36,7 @@ from tendon_newton.diagnosis.result import (
     Unexplained,
     Verdict,
 )
+from tendon_newton.diagnosis.greedy import Fit, Search
 from tendon_newton.diagnosis.unexplained.structure import find_structure
 from tendon_newton.effects import EFFECTS, find_effect
 from tendon_newton.identification.intervals import intervals

@@ -21,7 +21,7 @@ from tendon_newton.identification.load_cell import (
 )
 from tendon_newton.identification.noise_floor import NoiseFloor, estimate_noise_floor
 from tendon_newton.identification.pieces import all_pieces
-from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.mechanism import Mechanism
 from tendon_newton.simulation.hosts.replay import bench_of, rollout_of
 from tendon_newton.simulation.hosts.rollout import TIME_STEP, Rollout, Trajectory, rollout_groups
 from tendon_newton.simulation.hosts.timeline import Timeline

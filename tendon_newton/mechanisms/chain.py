@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from tendon_newton.mechanisms.rules.findings import AssetFinding, about
+from tendon_newton.mechanisms.findings import AssetFinding, about
 from tendon_newton.mechanisms.rules.link_rules import is_link
 
 JOINT_TYPES = ("PhysicsRevoluteJoint", "PhysicsPrismaticJoint")

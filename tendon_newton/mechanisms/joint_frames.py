@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_newton.data.recording import Array
-from tendon_newton.mechanisms.geometry.joints import Joint
+from tendon_newton.mechanisms.parts import Joint
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from tendon_newton.data.recording import Array
-from tendon_newton.mechanisms.geometry.joint_frames import Posture, frames_of
-from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.joint_frames import Posture, frames_of
+from tendon_newton.mechanisms.mechanism import Mechanism
 
 
 def posture(mechanism: Mechanism, joint_position: Array) -> Posture:

@@ -13,12 +13,11 @@ from tendon_newton.data.recording import Array, BenchOverrides
 from tendon_newton.errors import InvalidAsset
 from tendon_newton.mechanisms import worlds
 from tendon_newton.mechanisms.asset_library import asset_path
-from tendon_newton.mechanisms.geometry.obstacles import Obstacle
-from tendon_newton.mechanisms.geometry.overrides import override_mechanism
-from tendon_newton.mechanisms.geometry.joints import Joint, JointKind, freeze_arrays
-from tendon_newton.mechanisms.geometry.parts import Tendon, Tip
+from tendon_newton.mechanisms.obstacles import Obstacle
+from tendon_newton.mechanisms.overrides import override_mechanism
+from tendon_newton.mechanisms.parts import Joint, JointKind, Tendon, Tip, freeze_arrays
 from tendon_newton.mechanisms.rules.stage_rules import stage_findings
-from tendon_newton.mechanisms.usd.stage_file import open_stage, usd_errors
+from tendon_newton.mechanisms.stage_file import open_stage, usd_errors
 from tendon_newton.mechanisms.usd import usd_asset
 from tendon_newton.mechanisms.usd.usd_obstacle import read_obstacles
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidParameter
-from tendon_newton.mechanisms.geometry.joints import freeze_arrays
+from tendon_newton.mechanisms.parts import freeze_arrays
 
 ObstacleShape = Literal["sphere", "box", "plane"]
 

@@ -9,12 +9,11 @@ import numpy as np
 
 from tendon_newton.data.recording import BenchOverrides
 from tendon_newton.errors import InvalidParameter
-from tendon_newton.mechanisms.geometry.joints import Joint
-from tendon_newton.mechanisms.geometry.parts import Tendon
-from tendon_newton.mechanisms.geometry.routing import Pulley, Route, RouteSite, Span
+from tendon_newton.mechanisms.parts import Joint, Tendon
+from tendon_newton.mechanisms.routing import Pulley, Route, RouteSite, Span
 
 if TYPE_CHECKING:
-    from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+    from tendon_newton.mechanisms.mechanism import Mechanism
 
 Stop = TypeVar("Stop", RouteSite, Pulley)
 

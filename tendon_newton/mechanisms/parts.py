@@ -11,7 +11,7 @@ from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidAsset
 
 if TYPE_CHECKING:
-    from tendon_newton.mechanisms.geometry.routing import Route
+    from tendon_newton.mechanisms.routing import Route
 
 JointKind = Literal["revolute", "prismatic"]
 

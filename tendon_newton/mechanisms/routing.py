@@ -26,13 +26,13 @@ from functools import cached_property
 import numpy as np
 
 from tendon_newton.data.recording import Array
-from tendon_newton.mechanisms.geometry.joint_frames import (
+from tendon_newton.mechanisms.joint_frames import (
     Posture,
     frames_of,
     relative_motion,
     way_between,
 )
-from tendon_newton.mechanisms.geometry.joints import Joint, freeze_arrays
+from tendon_newton.mechanisms.parts import Joint, freeze_arrays
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -16,11 +16,10 @@ import numpy as np
 
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidParameter
-from tendon_newton.mechanisms.geometry.joint_frames import cross
-from tendon_newton.mechanisms.geometry.kinematics import ancestors, posture, tip_position
-from tendon_newton.mechanisms.geometry.mechanism import Mechanism
-from tendon_newton.mechanisms.geometry.parts import arm_slope, excursion, moment_arms
-from tendon_newton.mechanisms.geometry.joints import freeze_arrays
+from tendon_newton.mechanisms.joint_frames import cross
+from tendon_newton.mechanisms.kinematics import ancestors, posture, tip_position
+from tendon_newton.mechanisms.mechanism import Mechanism
+from tendon_newton.mechanisms.parts import arm_slope, excursion, freeze_arrays, moment_arms
 
 RESIDUAL = 1.0e-10
 """An equilibrium is found when no joint is off by more [N m]."""

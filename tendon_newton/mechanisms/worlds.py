@@ -18,7 +18,7 @@ from tendon_newton.mechanisms.obstacle_shapes import (
 from tendon_newton.mechanisms.usd.usd_tendon import register_tendon_attributes
 
 if TYPE_CHECKING:
-    from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+    from tendon_newton.mechanisms.mechanism import Mechanism
 
 
 def build_model(

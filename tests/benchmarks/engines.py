@@ -12,7 +12,7 @@ import warp as wp
 from newton.solvers import SolverFeatherstone, SolverMuJoCo
 
 from tendon_newton.data.model_file import Model, NamedValues
-from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.mechanism import load_mechanism
 from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
 from tendon_newton.simulation.mujoco.mujoco_rollout import STICKING_FRICTION
 from tests.benchmarks.soundness import CONTROL_STEP

@@ -19,7 +19,7 @@ import warp as wp
 from newton.solvers import SolverMuJoCo
 
 from tendon_newton.mechanisms.authoring.mujoco_file import write_mujoco
-from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.mechanism import load_mechanism
 from tendon_newton.simulation.mujoco.mujoco_rollout import STICKING_FRICTION
 from tests.benchmarks.engines import (
     CAPPED,

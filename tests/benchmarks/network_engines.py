@@ -10,7 +10,7 @@ import warp as wp
 
 from tendon_newton.actuators.networks.history import History, push_sample
 from tendon_newton.actuators.networks.torchscript import ForceQuery
-from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.mechanism import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_newton.simulation.hosts.torch_bridge import Graph, torch_stream
 from tests.benchmarks.engines import (

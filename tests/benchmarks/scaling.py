@@ -24,8 +24,7 @@ import warp as wp
 from newton.solvers import SolverMuJoCo
 
 from tendon_newton.mechanisms.authoring.asset_plan import plan_asset, write_asset
-from tendon_newton.mechanisms.geometry.mechanism import Mechanism
-from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.mechanism import Mechanism, load_mechanism
 from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
 from tests.benchmarks.engines import CAPPED, GAIN, MODEL, RADIUS
 from tests.benchmarks.soundness import CONTROL_STEP, refuse_escaped

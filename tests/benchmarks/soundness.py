@@ -16,7 +16,7 @@ from typing import Protocol, TypeVar
 import numpy as np
 import warp as wp
 
-from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.mechanism import load_mechanism
 
 CONTROL_STEP = 0.05
 """One control step of a policy [s]."""

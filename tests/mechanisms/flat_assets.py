@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from tendon_newton.mechanisms.asset_library import asset_path
-from tendon_newton.mechanisms.usd.stage_file import open_stage
+from tendon_newton.mechanisms.stage_file import open_stage
 
 
 def flat_text(name: str) -> str:

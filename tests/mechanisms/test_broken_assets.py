@@ -7,7 +7,7 @@ import pytest
 
 from tendon_newton.errors import InvalidAsset, UnknownName
 from tendon_newton.mechanisms.asset_library import asset_path
-from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.mechanism import load_mechanism
 from tendon_newton.mechanisms.rules.checks import check_asset
 from tests.mechanisms.flat_assets import write_changed
 

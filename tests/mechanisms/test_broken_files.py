@@ -9,7 +9,7 @@ import pytest
 
 from tendon_newton.cli import main
 from tendon_newton.mechanisms.asset_library import asset_path
-from tendon_newton.mechanisms.usd.stage_file import open_stage
+from tendon_newton.mechanisms.stage_file import open_stage
 from tests.mechanisms.flat_assets import flat_text
 
 LIMIT = 10.0

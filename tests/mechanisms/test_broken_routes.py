@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.mechanism import load_mechanism
 from tendon_newton.mechanisms.rules.checks import check_asset
 from tendon_newton.mechanisms.rules.stage_rules import stage_findings
-from tendon_newton.mechanisms.usd.stage_file import open_stage
+from tendon_newton.mechanisms.stage_file import open_stage
 from tests.mechanisms.flat_assets import write_changed
 
 BASE, NEAR = "</finger_routed/base/", "</finger_routed/proximal_phalanx/"

@@ -7,12 +7,12 @@ import warp as wp
 
 from tendon_newton.mechanisms.asset_library import asset_folder, asset_names
 from tendon_newton.mechanisms.authoring.asset_plot import plot_asset
-from tendon_newton.mechanisms.geometry.kinematics import posture, tip_position
-from tendon_newton.mechanisms.loading import load_mechanism
-from tendon_newton.mechanisms.geometry.parts import excursion, moment_arms
+from tendon_newton.mechanisms.kinematics import posture, tip_position
+from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.parts import excursion, moment_arms
 from tendon_newton.mechanisms.rules.checks import check_asset
 from tendon_newton.mechanisms.rules.mechanism_rules import arm_errors, range_positions
-from tendon_newton.mechanisms.geometry.statics import closed_position, closing_path
+from tendon_newton.mechanisms.statics import closed_position, closing_path
 
 every_asset = pytest.mark.parametrize("name", asset_names())
 

@@ -6,7 +6,7 @@ from time import process_time
 import pytest
 
 from tendon_newton.errors import InvalidAsset
-from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.mechanism import load_mechanism
 from tendon_newton.mechanisms.rules.checks import check_asset
 from tests.mechanisms.flat_assets import write_changed
 

@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from tendon_newton.errors import InvalidAsset
-from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.mechanism import load_mechanism
 from tendon_newton.mechanisms.rules.checks import check_asset
 from tests.mechanisms.flat_assets import flat_text
 

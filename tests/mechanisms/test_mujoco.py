@@ -5,9 +5,9 @@ import pytest
 from newton.solvers import SolverMuJoCo
 
 from tendon_newton.mechanisms.asset_library import asset_names
-from tendon_newton.mechanisms.loading import load_mechanism
-from tendon_newton.mechanisms.geometry.parts import excursion, moment_arms
-from tendon_newton.mechanisms.geometry.statics import closing_tension, equilibrium
+from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.parts import excursion, moment_arms
+from tendon_newton.mechanisms.statics import closing_tension, equilibrium
 
 DURATION = 1.0  # s, many time constants of every bench
 STEP = 2.0e-3  # s

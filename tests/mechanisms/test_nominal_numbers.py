@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.mechanism import load_mechanism
 
 FLOAT32 = 1e-6  # relative: Newton's arrays are float32, limits pass through degrees
 

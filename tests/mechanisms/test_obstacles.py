@@ -9,9 +9,8 @@ import pytest
 from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.errors import InvalidAsset
 from tendon_newton.mechanisms.asset_library import asset_path
-from tendon_newton.mechanisms.geometry.mechanism import Mechanism
-from tendon_newton.mechanisms.loading import load_mechanism
-from tendon_newton.mechanisms.geometry.obstacles import Box, Sphere
+from tendon_newton.mechanisms.mechanism import Mechanism, load_mechanism
+from tendon_newton.mechanisms.obstacles import Box, Sphere
 from tests.physics.contact.contacts import ball, block, floor
 
 MARKED = """#usda 1.0

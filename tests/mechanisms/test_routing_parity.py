@@ -8,9 +8,8 @@ import pytest
 from newton.solvers import SolverMuJoCo
 
 from tendon_newton.mechanisms.asset_library import asset_path
-from tendon_newton.mechanisms.geometry.mechanism import Mechanism
-from tendon_newton.mechanisms.loading import load_mechanism
-from tendon_newton.mechanisms.geometry.parts import Tendon, arm_slope, moment_arms
+from tendon_newton.mechanisms.mechanism import Mechanism, load_mechanism
+from tendon_newton.mechanisms.parts import Tendon, arm_slope, moment_arms
 from tendon_newton.mechanisms.rules.mechanism_rules import range_positions
 from tests.mechanisms.flat_assets import write_changed
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from tendon_newton.errors import InvalidParameter
-from tendon_newton.mechanisms.geometry.kinematics import tip_position
-from tendon_newton.mechanisms.loading import load_mechanism
-from tendon_newton.mechanisms.geometry.statics import (
+from tendon_newton.mechanisms.kinematics import tip_position
+from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.statics import (
     closing_path,
     closing_tension,
     equilibrium,

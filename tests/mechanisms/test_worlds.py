@@ -5,7 +5,7 @@ import pytest
 
 from tendon_newton.data.recording import BenchOverrides
 from tendon_newton.errors import InvalidParameter
-from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.mechanism import load_mechanism
 
 FLOAT32 = 1e-6
 NOMINAL = BenchOverrides()

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.mechanism import load_mechanism
 from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
 from tests.physics.runs import follow, ideal_model
 

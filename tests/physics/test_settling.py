@@ -8,10 +8,9 @@ import pytest
 import warp as wp
 
 from tendon_newton.mechanisms.asset_library import asset_names
-from tendon_newton.mechanisms.geometry.mechanism import Mechanism
-from tendon_newton.mechanisms.loading import load_mechanism
-from tendon_newton.mechanisms.geometry.parts import excursion, moment_arms
-from tendon_newton.mechanisms.geometry.statics import passive_torque
+from tendon_newton.mechanisms.mechanism import Mechanism, load_mechanism
+from tendon_newton.mechanisms.parts import excursion, moment_arms
+from tendon_newton.mechanisms.statics import passive_torque
 from tendon_newton.simulation.hosts.tendon_solver import LONGEST_STEP, TendonSolver
 from tests.conftest import SEED
 from tests.physics.runs import GAIN, RADIUS, ideal_model

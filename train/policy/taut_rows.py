@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from tendon_newton.mechanisms.geometry.mechanism import Mechanism
-from tendon_newton.mechanisms.geometry.parts import excursion
 
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.errors import InvalidDataset
+from tendon_newton.mechanisms.mechanism import Mechanism
+from tendon_newton.mechanisms.parts import excursion
 from tendon_newton.simulation.hosts.replay import bench_of
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
 from train.actuator.without_cell.sensorless_motion import joints_at

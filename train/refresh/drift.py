@@ -16,8 +16,8 @@ from tendon_newton.diagnosis.attribution import Attribution, examine
 from tendon_newton.diagnosis.diagnose import SEED, Evidence, conclude
 from tendon_newton.diagnosis.evaluation import evaluate_models
 from tendon_newton.diagnosis.gate import Gate, simplest
-from tendon_newton.diagnosis.greedy import Fit, Round, Search
 from tendon_newton.diagnosis.result import Diagnosis
+from tendon_newton.diagnosis.greedy import Fit, Round, Search
 from tendon_newton.identification.least_squares import Candidate
 from tendon_newton.identification.study import Study
 from tendon_newton.identification.testable import testable_effects

@@ -12,8 +12,8 @@ from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.files.toml_file import read_toml
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.diagnosis.diagnose import SEARCH_STEP, diagnose, extended_model, values_of
-from tendon_newton.diagnosis.greedy import Search
 from tendon_newton.diagnosis.result import Diagnosis
+from tendon_newton.diagnosis.greedy import Search
 from tendon_newton.errors import InvalidDataset
 from tendon_newton.identification.least_squares import Candidate, refine
 from tendon_newton.identification.study import Study

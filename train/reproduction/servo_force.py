@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import warp as wp
-from tendon_newton.mechanisms.loading import load_mechanism
 
 from tendon_newton.data.cards.force_network_card import HoldLaw
 from tendon_newton.data.model_file import Model, NamedValues
@@ -22,6 +21,7 @@ from tendon_newton.device_code.placeholders import (
     real,
 )
 from tendon_newton.device_code.templates import device_template
+from tendon_newton.mechanisms.mechanism import load_mechanism
 from tendon_newton.simulation.hosts.rollout import Rollout
 from tendon_newton.simulation.model.assembly import assemble
 from tendon_newton.simulation.model.kernel_types import kernel_types

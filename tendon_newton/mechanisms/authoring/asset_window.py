@@ -8,8 +8,8 @@ from typing import Any
 import newton
 import numpy as np
 
-from tendon_newton.mechanisms.geometry.mechanism import Mechanism
-from tendon_newton.mechanisms.geometry.statics import closing_path
+from tendon_newton.mechanisms.mechanism import Mechanism
+from tendon_newton.mechanisms.statics import closing_path
 
 FRAME_RATE = 60.0
 """Frames per second."""

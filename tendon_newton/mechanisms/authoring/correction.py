@@ -9,9 +9,8 @@ from math import cos, isfinite, sin
 import numpy as np
 
 from tendon_newton.data.model_file import Model
-from tendon_newton.mechanisms.geometry.mechanism import Mechanism
-from tendon_newton.mechanisms.geometry.joints import Joint
-from tendon_newton.mechanisms.geometry.parts import Tendon
+from tendon_newton.mechanisms.mechanism import Mechanism
+from tendon_newton.mechanisms.parts import Joint, Tendon
 
 Numbers = Mapping[str, float]
 

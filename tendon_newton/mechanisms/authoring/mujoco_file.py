@@ -13,7 +13,7 @@ import numpy as np
 from newton.solvers import SolverMuJoCo
 
 from tendon_newton.errors import InvalidOutput
-from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.mechanism import Mechanism
 
 TIME_STEP = 5.0e-4
 """Step [s]: the stops of a light link ring at more than MuJoCo's own 2 ms can follow."""

@@ -8,11 +8,11 @@ import numpy as np
 
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidParameter
-from tendon_newton.mechanisms.rules.findings import AssetFinding, Severity
-from tendon_newton.mechanisms.geometry.mechanism import Mechanism
-from tendon_newton.mechanisms.geometry.parts import Tendon, excursion, moment_arms
+from tendon_newton.mechanisms.findings import AssetFinding, Severity
+from tendon_newton.mechanisms.mechanism import Mechanism
+from tendon_newton.mechanisms.parts import Tendon, excursion, moment_arms
 from tendon_newton.mechanisms.rules.routed_rules import routed_findings
-from tendon_newton.mechanisms.geometry.statics import (
+from tendon_newton.mechanisms.statics import (
     closed_position,
     closing_path,
     closing_tension,

@@ -16,7 +16,7 @@ from tendon_newton.actuators.networks.query import NetworkForm, open_query, with
 from tendon_newton.actuators.networks.torchscript import ForceQuery
 from tendon_newton.data.model_file import Model
 from tendon_newton.errors import InvalidParameter, SimulationDiverged
-from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.mechanism import Mechanism
 from tendon_newton.simulation.hosts.held_force import HeldForce
 from tendon_newton.simulation.hosts.tendon_solver import LONGEST_STEP, TendonSolver
 from tendon_newton.simulation.hosts.torch_bridge import Graph, torch_stream

@@ -10,9 +10,8 @@ import numpy as np
 from tendon_newton.actuators import find_actuator
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
-from tendon_newton.mechanisms.geometry.kinematics import tip_position
-from tendon_newton.mechanisms.geometry.mechanism import Mechanism
-from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.kinematics import tip_position
+from tendon_newton.mechanisms.mechanism import Mechanism, load_mechanism
 from tendon_newton.simulation.hosts.chain_rollout import ChainRollout
 from tendon_newton.simulation.hosts.rollout import TIME_STEP, Rollout, Trajectory, rollout_groups
 from tendon_newton.simulation.model.bench_numbers import BenchNumber, without_estimates

@@ -22,7 +22,7 @@ from tendon_newton.errors import (
     InvalidRecording,
     SimulationDiverged,
 )
-from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.mechanism import Mechanism
 from tendon_newton.simulation.hosts.timeline import Timeline, make_timeline
 from tendon_newton.simulation.kernels.position_kernels import POSITION_EFFECTS, POSITION_STEP
 from tendon_newton.simulation.model.assembly import KernelSet, kernel_set

@@ -18,7 +18,7 @@ from tendon_newton.data.model_file import Model
 from tendon_newton.data.parameters import Parameter
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.errors import InvalidModelFile
-from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.mechanism import Mechanism
 
 OWNER = "bench"
 """Owner of these columns in a parameter table."""

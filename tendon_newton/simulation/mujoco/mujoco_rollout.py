@@ -15,7 +15,7 @@ from tendon_newton.data.recording import Recording
 from tendon_newton.device_code.placeholders import struct_type
 from tendon_newton.effects import Stage
 from tendon_newton.errors import SimulationDiverged
-from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.mechanism import Mechanism
 from tendon_newton.simulation.hosts.replay import rollout_of
 from tendon_newton.simulation.hosts.rollout import Trajectory
 from tendon_newton.simulation.model.assembly import assemble

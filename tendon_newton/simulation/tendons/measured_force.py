@@ -13,7 +13,7 @@ from tendon_newton.data.recording import BenchOverrides
 from tendon_newton.device_code.placeholders import Jet, ParameterVector, Placeholder, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects import EFFECTS, Stage
-from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.mechanism import Mechanism
 
 Tendon = Placeholder
 cell_effects: Any = None

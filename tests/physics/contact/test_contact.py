@@ -10,9 +10,9 @@ from torch import Tensor
 
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidAsset, InvalidParameter
-from tendon_newton.mechanisms.loading import load_mechanism
-from tendon_newton.mechanisms.geometry.obstacles import Box, Plane, Sphere
-from tendon_newton.mechanisms.geometry.statics import passive_torque
+from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.obstacles import Box, Plane, Sphere
+from tendon_newton.mechanisms.statics import passive_torque
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tests.physics.contact.contacts import ball, ball_torque, block, floor
 from tests.physics.runs import GAIN, RADIUS, ideal_model

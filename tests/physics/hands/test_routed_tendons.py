@@ -8,11 +8,10 @@ from newton.solvers import SolverMuJoCo
 from scipy.optimize import minimize
 
 from tendon_newton.gradients.differentiable import DifferentiableRollout
-from tendon_newton.mechanisms.geometry.kinematics import posture
-from tendon_newton.mechanisms.geometry.mechanism import Mechanism
-from tendon_newton.mechanisms.loading import load_mechanism
-from tendon_newton.mechanisms.geometry.parts import excursion, moment_arms
-from tendon_newton.mechanisms.geometry.statics import equilibrium
+from tendon_newton.mechanisms.kinematics import posture
+from tendon_newton.mechanisms.mechanism import Mechanism, load_mechanism
+from tendon_newton.mechanisms.parts import excursion, moment_arms
+from tendon_newton.mechanisms.statics import equilibrium
 from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
 from tests.conftest import SEED
 from tests.physics.gradients.test_gradients import difference, loss_of, random_seeds

@@ -6,7 +6,7 @@ import pytest
 import warp as wp
 
 from tendon_newton.errors import InvalidParameter
-from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.mechanism import load_mechanism
 from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
 from tests.physics.runs import ROWS, ideal_model, run_of, simulate, stairs
 

@@ -10,12 +10,12 @@ from typing import Any
 import torch
 import warp as wp
 from rsl_rl.env import VecEnv
-from tendon_newton.mechanisms.loading import load_mechanism
 from tensordict import TensorDict
 from torch import Tensor
 
 from tendon_newton.data.cards.policy_observation import applied_action, motor_command
 from tendon_newton.errors import SimulationDiverged
+from tendon_newton.mechanisms.mechanism import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from train.policy.config.environment_config import EnvironmentConfig
 from train.policy.config.training_config import OBSERVED

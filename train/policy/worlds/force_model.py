@@ -7,8 +7,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 
-from tendon_newton.mechanisms.geometry.mechanism import Mechanism
-
 from tendon_newton.actuators.networks.artifact import load_network, read_card
 from tendon_newton.actuators.networks.query import NetworkForm, network_file
 from tendon_newton.data.files.trust import content_hash
@@ -16,6 +14,7 @@ from tendon_newton.data.model_file import Model, NamedValues, load_model
 from tendon_newton.effects import Stage, find_effect
 from tendon_newton.errors import InvalidModelFile
 from tendon_newton.force_networks.weights_file import SUFFIX
+from tendon_newton.mechanisms.mechanism import Mechanism
 
 IDEAL = "ideal"
 IDEAL_GAIN = 4.2

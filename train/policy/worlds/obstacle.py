@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import torch
-from tendon_newton.mechanisms.geometry.mechanism import Mechanism
-from tendon_newton.mechanisms.geometry.obstacles import (
+from torch import Tensor
+
+from tendon_newton.mechanisms.mechanism import Mechanism
+from tendon_newton.mechanisms.obstacles import (
     FRICTION,
     STIFFNESS,
     Box,
@@ -13,8 +15,6 @@ from tendon_newton.mechanisms.geometry.obstacles import (
     Plane,
     Sphere,
 )
-from torch import Tensor
-
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from train.policy.config.environment_config import ObstacleChoice
 from train.policy.worlds.goal_path import GoalPath
