@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.search.survey import Survey
+from tendon_newton.effects import EFFECTS, find_effect
 
 CLOSER = 6
 """Directions that are solved for, of those that promise most to one step of a set."""
 ROUNDS = 3
 """Times that the weights of the signals are renewed while a set is solved for."""
+FORCED = 4
+"""Single causes of which each is forced into a set."""
 MOST_STEPS = 20
 """Additions, removals and exchanges of one choice."""
 
@@ -130,6 +133,7 @@ class Chooser:
         step = np.clip(-b_own / np.maximum(size, 1e-30), 0.0, self._high[self.atoms])
         gain = -(b_own * step + 0.5 * size * step**2)
         present = {s.columns[i].name for i in trial.added} | barred
+        present |= {name for own in self.names(trial) for name in relatives(own)}
         allowed = [
             (g, i) for g, i in zip(gain, self.atoms, strict=True)
             if s.columns[i].name not in present and g > 0.0
@@ -195,30 +199,53 @@ class Chooser:
         return [t for t in ranked if t.score < start.score][:count]
 
 
-def choose(survey: Survey, price: float, most: int, sets: int) -> list[Trial]:
+def choose(chooser: Chooser, sets: int) -> list[Trial]:
     """Return different sets: the best, those without each of its members, those with each rival.
 
     Args:
-        survey: The quadratic.
-        price: Gain in score [nat per row] that a further cause must promise.
-        most: Causes at most.
+        chooser: Of one survey.
         sets: How many sets to return at most.
     """
-    chooser = Chooser(survey, price, most)
+    columns = chooser.survey.columns
     start = chooser.solve((), ())
     best = chooser.grow(start)
     found = [best]
     for atom in best.added:
-        found.append(chooser.grow(start, barred=[survey.columns[atom].name]))
-    for single in chooser.singles(4):
-        name = survey.columns[single.added[0]].name
+        found.append(chooser.grow(start, barred=[columns[atom].name]))
+    for name in chooser.survey.fit.names:
+        found.append(chooser.grow(chooser.solve((), [name])))
+    for single in chooser.singles(FORCED):
+        name = columns[single.added[0]].name
         if name not in chooser.names(best):
             found.append(chooser.grow(single, forced=[name]))
-    different = {
-        frozenset(chooser.names(t)): t for t in sorted(found, key=chooser.cost, reverse=True)
-    }
-    different.pop(frozenset(survey.fit.names), None)
+    found.sort(key=chooser.cost, reverse=True)
+    different = {frozenset(chooser.names(trial)): trial for trial in found}
+    different.pop(frozenset(chooser.survey.fit.names), None)
     return sorted(different.values(), key=chooser.cost)[:sets]
+
+
+def exchanges(chooser: Chooser, count: int) -> list[Trial]:
+    """Return for each cause of the fit the sets with the likeliest others in its place."""
+    out: list[Trial] = []
+    columns = chooser.survey.columns
+    for name in chooser.survey.fit.names:
+        others = {r for n in chooser.survey.fit.names if n != name for r in relatives(n)}
+        ranked: dict[str, Trial] = {}
+        for atom in chooser.atoms:
+            rival = columns[atom].name
+            if rival in others:
+                continue
+            trial = chooser.solve([atom], [name])
+            if rival not in ranked or trial.score < ranked[rival].score:
+                ranked[rival] = trial
+        out += sorted(ranked.values(), key=lambda trial: trial.score)[:count]
+    return out
+
+
+def relatives(name: str) -> set[str]:
+    """Return the special cases of an effect, and the laws that it is one of."""
+    special = set(find_effect(name).includes)
+    return special | {other for other, law in EFFECTS.items() if name in law.includes}
 
 
 def bounded(matrix: Array, vector: Array, low: Array, high: Array) -> Array:
@@ -241,25 +268,3 @@ def bounded(matrix: Array, vector: Array, low: Array, high: Array) -> Array:
         x[worst] = np.clip(x[worst], low[worst], high[worst])
         fixed[worst] = True
     return np.clip(x, low, high)
-
-
-def values_after(survey: Survey, trial: Trial, place: dict[int, float]) -> dict[int, float]:
-    """Return the coordinates to start from: those of the fit moved, less what was removed."""
-    moved = dict(place)
-    for i, x in trial.coefficients.items():
-        column = survey.columns[i]
-        if column.kind == "slope":
-            for c in column.values:
-                moved[c] = moved[c] + x
-    return moved
-
-
-def names_of(survey: Survey, trials: Sequence[Trial]) -> list[tuple[str, ...]]:
-    """Return the causes of sets."""
-    return [
-        (
-            *(n for n in survey.fit.names if n not in t.removed),
-            *(survey.columns[i].name for i in t.added),
-        )
-        for t in trials
-    ]

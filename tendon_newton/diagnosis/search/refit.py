@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tendon_newton.data.recording import Array, Mask
-from tendon_newton.diagnosis.search.worlds import Worlds
+from tendon_newton.diagnosis.search.worlds import Floors, Worlds
 from tendon_newton.identification.objective import Scales, loss_terms, loss_weights
 
 DAMPINGS = (1.0e-3, 0.1, 3.0)
@@ -56,7 +56,7 @@ def bounds_of(worlds: Worlds, columns: Sequence[int]) -> tuple[Array, Array]:
 def start_fits(
     worlds: Worlds,
     starts: Sequence[tuple[tuple[str, ...], Mapping[int, float]]],
-    floors: Scales,
+    floors: Floors,
     time_step: float,
 ) -> list[Fit]:
     """Evaluate sets of causes at given values, column -> value."""
@@ -86,7 +86,7 @@ def start_fits(
 def refit(
     worlds: Worlds,
     fits: Sequence[Fit],
-    floors: Scales,
+    floors: Floors,
     *,
     iterations: int,
     tolerance: float = 1.0e-3,
@@ -142,7 +142,7 @@ def mean_loss(residual: Array, unit: Array) -> float:
     return float(loss_terms(residual[seen] / unit[seen]).mean())
 
 
-def row_units(worlds: Worlds, fit: Fit, floors: Scales, share: float, rows: Mask | None) -> Array:
+def row_units(worlds: Worlds, fit: Fit, floors: Floors, share: float, rows: Mask | None) -> Array:
     """Return one unit of residual for each row, infinite where a fit may not look, shape (M,)."""
     unit = np.full(len(fit.residual), np.inf)
     for force, floor in ((False, floors.theta), (True, floors.force)):
@@ -150,7 +150,7 @@ def row_units(worlds: Worlds, fit: Fit, floors: Scales, share: float, rows: Mask
         chosen = chosen if rows is None else chosen & rows
         if chosen.any():
             unit[chosen] = max(floor, trimmed_size(fit.residual[chosen], share))
-    return unit
+    return unit / np.sqrt(worlds.weights(floors))
 
 
 def trimmed_size(residual: Array, share: float) -> float:
@@ -215,7 +215,7 @@ def without(fit: Fit, name: str, worlds: Worlds) -> tuple[tuple[str, ...], dict[
     )
 
 
-def rescored(worlds: Worlds, fits: Sequence[Fit], floors: Scales) -> list[Fit]:
+def rescored(worlds: Worlds, fits: Sequence[Fit], floors: Floors) -> list[Fit]:
     """Return fits with their scores at other floors."""
     score = worlds.score(np.stack([f.residual for f in fits]), floors)
     return [

@@ -17,8 +17,8 @@ from tendon_newton.diagnosis.search.refit import (
     values_of,
     without,
 )
-from tendon_newton.diagnosis.search.worlds import Worlds
-from tendon_newton.identification.objective import Scales, loss_weights
+from tendon_newton.diagnosis.search.worlds import Floors, Worlds
+from tendon_newton.identification.objective import loss_weights
 
 TRUST = 0.7
 """Share of a coordinate, and of a typical size besides, by which a slope is trusted [1]."""
@@ -56,12 +56,12 @@ class Survey:
     """Squared residual, shape (2,)."""
     rows: Array
     """Rows that count, by weight, shape (2,)."""
-    floors: Scales
+    floors: Floors
     directions: Array
     """Changes of the residual, shape (C, M)."""
 
 
-def survey(worlds: Worlds, fit: Fit, names: Sequence[str], floors: Scales, share: float) -> Survey:
+def survey(worlds: Worlds, fit: Fit, names: Sequence[str], floors: Floors, share: float) -> Survey:
     """Look at every effect around a fit.
 
     Args:
@@ -104,7 +104,7 @@ def survey(worlds: Worlds, fit: Fit, names: Sequence[str], floors: Scales, share
 
 
 def assemble(
-    worlds: Worlds, fit: Fit, columns: tuple[Column, ...], directions: Array, floors: Scales,
+    worlds: Worlds, fit: Fit, columns: tuple[Column, ...], directions: Array, floors: Floors,
     share: float,
 ) -> Survey:  # fmt: skip
     """Reduce directions to the products that a choice needs."""
@@ -120,6 +120,7 @@ def assemble(
             continue
         residual = fit.residual[chosen]
         weight = loss_weights(residual / max(floor, trimmed_size(residual, share)))
+        weight = weight * worlds.weights(floors)[chosen]
         part = directions[:, chosen]
         gram.append((part * weight) @ part.T)
         slope.append(part @ (weight * residual))

@@ -10,7 +10,7 @@ import numpy as np
 from tendon_newton.data.recording import Array, Mask
 from tendon_newton.diagnosis.search.coordinates import Coordinate, coordinate_of
 from tendon_newton.identification.objective import TAIL, Scales, layout, stack
-from tendon_newton.identification.study import Study, replacements
+from tendon_newton.identification.study import Study, compares_force, replacements
 
 UNIT = Scales(theta=1.0, force=1.0)
 """Residuals in their own units."""
@@ -20,8 +20,24 @@ FINER = 0.4
 """Share of the step with which such a world is simulated again [1]."""
 MOST_NUMBERS = 30_000_000
 """Residuals held at once [1]; more worlds are simulated in turns."""
+STILL = 1.0e-9
+"""Change of the angle from row to row that is none [rad]."""
+NEAR = 3
+"""Rows either side without motion that make a row one at rest."""
 PASSES = 8
 """Fixed-point passes for a scale; each gains a digit."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Floors:
+    """What a model that is right leaves."""
+
+    theta: float
+    """Least scale of the angle's residuals [rad]."""
+    force: float
+    """The same of the force [N]."""
+    rest: float = 1.0
+    """Weight of a row at rest [1]: a stuck tendon repeats one error in all of them."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,6 +64,7 @@ class Worlds:
         self.where = layout(study)
         self.count = 0
         self._coordinates: dict[int, Coordinate] = {}
+        self._rests = rests(study)
 
     def coordinate(self, column: int) -> Coordinate:
         """Return the coordinate of one column."""
@@ -86,7 +103,11 @@ class Worlds:
         limit = np.where(self.where.is_force, force, angle)
         return (np.abs(residuals) > limit).any(axis=1)
 
-    def score(self, residuals: Array, floors: Scales, rows: Mask | None = None) -> Score:
+    def weights(self, floors: Floors) -> Array:
+        """Return how much each row counts [1], shape (M,)."""
+        return np.where(self._rests, floors.rest, 1.0)
+
+    def score(self, residuals: Array, floors: Floors, rows: Mask | None = None) -> Score:
         """Return how likely residuals are, shape (N, M).
 
         Each signal's density falls off like Student's, with the most likely scale that is not below
@@ -97,25 +118,36 @@ class Worlds:
             floors: Least scale of each signal.
             rows: Rows that count, shape (M,); all by default.
         """
-        value, scales = np.zeros(len(residuals)), []
+        value, scales, weights = np.zeros(len(residuals)), [], self.weights(floors)
         for force, floor in ((False, floors.theta), (True, floors.force)):
             chosen = self.where.is_force == force
             chosen = chosen if rows is None else chosen & rows
             if not chosen.any():
                 scales.append(np.zeros(len(residuals)))
                 continue
-            square = residuals[:, chosen] ** 2
-            scale = likely_scale(square, floor)
+            square, weight = residuals[:, chosen] ** 2, weights[chosen] / weights[chosen].sum()
+            scale = likely_scale(square, weight, floor)
             tail = 0.5 * TAIL**2 * np.log1p(square / (TAIL * scale[:, None]) ** 2)
-            value += np.log(scale / floor) + tail.mean(axis=1)
+            value += np.log(scale / floor) + tail @ weight
             scales.append(scale)
         return Score(value=value, theta=scales[0], force=scales[1])
 
 
-def likely_scale(square: Array, floor: float) -> Array:
+def likely_scale(square: Array, weight: Array, floor: float) -> Array:
     """Return the most likely scale of squared residuals, at least a floor, shape (N,)."""
-    variance = np.maximum(square.mean(axis=1), floor**2)
+    variance = np.maximum(square @ weight, floor**2)
     for _ in range(PASSES):
         kept = square / (1.0 + square / (TAIL**2 * variance[:, None]))
-        variance = np.maximum(kept.mean(axis=1), floor**2)
+        variance = np.maximum(kept @ weight, floor**2)
     return np.sqrt(variance)
+
+
+def rests(study: Study) -> Mask:
+    """Tell on which rows the encoder stands still, in the order of residuals, shape (M,)."""
+    out = []
+    for index, recording in enumerate(study.recordings):
+        moves = np.abs(np.diff(recording.motor_position[:, 0], prepend=np.nan)) > STILL
+        near = np.convolve(moves, np.ones(2 * NEAR + 1), mode="same") > 0.0
+        rest = ~near[study.timeline(index).trusted]
+        out += [rest] * (2 if compares_force(recording) else 1)
+    return np.concatenate(out)

@@ -1,0 +1,77 @@
+"""All sets of causes that were fitted, and the best of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tendon_newton.diagnosis.search.refit import Fit, rescored, values_of
+from tendon_newton.diagnosis.search.worlds import Floors, Worlds
+from tendon_newton.effects import find_effect
+
+Log = Callable[[str], None]
+NUMBER_SHARE = 0.3
+"""Share of a cause's price that each number beyond its first costs [1]."""
+
+
+@dataclass
+class Pool:
+    """All sets that were fitted on one study, the best place of each."""
+
+    worlds: Worlds
+    floors: Floors
+    """Least scale of each signal; all scores are at these."""
+    price: float
+    """Gain in score that a cause must bring [nat per row]."""
+    haste: float = 1.0
+    """Share of the price that is asked while the search is on [1]."""
+    log: Log = lambda _: None
+    fits: dict[frozenset[str], Fit] = field(default_factory=dict)
+
+    def add(self, fits: Sequence[Fit]) -> None:
+        """Keep fits that are better than those of the same causes."""
+        for fit in fits:
+            key = frozenset(fit.names)
+            if key not in self.fits or fit.score < self.fits[key].score:
+                self.fits[key] = fit
+
+    def rescore(self, floors: Floors) -> None:
+        """Score all sets at other floors."""
+        if floors != self.floors:
+            self.floors = floors
+            new = rescored(self.worlds, list(self.fits.values()), floors)
+            self.fits = dict(zip(self.fits, new, strict=True))
+
+    def cost(self, fit: Fit) -> float:
+        """Return a fit's score, its causes paid for [nat per row].
+
+        Each number beyond a cause's first is paid for as well, so that a law does not win over its
+        own special case by a trifle.
+        """
+        numbers = sum(len(find_effect(name).parameters) - 1 for name in fit.names)
+        return fit.score + self.haste * self.price * (len(fit.names) + NUMBER_SHARE * numbers)
+
+    def best(self) -> Fit:
+        """Return the best fit, its causes paid for."""
+        return min(self.fits.values(), key=self.cost)
+
+    def excess(self, fit: Fit) -> float:
+        """Return what a fit leaves above the floors: no cause can gain more [nat per row]."""
+        out = float(np.log(fit.scales.theta / self.floors.theta))
+        if fit.scales.force:
+            out += float(np.log(fit.scales.force / self.floors.force))
+        return out
+
+    def describe(self, fit: Fit) -> str:
+        """Say a fit in one line."""
+        owners = self.worlds.study.table.owners
+        numbers = " ".join(
+            f"{owners[c][0]}.{owners[c][1].name}={v:.4g}"
+            for c, v in values_of(self.worlds, fit.columns, fit.place).items()
+        )
+        return (
+            f"{fit.score:.3f} theta {1e3 * fit.scales.theta:.2f} mrad, force "
+            f"{fit.scales.force:.3f}: {numbers or 'nothing'}"
+        )
