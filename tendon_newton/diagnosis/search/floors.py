@@ -15,6 +15,8 @@ bristles of 5 to 40 um give way before anything slides, and it sticks elsewhere.
 LEAST_THETA, LEAST_FORCE = 1.0e-3, 0.03
 """The same without dry friction: steps of the simulation, and a row's worth of timing at jumps."""
 
+BREAKAWAY = 3.0
+"""How much more a law misses whose breakaway force is above the sliding one: it jumps [1]."""
 REST = 0.1
 """Weight of a row at rest where something sticks [1]: one error in all rows of a rest."""
 
@@ -29,6 +31,8 @@ def floors_of(worlds: Worlds, names: Sequence[str]) -> Floors:
     noise, scale = worlds.study.noise, worlds.study.scale
     dry = is_dry(names)
     theta, force = (FORM_THETA, FORM_FORCE) if dry else (LEAST_THETA, LEAST_FORCE)
+    if any(len(find_effect(name).dry) > 1 for name in names):
+        theta, force = BREAKAWAY * theta, BREAKAWAY * force
     return Floors(
         theta=float(np.hypot(noise.theta, theta * scale.turn)),
         force=float(np.hypot(noise.force or 0.0, force * scale.force)),
