@@ -28,8 +28,8 @@ from tendon_newton.data.recording import Array, Recording
 from tendon_newton.device_code.quiet import quiet_warp
 from tendon_newton.identification.cutting import rows_of
 from tests.physics.runs import ideal_model
-from tests.train.actuator.pulled_benches import pulled_log
-from tests.train.actuator.servo_logs import write_servo_dataset
+from tests.train.actuator.without_cell.pulled_benches import pulled_log
+from tests.train.actuator.without_cell.servo_logs import write_servo_dataset
 from tests.train.refresh.test_drift import FITTED, log_of
 from train.refresh.ledger import Ledger
 from train.refresh.logs import BEGINNING, HELD_OUT
@@ -250,7 +250,7 @@ def refresh(folder: Path, noisy: bool) -> Made:
 
 def import_logs(folder: Path, noisy: bool) -> Made:
     """The model to start from, and every train recording; the log of the test split says more."""
-    from tests.formats.logs import xl330_log
+    from tests.importers.logs import xl330_log
 
     for kp, supply in ((100, 7.0), (200, 7.4), (800, 7.6)):
         xl330_log(folder / "logs" / f"kp{kp}_sine.json", kp=kp, vin=supply)

@@ -229,7 +229,7 @@ MUTATIONS: tuple[Mutation, ...] = (
         file="tendon_newton/data/cards/policy_observation.py",
         old="latest = (position, velocity, self._action, self._previous)",
         new="latest = (position, velocity, self._previous, self._action)",
-        tests="tests/hardware/deploy/test_observation.py",
+        tests="tests/hardware/goals/test_observation.py",
     ),
     # files, units, hardware
     Mutation(
@@ -237,14 +237,14 @@ MUTATIONS: tuple[Mutation, ...] = (
         file="tendon_newton/data/importers/mapped_column.py",
         old='"rev/min": 2.0 * pi / 60.0',
         new='"rev/min": pi / 60.0',
-        tests="tests/formats/test_import_mapped.py",
+        tests="tests/importers/test_import_mapped.py",
     ),
     Mutation(
         name="recording-in-both-splits",
         file="tendon_newton/data/dataset.py",
         old="        if count > 1:\n",
         new="        if count > 2:\n",
-        tests="tests/formats/test_bad_input_files.py",
+        tests="tests/bad_input/test_bad_input_files.py",
     ),
     Mutation(
         name="stamps-in-microseconds",

@@ -59,22 +59,28 @@ def test_imports_point_down() -> None:
     assert result.returncode == 0, result.stdout
 
 
-def test_every_module_has_a_place_in_the_layers() -> None:
-    """A module that no layer names would escape the rule."""
+def layers_of_packages() -> dict[str, set[str]]:
+    """Return the names in the layers of the whole and of each package."""
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-    (layers,) = (
-        contract["layers"]
-        for contract in settings["tool"]["importlinter"]["contracts"]
-        if contract["type"] == "layers"
-    )
-    placed = {name.strip(" ()") for layer in layers for name in layer.split("|")}
+    layers: dict[str, set[str]] = {}
+    for contract in settings["tool"]["importlinter"]["contracts"]:
+        if contract["type"] == "layers":
+            (package,) = contract.get("containers", ["tendon_newton"])
+            names = [name.strip(" ()") for row in contract["layers"] for name in row.split("|")]
+            layers[package] = {name.removeprefix("tendon_newton.") for name in names}
+    return layers
+
+
+@pytest.mark.parametrize("package", layers_of_packages())
+def test_every_module_has_a_place_in_the_layers(package: str) -> None:
+    """A module that no layer names would escape the rule."""
+    folder = ROOT / package.replace(".", "/")
     modules = {
-        f"tendon_newton.{path.stem}"
-        for path in (ROOT / "tendon_newton").iterdir()
+        path.stem
+        for path in folder.iterdir()
         if path.suffix == ".py" or (path / "__init__.py").is_file()
     }
-    entry_points = {"tendon_newton.__init__", "tendon_newton.__main__"}
-    assert modules - entry_points - placed == set()
+    assert modules - {"__init__", "__main__"} - layers_of_packages()[package] == set()
 
 
 def test_every_imported_package_is_declared() -> None:

@@ -10,9 +10,10 @@ import numpy as np
 import torch
 
 from tendon_newton.data.recording import Array
-from tendon_newton.mechanisms.kinematics import posture
-from tendon_newton.mechanisms.mechanism import Mechanism, load_mechanism
-from tendon_newton.mechanisms.obstacles import Sphere
+from tendon_newton.mechanisms.geometry.kinematics import posture
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.obstacles import Sphere
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tests.physics.contact.contacts import ball, ball_torque
 from tests.physics.runs import ideal_model

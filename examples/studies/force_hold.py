@@ -25,7 +25,7 @@ from tendon_newton.actuators.networks.torchscript import TorchScriptQuery
 from tendon_newton.data.cards.force_network_card import PLAIN_HOLD, HoldLaw
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.learned_rollout import LearnedRollout
 from tendon_newton.simulation.hosts.replay import simulated_recording
 from train.actuator.ideal import PAPER_GAIN, SERVO_LIMIT

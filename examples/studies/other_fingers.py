@@ -15,7 +15,7 @@ import numpy as np
 import warp as wp
 
 from hardware.control.policy_runner import load_policy
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from train.policy.config.environment_config import EnvironmentConfig
 from train.policy.config.training_config import PolicyTrainingConfig
 from train.policy.runs.export import export_policy

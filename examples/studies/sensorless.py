@@ -20,7 +20,7 @@ import numpy as np
 from tendon_newton.actuators.networks.artifact import NetworkFile, load_network
 from tendon_newton.data.dataset import Dataset, load_dataset
 from tendon_newton.data.recording import Array, Recording
-from tendon_newton.mechanisms.statics import gravity_torque
+from tendon_newton.mechanisms.geometry.statics import gravity_torque
 from train.actuator.fitting.run import train_to_file
 from train.actuator.ideal import PAPER_GAIN, SERVO_LIMIT, ideal_force, refitted_gain
 from train.actuator.prediction import predict

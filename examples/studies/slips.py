@@ -23,7 +23,7 @@ from hardware.virtual_bench.physics.unit import draw_unit
 from hardware.virtual_bench.physics.wear import worn
 from tendon_newton.data.model_file import load_model
 from tendon_newton.device_code.quiet import quiet_warp
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from train.policy.scoring.bench_climb import climb_on_bench
 from train.policy.scoring.evaluation import reachable_error
 from train.policy.scoring.evaluation_scores import score

@@ -21,7 +21,7 @@ from tendon_newton.data.excitations import excite
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.device_code.quiet import quiet_warp
-from tendon_newton.mechanisms.kinematics import tip_position
+from tendon_newton.mechanisms.geometry.kinematics import tip_position
 from tendon_newton.simulation.hosts.replay import bench_of
 from tendon_newton.simulation.simulators import TendonSimulator
 

@@ -13,7 +13,7 @@ from tendon_newton.cli.asset_interchange import Export, Import, export_asset, im
 from tendon_newton.device_code.quiet import quiet_warp
 
 if TYPE_CHECKING:
-    from tendon_newton.mechanisms.findings import AssetFinding
+    from tendon_newton.mechanisms.rules.findings import AssetFinding
 
 EXIT_FINDINGS = 1
 """Exit code where an asset was read and has errors; an unreadable one gives 2."""
@@ -123,7 +123,7 @@ def new(config: New) -> None:
 
 def check(config: Check) -> None:
     """Print the findings about an asset; leave with code 1 where one is an error."""
-    from tendon_newton.mechanisms.rules.checks import check_asset
+    from tendon_newton.mechanisms.checks import check_asset
 
     findings = check_asset(config.asset)
     for line in table(findings):
@@ -152,7 +152,7 @@ def table(findings: Sequence[AssetFinding]) -> list[str]:
 def show(config: Show) -> None:
     """Draw an asset and print where the picture is."""
     from tendon_newton.mechanisms.authoring.asset_plot import plot_asset
-    from tendon_newton.mechanisms.mechanism import load_mechanism
+    from tendon_newton.mechanisms.loading import load_mechanism
 
     mechanism = load_mechanism(config.asset)
     path = config.out or Path(f"{mechanism.name}.png")

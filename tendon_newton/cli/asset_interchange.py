@@ -72,7 +72,7 @@ def import_asset(config: Import) -> None:
 def export_asset(config: Export) -> None:
     """Write the file and print where it is."""
     from tendon_newton.mechanisms.authoring.mujoco_file import write_mujoco
-    from tendon_newton.mechanisms.mechanism import load_mechanism
+    from tendon_newton.mechanisms.loading import load_mechanism
 
     mechanism = load_mechanism(config.asset)
     path = config.out or Path(f"{mechanism.name}.xml")

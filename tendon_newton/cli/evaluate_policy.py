@@ -83,7 +83,7 @@ def main(config: EvaluatePolicyConfig) -> None:
     quiet_warp()
 
     from tendon_newton.errors import InvalidParameter
-    from tendon_newton.mechanisms.mechanism import load_mechanism
+    from tendon_newton.mechanisms.loading import load_mechanism
     from train.policy.scoring.evaluation import reachable_error
     from train.policy.scoring.evaluation_scores import score, to_markdown
 
@@ -162,7 +162,7 @@ def climbs_on_bench(
 ) -> list[Climb]:
     """Let the policies climb on a bench, where there is one, and read the logs that are given."""
     from hardware.deployment.deploy_log import step_table
-    from tendon_newton.mechanisms.mechanism import load_mechanism
+    from tendon_newton.mechanisms.loading import load_mechanism
     from train.policy.scoring.bench_climb import climb_on_bench
 
     logs = [(path.stem, path, policies[0]) for path in config.logs]

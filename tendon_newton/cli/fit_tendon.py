@@ -63,7 +63,7 @@ def main(config: FitTendonConfig) -> None:
 def read_model(force: str) -> Model:
     """Return the model of a word or a file, whole."""
     from tendon_newton.data.model_file import load_model
-    from tendon_newton.mechanisms.mechanism import load_mechanism
+    from tendon_newton.mechanisms.loading import load_mechanism
     from train.policy.worlds.force_model import open_force_model
 
     if Path(force).suffix == ".toml":

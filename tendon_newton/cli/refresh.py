@@ -215,7 +215,7 @@ def train(config: RefreshConfig, ledger: Ledger) -> None:
 
 def compare(config: RefreshConfig, ledger: Ledger) -> tuple[list[TipFigure], Path]:
     """Measure the old and the new policy, before and after, simulated and on the bench."""
-    from tendon_newton.mechanisms.mechanism import load_mechanism
+    from tendon_newton.mechanisms.loading import load_mechanism
     from train.policy.scoring.evaluation import reachable_error
     from train.policy.scoring.evaluation_figure import draw_climbs
     from train.policy.scoring.evaluation_scores import score
@@ -298,7 +298,7 @@ def climb_of(config: RefreshConfig, policy: str, log: Path, when: str) -> Climb:
 
     from hardware.control.policy_runner import load_policy
     from hardware.deployment.deploy_log import step_table
-    from tendon_newton.mechanisms.mechanism import load_mechanism
+    from tendon_newton.mechanisms.loading import load_mechanism
     from train.policy.scoring.bench_climb import climb_on_bench
     from train.refresh.retraining import find_training
 

@@ -125,7 +125,7 @@ class VirtualBenches:
         """Let a policy climb the paper's stairs on one unit and return its tip error, RMS [m]."""
         from hardware.control.policy_runner import load_policy
         from tendon_newton.cli.evaluate_policy import EvaluatePolicyConfig, climbs_on_bench
-        from tendon_newton.mechanisms.mechanism import load_mechanism
+        from tendon_newton.mechanisms.loading import load_mechanism
         from train.policy.scoring.evaluation import RunnablePolicy, reachable_error
         from train.policy.scoring.evaluation_scores import score
 

@@ -15,7 +15,7 @@ from tendon_newton.mechanisms.authoring.identified_layer import (
     Provenance,
     write_identified_layer,
 )
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 
 NAME = "identified"
 

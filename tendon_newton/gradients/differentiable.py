@@ -17,7 +17,7 @@ from tendon_newton.errors import SimulationDiverged
 from tendon_newton.gradients.gradient_assembly import copied_components, gradient_kernel_set
 from tendon_newton.gradients.substep_chain import SubstepChain, launch
 from tendon_newton.gradients.substep_plan import distinct_plans
-from tendon_newton.mechanisms.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.simulation.hosts.rollout import TIME_STEP, Rollout
 from tendon_newton.simulation.hosts.timeline import Timeline
 from tendon_newton.simulation.model.parameter_table import ParameterTable, spool_radius_of

@@ -23,7 +23,7 @@ from tendon_newton.gradients.differentiable import (
 )
 from tendon_newton.gradients.gradient_assembly import assemble_with_rules
 from tendon_newton.gradients.substep_plan import substep_plan
-from tendon_newton.mechanisms.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.simulation.hosts.balance import find_root
 from tendon_newton.simulation.hosts.learned_rollout import NONE_LEFT, LearnedRollout
 from tendon_newton.simulation.hosts.rollout import Rollout

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from tendon_newton.data.recording import Recording
-from tendon_newton.mechanisms.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.simulation.tendons.measured_force import has_spring
 
 PIECE = 0.25

@@ -21,7 +21,8 @@ from tendon_newton.identification.load_cell import (
 )
 from tendon_newton.identification.noise_floor import NoiseFloor, estimate_noise_floor
 from tendon_newton.identification.pieces import all_pieces
-from tendon_newton.mechanisms.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.overrides import override_mechanism
 from tendon_newton.simulation.hosts.replay import bench_of, rollout_of
 from tendon_newton.simulation.hosts.rollout import TIME_STEP, Rollout, Trajectory, rollout_groups
 from tendon_newton.simulation.hosts.timeline import Timeline
@@ -83,7 +84,7 @@ class Study:
         benches = {
             bench: bench_of(bench, model) for bench in dict.fromkeys(r.bench for r in recordings)
         }
-        whole = [benches[r.bench].with_overrides(r.bench_overrides) for r in recordings]
+        whole = [override_mechanism(benches[r.bench], r.bench_overrides) for r in recordings]
         self.scale = scale_of(whole, recordings, model) if scale is None else scale
         """How large the benches are; ranges, units and floors follow it."""
         if in_pieces:

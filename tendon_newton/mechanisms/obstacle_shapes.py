@@ -24,8 +24,8 @@ import warp as wp
 
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidAsset
-from tendon_newton.mechanisms.obstacles import Obstacle
-from tendon_newton.mechanisms.parts import Joint
+from tendon_newton.mechanisms.geometry.joints import Joint
+from tendon_newton.mechanisms.geometry.obstacles import Obstacle
 from tendon_newton.mechanisms.usd.usd_tendon import NAMESPACE, register_tendon_attributes
 
 OBSTACLE = "tendon:obstacle"

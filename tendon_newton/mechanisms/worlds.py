@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import newton
 import numpy as np
 
 from tendon_newton.data.recording import Array, BenchOverrides
 from tendon_newton.errors import InvalidParameter
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.overrides import override_mechanism
 from tendon_newton.mechanisms.obstacle_shapes import (
     register_contact_attributes,
     stretch_bones,
@@ -17,19 +19,40 @@ from tendon_newton.mechanisms.obstacle_shapes import (
 )
 from tendon_newton.mechanisms.usd.usd_tendon import register_tendon_attributes
 
-if TYPE_CHECKING:
-    from tendon_newton.mechanisms.mechanism import Mechanism
-
 
 def build_model(
     mechanism: Mechanism,
     world_count: int,
     *,
-    overrides: Sequence[BenchOverrides] | None,
-    requires_grad: bool,
-    device: Any,
+    overrides: Sequence[BenchOverrides] | None = None,
+    requires_grad: bool = False,
+    device: Any = None,
 ) -> newton.Model:
-    """Build the Newton model of ``Mechanism.build``."""
+    """Build one Newton model that holds a mechanism in every world.
+
+    With W worlds, J joints and D tendons the arrays of the model are world by world:
+    ``model.body_mass`` (W J,), ``model.joint_stiffness`` (W J,), ``model.tendon.spool_radius``
+    (W D,); the module ``usd_tendon`` lists all of ``model.tendon``. To change a number per
+    world later, write its array::
+
+        arms = model.tendon.arm_coef.numpy().reshape(world_count, -1)
+        arms[3] *= 1.1  # world 3
+        model.tendon.arm_coef.assign(arms.ravel())
+        model.tendon.spool_radius.assign(radius_of_each_world)
+
+    Solvers that copy from the model want ``notify_model_changed`` after Newton's own arrays
+    were written.
+
+    Args:
+        mechanism: What every world holds.
+        world_count: Number of worlds W.
+        overrides: Bench numbers that differ, one entry per world.
+        requires_grad: Whether the arrays carry gradients.
+        device: Warp device, the current one by default.
+
+    Raises:
+        InvalidParameter: There is no world, or not one entry of overrides per world.
+    """
     if world_count < 1:
         raise InvalidParameter(f"A model needs at least one world; {world_count} were asked for.")
     if overrides is not None and len(overrides) != world_count:
@@ -46,7 +69,7 @@ def build_model(
     model = builder.finalize(device=device, requires_grad=requires_grad)
     if overrides is not None:
         # Worlds share few distinct entries: in a fit, many candidates replay the same recordings.
-        variants = {entry: mechanism.with_overrides(entry) for entry in set(overrides)}
+        variants = {entry: override_mechanism(mechanism, entry) for entry in set(overrides)}
         _write_variants(model, [variants[entry] for entry in overrides])
         if mechanism.obstacles:
             stretch_bones(model, mechanism.joints, [variants[e].joints for e in overrides])

@@ -27,11 +27,11 @@ from typing import Any
 
 import warp as wp
 
+from tests.benchmarks.engines_timed.soundness import CONTROL_STEP
 from tests.benchmarks.learning import gradient, ppo
 from tests.benchmarks.loop import loop
 from tests.benchmarks.mechanics import mechanics
 from tests.benchmarks.network import network
-from tests.benchmarks.soundness import CONTROL_STEP
 from tests.benchmarks.timing import RESULTS, Row, circumstances
 
 RESULT = RESULTS / "gpu.json"

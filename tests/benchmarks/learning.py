@@ -14,7 +14,7 @@ import warp as wp
 
 from tendon_newton.data.recording import Recording
 from tendon_newton.gradients.differentiable import DifferentiableRollout
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tests.benchmarks.timing import Row, best_time, memory_in_use, say
 from tests.physics.learned.networks import force_network, write_force_network
 from tests.physics.runs import ROWS, ideal_model, run_of, stairs

@@ -7,6 +7,12 @@ from functools import partial
 from typing import Any
 
 from tendon_newton.actuators.networks.torchscript import ForceQuery
+from tests.benchmarks.engines_timed.network_engines import (
+    LoopEngine,
+    MujocoNetworkEngine,
+    WarpMujocoNetworkEngine,
+)
+from tests.benchmarks.engines_timed.soundness import path
 from tests.benchmarks.mechanics import (
     FOREIGN_WORLDS,
     LEAST_CHECKED,
@@ -14,12 +20,6 @@ from tests.benchmarks.mechanics import (
     timed_when_sound,
 )
 from tests.benchmarks.network import authors_network, last_query, twin
-from tests.benchmarks.network_engines import (
-    LoopEngine,
-    MujocoNetworkEngine,
-    WarpMujocoNetworkEngine,
-)
-from tests.benchmarks.soundness import path
 from tests.benchmarks.timing import Row
 
 OURS = "TendonSolver + twin"

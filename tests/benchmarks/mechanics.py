@@ -9,15 +9,19 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from tests.benchmarks.engines import (
+from tests.benchmarks.engines_timed.engines import (
     JOINT_FRICTION,
     FeatherstoneEngine,
     MujocoEngine,
     SwingingEngine,
     TendonEngine,
 )
-from tests.benchmarks.native_mujoco import NativeMujocoEngine, PlainMujocoEngine, WarpMujocoEngine
-from tests.benchmarks.soundness import (
+from tests.benchmarks.engines_timed.native_mujoco import (
+    NativeMujocoEngine,
+    PlainMujocoEngine,
+    WarpMujocoEngine,
+)
+from tests.benchmarks.engines_timed.soundness import (
     CONTROL_STEP,
     Engine,
     finger_limits,

@@ -24,10 +24,12 @@ import warp as wp
 from newton.solvers import SolverMuJoCo
 
 from tendon_newton.mechanisms.authoring.asset_plan import plan_asset, write_asset
-from tendon_newton.mechanisms.mechanism import Mechanism, load_mechanism
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
-from tests.benchmarks.engines import CAPPED, GAIN, MODEL, RADIUS
-from tests.benchmarks.soundness import CONTROL_STEP, refuse_escaped
+from tests.benchmarks.engines_timed.engines import CAPPED, GAIN, MODEL, RADIUS
+from tests.benchmarks.engines_timed.soundness import CONTROL_STEP, refuse_escaped
 from tests.benchmarks.timing import RESULTS, best_time, commit
 
 STEP = 1.0e-3
@@ -86,7 +88,7 @@ def chain(folder: Path, joints: int, tendons: int) -> Mechanism:
 
 def our_rate(mechanism: Mechanism) -> dict[str, float]:
     """Return control steps per second of all worlds, and the time until the first [s]."""
-    model = mechanism.build(WORLDS)
+    model = build_model(mechanism, WORLDS)
     began = time.perf_counter()
     solver = TendonSolver(model, MODEL, max_step=STEP, precision="float32", update_bodies=False)
     state: Any = model.state()
@@ -111,7 +113,7 @@ def mujoco_rate(mechanism: Mechanism) -> dict[str, float]:
 
     That costs it nothing, and it has their lengths to compute either way.
     """
-    model = mechanism.build(WORLDS)
+    model = build_model(mechanism, WORLDS)
     began = time.perf_counter()
     solver = SolverMuJoCo(model, disable_contacts=True, **CAPPED)
     states, control = [model.state(), model.state()], model.control()

@@ -15,7 +15,7 @@ import torch
 import warp as wp
 
 from tendon_newton.gradients.differentiable import DifferentiableRollout
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tests.benchmarks.gpu import measure
 from tests.benchmarks.loop import loop
 from tests.benchmarks.mechanics import CPU_ENGINES, mechanics

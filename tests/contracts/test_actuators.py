@@ -23,7 +23,7 @@ from tendon_newton.device_code.placeholders import (
 )
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.errors import UnknownName
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_newton.simulation.hosts.replay import rollout_of
 from tendon_newton.simulation.hosts.rollout import Trajectory

@@ -9,7 +9,7 @@ import pytest
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.effects import EFFECTS, Effect, Stage, find_effect
 from tendon_newton.errors import UnknownName
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.rollout import Rollout, Trajectory
 from tendon_newton.simulation.model.structure import in_catalogue_order
 from tests.effect_bench import GAIN, commanded, simulate, steps_and_waves

@@ -12,7 +12,7 @@ from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.diagnosis.identified import dataset_hash, write_identified
 from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.mechanisms.authoring.identified_layer import PROVENANCE
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tests.diagnosis.made_up import EXAMPLE, diagnosis, named
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import write_dataset
-from tests.formats.logs import model, recording
+from tests.importers.logs import model, recording
 
 
 @pytest.mark.parametrize("several", ["train", "test"])

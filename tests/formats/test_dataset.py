@@ -8,7 +8,7 @@ import pytest
 from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.dataset import load_dataset, write_dataset
 from tendon_newton.errors import InvalidDataset
-from tests.formats.logs import dataset, recording
+from tests.importers.logs import dataset, recording
 
 
 def test_what_an_entry_says_comes_back(tmp_path: Path) -> None:

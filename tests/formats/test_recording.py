@@ -11,7 +11,7 @@ from hypothesis.extra.numpy import arrays
 from tendon_newton.data.formats.csv_file import read_csv, write_csv
 from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidRecording
-from tests.formats.logs import ROWS, recording
+from tests.importers.logs import ROWS, recording
 
 
 def channel(lower: float, upper: float, width: int) -> st.SearchStrategy[np.ndarray]:

@@ -13,9 +13,9 @@ import tomli_w
 from tendon_newton.data.importers.mapped import read_mapped
 from tendon_newton.data.importers.so101 import read_so101
 from tendon_newton.data.importers.xl330 import read_xl330
-from tests.formats.logs import xl330_log
-from tests.formats.test_import_so101 import write_motion
 from tests.fuzz.mutations import change_lines, change_table, flip
+from tests.importers.logs import xl330_log
+from tests.importers.test_import_so101 import write_motion
 
 MAPPING: dict[str, Any] = {
     "bench": "spring_weak",

@@ -17,10 +17,10 @@ from tendon_newton.data.formats.any_file import read_recording_file
 from tendon_newton.data.formats.csv_file import read_csv, write_csv
 from tendon_newton.data.formats.mcap_file import read_mcap
 from tendon_newton.data.formats.topic_mapping_file import read_mapping
-from tests.formats.logs import ROWS, dataset, recording
 from tests.formats.sessions import write_session
-from tests.formats.test_rosbag import MAPPING, Bag
 from tests.fuzz.mutations import flip
+from tests.importers.logs import ROWS, dataset, recording
+from tests.importers.test_rosbag import MAPPING, Bag
 
 DATASET: dict[str, Any] = {
     "recordings": [

@@ -18,7 +18,7 @@ from tendon_newton.data.model_file import load_model, write_model
 from tendon_newton.diagnosis.diagnosis_file import read_diagnosis
 from tendon_newton.exam.open_class_file import read_open_class
 from tendon_newton.exam.truth_file import read_truth
-from tests.formats.test_bad_input_exams import ANSWER, OPEN, TRUTH
+from tests.bad_input.test_bad_input_exams import ANSWER, OPEN, TRUTH
 from tests.fuzz.mutations import table_changer
 from tests.hardware.deploy.policies import card_of
 from tests.hardware.load_cells.test_calibration import fit, points

@@ -6,10 +6,10 @@ from pathlib import Path
 
 from tendon_newton.mechanisms.asset_library import asset_path
 from tendon_newton.mechanisms.authoring.foreign_file import read_foreign
-from tendon_newton.mechanisms.mechanism import load_mechanism
-from tendon_newton.mechanisms.rules.checks import check_asset
-from tendon_newton.mechanisms.stage_file import open_stage
-from tests.mechanisms.flat_assets import flat_text
+from tendon_newton.mechanisms.checks import check_asset
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.usd.stage_file import open_stage
+from tests.mechanisms.broken.flat_assets import flat_text
 
 URDF = """<robot name="finger">
  <link name="base"/>

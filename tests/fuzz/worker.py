@@ -22,7 +22,7 @@ from random import Random
 from typing import Any
 
 from tendon_newton.errors import TendonNewtonError
-from tests.formats.memory import peak_memory
+from tests.bad_input.memory import peak_memory
 from tests.fuzz.targets import GROUPS, Target
 
 MESSAGE_LIMIT = 4000

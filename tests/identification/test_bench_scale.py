@@ -13,7 +13,8 @@ from tendon_newton.data.recording import Array, Recording
 from tendon_newton.diagnosis.greedy import FORM_FORCE, FORM_THETA, form_scales
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.bench_scale import SPARE, scale_of
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.geometry.overrides import override_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.model.parameter_table import ParameterTable
 from tests.effect_bench import GAIN, RADIUS, commanded, steps_and_waves
 
@@ -40,7 +41,7 @@ def moved(bench: str, angle: Array, force: Array | None, **numbers: float) -> Re
 
 def found(recording: Recording, model: Model) -> BenchScale:
     """The scale of one recording."""
-    bench = load_mechanism(recording.bench).with_overrides(recording.bench_overrides)
+    bench = override_mechanism(load_mechanism(recording.bench), recording.bench_overrides)
     return scale_of([bench], [recording], model)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tendon_newton.identification.cutting import hold_out
-from tests.formats.logs import recording
+from tests.importers.logs import recording
 
 
 def test_what_is_held_out_is_the_end_and_nothing_of_it_is_fitted() -> None:

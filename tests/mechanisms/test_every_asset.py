@@ -7,12 +7,13 @@ import warp as wp
 
 from tendon_newton.mechanisms.asset_library import asset_folder, asset_names
 from tendon_newton.mechanisms.authoring.asset_plot import plot_asset
-from tendon_newton.mechanisms.kinematics import posture, tip_position
-from tendon_newton.mechanisms.mechanism import load_mechanism
-from tendon_newton.mechanisms.parts import excursion, moment_arms
-from tendon_newton.mechanisms.rules.checks import check_asset
+from tendon_newton.mechanisms.checks import check_asset
+from tendon_newton.mechanisms.geometry.kinematics import posture, tip_position
+from tendon_newton.mechanisms.geometry.parts import excursion, moment_arms
+from tendon_newton.mechanisms.geometry.statics import closed_position, closing_path
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.rules.mechanism_rules import arm_errors, range_positions
-from tendon_newton.mechanisms.statics import closed_position, closing_path
+from tendon_newton.mechanisms.worlds import build_model
 
 every_asset = pytest.mark.parametrize("name", asset_names())
 
@@ -35,7 +36,7 @@ def test_links_have_positive_mass_and_inertia(name: str) -> None:
 def test_newton_places_the_links_where_our_kinematics_does(name: str) -> None:
     """``newton.eval_fk`` and our numpy agree on every link, bent halfway."""
     mechanism = load_mechanism(name)
-    model = mechanism.build(1, device="cpu")
+    model = build_model(mechanism, 1, device="cpu")
     q = 0.5 * closed_position(mechanism)
     state = model.state()
     state.joint_q.assign(q.astype(np.float32))

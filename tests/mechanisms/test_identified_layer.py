@@ -17,8 +17,9 @@ from tendon_newton.mechanisms.authoring.identified_layer import (
     Provenance,
     write_identified_layer,
 )
-from tendon_newton.mechanisms.mechanism import Mechanism, load_mechanism
-from tendon_newton.mechanisms.rules.checks import check_asset
+from tendon_newton.mechanisms.checks import check_asset
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tests.physics.runs import ideal_model, run_of, simulate, stairs
 
 FLOAT32 = 1e-6  # relative: USD's physics and Newton's arrays are float32

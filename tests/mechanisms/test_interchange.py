@@ -12,9 +12,10 @@ from tendon_newton.mechanisms.authoring.foreign_asset import write_foreign
 from tendon_newton.mechanisms.authoring.foreign_file import read_foreign
 from tendon_newton.mechanisms.authoring.foreign_plan import plan_foreign
 from tendon_newton.mechanisms.authoring.mujoco_file import write_mujoco
-from tendon_newton.mechanisms.mechanism import Mechanism, load_mechanism
-from tendon_newton.mechanisms.rules.checks import check_asset
-from tendon_newton.mechanisms.statics import equilibrium
+from tendon_newton.mechanisms.checks import check_asset
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.statics import equilibrium
+from tendon_newton.mechanisms.loading import load_mechanism
 from tests.physics.runs import GAIN, RADIUS, ROWS, ideal_model, run_of, simulate, stairs
 
 FLOAT32 = 1e-6  # relative: Newton's arrays are float32

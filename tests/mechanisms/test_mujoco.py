@@ -5,9 +5,10 @@ import pytest
 from newton.solvers import SolverMuJoCo
 
 from tendon_newton.mechanisms.asset_library import asset_names
-from tendon_newton.mechanisms.mechanism import load_mechanism
-from tendon_newton.mechanisms.parts import excursion, moment_arms
-from tendon_newton.mechanisms.statics import closing_tension, equilibrium
+from tendon_newton.mechanisms.geometry.parts import excursion, moment_arms
+from tendon_newton.mechanisms.geometry.statics import closing_tension, equilibrium
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.worlds import build_model
 
 DURATION = 1.0  # s, many time constants of every bench
 STEP = 2.0e-3  # s
@@ -17,7 +18,7 @@ STEP = 2.0e-3  # s
 def test_mujoco_settles_where_statics_says(name: str) -> None:
     """Half the closing force, applied through the moment arms, leads to the equilibrium."""
     mechanism = load_mechanism(name)
-    model = mechanism.build(1, device="cpu")
+    model = build_model(mechanism, 1, device="cpu")
     if not np.any(model.joint_damping.numpy() > 0.0):
         # a pendulum without damping never settles; so it does within 0.15 s
         model.joint_damping.fill_(0.15 * closing_tension(mechanism))

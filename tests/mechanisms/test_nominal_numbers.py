@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.worlds import build_model
 
 FLOAT32 = 1e-6  # relative: Newton's arrays are float32, limits pass through degrees
 
@@ -70,7 +71,7 @@ def cases(table: dict[str, dict[str, list]]) -> list[tuple[str, str]]:
 @pytest.mark.parametrize(("asset", "array"), cases(NUMBERS))
 def test_newton_model_holds_the_nominal_number(asset: str, array: str) -> None:
     """Each array of the one-world model equals the nominal bench."""
-    values = getattr(load_mechanism(asset).build(1, device="cpu"), array).numpy()
+    values = getattr(build_model(load_mechanism(asset), 1, device="cpu"), array).numpy()
     expected = np.array(NUMBERS[asset][array])
     assert values[: len(expected)] == pytest.approx(expected, rel=FLOAT32)
 
@@ -78,7 +79,7 @@ def test_newton_model_holds_the_nominal_number(asset: str, array: str) -> None:
 @pytest.mark.parametrize(("asset", "array"), cases(TENDONS))
 def test_tendon_rows_hold_the_nominal_number(asset: str, array: str) -> None:
     """Each array under ``model.tendon`` equals the nominal bench."""
-    rows = load_mechanism(asset).build(1, device="cpu").tendon
+    rows = build_model(load_mechanism(asset), 1, device="cpu").tendon
     assert getattr(rows, array).numpy() == pytest.approx(
         np.array(TENDONS[asset][array]), rel=FLOAT32
     )

@@ -9,8 +9,10 @@ import pytest
 from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.errors import InvalidAsset
 from tendon_newton.mechanisms.asset_library import asset_path
-from tendon_newton.mechanisms.mechanism import Mechanism, load_mechanism
-from tendon_newton.mechanisms.obstacles import Box, Sphere
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.obstacles import Box, Sphere
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.worlds import build_model
 from tests.physics.contact.contacts import ball, block, floor
 
 MARKED = """#usda 1.0
@@ -98,7 +100,7 @@ def test_what_cannot_be_an_obstacle_is_named(
 
 def contact_pairs(mechanism: Mechanism) -> set[tuple[str, str]]:
     """Return the labels of what Newton lets collide in one world."""
-    model = mechanism.build(1, device="cpu")
+    model = build_model(mechanism, 1, device="cpu")
     pairs = model.shape_contact_pairs
     assert pairs is not None
     names = [label.rsplit("/", maxsplit=2)[-2:] for label in model.shape_label]
@@ -118,7 +120,7 @@ def test_a_longer_link_is_met_along_all_of_it() -> None:
     """A bench with longer links has longer capsules, in their places."""
     mechanism = load_mechanism("finger").with_obstacles(ball())
     overrides = [BenchOverrides(), BenchOverrides(length=(0.036, 0.050))]
-    model: Any = mechanism.build(2, overrides=overrides, device="cpu")
+    model: Any = build_model(mechanism, 2, overrides=overrides, device="cpu")
     bones = model.tendon.bone_shape.numpy()
     half = model.shape_scale.numpy()[bones, 1]
     middle = model.shape_transform.numpy()[bones, 0]

@@ -8,10 +8,13 @@ import pytest
 from newton.solvers import SolverMuJoCo
 
 from tendon_newton.mechanisms.asset_library import asset_path
-from tendon_newton.mechanisms.mechanism import Mechanism, load_mechanism
-from tendon_newton.mechanisms.parts import Tendon, arm_slope, moment_arms
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.overrides import override_mechanism
+from tendon_newton.mechanisms.geometry.parts import Tendon, arm_slope, moment_arms
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.rules.mechanism_rules import range_positions
-from tests.mechanisms.flat_assets import write_changed
+from tendon_newton.mechanisms.worlds import build_model
+from tests.mechanisms.broken.flat_assets import write_changed
 
 ROUTED = ("finger_routed", "finger_antagonist", "thumb", "hand")
 POSTURES = 48
@@ -51,7 +54,7 @@ def test_lengths_and_arms_are_those_of_the_spatial_tendons_of_solver_mujoco(name
     """To 1e-7 m, its float32; asked for are 1e-5 m. The arms to 1e-6 m/rad."""
     mechanism = load_mechanism(name)
     postures = draw_postures(mechanism)
-    model = mechanism.build(len(postures), device="cpu")
+    model = build_model(mechanism, len(postures), device="cpu")
     solver = SolverMuJoCo(model, disable_contacts=True)
     state, after = model.state(), model.state()
     state.joint_q.assign(postures.ravel().astype(np.float32))
@@ -94,7 +97,7 @@ def test_a_string_meets_and_leaves_its_pulley_where_mujoco_says(
         path.write_text(text[:start] + text[start:].replace(*OBLIQUE, 1))
     mechanism = load_mechanism(path)
     postures = draw_postures(mechanism)
-    model = SolverMuJoCo(mechanism.build(1, device="cpu"), disable_contacts=True).mj_model
+    model = SolverMuJoCo(build_model(mechanism, 1, device="cpu"), disable_contacts=True).mj_model
     found = [mujoco_arms(model, q) for q in postures]
     ours = lengths(mechanism.tendons[0], postures)
     assert np.array([length[0] for length, _ in found]) == pytest.approx(ours, abs=1e-7)
@@ -123,9 +126,12 @@ def test_a_stretched_link_carries_its_sites_with_it() -> None:
     from tendon_newton.data.recording import BenchOverrides
 
     mechanism = load_mechanism("finger_routed")
-    longer = mechanism.with_overrides(BenchOverrides(length=(0.050, 0.026, 0.021)))
-    model = mechanism.build(
-        2, overrides=[BenchOverrides(), BenchOverrides(length=(0.050, 0.026, 0.021))], device="cpu"
+    longer = override_mechanism(mechanism, BenchOverrides(length=(0.050, 0.026, 0.021)))
+    model = build_model(
+        mechanism,
+        2,
+        overrides=[BenchOverrides(), BenchOverrides(length=(0.050, 0.026, 0.021))],
+        device="cpu",
     )
     q = np.array([0.5, 0.7, 0.4])
     solver = SolverMuJoCo(model, disable_contacts=True)

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from tendon_newton.errors import InvalidParameter
-from tendon_newton.mechanisms.kinematics import tip_position
-from tendon_newton.mechanisms.mechanism import load_mechanism
-from tendon_newton.mechanisms.statics import (
+from tendon_newton.mechanisms.geometry.kinematics import tip_position
+from tendon_newton.mechanisms.geometry.statics import (
     closing_path,
     closing_tension,
     equilibrium,
     gravity_torque,
 )
+from tendon_newton.mechanisms.loading import load_mechanism
 
 WEIGHTLESS = np.zeros(3)
 

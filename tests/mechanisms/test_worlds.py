@@ -5,7 +5,8 @@ import pytest
 
 from tendon_newton.data.recording import BenchOverrides
 from tendon_newton.errors import InvalidParameter
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.worlds import build_model
 
 FLOAT32 = 1e-6
 NOMINAL = BenchOverrides()
@@ -13,7 +14,7 @@ NOMINAL = BenchOverrides()
 
 def test_indices_point_into_their_own_world() -> None:
     """World w's moment arms name joints 2w and 2w + 1, tendon w and tip body 2w + 1."""
-    rows = load_mechanism("finger").build(3, device="cpu").tendon
+    rows = build_model(load_mechanism("finger"), 3, device="cpu").tendon
     assert rows.arm_joint.numpy().tolist() == [0, 1, 2, 3, 4, 5]
     assert rows.arm_dof.numpy().tolist() == [0, 1, 2, 3, 4, 5]
     assert rows.arm_tendon.numpy().tolist() == [0, 0, 1, 1, 2, 2]
@@ -27,7 +28,9 @@ def test_overrides_change_one_world_and_leave_the_others() -> None:
     own = BenchOverrides(
         stiffness=(0.09, 0.06), damping=(1e-3, 2e-3), range=(1.0, 0.9), moment_arm=(0.01, 0.004)
     )
-    model = load_mechanism("finger").build(3, overrides=[NOMINAL, own, NOMINAL], device="cpu")
+    model = build_model(
+        load_mechanism("finger"), 3, overrides=[NOMINAL, own, NOMINAL], device="cpu"
+    )
     for array, nominal, changed in (
         (model.joint_stiffness, (0.045, 0.030), (0.09, 0.06)),
         (model.joint_damping, (5e-4, 3e-4), (1e-3, 2e-3)),
@@ -43,7 +46,7 @@ def test_overrides_change_one_world_and_leave_the_others() -> None:
 def test_mass_scales_inertia_and_both_inverses() -> None:
     """A heavier link of the same shape has proportionally more inertia."""
     own = BenchOverrides(mass=(0.024, 0.016))
-    model = load_mechanism("finger").build(2, overrides=[NOMINAL, own], device="cpu")
+    model = build_model(load_mechanism("finger"), 2, overrides=[NOMINAL, own], device="cpu")
     mass, inertia = model.body_mass.numpy(), model.body_inertia.numpy()
     assert mass[2:] == pytest.approx([0.024, 0.016], rel=FLOAT32)
     assert inertia[2:] == pytest.approx(2.0 * inertia[:2], rel=FLOAT32)
@@ -55,7 +58,7 @@ def test_mass_scales_inertia_and_both_inverses() -> None:
 def test_length_moves_centre_of_mass_next_joint_and_tip() -> None:
     """A stretched link keeps its proportions; its inertia grows with the square."""
     own = BenchOverrides(length=(0.045, 0.050))
-    model = load_mechanism("finger").build(2, overrides=[NOMINAL, own], device="cpu")
+    model = build_model(load_mechanism("finger"), 2, overrides=[NOMINAL, own], device="cpu")
     assert model.body_com.numpy()[2:, 0] == pytest.approx([0.0225, 0.025], rel=FLOAT32)
     assert model.joint_X_p.numpy()[3, :3] == pytest.approx([0.045, 0.0, 0.0], rel=FLOAT32)
     assert model.tendon.tip_point.numpy()[1] == pytest.approx([0.050, 0.0, 0.0], rel=FLOAT32)
@@ -66,7 +69,7 @@ def test_length_moves_centre_of_mass_next_joint_and_tip() -> None:
 def test_pendulum_takes_mass_and_arm_from_its_recording() -> None:
     """Two recordings with two loads are two worlds."""
     loads = [BenchOverrides(mass=(m,), length=(L,)) for m, L in ((0.49, 0.10), (0.2, 0.15))]
-    model = load_mechanism("pendulum").build(2, overrides=loads, device="cpu")
+    model = build_model(load_mechanism("pendulum"), 2, overrides=loads, device="cpu")
     assert model.body_mass.numpy() == pytest.approx([0.49, 0.2], rel=FLOAT32)
     assert model.body_com.numpy()[:, 2] == pytest.approx([-0.10, -0.15], rel=FLOAT32)
 
@@ -75,8 +78,8 @@ def test_empty_overrides_are_the_nominal_model() -> None:
     """An entry that overrides nothing writes back what was there."""
     finger = load_mechanism("finger")
     plain, written = (
-        finger.build(2, device="cpu"),
-        finger.build(2, overrides=[NOMINAL, NOMINAL], device="cpu"),
+        build_model(finger, 2, device="cpu"),
+        build_model(finger, 2, overrides=[NOMINAL, NOMINAL], device="cpu"),
     )
     for name in ("body_mass", "body_com", "body_inertia", "joint_X_p", "joint_limit_upper"):
         expected = getattr(plain, name).numpy()
@@ -86,7 +89,9 @@ def test_empty_overrides_are_the_nominal_model() -> None:
 def test_gradients_are_kept_where_asked_for() -> None:
     """``requires_grad`` reaches Newton's arrays and ours, and survives the overrides."""
     own = BenchOverrides(mass=(0.02, 0.01))
-    model = load_mechanism("finger").build(1, overrides=[own], requires_grad=True, device="cpu")
+    model = build_model(
+        load_mechanism("finger"), 1, overrides=[own], requires_grad=True, device="cpu"
+    )
     assert model.body_mass.requires_grad
     assert model.joint_stiffness.requires_grad
     assert model.tendon.arm_coef.requires_grad
@@ -103,10 +108,10 @@ def test_gradients_are_kept_where_asked_for() -> None:
 def test_overrides_that_do_not_fit_are_refused(name: str, overrides: list, message: str) -> None:
     """The error says what does not fit."""
     with pytest.raises(InvalidParameter, match=message):
-        load_mechanism(name).build(1, overrides=overrides, device="cpu")
+        build_model(load_mechanism(name), 1, overrides=overrides, device="cpu")
 
 
 def test_a_model_needs_a_world() -> None:
     """Zero worlds are refused."""
     with pytest.raises(InvalidParameter, match="at least one world"):
-        load_mechanism("finger").build(0, device="cpu")
+        build_model(load_mechanism("finger"), 0, device="cpu")

@@ -13,10 +13,10 @@ import pytest
 
 from tendon_newton.cli import main
 from tendon_newton.mechanisms.asset_library import asset_names, asset_path
-from tendon_newton.mechanisms.mechanism import load_mechanism
-from tendon_newton.mechanisms.parts import Joint
-from tests.mechanisms.test_broken_assets import ERRORS, WARNINGS
-from tests.mechanisms.test_findings import CASES
+from tendon_newton.mechanisms.geometry.joints import Joint
+from tendon_newton.mechanisms.loading import load_mechanism
+from tests.mechanisms.broken.test_broken_assets import ERRORS, WARNINGS
+from tests.mechanisms.broken.test_findings import CASES
 
 GUIDE = Path(__file__).resolve().parents[2] / "docs" / "your_own_finger.md"
 BLOCK = re.compile(r"(?:`([\w./]+)`:\n\n)?```(\w+)\n(.*?)```", re.DOTALL)

@@ -8,7 +8,8 @@ import numpy as np
 
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array, Recording
-from tendon_newton.mechanisms.mechanism import Mechanism, load_mechanism
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.rollout import Rollout, Trajectory
 from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
 

@@ -10,7 +10,7 @@ from torch import Tensor
 
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.errors import InvalidParameter, SimulationDiverged
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop, ControlReading
 from tests.conftest import SEED
 from tests.physics.learned import networks

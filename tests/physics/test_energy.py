@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
 from tests.physics.runs import follow, ideal_model
 
@@ -16,7 +17,7 @@ def test_tendon_work_is_energy_gained_plus_heat() -> None:
 
     Along a smooth command.
     """
-    model = load_mechanism("finger").build(1, device="cpu")
+    model = build_model(load_mechanism("finger"), 1, device="cpu")
     model.joint_friction.assign(FRICTION.astype(np.float32))
     solver = TendonSolver(
         model,

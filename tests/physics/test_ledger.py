@@ -16,7 +16,7 @@ from tendon_newton.actuators.networks.torchscript import TorchScriptQuery
 from tendon_newton.data.cards.force_network_card import PLAIN_HOLD, HoldLaw
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_newton.simulation.simulators import find_simulator
 from tests.physics.learned.networks import LIMIT, RATE, force_network, write_force_network

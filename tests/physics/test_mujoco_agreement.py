@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from tendon_newton.mechanisms.asset_library import asset_names
-from tendon_newton.mechanisms.mechanism import Mechanism, load_mechanism
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.mujoco.mujoco_rollout import MujocoRollout
 from tests.physics.hands.chains import TREES, write_chain
 from tests.physics.runs import ideal_model, run_of, simulate, stairs

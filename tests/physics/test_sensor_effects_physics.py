@@ -6,7 +6,7 @@ import warp as wp
 
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.effects import EFFECTS
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.rollout import Rollout
 from tests.effect_bench import GAIN, RADIUS, ROW, commanded, run, simulate, steps_and_waves
 

@@ -8,9 +8,11 @@ import pytest
 import warp as wp
 
 from tendon_newton.mechanisms.asset_library import asset_names
-from tendon_newton.mechanisms.mechanism import Mechanism, load_mechanism
-from tendon_newton.mechanisms.parts import excursion, moment_arms
-from tendon_newton.mechanisms.statics import passive_torque
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.parts import excursion, moment_arms
+from tendon_newton.mechanisms.geometry.statics import passive_torque
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.tendon_solver import LONGEST_STEP, TendonSolver
 from tests.conftest import SEED
 from tests.physics.runs import GAIN, RADIUS, ideal_model
@@ -58,7 +60,7 @@ def joints_of(solver: TendonSolver) -> np.ndarray:
 
 def worlds_of(mechanism: Mechanism, step: float) -> tuple[TendonSolver, Any, np.ndarray]:
     """Return worlds that settled under random commands, their state, and the commands (W, D)."""
-    model = mechanism.build(WORLDS, device="cpu")
+    model = build_model(mechanism, WORLDS, device="cpu")
     solver = TendonSolver(model, ideal_model(), max_step=step, update_bodies=False)
     state: Any = model.state()
     rng = np.random.default_rng(SEED)

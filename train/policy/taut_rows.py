@@ -10,8 +10,9 @@ import numpy as np
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.errors import InvalidDataset
-from tendon_newton.mechanisms.mechanism import Mechanism
-from tendon_newton.mechanisms.parts import excursion
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.overrides import override_mechanism
+from tendon_newton.mechanisms.geometry.parts import excursion
 from tendon_newton.simulation.hosts.replay import bench_of
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
 from train.actuator.without_cell.sensorless_motion import joints_at
@@ -78,7 +79,7 @@ def pieces_of(recordings: Sequence[Recording], finger: str, model: Model) -> lis
         if recording.bench != finger or not shows_string(recording):
             continue
         assert recording.force is not None
-        mechanism = bench.with_overrides(recording.bench_overrides)
+        mechanism = override_mechanism(bench, recording.bench_overrides)
         force, surplus = recording.force[:, 0], surplus_of(recording, mechanism, radius)
         taut = (force >= TAUT) & recording.enabled
         piece = (recording.time - recording.time[0]) // PIECE

@@ -21,7 +21,7 @@ from tendon_newton.device_code.placeholders import (
     real,
 )
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.rollout import Rollout
 from tendon_newton.simulation.model.assembly import assemble
 from tendon_newton.simulation.model.kernel_types import kernel_types

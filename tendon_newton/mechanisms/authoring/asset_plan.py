@@ -8,7 +8,7 @@ from math import pi, sqrt
 from pathlib import Path
 
 from tendon_newton.errors import InvalidAsset, listed, shown
-from tendon_newton.mechanisms.usd.asset_folder import write_layers
+from tendon_newton.mechanisms.authoring.asset_folder import write_layers
 
 LAYERS = ("interface", "geometry", "physics", "tendon")
 RESERVED = (*LAYERS, "base", "tip")

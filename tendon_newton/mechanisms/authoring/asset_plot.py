@@ -16,10 +16,11 @@ from tendon_newton.mechanisms.authoring.asset_view import (
     plot_space,
     strings,
 )
-from tendon_newton.mechanisms.mechanism import Mechanism
-from tendon_newton.mechanisms.parts import Joint, excursion, moment_arms
+from tendon_newton.mechanisms.geometry.joints import Joint
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.parts import excursion, moment_arms
+from tendon_newton.mechanisms.geometry.statics import ClosingPath, closing_path
 from tendon_newton.mechanisms.rules.mechanism_rules import range_positions
-from tendon_newton.mechanisms.statics import ClosingPath, closing_path
 
 COLORS = ("#1f6f8b", "#d1603d", "#6a4c93", "#3d8361", "#b8860b", "#555555")
 GREY = "#8a8f98"

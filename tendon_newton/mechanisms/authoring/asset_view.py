@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from tendon_newton.data.recording import Array, Indices
-from tendon_newton.mechanisms.joint_frames import Posture
-from tendon_newton.mechanisms.kinematics import posture, tip_position
-from tendon_newton.mechanisms.mechanism import Mechanism
-from tendon_newton.mechanisms.statics import ClosingPath
+from tendon_newton.mechanisms.geometry.joint_frames import Posture
+from tendon_newton.mechanisms.geometry.kinematics import posture, tip_position
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.statics import ClosingPath
 
 BONE = "#2b2f36"
 AXIS = "#1f6f8b"

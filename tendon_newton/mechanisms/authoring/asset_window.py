@@ -8,8 +8,9 @@ from typing import Any
 import newton
 import numpy as np
 
-from tendon_newton.mechanisms.mechanism import Mechanism
-from tendon_newton.mechanisms.statics import closing_path
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.statics import closing_path
+from tendon_newton.mechanisms.worlds import build_model
 
 FRAME_RATE = 60.0
 """Frames per second."""
@@ -32,7 +33,7 @@ def play(mechanism: Mechanism, viewer: Any, frames: int | None = None) -> None:
     """
     positions = closing_path(mechanism).joint_position
     there_and_back = np.concatenate([positions, positions[::-1]]).astype(np.float32)
-    model = mechanism.build(1, device="cpu")
+    model = build_model(mechanism, 1, device="cpu")
     state: Any = model.state()
     viewer.set_model(model)
     for number in count() if frames is None else range(frames):

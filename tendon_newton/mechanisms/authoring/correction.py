@@ -9,8 +9,10 @@ from math import cos, isfinite, sin
 import numpy as np
 
 from tendon_newton.data.model_file import Model
-from tendon_newton.mechanisms.mechanism import Mechanism
-from tendon_newton.mechanisms.parts import Joint, Tendon
+from tendon_newton.mechanisms.geometry.joints import Joint
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.overrides import override_mechanism
+from tendon_newton.mechanisms.geometry.parts import Tendon
 
 Numbers = Mapping[str, float]
 
@@ -103,7 +105,7 @@ def correct(asset: Mechanism, model: Model) -> Correction:
         model: Its ``bench_overrides`` for this mechanism and its effects count.
     """
     own = model.bench_overrides.get(asset.name)
-    corrected = asset if own is None else asset.with_overrides(own)
+    corrected = asset if own is None else override_mechanism(asset, own)
     effects = {effect.name: effect.values for effect in model.effects}
     applied = tuple(name for name in HOMES if name in effects)
     for name in applied:

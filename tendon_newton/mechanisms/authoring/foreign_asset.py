@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from tendon_newton.data.recording import Array
+from tendon_newton.mechanisms.authoring.asset_folder import write_layers
 from tendon_newton.mechanisms.authoring.foreign_plan import LAYERS, ForeignPlan
-from tendon_newton.mechanisms.usd.asset_folder import write_layers
 
 ROUNDING = 1.0e-7
 """Share of a vector's largest component that is rounding of float32 [1]."""

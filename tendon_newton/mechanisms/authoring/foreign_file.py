@@ -13,8 +13,8 @@ import numpy as np
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidAsset, listed
 from tendon_newton.mechanisms.authoring.asset_plan import NAME
-from tendon_newton.mechanisms.parts import Joint
-from tendon_newton.mechanisms.stage_file import REASON_LENGTH
+from tendon_newton.mechanisms.geometry.joints import Joint
+from tendon_newton.mechanisms.usd.stage_file import REASON_LENGTH
 from tendon_newton.mechanisms.usd.usd_asset import read_gravity, read_joints
 from tendon_newton.mechanisms.usd.usd_tendon import register_tendon_attributes
 

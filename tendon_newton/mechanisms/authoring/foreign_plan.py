@@ -19,7 +19,7 @@ from tendon_newton.mechanisms.authoring.asset_plan import (
     spread,
 )
 from tendon_newton.mechanisms.authoring.foreign_file import TAKEN, ForeignFinger, unique, word
-from tendon_newton.mechanisms.parts import Joint, freeze_arrays
+from tendon_newton.mechanisms.geometry.joints import Joint, freeze_arrays
 
 LAYERS = ("interface", "links", "tendon")
 RESERVED = (*LAYERS, *TAKEN, "tip")

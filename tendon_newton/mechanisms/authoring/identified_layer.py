@@ -16,8 +16,9 @@ import numpy as np
 
 from tendon_newton.errors import InvalidOutput
 from tendon_newton.mechanisms.authoring.correction import Correction
-from tendon_newton.mechanisms.parts import Joint, Tendon
-from tendon_newton.mechanisms.stage_file import open_stage, usd_errors
+from tendon_newton.mechanisms.geometry.joints import Joint
+from tendon_newton.mechanisms.geometry.parts import Tendon
+from tendon_newton.mechanisms.usd.stage_file import open_stage, usd_errors
 
 PROVENANCE = "tendon_newton"
 """Key of the provenance in the layer's ``customLayerData``."""

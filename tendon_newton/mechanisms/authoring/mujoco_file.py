@@ -13,7 +13,8 @@ import numpy as np
 from newton.solvers import SolverMuJoCo
 
 from tendon_newton.errors import InvalidOutput
-from tendon_newton.mechanisms.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.worlds import build_model
 
 TIME_STEP = 5.0e-4
 """Step [s]: the stops of a light link ring at more than MuJoCo's own 2 ms can follow."""
@@ -41,7 +42,7 @@ def write_mujoco(path: Path, mechanism: Mechanism) -> None:
     """
     with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
         draft = Path(folder) / "export.xml"
-        model = mechanism.build(1, device="cpu")
+        model = build_model(mechanism, 1, device="cpu")
         solver: Any = SolverMuJoCo(model, disable_contacts=True, save_to_mjcf=str(draft))
         text = short_names(draft.read_text(encoding="utf-8"), mechanism)
     spec = newton_s_mujoco().MjSpec.from_string(text)

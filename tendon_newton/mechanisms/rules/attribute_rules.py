@@ -11,7 +11,7 @@ from math import inf, isfinite
 from typing import Any
 
 from tendon_newton.errors import shown
-from tendon_newton.mechanisms.findings import AssetFinding, about
+from tendon_newton.mechanisms.rules.findings import AssetFinding, about
 
 NUMBERS = (
     "physics:mass",

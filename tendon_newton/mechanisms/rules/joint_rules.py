@@ -9,13 +9,13 @@ from collections.abc import Iterator
 from math import isfinite, pi
 from typing import Any
 
-from tendon_newton.mechanisms.chain import (
+from tendon_newton.mechanisms.rules.chain import (
     JOINT_TYPES,
     all_joints,
     moved_joints,
     relationship_targets,
 )
-from tendon_newton.mechanisms.findings import AssetFinding, about
+from tendon_newton.mechanisms.rules.findings import AssetFinding, about
 from tendon_newton.mechanisms.rules.link_rules import is_link
 from tendon_newton.mechanisms.rules.spring_rules import check_losses, check_spring, check_stops
 from tendon_newton.mechanisms.rules.tendon_rules import joint_tendons

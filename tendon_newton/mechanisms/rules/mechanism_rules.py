@@ -8,16 +8,16 @@ import numpy as np
 
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidParameter
-from tendon_newton.mechanisms.findings import AssetFinding, Severity
-from tendon_newton.mechanisms.mechanism import Mechanism
-from tendon_newton.mechanisms.parts import Tendon, excursion, moment_arms
-from tendon_newton.mechanisms.rules.routed_rules import routed_findings
-from tendon_newton.mechanisms.statics import (
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.parts import Tendon, excursion, moment_arms
+from tendon_newton.mechanisms.geometry.statics import (
     closed_position,
     closing_path,
     closing_tension,
     equilibrium,
 )
+from tendon_newton.mechanisms.rules.findings import AssetFinding, Severity
+from tendon_newton.mechanisms.rules.routed_rules import routed_findings
 
 TURN_LIMIT = 2.0
 """Beyond this many turns [1] the string climbs over itself and the spool radius grows."""

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from tendon_newton.data.recording import Array
-from tendon_newton.mechanisms.findings import AssetFinding
-from tendon_newton.mechanisms.joint_frames import frames_of
-from tendon_newton.mechanisms.parts import Tendon, moment_arms
-from tendon_newton.mechanisms.routing import Pulley, Route, Span, seen_ends
+from tendon_newton.mechanisms.geometry.joint_frames import frames_of
+from tendon_newton.mechanisms.geometry.parts import Tendon, moment_arms
+from tendon_newton.mechanisms.geometry.routing import Pulley, Route, Span, seen_ends
+from tendon_newton.mechanisms.rules.findings import AssetFinding
 from tendon_newton.mechanisms.usd.usd_route import turned_span
 
 NO_ARM = 1.0e-6

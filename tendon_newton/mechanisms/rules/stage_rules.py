@@ -12,9 +12,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from tendon_newton.mechanisms.chain import chain_findings
-from tendon_newton.mechanisms.findings import AssetFinding, Severity
 from tendon_newton.mechanisms.rules.attribute_rules import attribute_findings
+from tendon_newton.mechanisms.rules.chain import chain_findings
+from tendon_newton.mechanisms.rules.findings import AssetFinding, Severity
 from tendon_newton.mechanisms.rules.joint_rules import joint_findings
 from tendon_newton.mechanisms.rules.link_rules import link_findings
 from tendon_newton.mechanisms.rules.tendon_rules import tendon_findings

@@ -16,8 +16,9 @@ from newton.usd import SchemaResolverMjc, SchemaResolverNewton
 
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidAsset
-from tendon_newton.mechanisms.parts import Joint, JointKind, Tendon, Tip
-from tendon_newton.mechanisms.stage_file import REASON_LENGTH
+from tendon_newton.mechanisms.geometry.joints import Joint, JointKind
+from tendon_newton.mechanisms.geometry.parts import Tendon, Tip
+from tendon_newton.mechanisms.usd.stage_file import REASON_LENGTH
 from tendon_newton.mechanisms.usd.usd_route import is_routed, read_route
 from tendon_newton.mechanisms.usd.usd_tendon import (
     NOMINAL_FORCE_LIMIT,

@@ -14,7 +14,7 @@ import numpy as np
 import warp as wp
 
 from tendon_newton.errors import InvalidAsset, InvalidParameter
-from tendon_newton.mechanisms.obstacles import (
+from tendon_newton.mechanisms.geometry.obstacles import (
     DISSIPATION,
     FRICTION,
     STIFFNESS,

@@ -15,9 +15,16 @@ import numpy as np
 import warp as wp
 
 from tendon_newton.data.recording import Array
-from tendon_newton.mechanisms.joint_frames import frames_of
-from tendon_newton.mechanisms.parts import Joint
-from tendon_newton.mechanisms.routing import Pulley, Route, RouteSite, Span, seen_ends, side_turn
+from tendon_newton.mechanisms.geometry.joint_frames import frames_of
+from tendon_newton.mechanisms.geometry.joints import Joint
+from tendon_newton.mechanisms.geometry.routing import (
+    Pulley,
+    Route,
+    RouteSite,
+    Span,
+    seen_ends,
+    side_turn,
+)
 
 OPEN_END = np.pi / 2.0
 """Half of the range of a joint without a stop [rad] that is taken for its middle."""

@@ -16,7 +16,9 @@ from tendon_newton.actuators.networks.query import NetworkForm, open_query, with
 from tendon_newton.actuators.networks.torchscript import ForceQuery
 from tendon_newton.data.model_file import Model
 from tendon_newton.errors import InvalidParameter, SimulationDiverged
-from tendon_newton.mechanisms.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.overrides import override_mechanism
+from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.held_force import HeldForce
 from tendon_newton.simulation.hosts.tendon_solver import LONGEST_STEP, TendonSolver
 from tendon_newton.simulation.hosts.torch_bridge import Graph, torch_stream
@@ -103,10 +105,10 @@ class ControlLoop:
         if not 0.1 <= rate <= 10_000.0:
             raise InvalidParameter(f"a control rate must be 0.1 to 10000 Hz; it is {rate}")
         overrides = model.bench_overrides.get(mechanism.name)
-        bench = mechanism if overrides is None else mechanism.with_overrides(overrides)
+        bench = mechanism if overrides is None else override_mechanism(mechanism, overrides)
         self.rate = rate
         self.world_count = world_count
-        self._newton: Any = bench.build(world_count, device=device)
+        self._newton: Any = build_model(bench, world_count, device=device)
         self.device = self._newton.device
         if find_actuator(model.actuator.name).held:
             query = query or open_query(model, network, self.device)

@@ -15,7 +15,7 @@ from tendon_newton.actuators.networks.query import with_hold
 from tendon_newton.actuators.networks.torchscript import ForceQuery
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Indices, Recording
-from tendon_newton.mechanisms.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.simulation.hosts.balance import find_root
 from tendon_newton.simulation.hosts.rollout import Rollout
 from tendon_newton.simulation.hosts.timeline import Timeline, make_timeline

@@ -10,8 +10,10 @@ import numpy as np
 from tendon_newton.actuators import find_actuator
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
-from tendon_newton.mechanisms.kinematics import tip_position
-from tendon_newton.mechanisms.mechanism import Mechanism, load_mechanism
+from tendon_newton.mechanisms.geometry.kinematics import tip_position
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.overrides import override_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.chain_rollout import ChainRollout
 from tendon_newton.simulation.hosts.rollout import TIME_STEP, Rollout, Trajectory, rollout_groups
 from tendon_newton.simulation.model.bench_numbers import BenchNumber, without_estimates
@@ -22,7 +24,7 @@ def bench_of(bench: str, model: Model) -> Mechanism:
     """Load a bench with the numbers in which a model says that it differs."""
     mechanism = load_mechanism(bench)
     overrides = model.bench_overrides.get(bench)
-    return mechanism if overrides is None else mechanism.with_overrides(overrides)
+    return mechanism if overrides is None else override_mechanism(mechanism, overrides)
 
 
 def rollout_of(
@@ -121,7 +123,7 @@ def replay(
 
 def simulated_recording(recording: Recording, trajectory: Trajectory) -> Recording:
     """Return a recording as the simulation would have logged it."""
-    mechanism = load_mechanism(recording.bench).with_overrides(recording.bench_overrides)
+    mechanism = override_mechanism(load_mechanism(recording.bench), recording.bench_overrides)
     tip = None
     if recording.tip is not None and mechanism.tip is not None:
         points = np.array([tip_position(mechanism, q) for q in trajectory.joint_position])

@@ -22,7 +22,8 @@ from tendon_newton.errors import (
     InvalidRecording,
     SimulationDiverged,
 )
-from tendon_newton.mechanisms.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.timeline import Timeline, make_timeline
 from tendon_newton.simulation.kernels.position_kernels import POSITION_EFFECTS, POSITION_STEP
 from tendon_newton.simulation.model.assembly import KernelSet, kernel_set
@@ -121,8 +122,11 @@ class Rollout:
         )
         self._unknown = tuple(unknown)
         self.time_step = time_step
-        model = mechanism.build(
-            len(recordings), overrides=[r.bench_overrides for r in recordings], device=device
+        model = build_model(
+            mechanism,
+            len(recordings),
+            overrides=[r.bench_overrides for r in recordings],
+            device=device,
         )
         if spool_radius is not None:
             set_spool_radius(model, spool_radius)

@@ -18,7 +18,8 @@ from tendon_newton.data.model_file import Model
 from tendon_newton.data.parameters import Parameter
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.errors import InvalidModelFile
-from tendon_newton.mechanisms.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.overrides import override_mechanism
 
 OWNER = "bench"
 """Owner of these columns in a parameter table."""
@@ -92,7 +93,7 @@ def start_values(
 ) -> tuple[float, ...]:
     """Return one number of every joint of a bench; none where it has no such number."""
     stated = {
-        numbers_of(key, mechanism.with_overrides(r.bench_overrides))
+        numbers_of(key, override_mechanism(mechanism, r.bench_overrides))
         for r in recordings
         if r.bench == bench
     }

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from tendon_newton.data.recording import Array, Indices
-from tendon_newton.mechanisms.routing import Pulley, span_length
+from tendon_newton.mechanisms.geometry.routing import Pulley, span_length
 from tendon_newton.simulation.chains.rotations import rotation_matrices
 from tendon_newton.simulation.model.route_plan import NO_PULLEY, NO_ROUTES, RoutePlan, plan_of
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from tendon_newton.mechanisms.joint_frames import way_between
+from tendon_newton.mechanisms.geometry.joint_frames import way_between
 
 NO_PULLEY = -1
 

@@ -15,7 +15,8 @@ from tendon_newton.data.recording import Recording
 from tendon_newton.device_code.placeholders import struct_type
 from tendon_newton.effects import Stage
 from tendon_newton.errors import SimulationDiverged
-from tendon_newton.mechanisms.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.replay import rollout_of
 from tendon_newton.simulation.hosts.rollout import Trajectory
 from tendon_newton.simulation.model.assembly import assemble
@@ -88,7 +89,7 @@ class MujocoRollout:
         vectors = self._rollout.base_vectors(model)
         self._parameters = self._rollout.array(vectors, self._types["ParameterVector"])
         overrides = [recording.bench_overrides for recording in recordings]
-        self._model: Any = mechanism.build(self._worlds, overrides=overrides, device=device)
+        self._model: Any = build_model(mechanism, self._worlds, overrides=overrides, device=device)
         self._add_rotor(vectors)
         self._add_damper(vectors)
         self._contacts = MujocoContacts(self._model)

@@ -13,7 +13,8 @@ from tendon_newton.data.recording import BenchOverrides
 from tendon_newton.device_code.placeholders import Jet, ParameterVector, Placeholder, real
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects import EFFECTS, Stage
-from tendon_newton.mechanisms.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.overrides import override_mechanism
 
 Tendon = Placeholder
 cell_effects: Any = None
@@ -67,5 +68,5 @@ def acts(effect: str, *, has_spring: bool) -> bool:
 
 def has_spring(mechanism: Mechanism, overrides: BenchOverrides) -> bool:
     """Tell whether a mechanism has a return spring under one recording's numbers."""
-    joints = mechanism.with_overrides(overrides).joints
+    joints = override_mechanism(mechanism, overrides).joints
     return any(joint.stiffness > 0.0 for joint in joints)

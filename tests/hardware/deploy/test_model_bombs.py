@@ -13,7 +13,7 @@ from hardware.control.policy_runner import load_policy
 from hardware.safety_rules.force_estimate import load_estimate
 from tendon_newton.data.cards.policy_card import CARD_KEY
 from tendon_newton.errors import InvalidNetworkFile, InvalidPolicyFile
-from tests.formats.memory import peak_memory
+from tests.bad_input.memory import peak_memory
 from tests.hardware.deploy.policies import card_of
 
 QUICK = 30.0

@@ -8,8 +8,8 @@ from hardware.virtual_bench.emulation.plant import Plant
 from hardware.virtual_bench.physics.antagonist import AntagonistFinger, Crossing
 from hardware.virtual_bench.physics.constants import AntagonistConstants
 from hardware.virtual_bench.physics.unit import nominal_unit
-from tendon_newton.mechanisms.mechanism import load_mechanism
-from tendon_newton.mechanisms.parts import excursion
+from tendon_newton.mechanisms.geometry.parts import excursion
+from tendon_newton.mechanisms.loading import load_mechanism
 from tests.hardware.virtual_bench.link import PWM, PWM_GOAL, SUCCESS, TORQUE, Link
 
 

@@ -3,9 +3,9 @@
 import numpy as np
 
 from tendon_newton.data.recording import Array
-from tendon_newton.mechanisms.kinematics import ancestors, posture
-from tendon_newton.mechanisms.mechanism import Mechanism
-from tendon_newton.mechanisms.obstacles import (
+from tendon_newton.mechanisms.geometry.kinematics import ancestors, posture
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.obstacles import (
     FRICTION,
     STIFFNESS,
     Box,

@@ -10,9 +10,10 @@ from torch import Tensor
 
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidAsset, InvalidParameter
-from tendon_newton.mechanisms.mechanism import load_mechanism
-from tendon_newton.mechanisms.obstacles import Box, Plane, Sphere
-from tendon_newton.mechanisms.statics import passive_torque
+from tendon_newton.mechanisms.geometry.obstacles import Box, Plane, Sphere
+from tendon_newton.mechanisms.geometry.statics import passive_torque
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tests.physics.contact.contacts import ball, ball_torque, block, floor
 from tests.physics.runs import GAIN, RADIUS, ideal_model
@@ -190,4 +191,4 @@ def test_what_cannot_be_an_obstacle_is_refused() -> None:
         with pytest.raises(InvalidParameter, match=words):
             build()
     with pytest.raises(InvalidAsset, match="capsules"):
-        load_mechanism("spring_weak").with_obstacles(ball()).build(1, device="cpu")
+        build_model(load_mechanism("spring_weak").with_obstacles(ball()), 1, device="cpu")

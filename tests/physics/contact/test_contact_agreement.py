@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from tendon_newton.data.recording import Array
-from tendon_newton.mechanisms.kinematics import ancestors, posture
-from tendon_newton.mechanisms.mechanism import Mechanism, load_mechanism
-from tendon_newton.mechanisms.obstacles import Obstacle, Plane, Sphere
-from tendon_newton.mechanisms.parts import moment_arms
-from tendon_newton.mechanisms.statics import passive_torque
+from tendon_newton.mechanisms.geometry.kinematics import ancestors, posture
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.obstacles import Obstacle, Plane, Sphere
+from tendon_newton.mechanisms.geometry.parts import moment_arms
+from tendon_newton.mechanisms.geometry.statics import passive_torque
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.rollout import Trajectory
 from tendon_newton.simulation.mujoco.mujoco_rollout import MujocoRollout
 from tests.physics.contact.contacts import ball, block

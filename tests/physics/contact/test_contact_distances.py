@@ -12,7 +12,7 @@ import warp as wp
 from tendon_newton.data.recording import Array
 from tendon_newton.device_code.placeholders import DeviceArray, DeviceGrid, Placeholder
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.mechanisms.obstacles import Box, Obstacle, Plane, Sphere
+from tendon_newton.mechanisms.geometry.obstacles import Box, Obstacle, Plane, Sphere
 from tendon_newton.simulation.contact.contact_distances import TILT, overlap_at
 from tendon_newton.simulation.contact.contact_plan import BETWEEN, END, SHAPES, START, ContactPlan
 from tendon_newton.simulation.model.assembly import assemble

@@ -7,7 +7,7 @@ import torch
 from tendon_newton.data.recording import Array
 from tendon_newton.gradients.differentiable import DifferentiableRollout
 from tendon_newton.gradients.trajectory_gradient import simulate_with_gradients
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tests.conftest import SEED
 from tests.physics.contact.contacts import ball, block, floor
 from tests.physics.gradients.test_gradients import difference, loss_of, random_seeds

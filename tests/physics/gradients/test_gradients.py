@@ -10,7 +10,7 @@ from tendon_newton.data.model_file import NamedValues
 from tendon_newton.data.recording import Array
 from tendon_newton.gradients import substep_chain
 from tendon_newton.gradients.differentiable import DifferentiableRollout
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tests.conftest import SEED
 from tests.physics.runs import RADIUS, ROWS, ideal_model, run_of, stairs
 

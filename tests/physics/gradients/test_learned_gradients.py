@@ -10,7 +10,7 @@ from tendon_newton.data.recording import Array
 from tendon_newton.errors import UnknownName
 from tendon_newton.gradients.differentiable_learned import DifferentiableLearnedRollout
 from tendon_newton.gradients.trajectory_gradient import simulate_with_gradients
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.learned_rollout import LearnedRollout
 from tests.conftest import SEED
 from tests.physics.learned.networks import (

@@ -5,7 +5,7 @@ import torch
 import warp as wp
 
 from tendon_newton.data.model_file import Model
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_newton.simulation.hosts.torch_bridge import WARM_UPS, Graph, plain_tensor
 from tests.conftest import SEED

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_newton.simulation.hosts.replay import rollout_of
 from tests.conftest import SEED

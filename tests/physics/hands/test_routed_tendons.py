@@ -8,10 +8,12 @@ from newton.solvers import SolverMuJoCo
 from scipy.optimize import minimize
 
 from tendon_newton.gradients.differentiable import DifferentiableRollout
-from tendon_newton.mechanisms.kinematics import posture
-from tendon_newton.mechanisms.mechanism import Mechanism, load_mechanism
-from tendon_newton.mechanisms.parts import excursion, moment_arms
-from tendon_newton.mechanisms.statics import equilibrium
+from tendon_newton.mechanisms.geometry.kinematics import posture
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.parts import excursion, moment_arms
+from tendon_newton.mechanisms.geometry.statics import equilibrium
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
 from tests.conftest import SEED
 from tests.physics.gradients.test_gradients import difference, loss_of, random_seeds
@@ -48,7 +50,7 @@ def test_it_rests_where_the_energy_is_least_with_the_lengths_of_mujoco(name: str
     No moment arm is in it.
     """
     mechanism = load_mechanism(name)
-    model = SolverMuJoCo(mechanism.build(1, device="cpu"), disable_contacts=True).mj_model
+    model = SolverMuJoCo(build_model(mechanism, 1, device="cpu"), disable_contacts=True).mj_model
     data = mujoco.MjData(model)
 
     for tension in TENSIONS[name]:
@@ -69,7 +71,7 @@ def test_it_rests_where_the_energy_is_least_with_the_lengths_of_mujoco(name: str
 def test_the_solver_settles_and_stays_where_statics_says(name: str) -> None:
     """Tension as the load cell reads it, and joints to 1e-6 rad; after 0.5 s they are there yet."""
     mechanism = load_mechanism(name)
-    model = mechanism.build(1, device="cpu")
+    model = build_model(mechanism, 1, device="cpu")
     solver = TendonSolver(model, ideal_model(), max_step=2.0e-3, update_bodies=False)
     state = model.state()
     command = np.array([[2.0, -0.2][: len(mechanism.tendons)]], dtype=np.float32)
@@ -107,7 +109,7 @@ def test_error_falls_with_the_square_of_the_step() -> None:
 def stick_and_swing(step: float, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Let joints swing while friction holds their tendon; return joints (count, J) and l [m]."""
     mechanism = load_mechanism("finger_routed")
-    model = mechanism.build(1, device="cpu")
+    model = build_model(mechanism, 1, device="cpu")
     solver = TendonSolver(
         model, ideal_model(coulomb_friction={"force": 8.0}), max_step=step, update_bodies=False
     )
@@ -140,7 +142,7 @@ def test_a_tendon_that_sticks_holds_its_length_while_its_joints_move() -> None:
 def test_tendon_work_is_energy_gained_plus_heat() -> None:
     """Work of the tension = change of energy + damping, along a smooth command."""
     mechanism = load_mechanism("finger_routed")
-    model = mechanism.build(1, device="cpu")
+    model = build_model(mechanism, 1, device="cpu")
     solver = TendonSolver(
         model,
         ideal_model(viscous_friction={"coefficient": 0.2}),

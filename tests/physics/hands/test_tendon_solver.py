@@ -6,7 +6,8 @@ import pytest
 import warp as wp
 
 from tendon_newton.errors import InvalidParameter
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
 from tests.physics.runs import ROWS, ideal_model, run_of, simulate, stairs
 
@@ -16,7 +17,7 @@ MODEL = ideal_model(coulomb_friction={"force": 0.7}, command_delay={"delay": 0.0
 
 def make_solver(worlds: int, **options: object) -> tuple[TendonSolver, newton.Model]:
     """Return a solver of some fingers with friction and a delay, and their Newton model."""
-    model = load_mechanism("finger").build(worlds, device="cpu")
+    model = build_model(load_mechanism("finger"), worlds, device="cpu")
     return TendonSolver(model, MODEL, update_bodies=False, **options), model  # type: ignore[arg-type]
 
 
@@ -112,7 +113,7 @@ def test_reset_forgets_only_in_the_chosen_worlds() -> None:
 
 def test_bodies_follow_the_joints() -> None:
     """Viewers see links where the joints put them."""
-    model = load_mechanism("finger").build(1, device="cpu")
+    model = build_model(load_mechanism("finger"), 1, device="cpu")
     solver = TendonSolver(model, MODEL)
     state = model.state()
     solver.command.fill_(2.0)

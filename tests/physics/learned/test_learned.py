@@ -15,7 +15,7 @@ from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.gradients.differentiable import DifferentiableRollout
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_newton.simulation.hosts.learned_rollout import LearnedRollout, query_table, with_queries
 from tendon_newton.simulation.hosts.rollout import Rollout, Trajectory

@@ -15,7 +15,7 @@ from tendon_newton.actuators.networks.torchscript import StreamingQuery, TorchSc
 from tendon_newton.actuators.networks.twin_query import TwinQuery, forces_of
 from tendon_newton.errors import UnknownName
 from tendon_newton.force_networks.force_network import ForceNetwork
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tests.conftest import SEED
 from tests.physics.learned.networks import (

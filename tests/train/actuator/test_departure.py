@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import torch
 
-from tests.train.actuator.servo_logs import servo_log
+from tests.train.actuator.without_cell.servo_logs import servo_log
 from train.actuator.fitting.training import train_network
 from train.actuator.samples.departure import (
     ANGLE,

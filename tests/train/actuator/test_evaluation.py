@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.train.actuator.servo_logs import GAIN, servo_log
+from tests.train.actuator.without_cell.servo_logs import GAIN, servo_log
 from train.actuator.ideal import ideal_force, refitted_gain
 from train.actuator.prediction import Prediction
 from train.actuator.samples.protocol import Experiment, experiment_of

@@ -5,7 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from tests.train.actuator.servo_logs import write_servo_dataset
+from tests.train.actuator.without_cell.servo_logs import write_servo_dataset
 from train.actuator.fitting.sweep import SweepConfig, main
 
 

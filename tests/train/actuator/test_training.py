@@ -9,7 +9,7 @@ import torch
 
 from tendon_newton.errors import InvalidNetworkFile, InvalidParameter
 from tests.train.actuator.network_files import card_of
-from tests.train.actuator.servo_logs import servo_log
+from tests.train.actuator.without_cell.servo_logs import servo_log
 from train.actuator.fitting import descent
 from train.actuator.fitting.checkpoint import RECIPE, TOLERANCE
 from train.actuator.fitting.training import Progress, train_network

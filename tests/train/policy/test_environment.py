@@ -13,9 +13,9 @@ from tendon_newton.data.cards.policy_observation import (
     motor_command,
 )
 from tendon_newton.errors import InvalidParameter, SimulationDiverged
-from tendon_newton.mechanisms.kinematics import tip_position
-from tendon_newton.mechanisms.mechanism import load_mechanism
-from tendon_newton.mechanisms.statics import equilibrium
+from tendon_newton.mechanisms.geometry.kinematics import tip_position
+from tendon_newton.mechanisms.geometry.statics import equilibrium
+from tendon_newton.mechanisms.loading import load_mechanism
 from tests.train.policy.small import environment, random_actions
 from train.policy.config.environment_config import EnvironmentConfig
 from train.policy.worlds.goal_path import GoalPath

@@ -16,7 +16,7 @@ from hardware.control.policy_runner import Policy, load_policy
 from hardware.servos.base import ServoState
 from tendon_newton.cli import main
 from tendon_newton.data.cards.policy_card import PolicyCard
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tests.physics.runs import run_of
 from tests.train.policy.small import stair_goals
 from train.policy.config.environment_config import EnvironmentConfig

@@ -18,9 +18,9 @@ from tendon_newton.data.cards.policy_observation import (
     sample_of,
 )
 from tendon_newton.errors import InvalidParameter, InvalidPolicyFile
-from tendon_newton.mechanisms.mechanism import load_mechanism
-from tendon_newton.mechanisms.parts import excursion
-from tendon_newton.mechanisms.statics import closed_position, closing_path, closing_tendons
+from tendon_newton.mechanisms.geometry.parts import excursion
+from tendon_newton.mechanisms.geometry.statics import closed_position, closing_path, closing_tendons
+from tendon_newton.mechanisms.loading import load_mechanism
 from tests.train.policy.small import environment, random_actions
 from train.policy.config.environment_config import EnvironmentConfig
 from train.policy.config.training_config import PolicyTrainingConfig

@@ -14,8 +14,8 @@ from tendon_newton.data.model_file import Model, NamedValues, load_model
 from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidDataset
 from tendon_newton.mechanisms.asset_library import asset_folder
-from tendon_newton.mechanisms.parts import excursion
-from tests.train.actuator.pulled_benches import TRUE, pulled_log
+from tendon_newton.mechanisms.geometry.parts import excursion
+from tests.train.actuator.without_cell.pulled_benches import TRUE, pulled_log
 from tests.train.policy.small import environment
 from train.policy.taut_rows import TautRows
 from train.policy.tendon_fit import (

@@ -23,7 +23,7 @@ import numpy as np
 from tendon_newton.data.recording import Array
 
 if TYPE_CHECKING:
-    from tendon_newton.mechanisms.mechanism import Mechanism
+    from tendon_newton.mechanisms.geometry.mechanism import Mechanism
     from train.actuator.without_cell.sensorless_motion import Motion
 
 LINE_STIFFNESS = 1.0e4

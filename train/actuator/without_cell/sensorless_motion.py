@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tendon_newton.errors import InvalidDataset
-from tendon_newton.mechanisms.kinematics import tip_position
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.geometry.kinematics import tip_position
+from tendon_newton.mechanisms.geometry.overrides import override_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 
 if TYPE_CHECKING:
     from tendon_newton.data.recording import Array, Recording
-    from tendon_newton.mechanisms.mechanism import Mechanism
+    from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
 TURN = 0.01
 """Turn of the spool over which a line comes to slip the other way through its guide [rad]: 0.1 mm
@@ -60,7 +61,7 @@ def motions_of(recordings: Sequence[Recording]) -> tuple[Motion, ...]:
     for recording in map(without_force, (r for r in recordings if r.command is not None)):
         if recording.bench not in mechanisms:
             mechanisms[recording.bench] = load_mechanism(recording.bench)
-        mechanism = mechanisms[recording.bench].with_overrides(recording.bench_overrides)
+        mechanism = override_mechanism(mechanisms[recording.bench], recording.bench_overrides)
         if any(tendon.direct for tendon in mechanism.tendons):
             continue
         if len(mechanism.joints) == 1 or recording.tip is not None:

@@ -10,8 +10,8 @@ from tendon_newton.data.formats.mcap_file import McapReading
 from tendon_newton.data.formats.topic_mapping import TIP_TOPIC
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidRecording
-from tendon_newton.mechanisms.mechanism import Mechanism
-from tendon_newton.mechanisms.statics import closing_path
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.statics import closing_path
 from train.policy.scoring.evaluation import Climb, angles_of, goal_points
 
 

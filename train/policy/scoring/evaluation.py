@@ -18,10 +18,11 @@ from tendon_newton.data.cards.policy_observation import (
 )
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidParameter
-from tendon_newton.mechanisms.kinematics import posture
-from tendon_newton.mechanisms.mechanism import Mechanism, load_mechanism
-from tendon_newton.mechanisms.parts import freeze_arrays
-from tendon_newton.mechanisms.statics import closing_path, closing_tendons
+from tendon_newton.mechanisms.geometry.joints import freeze_arrays
+from tendon_newton.mechanisms.geometry.kinematics import posture
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.statics import closing_path, closing_tendons
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from train.policy.config.environment_config import EnvironmentConfig
 from train.policy.worlds.force_model import open_force_model

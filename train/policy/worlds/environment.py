@@ -15,7 +15,7 @@ from torch import Tensor
 
 from tendon_newton.data.cards.policy_observation import applied_action, motor_command
 from tendon_newton.errors import SimulationDiverged
-from tendon_newton.mechanisms.mechanism import load_mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from train.policy.config.environment_config import EnvironmentConfig
 from train.policy.config.training_config import OBSERVED

@@ -14,7 +14,7 @@ from tendon_newton.data.model_file import Model, NamedValues, load_model
 from tendon_newton.effects import Stage, find_effect
 from tendon_newton.errors import InvalidModelFile
 from tendon_newton.force_networks.weights_file import SUFFIX
-from tendon_newton.mechanisms.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
 IDEAL = "ideal"
 IDEAL_GAIN = 4.2

@@ -9,10 +9,10 @@ from torch import Tensor
 from tendon_newton.data.cards.policy_observation import goal_angle
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidParameter
-from tendon_newton.mechanisms.kinematics import posture
-from tendon_newton.mechanisms.mechanism import Mechanism
-from tendon_newton.mechanisms.parts import excursion
-from tendon_newton.mechanisms.statics import closing_path, closing_tendons
+from tendon_newton.mechanisms.geometry.kinematics import posture
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.parts import excursion
+from tendon_newton.mechanisms.geometry.statics import closing_path, closing_tendons
 
 POINTS = 1025
 """Goal points in the table."""

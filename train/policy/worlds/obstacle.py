@@ -6,8 +6,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from tendon_newton.mechanisms.mechanism import Mechanism
-from tendon_newton.mechanisms.obstacles import (
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.obstacles import (
     FRICTION,
     STIFFNESS,
     Box,

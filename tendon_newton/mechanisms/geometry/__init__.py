@@ -1,0 +1,1 @@
+"""A mechanism as numbers: joints, links, tendons, routes, and the geometry between them."""

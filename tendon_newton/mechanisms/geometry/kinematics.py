@@ -1,0 +1,35 @@
+"""Where links and points of a mechanism are, in numpy, for one posture."""
+
+from __future__ import annotations
+
+from tendon_newton.data.recording import Array
+from tendon_newton.mechanisms.geometry.joint_frames import Posture, frames_of
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+
+
+def posture(mechanism: Mechanism, joint_position: Array) -> Posture:
+    """Compute the frames of a mechanism.
+
+    Args:
+        mechanism: The mechanism.
+        joint_position: Joint positions [rad], shape (J,).
+    """
+    return frames_of(mechanism.joints, joint_position)
+
+
+def tip_position(mechanism: Mechanism, joint_position: Array) -> Array | None:
+    """Return the tip in the base frame [m], shape (3,); None where there is none."""
+    tip = mechanism.tip
+    if tip is None:
+        return None
+    frames = posture(mechanism, joint_position)
+    return frames.place(tip.body, tip.point)
+
+
+def ancestors(mechanism: Mechanism, index: int) -> list[int]:
+    """Return the joints that move a link: its own and all before it."""
+    chain = []
+    while index >= 0:
+        chain.append(index)
+        index = mechanism.joints[index].parent
+    return chain

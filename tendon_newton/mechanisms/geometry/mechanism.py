@@ -1,0 +1,75 @@
+"""A bench: joints, links, springs, tendons, and what is in its way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import newton
+
+from tendon_newton.data.recording import Array
+from tendon_newton.errors import InvalidAsset
+from tendon_newton.mechanisms.geometry.joints import Joint, JointKind, freeze_arrays
+from tendon_newton.mechanisms.geometry.obstacles import Obstacle
+from tendon_newton.mechanisms.geometry.parts import Tendon, Tip
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mechanism:
+    """Joints, links, springs and tendons of one bench; joint j is also body j and DOF j."""
+
+    name: str
+    """Name of the asset's folder, or of its default prim for a file elsewhere."""
+    asset: Path
+    """The USD file that it came from."""
+    joints: tuple[Joint, ...]
+    """Joints in the order of the degrees of freedom."""
+    tendons: tuple[Tendon, ...]
+    tip: Tip | None
+    """The point that recordings follow, where the asset has a site named ``tip``."""
+    gravity: Array
+    """Acceleration of gravity [m/s^2], shape (3,)."""
+    template: newton.ModelBuilder = field(repr=False, compare=False)
+    """One world, as Newton read it from the asset."""
+    obstacles: tuple[Obstacle, ...] = ()
+    """What is in its way; see `with_obstacles`."""
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self)
+        if not self.joints:
+            raise InvalidAsset(f"{self.asset} has no joints; a mechanism needs at least one.")
+        if not self.tendons:
+            raise InvalidAsset(f"{self.asset} has no tendon; nothing could move it.")
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints."""
+        return tuple(joint.name for joint in self.joints)
+
+    @property
+    def joint_kinds(self) -> tuple[JointKind, ...]:
+        """Kinds of the joints."""
+        return tuple(joint.kind for joint in self.joints)
+
+    @property
+    def joint_limits(self) -> tuple[tuple[float, float], ...]:
+        """Ends of each joint's range [rad]."""
+        return tuple(joint.limits for joint in self.joints)
+
+    @property
+    def link_masses(self) -> tuple[float, ...]:
+        """Mass that each joint moves by itself [kg]."""
+        return tuple(joint.mass for joint in self.joints)
+
+    @property
+    def link_lengths(self) -> tuple[float | None, ...]:
+        """Length of the link behind each joint [m]; None where it has none."""
+        return tuple(joint.length for joint in self.joints)
+
+    def with_obstacles(self, *obstacles: Obstacle) -> Mechanism:
+        """Return this mechanism with further things in its way.
+
+        Its links meet them with the capsules that the asset gives them to look at. Every simulator
+        then simulates contact; one of a mechanism without obstacles pays nothing for it.
+        """
+        return replace(self, obstacles=(*self.obstacles, *obstacles))

@@ -1,0 +1,174 @@
+"""Things in a mechanism's way: spheres, boxes and planes that are fixed to its base."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import ClassVar, Literal
+
+import numpy as np
+
+from tendon_newton.data.recording import Array
+from tendon_newton.errors import InvalidParameter
+from tendon_newton.mechanisms.geometry.joints import freeze_arrays
+
+ObstacleShape = Literal["sphere", "box", "plane"]
+
+STIFFNESS = 5.0e3
+"""Default of `stiffness` [N/m].
+
+That of a human fingertip under some newtons, measured as 1 to 10 N/mm. Source: Pawluk and Howe,
+Dynamic lumped element response of the human fingerpad, J. Biomech. Eng. 121 (1999).
+"""
+DISSIPATION = 10.0
+"""Default of `dissipation` [s/m]: at 0.1 m/s nothing bounces, as with skin or rubber."""
+FRICTION = 0.5
+"""Default of `friction` [1]."""
+NOT_NEGATIVE = ("stiffness", "dissipation", "friction")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Obstacle:
+    r"""Something fixed to the base that links press against, and what the contact is like.
+
+    With :math:`\delta` the depth to which a link overlaps it, the link is pushed off with the
+    force :math:`k \delta (1 + \chi \dot\delta)`, and never pulled. Source: Hunt and Crossley,
+    Coefficient of restitution interpreted as damping in vibroimpact, J. Appl. Mech. 42 (1975), with
+    the exponent 1 of a layer of skin.
+    """
+
+    shape: ClassVar[ObstacleShape]
+
+    position: Array
+    """Its centre, or a point of a plane, in the base frame [m], shape (3,)."""
+    stiffness: float = STIFFNESS
+    """Force per depth, k [N/m]; 0: it is not there."""
+    dissipation: float = DISSIPATION
+    """By how much a closing speed raises the force, chi [s/m]."""
+    friction: float = FRICTION
+    """Coulomb's coefficient [1]."""
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be."""
+        for entry in fields(self):
+            values = np.asarray(getattr(self, entry.name), dtype=np.float64)
+            if not np.isfinite(values).all():
+                raise InvalidParameter(
+                    f"{entry.name} of a {self.shape} must be finite; it is {values.tolist()}"
+                )
+        self._require_vector("position")
+        for name in NOT_NEGATIVE:
+            if not getattr(self, name) >= 0.0:
+                raise InvalidParameter(
+                    f"{name} of a {self.shape} must not be negative; it is {getattr(self, name)}"
+                )
+        freeze_arrays(self)
+
+    @property
+    def size(self) -> Array:
+        """What tells large from small [m], shape (3,), as the kernels read it."""
+        return np.zeros(3)
+
+    @property
+    def rotation(self) -> Array:
+        """Rotation matrix from its own axes to the base frame, shape (3, 3)."""
+        return np.eye(3)
+
+    def _require_vector(self, name: str) -> None:
+        """Refuse what is no vector of space, and keep one as an array."""
+        value = np.asarray(getattr(self, name), dtype=np.float64)
+        if value.shape != (3,):
+            raise InvalidParameter(
+                f"{name} of a {self.shape} must have 3 components; it has the shape {value.shape}"
+            )
+        object.__setattr__(self, name, value)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sphere(Obstacle):
+    """A ball."""
+
+    shape: ClassVar[ObstacleShape] = "sphere"
+
+    radius: float
+    """[m]."""
+
+    def __post_init__(self) -> None:
+        """Refuse a ball without a size."""
+        super().__post_init__()
+        if not self.radius > 0.0:
+            raise InvalidParameter(f"radius of a sphere must be positive; it is {self.radius} m")
+
+    @property
+    def size(self) -> Array:
+        """The radius, three times [m], shape (3,)."""
+        return np.full(3, self.radius)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Box(Obstacle):
+    """A box."""
+
+    shape: ClassVar[ObstacleShape] = "box"
+
+    half_size: Array
+    """Half of its edges [m], shape (3,)."""
+    turn: Array | None = None
+    """Rotation matrix from the edges to the base frame, shape (3, 3); along its axes by default."""
+
+    def __post_init__(self) -> None:
+        """Refuse a box without a size, and a turn that is no rotation."""
+        if self.turn is None:
+            object.__setattr__(self, "turn", np.eye(3))
+        super().__post_init__()
+        self._require_vector("half_size")
+        if not np.min(self.half_size) > 0.0:
+            raise InvalidParameter(
+                f"half_size of a box must be positive; it is {self.half_size.tolist()} m"
+            )
+        turn = np.asarray(self.turn, dtype=np.float64)
+        if turn.shape != (3, 3) or not np.allclose(turn @ turn.T, np.eye(3), atol=1e-6):
+            raise InvalidParameter(
+                f"turn of a box must be a rotation matrix, shape (3, 3); it is {turn.tolist()}"
+            )
+        freeze_arrays(self)
+
+    @property
+    def size(self) -> Array:
+        """Half of the edges [m], shape (3,)."""
+        return self.half_size
+
+    @property
+    def rotation(self) -> Array:
+        """Rotation matrix from the edges to the base frame, shape (3, 3)."""
+        assert self.turn is not None
+        return self.turn
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plane(Obstacle):
+    """Everything on one side of a plane."""
+
+    shape: ClassVar[ObstacleShape] = "plane"
+
+    normal: Array
+    """Direction away from the solid, shape (3,); its length does not matter."""
+
+    def __post_init__(self) -> None:
+        """Refuse a normal without a direction."""
+        super().__post_init__()
+        self._require_vector("normal")
+        length = float(np.linalg.norm(self.normal))
+        if not length > 1.0e-9:
+            raise InvalidParameter(
+                f"normal of a plane must have a direction; it is {self.normal.tolist()}"
+            )
+        object.__setattr__(self, "normal", self.normal / length)
+        freeze_arrays(self)
+
+    @property
+    def rotation(self) -> Array:
+        """Rotation matrix whose third column is the normal, shape (3, 3)."""
+        helper = np.eye(3)[int(np.argmin(np.abs(self.normal)))]
+        first = np.cross(helper, self.normal)
+        first /= np.linalg.norm(first)
+        return np.column_stack([first, np.cross(self.normal, first), self.normal])

@@ -1,0 +1,132 @@
+"""Bench numbers of one recording, put in place of the asset's own."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from typing import TypeVar
+
+import numpy as np
+
+from tendon_newton.data.recording import BenchOverrides
+from tendon_newton.errors import InvalidParameter
+from tendon_newton.mechanisms.geometry.joints import Joint
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.parts import Tendon
+from tendon_newton.mechanisms.geometry.routing import Pulley, Route, RouteSite, Span
+
+Stop = TypeVar("Stop", RouteSite, Pulley)
+
+
+def override_mechanism(mechanism: Mechanism, overrides: BenchOverrides) -> Mechanism:
+    """Return a mechanism with overridden numbers.
+
+    - ``mass`` scales the inertia with it.
+    - ``length`` stretches the whole link: its centre of mass, the joints that sit on it and the
+      tip keep their share of the length, and the inertia grows with its square.
+    - ``range`` is the upper end; the lower end stays.
+    - ``moment_arm`` is that of the only tendon.
+    """
+    _check_counts(mechanism, overrides)
+    stretch = _stretch(mechanism, overrides)
+    joints = tuple(
+        _override_joint(mechanism, i, overrides, stretch) for i in range(len(mechanism.joints))
+    )
+    tip = mechanism.tip
+    if tip is not None:
+        anchor = mechanism.joints[tip.body].child_position
+        tip = replace(tip, point=anchor + stretch[tip.body] * (tip.point - anchor))
+    tendons = _override_tendons(mechanism, overrides, joints, stretch)
+    return replace(mechanism, joints=joints, tip=tip, tendons=tendons)
+
+
+def _check_counts(mechanism: Mechanism, overrides: BenchOverrides) -> None:
+    joint_count = len(mechanism.joints)
+    for entry in fields(overrides):
+        values = getattr(overrides, entry.name)
+        if values is not None and len(values) != joint_count:
+            raise InvalidParameter(
+                f"Bench override {entry.name!r} needs one value per joint of {mechanism.name!r} "
+                f"({', '.join(mechanism.joint_names)}); it has {len(values)}."
+            )
+
+
+def _stretch(mechanism: Mechanism, overrides: BenchOverrides) -> tuple[float, ...]:
+    """Return by how much each link grows [1]."""
+    if overrides.length is None:
+        return (1.0,) * len(mechanism.joints)
+    factors = []
+    for joint, length in zip(mechanism.joints, overrides.length, strict=True):
+        if joint.length is None:
+            raise InvalidParameter(
+                f"Bench override 'length' does not apply to {mechanism.name!r}: the link behind "
+                f"joint {joint.name!r} has no length."
+            )
+        factors.append(length / joint.length)
+    return tuple(factors)
+
+
+def _override_joint(
+    mechanism: Mechanism, index: int, overrides: BenchOverrides, stretch: tuple[float, ...]
+) -> Joint:
+    joint = mechanism.joints[index]
+    mass = joint.mass if overrides.mass is None else overrides.mass[index]
+    own = stretch[index]
+    parent_position = joint.parent_position
+    if joint.parent >= 0:
+        anchor = mechanism.joints[joint.parent].child_position
+        parent_position = anchor + stretch[joint.parent] * (parent_position - anchor)
+    lower, upper = joint.limits
+    return replace(
+        joint,
+        mass=mass,
+        inertia=joint.inertia * (mass / joint.mass * own**2),
+        center_of_mass=joint.child_position + own * (joint.center_of_mass - joint.child_position),
+        length=None if joint.length is None else joint.length * own,
+        parent_position=parent_position,
+        limits=(lower, upper if overrides.range is None else overrides.range[index]),
+        stiffness=joint.stiffness if overrides.stiffness is None else overrides.stiffness[index],
+        damping=joint.damping if overrides.damping is None else overrides.damping[index],
+    )
+
+
+def _override_tendons(
+    mechanism: Mechanism,
+    overrides: BenchOverrides,
+    joints: tuple[Joint, ...],
+    stretch: tuple[float, ...],
+) -> tuple[Tendon, ...]:
+    tendons = tuple(_moved_tendon(mechanism, t, joints, stretch) for t in mechanism.tendons)
+    if overrides.moment_arm is None:
+        return tendons
+    if len(tendons) != 1 or tendons[0].route is not None:
+        raise InvalidParameter(
+            "Bench override 'moment_arm' needs a bench with one tendon whose arms are constant; "
+            f"{mechanism.name!r} has {len(tendons)}"
+            f"{', routed' if any(t.route is not None for t in tendons) else ''}."
+        )
+    return (replace(tendons[0], moment_arm=np.array(overrides.moment_arm)),)
+
+
+def _moved_tendon(
+    mechanism: Mechanism, tendon: Tendon, joints: tuple[Joint, ...], stretch: tuple[float, ...]
+) -> Tendon:
+    """Return a tendon whose sites and pulleys keep their share of a stretched link."""
+    if tendon.route is None:
+        return tendon
+
+    def moved(stop: Stop) -> Stop:
+        if stop.body < 0:
+            return stop
+        anchor = mechanism.joints[stop.body].child_position
+        return replace(stop, point=anchor + stretch[stop.body] * (stop.point - anchor))
+
+    spans = tuple(
+        Span(
+            start=moved(span.start),
+            end=moved(span.end),
+            pulley=None if span.pulley is None else moved(span.pulley),
+        )
+        for span in tendon.route.spans
+    )
+    route = Route(joints=joints, spans=spans)
+    return replace(tendon, route=route, moment_arm=route.moment_arms(np.zeros(len(joints))))

@@ -1,0 +1,117 @@
+"""Which joint of a USD stage moves which link, and the rules that make it a tree on a base."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from tendon_newton.mechanisms.rules.findings import AssetFinding, about
+from tendon_newton.mechanisms.rules.link_rules import is_link
+
+JOINT_TYPES = ("PhysicsRevoluteJoint", "PhysicsPrismaticJoint")
+"""Joints with one degree of freedom, which can carry a moment arm."""
+
+
+def all_joints(stage: Any) -> list[Any]:
+    """Return the prims of every kind of joint."""
+    return [
+        prim
+        for prim in stage.Traverse()
+        if str(prim.GetTypeName()).startswith("Physics")
+        and str(prim.GetTypeName()).endswith("Joint")
+    ]
+
+
+def moved_joints(stage: Any) -> list[Any]:
+    """Return the joints with a degree of freedom."""
+    return [prim for prim in all_joints(stage) if prim.GetTypeName() in JOINT_TYPES]
+
+
+def relationship_targets(prim: Any, name: str) -> list[Any]:
+    """Return the paths that a relationship points to; none where the prim has no such one."""
+    relationship = prim.GetRelationship(name)
+    return list(relationship.GetTargets()) if relationship else []
+
+
+def carried(joint: Any) -> str | None:
+    """Return the path of the link that a joint moves."""
+    targets = relationship_targets(joint, "physics:body1")
+    return str(targets[0]) if targets else None
+
+
+def carrier(joint: Any) -> str | None:
+    """Return the path of the link that a joint sits on; None for the world."""
+    targets = relationship_targets(joint, "physics:body0")
+    return str(targets[0]) if targets else None
+
+
+def movers(stage: Any) -> dict[str, Any]:
+    """Return the joint that moves each link, by the link's path; the first where several do."""
+    table: dict[str, Any] = {}
+    for joint in all_joints(stage):
+        link = carried(joint)
+        if link is not None:
+            table.setdefault(link, joint)
+    return table
+
+
+def joints_below(stage: Any, joint: Any) -> list[Any]:
+    """Return the joints from one towards the base, itself first; a loop is followed once."""
+    table = movers(stage)
+    chain = [joint]
+    while (below := table.get(carrier(chain[-1]) or "")) is not None and below not in chain:
+        chain.append(below)
+    return chain
+
+
+def chain_findings(stage: Any) -> Iterator[AssetFinding]:
+    """Apply the rules that make a mechanism a tree on a fixed base."""
+    table = movers(stage)
+    for joint in all_joints(stage):
+        link = carried(joint)
+        if link is None:
+            continue
+        if link == carrier(joint):
+            yield about(
+                joint,
+                "chain",
+                f"a joint joins two links; both of its ends are {link}",
+                "Point physics:body0 to the link before it",
+            )
+        elif table[link] != joint:
+            yield about(
+                joint,
+                "chain",
+                f"one joint moves a link; {link} is moved by {table[link].GetPath()} too",
+                "Point physics:body1 to its own link",
+            )
+        elif loops(table, joint):
+            yield about(
+                joint,
+                "chain",
+                "a chain of joints ends at the base; this one returns to itself",
+                "Point physics:body0 of the first joint to the base",
+            )
+    for prim in stage.Traverse():
+        if is_link(prim) and str(prim.GetPath()) not in table:
+            yield about(
+                prim,
+                "chain",
+                "a joint holds every link; no joint's physics:body1 points to this "
+                "one, so it would fall",
+                "Add a joint that moves it, or a PhysicsFixedJoint that holds it",
+            )
+
+
+def loops(table: dict[str, Any], joint: Any) -> bool:
+    """Tell whether the way from a joint to the base comes back to it."""
+    seen = {str(joint.GetPath())}
+    below = table.get(carrier(joint) or "")
+    while below is not None:
+        if str(below.GetPath()) == str(joint.GetPath()):
+            return True
+        if str(below.GetPath()) in seen:
+            return False
+        seen.add(str(below.GetPath()))
+        below = table.get(carrier(below) or "")
+    return False

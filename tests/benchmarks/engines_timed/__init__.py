@@ -1,0 +1,1 @@
+"""The engines that the benchmarks time, each checked for soundness first."""
