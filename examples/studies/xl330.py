@@ -20,9 +20,9 @@ from tendon_newton.data.dataset import Dataset, load_dataset
 from tendon_newton.data.importers.xl330 import read_xl330
 from tendon_newton.data.model_file import Model, load_model
 from tendon_newton.data.recording import Recording
-from tendon_newton.diagnosis.diagnose import SEARCH_STEP, diagnose, values_of
+from tendon_newton.diagnosis.diagnose import SEARCH_STEP, diagnose
 from tendon_newton.diagnosis.evaluation import evaluate_models
-from tendon_newton.diagnosis.greedy import Search
+from tendon_newton.diagnosis.greedy import Search, values_of
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.least_squares import choose_start
 from tendon_newton.identification.study import Study, replacements

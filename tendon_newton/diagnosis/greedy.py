@@ -320,3 +320,8 @@ def at_bounds(candidate: Candidate, effect: str) -> dict[str, float]:
 def parameter_count(effects: Sequence[str]) -> int:
     """Return how many numbers a set of effects has."""
     return sum(len(find_effect(name).parameters) for name in effects)
+
+
+def values_of(candidate: Candidate) -> dict[int, float]:
+    """Return parameter column -> value."""
+    return {c: float(v) for c, v in zip(candidate.columns, candidate.value, strict=True)}

@@ -10,10 +10,10 @@ from examples.studies.so101 import split
 from tendon_newton.data.importers.so101 import read_so101
 from tendon_newton.data.importers.xl330 import read_xl330
 from tendon_newton.data.model_file import NamedValues
-from tendon_newton.diagnosis.diagnose import diagnose, values_of
+from tendon_newton.diagnosis.diagnose import diagnose
 from tendon_newton.diagnosis.evaluation import evaluate_models
 from tendon_newton.diagnosis.gate import Gate, paired
-from tendon_newton.diagnosis.greedy import Round, Search
+from tendon_newton.diagnosis.greedy import Round, Search, values_of
 from tendon_newton.identification.least_squares import Candidate, refine
 from tendon_newton.identification.study import Study
 

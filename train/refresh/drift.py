@@ -16,8 +16,9 @@ from tendon_newton.diagnosis.attribution import Attribution, examine
 from tendon_newton.diagnosis.diagnose import SEED, Evidence, conclude
 from tendon_newton.diagnosis.evaluation import evaluate_models
 from tendon_newton.diagnosis.gate import Gate, simplest
-from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.diagnosis.greedy import Fit, Round, Search
+from tendon_newton.diagnosis.greedy_findings import greedy_findings
+from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.identification.least_squares import Candidate
 from tendon_newton.identification.study import Study
 from tendon_newton.identification.testable import testable_effects
@@ -91,7 +92,9 @@ def find_drift(
     progress(f"trying {len(names)} kinds of wear on {len(dataset.train)} logs")
     attribution = find_wear(search, names, known, rng)
     test = Study(dataset.test, known_model, effects)
-    diagnosis, evidence = conclude(search, attribution, known_model, test, rng, start)
+    diagnosis, evidence = conclude(
+        train, greedy_findings(search, attribution, known_model), known_model, test, rng, start
+    )
     return replace(diagnosis, model=replace(diagnosis.model, fit=model.fit)), evidence
 
 

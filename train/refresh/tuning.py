@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
-from tendon_newton.diagnosis.diagnose import SEARCH_STEP, values_of
-from tendon_newton.diagnosis.greedy import Search
+from tendon_newton.diagnosis.diagnose import SEARCH_STEP
+from tendon_newton.diagnosis.greedy import Search, values_of
 from tendon_newton.identification.least_squares import evaluate
 from tendon_newton.identification.objective import loss_terms
 from tendon_newton.identification.study import Study

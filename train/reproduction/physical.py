@@ -11,9 +11,9 @@ import numpy as np
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.files.toml_file import read_toml
 from tendon_newton.data.model_file import Model, NamedValues
-from tendon_newton.diagnosis.diagnose import SEARCH_STEP, diagnose, extended_model, values_of
+from tendon_newton.diagnosis.diagnose import SEARCH_STEP, diagnose, extended_model
+from tendon_newton.diagnosis.greedy import Search, values_of
 from tendon_newton.diagnosis.result import Diagnosis
-from tendon_newton.diagnosis.greedy import Search
 from tendon_newton.errors import InvalidDataset
 from tendon_newton.identification.least_squares import Candidate, refine
 from tendon_newton.identification.study import Study
@@ -71,7 +71,7 @@ def refit(dataset: Dataset, model: Model) -> Model:
     for iterations, time_step in REFITS:
         simulate = search.simulate_at(search.gap_scales(candidate), time_step)
         (candidate,) = refine(simulate, [candidate], iterations=iterations)
-    return extended_model(search, model, values_of(candidate), names)
+    return extended_model(search.study, model, values_of(candidate), names)
 
 
 def own_numbers(search: Search, names: tuple[str, ...]) -> Candidate:

@@ -14,8 +14,8 @@ from tendon_newton.data.recording import Array, Recording
 from tendon_newton.diagnosis.attribution import CLASS_ERRORS
 from tendon_newton.diagnosis.explanation import OpenClass, Setting
 from tendon_newton.diagnosis.gate import EQUAL_SHARE
-from tendon_newton.diagnosis.imitation import Likeness, Trial, find_likenesses
 from tendon_newton.diagnosis.greedy import form_scales
+from tendon_newton.diagnosis.imitation import Likeness, Trial, find_likenesses
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.study import Study, replacements
 

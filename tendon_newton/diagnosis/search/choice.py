@@ -186,16 +186,19 @@ class Chooser:
             if name not in trial.removed and name not in forced:
                 yield self.solve(trial.added, (*trial.removed, name))
 
+    def best_atoms(self) -> dict[str, Trial]:
+        """Return for every effect that the fit has not the best set with it besides."""
+        by_name: dict[str, Trial] = {}
+        for atom in self.atoms:
+            trial, name = self.solve((atom,), ()), self.survey.columns[atom].name
+            if name not in by_name or trial.score < by_name[name].score:
+                by_name[name] = trial
+        return by_name
+
     def singles(self, count: int) -> list[Trial]:
         """Return the best sets of one cause more than the fit, one per effect, best first."""
         start = self.solve((), ())
-        by_name: dict[str, Trial] = {}
-        for atom in self.atoms:
-            trial = self.solve((atom,), ())
-            name = self.survey.columns[atom].name
-            if name not in by_name or trial.score < by_name[name].score:
-                by_name[name] = trial
-        ranked = sorted(by_name.values(), key=self.cost)
+        ranked = sorted(self.best_atoms().values(), key=self.cost)
         return [t for t in ranked if t.score < start.score][:count]
 
 

@@ -63,7 +63,9 @@ def rivals_of(pool: Pool, fit: Fit, name: str) -> list[Fit]:
     return sorted(near, key=lambda f: f.score)[:FEW_RIVALS]
 
 
-def decide(pool: Pool, fit: Fit, fine: Pool, known: Sequence[str], rng: np.random.Generator) -> Decided:
+def decide(
+    pool: Pool, fit: Fit, fine: Pool, known: Sequence[str], rng: np.random.Generator
+) -> Decided:
     """Put causes found on beginnings to the test on all rows.
 
     Args:
@@ -75,16 +77,19 @@ def decide(pool: Pool, fit: Fit, fine: Pool, known: Sequence[str], rng: np.rando
     """
     close = {name: rivals_of(pool, fit, name) for name in fit.names}
     less = leave_out(pool, fit)
-    sets = {frozenset(f.names): f for f in [*less.values(), *(r for rs in close.values() for r in rs)]}
+    sets = {
+        frozenset(f.names): f for f in [*less.values(), *(r for rs in close.values() for r in rs)]
+    }
     fine.rescore(floors_of(fine.worlds, (*known, *fit.names)))
     transfer(pool, [fit, *sets.values()], fine)
     best = simplest(fine, fine.best())
     final = prune(fine, best)
     while final.names:
-        terms_ = held_out_terms(
-            fine.worlds, [final, *leave_out(fine, final).values()], fine.floors
-        )
-        gains = {n: by_block(fine.worlds, t - terms_[0]) for n, t in zip(final.names, terms_[1:], strict=True)}
+        terms_ = held_out_terms(fine.worlds, [final, *leave_out(fine, final).values()], fine.floors)
+        gains = {
+            n: by_block(fine.worlds, t - terms_[0])
+            for n, t in zip(final.names, terms_[1:], strict=True)
+        }
         worst = min(gains, key=lambda n: float(gains[n].sum()))
         if gains[worst].sum() >= fine.price and not at_bound(fine, final, worst):
             return Decided(

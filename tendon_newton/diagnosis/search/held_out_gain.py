@@ -55,9 +55,7 @@ def held_out_terms(worlds: Worlds, fits: Sequence[Fit], floors: Floors) -> Array
     return total
 
 
-def terms(
-    worlds: Worlds, residuals: Array, theta: Array, force: Array, floors: Floors
-) -> Array:
+def terms(worlds: Worlds, residuals: Array, theta: Array, force: Array, floors: Floors) -> Array:
     """Return each row's share of the score at given scales of the signals, shape (N, M)."""
     weight, is_force = worlds.weights(floors), worlds.where.is_force
     scale = np.where(is_force, force[:, None], theta[:, None])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
@@ -28,7 +29,18 @@ class Pool:
     haste: float = 1.0
     """Share of the price that is asked while the search is on [1]."""
     log: Log = lambda _: None
+    until: float = np.inf
+    """Instant of the monotonic clock after which nothing further is looked for [s]."""
     fits: dict[frozenset[str], Fit] = field(default_factory=dict)
+    alone: dict[str, tuple[float, dict[str, float]]] = field(default_factory=dict)
+    """Share of the gap that each effect explains alone as a survey sees it, and its numbers."""
+    added: dict[str, float] = field(default_factory=dict)
+    """Score that each effect would add to the last set that was looked around [nat per row]."""
+
+    @property
+    def is_late(self) -> bool:
+        """Whether the time is over."""
+        return time.monotonic() > self.until
 
     def add(self, fits: Sequence[Fit]) -> None:
         """Keep fits that are better than those of the same causes."""

@@ -8,7 +8,13 @@ from tendon_newton.diagnosis.search.choice import Chooser, exchanges
 from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, without
-from tendon_newton.diagnosis.search.strategy import MOST_CAUSES, RIVALS, follow, new_starts
+from tendon_newton.diagnosis.search.strategy import (
+    MOST_CAUSES,
+    RIVALS,
+    follow,
+    new_starts,
+    note_singles,
+)
 from tendon_newton.diagnosis.search.survey import survey
 
 CLEAR = 6.0
@@ -29,7 +35,7 @@ def settle(pool: Pool, fit: Fit, names: Sequence[str], known: Sequence[str]) -> 
     for _ in range(TURNS):
         fit = prune(pool, fit)
         pool.log(f"pruned: {pool.describe(fit)}; {pool.worlds.count} simulated")
-        if not fit.names:
+        if not fit.names or pool.is_late:
             break
         pool.rescore(floors_of(pool.worlds, (*known, *fit.names)))
         fit = pool.fits[frozenset(fit.names)]
@@ -73,6 +79,7 @@ def exchange(pool: Pool, fit: Fit, names: Sequence[str]) -> None:
     """Refit sets in which another cause stands in the place of each."""
     view = survey(pool.worlds, fit, names, pool.floors, 0.99)
     chooser = Chooser(view, pool.price, MOST_CAUSES)
+    note_singles(pool, chooser, first=False)
     starts = new_starts(pool, view, exchanges(chooser, RIVALS))
     fits = start_fits(pool.worlds, starts, pool.floors, fit.time_step)
     for found in follow(pool, fits, coarse=0):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -28,7 +28,11 @@ ROUNDS = 6
 
 
 def find(
-    pool: Pool, fit_columns: Sequence[int], names: Sequence[str], known: Sequence[str]
+    pool: Pool,
+    fit_columns: Sequence[int],
+    names: Sequence[str],
+    known: Sequence[str],
+    progress: Callable[[str], None] = lambda _: None,
 ) -> Fit:
     """Find the set of causes that recordings ask for, before it is pruned.
 
@@ -37,6 +41,7 @@ def find(
         fit_columns: The model's own unknown numbers.
         names: Effects that may be named.
         known: Effects of the starting model.
+        progress: Told what stands so far.
     """
     study = pool.worlds.study
     start = start_fits(
@@ -46,8 +51,10 @@ def find(
     current = pool.best()
     for step in range(ROUNDS):
         pool.log(f"round {step}: {pool.describe(current)}; {pool.worlds.count} simulated")
-        if pool.excess(current) < pool.price:
+        if pool.excess(current) < pool.price or pool.is_late:
             break
+        if step:
+            progress(f"so far {', '.join(current.names)}")
         add_sets(pool, current, names, first=step == 0)
         before, current = current, pool.best()
         if current is before:
@@ -61,12 +68,28 @@ def add_sets(pool: Pool, current: Fit, names: Sequence[str], *, first: bool) -> 
     """Look around a fit, choose different sets, and refit each jointly."""
     view = survey(pool.worlds, current, names, pool.floors, 1.0 if first else 0.99)
     chooser = Chooser(view, pool.haste * pool.price, MOST_CAUSES)
+    note_singles(pool, chooser, first=first)
     trials = choose(chooser, SETS)
     trials += chooser.singles(SINGLES) if first else exchanges(chooser, RIVALS)
     starts = new_starts(pool, view, trials)
     fits = start_fits(pool.worlds, starts, pool.floors, current.time_step)
     for fit in follow(pool, fits, coarse=2 if first else 1):
         pool.log(f"    {pool.describe(fit)}")
+
+
+def note_singles(pool: Pool, chooser: Chooser, *, first: bool) -> None:
+    """Keep what a survey says of each effect alone, for the account of it."""
+    columns, start = chooser.survey.columns, chooser.solve((), ())
+    best = chooser.best_atoms()
+    pool.added = {name: start.score - trial.score for name, trial in best.items()}
+    if not first:
+        return
+    table = pool.worlds.study.table
+    for name, trial in best.items():
+        numbers = {
+            table.owners[c][1].name: float(v) for c, v in columns[trial.added[0]].values.items()
+        }
+        pool.alone[name] = (1.0 - float(np.exp(2.0 * (trial.score - start.score))), numbers)
 
 
 def new_starts(
@@ -107,9 +130,7 @@ def follow(pool: Pool, fits: list[Fit], *, coarse: int) -> list[Fit]:
     """Refit sets jointly, following fewer the longer it takes; add them, best first."""
     for count in FOLLOWED:
         fits.sort(key=pool.cost)
-        fits[:count] = refit(
-            pool.worlds, fits[:count], pool.floors, iterations=2, coarse=coarse
-        )
+        fits[:count] = refit(pool.worlds, fits[:count], pool.floors, iterations=2, coarse=coarse)
         coarse = 0
     fits.sort(key=pool.cost)
     pool.add(fits)
