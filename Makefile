@@ -39,8 +39,8 @@ check: setup  ## lint, format, types, layers
 	$(BIN)/lint-imports
 
 # One thread per process: torch and BLAS otherwise fight over the cores.
-test: setup  ## run the tests: CPU, offline
-	OMP_NUM_THREADS=1 $(BIN)/pytest
+test: setup  ## run the tests: CPU, offline, one process for each of two cores
+	OMP_NUM_THREADS=1 $(BIN)/pytest --numprocesses 2 --dist loadfile
 
 # Hours: everything that a commit does not wait for.
 nightly: setup  ## run the long exams: slow tests, mutations, 10,000 damaged files, faults, kills, a soak

@@ -256,8 +256,8 @@ MUTATIONS: tuple[Mutation, ...] = (
     Mutation(
         name="tension-rule-twice-as-high",
         file="hardware/safety_rules/safety.py",
-        old="bounds=at_most(lambda limits: limits.force), reach=lambda reach: reach.force",
-        new="bounds=at_most(lambda limits: 2.0 * limits.force), reach=lambda reach: reach.force",
+        old="bounds=at_most(lambda limits: limits.force),",
+        new="bounds=at_most(lambda limits: 2.0 * limits.force),",
         tests="tests/hardware/deploy/test_safety.py",
     ),
     Mutation(

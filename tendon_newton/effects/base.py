@@ -75,6 +75,8 @@ class Effect:
     """Parameters that make a tendon stick where they are not zero."""
     includes: ClassVar[tuple[str, ...]] = ()
     """Effects that are special cases of this one: the simpler is named if both explain the data."""
+    needs_string: ClassVar[bool] = False
+    """Whether it is about a string, its guides or its spool: a shaft has none of these."""
     spool_stages: ClassVar[tuple[Stage, ...]] = ()
     """Stages that stand for the motion of a spool without inertia. Where the spool has a
     coordinate of its own, its equation of motion takes their place."""

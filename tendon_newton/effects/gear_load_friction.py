@@ -24,7 +24,9 @@ class GearLoadFriction(Effect):
     motor's.
     Validity: gears that can be driven backwards. Their program takes gravity's torque for the
     load's, here it is the whole output's: the same at constant speed. Beside dry friction C, F_m
-    is what C leaves: theirs adds both up, which differs by K C / (1 + K s').
+    is what C leaves, and the two act one after the other. Their program adds both up, which takes
+    K C / (1 + K) more of a motor that winds in. The sum would bend where F_m + F = 0, inside the
+    range in which a string pulls. A rotor needs a friction that is linear there.
     Signature: that of load_dependent_friction with 2 K / (1 + K^2) for a motor that is weaker by
     (1 - K^2) / (1 + K^2).
     Confused with: load_dependent_friction, wherever the motor's gain is not known.

@@ -29,6 +29,7 @@ class RoutingFriction(Effect):
 
     name = "routing_friction"
     side = "transmission"
+    needs_string = True
     dry = ("exponent",)
     parameters = (
         Parameter(

@@ -24,6 +24,7 @@ class SpoolRadiusError(Effect):
 
     name = "spool_radius_error"
     side = "transmission"
+    needs_string = True
     parameters = (
         Parameter(
             name="scale",

@@ -32,6 +32,7 @@ class TendonCompliance(Effect):
 
     name = "tendon_compliance"
     side = "transmission"
+    needs_string = True
     memory = Stage.TENSION
     spool_stages = (Stage.STRETCH, Stage.TENSION)
     parameters = (

@@ -30,6 +30,7 @@ class TendonSlack(Effect):
 
     name = "tendon_slack"
     side = "transmission"
+    needs_string = True
     spool_stages = (Stage.ENCODER,)
     parameters = (
         Parameter(

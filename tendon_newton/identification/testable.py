@@ -15,7 +15,7 @@ def testable_effects(study: Study) -> tuple[str, ...]:
         for name, effect in EFFECTS.items()
         if study.shows(name)
         and (has_cell or not effect.acts_on_cell_only())
-        and (has_string or effect.side != "transmission")
+        and (has_string or not effect.needs_string)
     )
 
 

@@ -1,5 +1,7 @@
 """Effects between command and mechanism, against numbers worked out by hand on the weak spring."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -147,6 +149,25 @@ def test_the_motor_keeps_its_speed_limit_and_holds_while_unwinding() -> None:
     # nothing accelerates, so the tendon carries the spring less what its damper takes
     carried = np.maximum(STIFFNESS * out["travel"] + DAMPING * RADIUS * out["rate"], 0.0)
     np.testing.assert_allclose(out["force"][unwinding], carried[unwinding], rtol=1e-6)
+
+
+@pytest.mark.parametrize("speed", [9.0, -9.0])
+def test_a_motor_that_begins_too_fast_is_at_its_limit_at_once(speed: float) -> None:
+    """Winding out, it stops its slider with an impulse; winding in, the string goes slack."""
+    began = replace(
+        commanded(np.full(20, 2.0)),
+        motor_position=np.full((20, 1), 2.0),
+        motor_velocity=np.full((20, 1), speed),
+        start="first_row",
+    )
+    out = simulate(began, {"speed_limit": {"limit": 4.0}}, time_step=1e-3)
+    rate, force = out.motor_velocity[:, 0], out.force[:, 0]
+    assert rate[0] == pytest.approx(speed)
+    if speed < 0.0:
+        assert np.abs(rate[1:]).max() <= 4.0 * (1.0 + 1e-6)
+    else:
+        assert (force[np.abs(rate) > 4.0 * (1.0 + 1e-6)] == 0.0).all()
+    assert force.max() < 21.0
 
 
 def test_slack_is_dead_travel() -> None:

@@ -9,24 +9,29 @@ from tendon_newton.device_code.placeholders import (
     LINKS,
     ROWS,
     TENDONS,
+    Jet,
     JointMatrix,
     JointVector,
     ParameterVector,
     Placeholder,
     RowMatrix,
     RowVector,
+    TendonVector,
     Vec2,
     real,
 )
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.dynamics.forces import touching
 from tendon_newton.simulation.dynamics.modes import (
+    BEYOND,
     constrained_solve,
     excursion_rate,
+    may_outrun,
     row_bound,
     row_counts,
+    sign,
 )
-from tendon_newton.simulation.tendons.pipeline import SLACK, TAUT, flow_at
+from tendon_newton.simulation.tendons.pipeline import SLACK, TAUT, UNDECIDED, flow_at
 from tendon_newton.simulation.tendons.routes import located, row_arms
 from tendon_newton.simulation.tendons.spools import is_rigid, is_string
 from tendon_newton.simulation.tendons.world_drive import UNBOUNDED, at_end, in_same_mode
@@ -67,6 +72,13 @@ def speed_range(drive: Drive, d: int, side: real) -> Vec2:
         upper = -lower
         lower = least
     return Vec2(lower, upper)
+
+
+@device_template
+def too_fast(mechanism: Mechanism, world: int, drive: Drive, d: int, rate: real) -> bool:
+    """Tell whether a row is faster [m/s] than its motor lets it be: a run may begin so."""
+    beyond = wp.abs(rate) > row_bound(drive, d) * real(BEYOND)
+    return beyond and not may_outrun(mechanism, world, d, sign(rate))
 
 
 @device_template
@@ -147,16 +159,20 @@ def first_event(
         arms = row_arms(mechanism, world, drive, modes)
         later = motion_arms(mechanism, world, drive, modes, end)
         for d in range(ROWS):
+            before = excursion_rate(arms, d, v)
             after = excursion_rate(later, d, end.v)
             allowed = speed_range(drive, d, modes.tendon[d])
-            speed = wp.clamp(after, allowed[0], allowed[1])
-            slides = modes.tendon_sticks[d] == real(0.0) and row_counts(modes, d)
-            if speed != after and slides:
-                fraction = crossing(excursion_rate(arms, d, v) - speed, after - speed)
-                if fraction < event.fraction:
-                    event.fraction = fraction
-                    event.row = JOINTS + d
-                    event.speed = speed
+            speed = real(wp.clamp(after, allowed[0], allowed[1]))
+            leaves = speed != after and modes.tendon_sticks[d] == real(0.0)
+            fraction = crossing(before - speed, after - speed)
+            if too_fast(mechanism, world, drive, d, before):
+                leaves = True
+                speed = real(wp.clamp(before, -row_bound(drive, d), row_bound(drive, d)))
+                fraction = real(0.0)
+            if leaves and row_counts(modes, d) and fraction < event.fraction:
+                event.fraction = fraction
+                event.row = JOINTS + d
+                event.speed = speed
     if wp.static(FREE_SPOOL):
         for d in range(TENDONS):
             c = LINKS + d
@@ -320,15 +336,29 @@ def bring_row(
 def bring_event_row(
     mechanism: Mechanism, world: int, drive: Drive, event: Event, modes: Modes, middle: Motion
 ) -> JointVector:
-    """Bring the row that an event names to its speed exactly: the next modes see it there."""
+    """Bring the row that an event names to its speed exactly: the next modes see it there.
+
+    So they see a tendon that has meanwhile left its mode's range, as another event came first.
+    """
     v = middle.v
     arms = motion_arms(mechanism, world, drive, modes, middle)
     for j in range(JOINTS):
         if event.row == j:
             v = bring_row(middle.mass_matrix, joint_row(j), v, event.speed, modes, arms)
     for d in range(ROWS):
+        rate = excursion_rate(arms, d, v)
+        speed = rate
+        slides = modes.tendon_sticks[d] == real(0.0) and row_counts(modes, d)
+        if wp.static(MAY_HOLD):  # noqa: SIM102 - known when compiled
+            if slides:
+                allowed = speed_range(drive, d, modes.tendon[d])
+                speed = real(wp.clamp(rate, allowed[0], allowed[1]))
         if event.row == JOINTS + d:
-            v = bring_row(middle.mass_matrix, arms[d], v, event.speed, modes, arms)
+            speed = event.speed
+        if speed != rate:
+            freed = modes
+            freed.tendon_sticks[d] = real(0.0)
+            v = bring_row(middle.mass_matrix, arms[d], v, speed, freed, arms)
     return v
 
 
@@ -349,11 +379,55 @@ def holding_joint(modes: Modes, j: int) -> Modes:
 
 
 @device_template
-def bring_back(mechanism: Mechanism, world: int, drive: Drive, modes: Modes, end: Motion) -> Motion:
-    """Return the end of a divided step with those rows brought back that left their mode's range.
+def caught_string(
+    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, modes: Modes, d: int,
+    before: JointVector, end: Motion, h: real,
+) -> Jet:  # fmt: skip
+    """Return the impulse [N s] of a string that pulls again before the end of a slack h [s].
+
+    Its force had risen evenly from zero since the instant at which it was caught.
+    """
+    impulse = Jet(real(0.0), real(0.0), real(0.0))
+    least = mechanism.least_tension[world][d]
+    slack = drive.slack[d] == real(SLACK)
+    if drive.slack[d] == real(UNDECIDED):
+        slack = end.line[d] < least
+    if slack and modes.tendon_sticks[d] == real(0.0) and least == real(0.0):
+        free = in_same_mode(at_end(drive, h, (end.v - before) / h), TendonVector())
+        later = located(mechanism, world, free, end.q, end.v)
+        flow = flow_at(mechanism, world, p, later, d, end.q, end.v, modes.tendon[d])
+        if flow.line > least:
+            since = h * flow.line / (flow.line - wp.min(end.line[d], real(0.0)))
+            impulse = flow.pull * (real(0.5) * since)
+    return impulse
+
+
+@device_template
+def pull_row(
+    matrix: JointMatrix,
+    row: JointVector,
+    v: JointVector,
+    impulse: Jet,
+    modes: Modes,
+    arms: RowMatrix,
+) -> JointVector:
+    """Let an impulse [N s] along a row act, implicit in its damping."""
+    response = constrained_solve(matrix, row, modes, arms, RowVector())
+    brake = real(1.0) + wp.dot(row, response) * wp.max(-impulse[2], real(0.0))
+    return v + response * (impulse[0] / brake)
+
+
+@device_template
+def bring_back(
+    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, modes: Modes,
+    before: JointVector, end: Motion, h: real,
+) -> Motion:  # fmt: skip
+    """Return the end of a divided step of h [s] with what left its mode's range brought back.
 
     They are second events inside one step. A joint that has run through an end stop is put at its
-    edge: the way beyond, which nothing resisted, would come back as energy.
+    edge: the way beyond, which nothing resisted, would come back as energy. A string that would
+    pull again does so: under viscous friction a mechanism that was let go would run off at a speed
+    that the servo never allows.
     """
     v = end.v
     arms = motion_arms(mechanism, world, drive, modes, end)
@@ -361,6 +435,11 @@ def bring_back(mechanism: Mechanism, world: int, drive: Drive, modes: Modes, end
         if drive.friction[j] > real(0.0) and v[j] * modes.joint[j] < real(0.0):
             v = bring_row(end.mass_matrix, joint_row(j), v, real(0.0), modes, arms)
             modes = holding_joint(modes, j)
+    if wp.static(not HAS_ROTOR):
+        for d in range(TENDONS):
+            impulse = caught_string(mechanism, world, p, drive, modes, d, before, end, h)
+            if impulse[0] > real(0.0):
+                v = pull_row(end.mass_matrix, arms[d], v, impulse, modes, arms)
     if wp.static(MAY_HOLD):
         for d in range(ROWS):
             rate = excursion_rate(arms, d, v)

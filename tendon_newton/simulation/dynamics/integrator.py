@@ -128,7 +128,7 @@ def step(
         modes = after_touch(chosen, event)
         h = h - part
         end = rosenbrock(mechanism, world, p, start, modes, x, v, h)
-        end = bring_back(mechanism, world, start, modes, end)
+        end = bring_back(mechanism, world, p, start, modes, v, end, h)
     end = catch_spools(mechanism, world, start, modes, end)
     end.memory = renewed(mechanism, world, p, start, modes, v, end, h)
     end.modes = begun

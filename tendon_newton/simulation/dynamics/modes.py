@@ -2,7 +2,9 @@
 
 A *row* is a direction in which speed can be held: a joint, or a tendon's excursion. A tendon's row
 is held at rest by dry friction, or at the motor's greatest speed. Its *sides* are what it does just
-above and just below that speed: +1 slides in, -1 slides out, +2 and -2 are beyond the greatest.
+above and just below that speed: +1 slides in, -1 slides out, +2 and -2 are beyond the greatest. A
+row slides beyond it only where the motor cannot hold it back: a loose string that its mechanism
+takes in. Otherwise an impulse brings it to the greatest speed, and there it is held.
 Where a spool moves on its own, its gear has one row and the string in its guides another.
 """
 
@@ -43,11 +45,15 @@ MAY_HOLD = False
 """Whether any effect of the kernel holds a tendon at a speed."""
 FREE_SPOOL = False
 """Whether each spool has a coordinate of its own."""
+HAS_ROTOR = False
+"""Whether a rotor's inertia stands between the motor and the load cell."""
 
 REST = 1.0e-9
 """Below this speed [m/s, rad/s] a dry friction may stick."""
 AT_LIMIT = 1.0e-6
 """Share of the greatest speed within which the motor may be held at it [1]."""
+BEYOND = 1.0 + AT_LIMIT
+"""Share of the greatest speed above which the motor is faster than it can be [1]."""
 SWEEPS = 12
 """Gauss-Seidel sweeps over the rows that may be held; one row alone needs one."""
 
@@ -129,19 +135,32 @@ def row_counts(modes: Modes, r: int) -> bool:
 
 
 @device_template
-def tendon_sides(drive: Drive, modes: Modes, d: int, rate: real) -> Modes:
+def may_outrun(mechanism: Mechanism, world: int, d: int, side: real) -> bool:
+    """Tell whether a row may be faster than its motor: a string that goes slack as it winds in."""
+    outruns = bool(False)  # noqa: UP018 - a variable for Warp, not a constant
+    if wp.static(not HAS_ROTOR):
+        outruns = side > real(0.0) and is_string(mechanism, world, row_tendon(d))
+    return outruns
+
+
+@device_template
+def tendon_sides(
+    mechanism: Mechanism, world: int, drive: Drive, modes: Modes, d: int, rate: real
+) -> Modes:
     """Write the side of a tendon at a rate [m/s], or both sides of a speed where it may be held."""
     side = sign(rate)
     bound = row_bound(drive, d)
     speed = wp.abs(rate)
+    beyond = speed > bound * real(BEYOND)
     modes.tendon[d] = side
-    if speed > bound:
+    if beyond and may_outrun(mechanism, world, d, side):
         modes.tendon[d] = real(2.0) * side
+        beyond = False
     if drive.dry > real(0.0) and speed <= real(REST):
         modes.tendon_sticks[d] = real(1.0)
         modes.least_side[d] = real(1.0)
         modes.most_side[d] = real(-1.0)
-    if wp.abs(speed - bound) <= real(AT_LIMIT) * bound:
+    if beyond or wp.abs(speed - bound) <= real(AT_LIMIT) * bound:
         modes.tendon_sticks[d] = real(1.0)
         modes.least_side[d] = real(2.0)
         modes.most_side[d] = real(1.0)
@@ -235,7 +254,7 @@ def choose_held(
         modes.tendon[d] = sign(rate)
         if wp.static(MAY_HOLD):  # noqa: SIM102 - known when compiled
             if row_counts(modes, d):
-                modes = tendon_sides(drive, modes, d, rate)
+                modes = tendon_sides(mechanism, world, drive, modes, d, rate)
                 if modes.tendon_sticks[d] > real(0.0):
                     side = modes.least_side[d]
                     least[d] = row_force(mechanism, world, p, drive, modes, d, q, v, side)
@@ -305,8 +324,10 @@ def release(
     for d in range(ROWS):
         if modes.tendon_sticks[d] > real(0.0):  # noqa: SIM102 - Warp has no mixed and/or
             if modes.hold[d] >= most[d] or modes.hold[d] <= least[d]:
+                # which of its limits gave way says where it goes; where both are one, its motion
                 modes.tendon[d] = modes.least_side[d]
-                if wp.dot(arms[d], acceleration) + bow[d] < real(0.0):
+                slows = wp.dot(arms[d], acceleration) + bow[d] < real(0.0)
+                if modes.hold[d] > least[d] or (most[d] <= least[d] and slows):
                     modes.tendon[d] = modes.most_side[d]
                 modes.tendon_sticks[d] = real(0.0)
     return modes

@@ -147,11 +147,12 @@ def tendon_flow(
         flow = rotor_flow(flow, acting, p, least)
     else:
         flow.tension = tension_effects(flow.motor_force, acting, p)
+        flow.slack = tendon.slack
         if tendon.side * tendon.direction > real(1.5):
             flow.tension = Jet(-real(HELD) * tendon.direction, real(0.0), real(0.0))
+            flow.slack = real(UNDECIDED)
         flow.line = flow.tension[0]
-        flow.slack = tendon.slack
-        if tendon.slack == real(UNDECIDED):
+        if flow.slack == real(UNDECIDED):
             flow.slack = real(TAUT)
             if flow.tension[0] < least:
                 flow.slack = real(SLACK)

@@ -186,6 +186,12 @@ def test_gradients_by_a_motor_that_tires() -> None:
     check_gradients(make_rollout(TIRING), ())
 
 
+def test_gradients_by_a_motor_at_its_greatest_speed() -> None:
+    """Reached both ways, held while the finger meets its stops, and left."""
+    limited = {"speed_limit": {"limit": 3.0}, "viscous_friction": {"coefficient": 0.3}}
+    check_gradients(make_rollout(limited), ())
+
+
 @pytest.mark.parametrize("gear", GEARS, ids=lambda gear: next(iter(gear)))
 def test_gradients_by_a_gear_under_load(gear: dict[str, dict[str, float]]) -> None:
     """Both sides' load, sliding and breaking away, beside viscous friction.

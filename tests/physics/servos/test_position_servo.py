@@ -18,6 +18,7 @@ from tendon_newton.identification.study import Study
 from tendon_newton.simulation.hosts.replay import replay
 from tendon_newton.simulation.kernels.position_kernels import POSITION_EFFECTS
 from tests.effect_bench import commanded
+from tests.physics.runs import ideal_model
 
 Array = NDArray[np.float64]
 ROW = 0.02  # [s]
@@ -104,7 +105,7 @@ def test_only_effects_on_positions_are_tried_and_held() -> None:
     study = Study([commanded(WAVE, "servo", ROW)], servo_model(), tuple(EFFECTS))
     names = set(testable.testable_effects(study))
     assert names <= set(POSITION_EFFECTS)
-    assert {"command_delay", "actuator_lag", "deadband"} <= names
+    assert {"command_delay", "actuator_lag", "deadband", "backlash"} <= names
     with pytest.raises(InvalidModelFile, match="positions alone"):
         theta(WAVE, coulomb_friction={"force": 1.0})
     with pytest.raises(InvalidModelFile, match="turns its only joint directly"):
@@ -120,6 +121,15 @@ def test_only_effects_on_positions_are_tried_and_held() -> None:
     )
     with pytest.raises(InvalidRecording, match="follows theta_d"):
         replay([driven], servo_model())
+
+
+@pytest.mark.parametrize("bench", ["servo", "pendulum"])
+def test_a_shaft_may_have_play_but_no_string(bench: str) -> None:
+    """Of the transmission, a gear's play is tried on a bench whose servo turns it directly."""
+    model = servo_model() if bench == "servo" else ideal_model()
+    study = Study([commanded(WAVE, bench, ROW)], model, tuple(EFFECTS))
+    names = testable.testable_effects(study)
+    assert [name for name in names if EFFECTS[name].side == "transmission"] == ["backlash"]
 
 
 def test_the_whole_catalogue_at_null_moves_no_position() -> None:
