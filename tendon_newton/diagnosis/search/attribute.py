@@ -15,14 +15,13 @@ from tendon_newton.diagnosis.result import Verdict
 from tendon_newton.diagnosis.search.account import candidates, criteria_of, explained_share
 from tendon_newton.diagnosis.search.decision import Decided, decide, transfer
 from tendon_newton.diagnosis.search.floors import floors_of
-from tendon_newton.diagnosis.search.pool import Pool
+from tendon_newton.diagnosis.search.pool import Allows, Pool
 from tendon_newton.diagnosis.search.posterior import found_of
 from tendon_newton.diagnosis.search.prune import settle
 from tendon_newton.diagnosis.search.refit import Fit
 from tendon_newton.diagnosis.search.spans import beginnings
 from tendon_newton.diagnosis.search.strategy import find
 from tendon_newton.diagnosis.search.worlds import Worlds
-from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.study import Study
 
 PRICE = 0.3
@@ -30,6 +29,8 @@ PRICE = 0.3
 it. `tests/planted/calibrate.py` draws the curve of false names against it."""
 HASTE = 0.3
 """Share of that price which the search asks of a cause, before the rule decides [1]."""
+MOST_CAUSES = 7
+"""Causes that are looked for at once."""
 LEAST_EXPLAINED = 0.8
 """Share of the squared error above the noise [1] that named causes must explain together."""
 
@@ -41,6 +42,8 @@ def find_causes(
     names: Sequence[str],
     *,
     rng: np.random.Generator,
+    most: int = MOST_CAUSES,
+    allows: Allows = lambda _names, _values: True,
     progress: Callable[[str], None] = lambda _: None,
     budget: float | None = None,
     log: Callable[[str], None] = lambda _: None,
@@ -53,6 +56,8 @@ def find_causes(
         model: The model to start from.
         names: Effects that may be named.
         rng: Of the draws of blocks.
+        most: Causes that are looked for at once.
+        allows: Whether a set of causes may be named, given its values by column.
         progress: Told, in a few words, what is being done.
         budget: Time after which no further sets are looked for [s].
         log: Told every set that is fitted.
@@ -60,18 +65,18 @@ def find_causes(
     known = [effect.name for effect in model.effects]
     until = np.inf if budget is None else time.monotonic() + budget
     short = Study(
-        beginnings(recordings), model, tuple(EFFECTS), time_step=study.time_step, in_pieces=True,
+        beginnings(recordings), model, study.table.effects, time_step=study.time_step, in_pieces=True,
         scale=study.scale,
     )  # fmt: skip
     short.noise = study.noise
     worlds, fine_worlds = Worlds(short), Worlds(study)
-    pool = Pool(
-        worlds=worlds, floors=floors_of(worlds, known), price=PRICE, haste=HASTE, log=log,
-        until=until,
+    pool, fine = (
+        Pool(
+            worlds=w, floors=floors_of(w, known), price=PRICE, haste=haste, most=most,
+            allows=allows, log=log, until=until,
+        )
+        for w, haste in ((worlds, HASTE), (fine_worlds, 1.0))
     )  # fmt: skip
-    fine = Pool(
-        worlds=fine_worlds, floors=floors_of(fine_worlds, known), price=PRICE, log=log, until=until
-    )
     interrupted = False
     try:
         fit = find(pool, study.fit_columns(model), names, known, progress)
@@ -86,11 +91,6 @@ def find_causes(
     decided = decide(pool, fit, fine, known, rng)
     baseline = fine.fits[frozenset()]
     return conclude_search(pool, fine, names, fit, baseline, decided, interrupted)
-
-
-def study_step(study: Study) -> float:
-    """Return the step of a study's simulations [s]."""
-    return study.time_step
 
 
 def conclude_search(

@@ -16,8 +16,6 @@ from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, values_
 from tendon_newton.diagnosis.search.worlds import Floors
 from tendon_newton.effects import find_effect
 
-FINE_STEP = 5.0e-4
-"""Simulation step [s] at which sets are compared; reported errors use a finer one."""
 FEW_RIVALS = 3
 """Sets with another cause in the place of one that are looked at closely."""
 CLASS_ERRORS = 2.0
@@ -46,7 +44,7 @@ class Decided:
 def transfer(pool: Pool, fits: Sequence[Fit], fine: Pool) -> list[Fit]:
     """Refit sets on all rows at the fine step, from where they were on the beginnings."""
     starts = [(f.names, values_of(pool.worlds, f.columns, f.place)) for f in fits]
-    found = start_fits(fine.worlds, starts, fine.floors, FINE_STEP)
+    found = start_fits(fine.worlds, starts, fine.floors, fine.worlds.study.time_step)
     found = refit(fine.worlds, found, fine.floors, iterations=2, coarse=0)
     fine.add(found)
     return found

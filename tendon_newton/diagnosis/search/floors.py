@@ -6,8 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from tendon_newton.data.parameters import BenchScale
 from tendon_newton.diagnosis.search.worlds import Floors, Worlds
 from tendon_newton.effects import find_effect
+from tendon_newton.identification.objective import Scales
 
 FORM_THETA, FORM_FORCE = 3.0e-3, 0.1
 """Angle [rad] and force [N] by which a law of dry friction misses real friction on a nominal bench:
@@ -38,6 +40,14 @@ def floors_of(worlds: Worlds, names: Sequence[str]) -> Floors:
         force=float(np.hypot(noise.force or 0.0, force * scale.force)),
         rest=REST if dry else 1.0,
     )
+
+
+def form_scales(scale: BenchScale) -> Scales:
+    """Return by how much laws of dry friction miss on benches of some size.
+
+    Bristles are as long on a long rail as on a short one, so the angle follows the spool alone.
+    """
+    return Scales(theta=FORM_THETA * scale.turn, force=FORM_FORCE * scale.force)
 
 
 def is_dry(names: Sequence[str]) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -13,6 +13,7 @@ from tendon_newton.diagnosis.search.worlds import Floors, Worlds
 from tendon_newton.effects import find_effect
 
 Log = Callable[[str], None]
+Allows = Callable[[tuple[str, ...], Mapping[int, float]], bool]
 NUMBER_SHARE = 0.3
 """Share of a cause's price that each number beyond its first costs [1]."""
 
@@ -26,9 +27,13 @@ class Pool:
     """Least scale of each signal; all scores are at these."""
     price: float
     """Gain in score that a cause must bring [nat per row]."""
+    most: int
+    """Causes that are looked for at once."""
     haste: float = 1.0
     """Share of the price that is asked while the search is on [1]."""
     log: Log = lambda _: None
+    allows: Allows = lambda _names, _values: True
+    """Whether a set may be named, given its values by column."""
     until: float = np.inf
     """Instant of the monotonic clock after which nothing further is looked for [s]."""
     fits: dict[frozenset[str], Fit] = field(default_factory=dict)
@@ -46,6 +51,8 @@ class Pool:
         """Keep fits that are better than those of the same causes."""
         for fit in fits:
             key = frozenset(fit.names)
+            if not self.allows(fit.names, values_of(self.worlds, fit.columns, fit.place)):
+                continue
             if key not in self.fits or fit.score < self.fits[key].score:
                 self.fits[key] = fit
 

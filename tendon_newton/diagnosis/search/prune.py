@@ -9,7 +9,6 @@ from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, without
 from tendon_newton.diagnosis.search.strategy import (
-    MOST_CAUSES,
     RIVALS,
     follow,
     new_starts,
@@ -78,7 +77,7 @@ def leave_out(pool: Pool, fit: Fit) -> dict[str, Fit]:
 def exchange(pool: Pool, fit: Fit, names: Sequence[str]) -> None:
     """Refit sets in which another cause stands in the place of each."""
     view = survey(pool.worlds, fit, names, pool.floors, 0.99)
-    chooser = Chooser(view, pool.price, MOST_CAUSES)
+    chooser = Chooser(view, pool.price, pool.most)
     note_singles(pool, chooser, first=False)
     starts = new_starts(pool, view, exchanges(chooser, RIVALS))
     fits = start_fits(pool.worlds, starts, pool.floors, fit.time_step)

@@ -17,8 +17,6 @@ ROUGH_STEP = 1.0e-3
 """Simulation step [s] while sets are chosen."""
 SETS, SINGLES = 6, 5
 """Different sets, and single causes, that are refitted after a survey."""
-MOST_CAUSES = 7
-"""Causes that are looked for at once."""
 RIVALS = 3
 """Effects that are tried in the place of each cause."""
 FOLLOWED = (12, 6, 3)
@@ -67,7 +65,7 @@ def find(
 def add_sets(pool: Pool, current: Fit, names: Sequence[str], *, first: bool) -> None:
     """Look around a fit, choose different sets, and refit each jointly."""
     view = survey(pool.worlds, current, names, pool.floors, 1.0 if first else 0.99)
-    chooser = Chooser(view, pool.haste * pool.price, MOST_CAUSES)
+    chooser = Chooser(view, pool.haste * pool.price, pool.most)
     note_singles(pool, chooser, first=first)
     trials = choose(chooser, SETS)
     trials += chooser.singles(SINGLES) if first else exchanges(chooser, RIVALS)
