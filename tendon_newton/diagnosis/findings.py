@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from tendon_newton.diagnosis.result import CandidateScore, Criterion, Verdict
-from tendon_newton.identification.least_squares import Linearisation
+from tendon_newton.identification.linearisation import Linearisation
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -68,9 +68,9 @@ def find_drift(
 
     The search and the rule are those of `tendon_newton.diagnosis`, for one cause: the one that
     explains most. A second one would have to be told from what the model has always left; it shows
-    when the first is in the model. What the model has already and got worse is named with its new total. Numbers
-    that the model declares unknown were found when the bench was new, and stay: else a weak motor
-    makes up for friction.
+    when the first is in the model. What the model has already and got worse is named with its new
+    total. Numbers that the model declares unknown were found when the bench was new, and stay: else
+    a weak motor makes up for friction.
 
     Args:
         dataset: Logs; test parts only report.

@@ -20,7 +20,7 @@ class Tuned:
 
     model: Model
     before: float
-    """Score with the numbers that it had: negative log likelihood above the floor's [nat per row]."""
+    """Score with the numbers that it had [nat per row]: the less, the likelier."""
     after: float
     """Score with those that were found."""
 

@@ -67,7 +67,7 @@ def candidates(
                 at_bound=ended(pool, own, name),
                 criteria=criteria,
                 probability=decided.probabilities.get(name),
-            )  # fmt: skip
+            )
         )
     return tuple(sorted(out, key=lambda c: -c.score))
 

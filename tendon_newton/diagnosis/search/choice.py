@@ -212,11 +212,11 @@ def choose(chooser: Chooser, sets: int) -> list[Trial]:
     columns = chooser.survey.columns
     start = chooser.solve((), ())
     best = chooser.grow(start)
-    found = [best]
-    for atom in best.added:
-        found.append(chooser.grow(start, barred=[columns[atom].name]))
-    for name in chooser.survey.fit.names:
-        found.append(chooser.grow(chooser.solve((), [name])))
+    found = [
+        best,
+        *(chooser.grow(start, barred=[columns[atom].name]) for atom in best.added),
+        *(chooser.grow(chooser.solve((), [name])) for name in chooser.survey.fit.names),
+    ]
     for single in chooser.singles(FORCED):
         name = columns[single.added[0]].name
         if name not in chooser.names(best):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from tendon_newton.diagnosis.findings import Found
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.refit import (
@@ -14,13 +12,8 @@ from tendon_newton.diagnosis.search.refit import (
     row_units,
     values_of,
 )
-from tendon_newton.identification.intervals import (
-    LEAST_SHARE,
-    MOST_BY_RECORDING,
-    WIDENING,
-    half_width,
-)
-from tendon_newton.identification.least_squares import Linearisation
+from tendon_newton.identification.intervals import LEAST_SHARE, half_widths
+from tendon_newton.identification.linearisation import Linearisation
 
 
 def found_of(pool: Pool, fit: Fit) -> Found:
@@ -34,7 +27,7 @@ def found_of(pool: Pool, fit: Fit) -> Found:
     unit = row_units(worlds, fit, pool.floors, LAST_SHARE, None)
     point = Linearisation(residual=fit.residual / unit, jacobian=jacobian / unit[:, None])
     values = values_of(worlds, fit.columns, fit.place)
-    half = half_widths(pool, point)
+    half = half_widths(point, worlds.where)
     low, high = bounds_of(worlds, fit.columns)
     intervals = {}
     for f, (column, value) in enumerate(values.items()):
@@ -48,13 +41,3 @@ def found_of(pool: Pool, fit: Fit) -> Found:
             min(found[1] + slack, max(parameter.upper, value)),
         )
     return Found(effects=fit.names, values=values, intervals=intervals, point=point)
-
-
-def half_widths(pool: Pool, point: Linearisation) -> np.ndarray:
-    """Return half the width of each coordinate's interval, shape (F,)."""
-    if point.jacobian.shape[1] == 0:
-        return np.zeros(0)
-    where = pool.worlds.where
-    by_block = half_width(point, where.block)
-    by_recording = half_width(point, where.recording)
-    return WIDENING * np.maximum(by_block, np.minimum(by_recording, MOST_BY_RECORDING * by_block))

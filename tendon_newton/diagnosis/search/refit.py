@@ -78,7 +78,7 @@ def start_fits(
                 time_step=time_step,
                 score=float(score.value[n]),
                 scales=Scales(theta=float(score.theta[n]), force=float(score.force[n])),
-            )  # fmt: skip
+            )
         )
     return out
 

@@ -97,7 +97,7 @@ def survey(worlds: Worlds, fit: Fit, names: Sequence[str], floors: Floors, share
                 values={column: 1.0},
                 low=max(-reach, low[f] - fit.place[f]),
                 high=min(reach, high[f] - fit.place[f]),
-            )  # fmt: skip
+            )
         )
     directions = slopes if changes is None else np.concatenate([changes, slopes])
     return assemble(worlds, fit, tuple(found), directions, floors, share)
