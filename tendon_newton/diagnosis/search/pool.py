@@ -8,12 +8,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tendon_newton.diagnosis.search.refit import Fit, rescored, values_of
+from tendon_newton.diagnosis.search.refit import Fit, refit, rescored, values_of
 from tendon_newton.diagnosis.search.worlds import Floors, Worlds
 from tendon_newton.effects import find_effect
 
 Log = Callable[[str], None]
 Allows = Callable[[tuple[str, ...], Mapping[int, float]], bool]
+RENEWED = 4
+"""Steps of a refit at other floors: what they hid was not fitted."""
 NUMBER_SHARE = 0.3
 """Share of a cause's price that each number beyond its first costs [1]."""
 
@@ -62,6 +64,15 @@ class Pool:
             self.floors = floors
             new = rescored(self.worlds, list(self.fits.values()), floors)
             self.fits = dict(zip(self.fits, new, strict=True))
+
+    def renew(self, floors: Floors, fit: Fit) -> Fit:
+        """Score all sets at other floors and follow one of them there; return the latter."""
+        if floors == self.floors:
+            return fit
+        self.rescore(floors)
+        own = self.fits[frozenset(fit.names)]
+        self.add(refit(self.worlds, [own], floors, iterations=RENEWED, coarse=0))
+        return self.fits[frozenset(fit.names)]
 
     def cost(self, fit: Fit) -> float:
         """Return a fit's score, its causes paid for [nat per row].

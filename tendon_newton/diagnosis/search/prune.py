@@ -36,8 +36,7 @@ def settle(pool: Pool, fit: Fit, names: Sequence[str], known: Sequence[str]) -> 
         pool.log(f"pruned: {pool.describe(fit)}; {pool.worlds.count} simulated")
         if not fit.names or pool.is_late:
             break
-        pool.rescore(floors_of(pool.worlds, (*known, *fit.names)))
-        fit = pool.fits[frozenset(fit.names)]
+        fit = pool.renew(floors_of(pool.worlds, (*known, *fit.names)), fit)
         exchange(pool, fit, names)
         best = pool.best()
         if frozenset(best.names) == frozenset(fit.names):

@@ -57,7 +57,7 @@ def find(
         before, current = current, pool.best()
         if current is before:
             break
-        pool.rescore(floors_of(pool.worlds, (*known, *current.names)))
+        pool.renew(floors_of(pool.worlds, (*known, *current.names)), current)
         before, current = pool.fits[frozenset(before.names)], pool.best()
     return current
 
