@@ -42,6 +42,7 @@ def find_causes(
     names: Sequence[str],
     *,
     rng: np.random.Generator,
+    price: float = PRICE,
     most: int = MOST_CAUSES,
     allows: Allows = lambda _names, _values: True,
     progress: Callable[[str], None] = lambda _: None,
@@ -56,6 +57,7 @@ def find_causes(
         model: The model to start from.
         names: Effects that may be named.
         rng: Of the draws of blocks.
+        price: Gain in score that a cause must bring [nat per row].
         most: Causes that are looked for at once.
         allows: Whether a set of causes may be named, given its values by column.
         progress: Told, in a few words, what is being done.
@@ -65,14 +67,14 @@ def find_causes(
     known = [effect.name for effect in model.effects]
     until = np.inf if budget is None else time.monotonic() + budget
     short = Study(
-        beginnings(recordings), model, study.table.effects, time_step=study.time_step,
+        recordings if study.kinematic else beginnings(recordings), model, study.table.effects, time_step=study.time_step,
         in_pieces=True, scale=study.scale,
     )  # fmt: skip
     short.noise = study.noise
     worlds, fine_worlds = Worlds(short), Worlds(study)
     pool, fine = (
         Pool(
-            worlds=w, floors=floors_of(w, known), price=PRICE, haste=haste, most=most,
+            worlds=w, floors=floors_of(w, known), price=price, haste=haste, most=most,
             allows=allows, log=log, until=until,
         )
         for w, haste in ((worlds, HASTE), (fine_worlds, 1.0))

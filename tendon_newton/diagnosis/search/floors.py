@@ -38,7 +38,7 @@ def floors_of(worlds: Worlds, names: Sequence[str]) -> Floors:
     return Floors(
         theta=float(np.hypot(noise.theta, theta * scale.turn)),
         force=float(np.hypot(noise.force or 0.0, force * scale.force)),
-        rest=REST if dry else 1.0,
+        rest=REST,
     )
 
 
