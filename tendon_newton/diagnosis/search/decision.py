@@ -20,8 +20,10 @@ FEW_RIVALS = 3
 """Sets with another cause in the place of one that are looked at closely."""
 CLASS_ERRORS = 2.0
 """A rival within so many paired standard errors is not told from a cause."""
-EQUAL = 0.02
-"""Difference in score [nat per row] that is none, however small its standard error."""
+SHARE = 0.2
+"""A rival that is behind by less than this share of the price is not told from a cause, however
+sure the difference; one behind by more than this share of what the cause is worth is, however
+unsure [1]."""
 SHARP = 0.3
 """Share of the least errors of form at which rivals are compared: both have the same [1]."""
 
@@ -51,13 +53,14 @@ def transfer(pool: Pool, fits: Sequence[Fit], fine: Pool) -> list[Fit]:
 
 
 def rivals_of(pool: Pool, fit: Fit, name: str) -> list[Fit]:
-    """Return the best fits with another cause in the place of one."""
+    """Return the best fits with another cause in the place of one; those without it are known."""
     rest = frozenset(fit.names) - {name}
     found = [
         f for f in pool.fits.values()
         if len(f.names) == len(fit.names) and rest < frozenset(f.names) and name not in f.names
     ]  # fmt: skip
-    near = [f for f in found if f.score - fit.score < pool.price]
+    loss = pool.fits[rest].score - fit.score
+    near = [f for f in found if f.score - fit.score < max(pool.price, SHARE * loss)]
     return sorted(near, key=lambda f: f.score)[:FEW_RIVALS]
 
 
@@ -73,8 +76,8 @@ def decide(
         known: Effects of the starting model.
         rng: Of the draws of blocks.
     """
-    close = {name: rivals_of(pool, fit, name) for name in fit.names}
     less = leave_out(pool, fit)
+    close = {name: rivals_of(pool, fit, name) for name in fit.names}
     sets = {
         frozenset(f.names): f for f in [*less.values(), *(r for rs in close.values() for r in rs)]
     }
@@ -133,7 +136,7 @@ def close_rivals(pool: Pool, fit: Fit, name: str) -> tuple[Fit, ...]:
     found = rivals_of(pool, fit, name)
     if not found:
         return ()
-    floors = sharp(pool)
+    floors, loss = sharp(pool), pool.fits[frozenset(fit.names) - {name}].score - fit.score
     residuals = np.stack([f.residual for f in (fit, *found)])
     score = pool.worlds.score(residuals, floors)
     each = terms(pool.worlds, residuals, score.theta, score.force, floors)
@@ -142,7 +145,8 @@ def close_rivals(pool: Pool, fit: Fit, name: str) -> tuple[Fit, ...]:
         blocks = by_block(pool.worlds, own - each[0])
         behind = float(blocks.sum())
         error = float(blocks.std(ddof=1) * np.sqrt(len(blocks)))
-        if behind <= max(CLASS_ERRORS * error, EQUAL) and behind < 0.5 * pool.price:
+        unsure = behind <= min(CLASS_ERRORS * error, SHARE * loss)
+        if unsure or behind <= SHARE * pool.price:
             out.append(rival)
     return tuple(out)
 

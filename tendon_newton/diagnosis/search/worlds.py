@@ -65,6 +65,9 @@ class Worlds:
         self.count = 0
         self._coordinates: dict[int, Coordinate] = {}
         self._rests = rests(study)
+        resting = max(1, int(self._rests.sum()))
+        self.rest_share = min(1.0, (len(self._rests) - resting) / resting)
+        """Weight of a row at rest with which rest counts at most as much as motion [1]."""
 
     def coordinate(self, column: int) -> Coordinate:
         """Return the coordinate of one column."""
