@@ -68,9 +68,13 @@ def find_causes(
     known = [effect.name for effect in model.effects]
     until = np.inf if budget is None else time.monotonic() + budget
     short = Study(
-        recordings if study.kinematic else beginnings(recordings), model, study.table.effects, time_step=study.time_step,
-        in_pieces=True, scale=study.scale,
-    )  # fmt: skip
+        recordings if study.kinematic else beginnings(recordings),
+        model,
+        study.table.effects,
+        time_step=study.time_step,
+        in_pieces=True,
+        scale=study.scale,
+    )
     short.noise = study.noise
     worlds, fine_worlds = Worlds(short), Worlds(study)
     pool, fine = (

@@ -20,8 +20,8 @@ LEAST_THETA, LEAST_FORCE = 1.0e-3, 0.03
 BREAKAWAY = 3.0
 """How much more a law misses whose breakaway force is above the sliding one: it jumps [1]."""
 REST = 0.1
-"""Weight of a row at rest where something sticks [1]: one error in all rows of a rest. Where nothing
-sticks all rows at rest together count at most as much as those in motion."""
+"""Weight of a row at rest where something sticks [1]: one error in all rows of a rest. Where
+nothing sticks all rows at rest together count at most as much as those in motion."""
 
 
 def floors_of(worlds: Worlds, names: Sequence[str]) -> Floors:
