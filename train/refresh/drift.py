@@ -29,12 +29,12 @@ class Wear:
     """What use does to a bench, as an effect whose first number it changes."""
 
     words: str
-    """Where it comes from."""
+    """Reason for the wear, in words."""
     low: float | None = None
     """Least value that use leads to [the number's unit]; None where it only makes larger what the
     model has."""
     high: float = inf
-    """Greatest one."""
+    """Greatest value that counts as wear."""
 
 
 SUSPECTS: dict[str, Wear] = {
@@ -74,7 +74,7 @@ def find_drift(
 
     Args:
         dataset: Logs; test parts only report.
-        model: What fitted the bench when it was new.
+        model: Model that fitted the bench when it was new.
         suspects: Effects that may be named.
         progress: Told, in a few words, what is being done.
     """

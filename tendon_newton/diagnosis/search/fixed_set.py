@@ -8,7 +8,7 @@ from tendon_newton.data.model_file import Model
 from tendon_newton.diagnosis.search.coordinates import atoms
 from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, values_of
-from tendon_newton.diagnosis.search.worlds import Worlds
+from tendon_newton.diagnosis.search.worlds import Floors, Worlds
 
 ROUGH_STEP = 1.0e-3
 """Simulation step [s] while starts are compared."""
@@ -22,16 +22,15 @@ def as_stated(worlds: Worlds, model: Model, effects: Sequence[str]) -> Fit:
     """Return a model as it is, its unknown numbers and those of some effects free to move."""
     study, names = worlds.study, tuple(effects)
     columns = [*study.fit_columns(model), *(c for n in names for c in study.table.columns(n))]
-    values = {c: study.base_value(c) for c in columns}
-    floors = floors_of(worlds, (*(e.name for e in model.effects), *names))
-    return start_fits(worlds, [(names, values)], floors, study.time_step)[0]
+    start = (names, {c: study.base_value(c) for c in columns})
+    return start_fits(worlds, [start], floors_with(worlds, model, names), study.time_step)[0]
 
 
 def fit_set(worlds: Worlds, model: Model, effects: Sequence[str]) -> Fit:
     """Fit a model's unknown numbers and those of some of its effects, from where it has them."""
-    floors = floors_of(worlds, (*(e.name for e in model.effects), *effects))
-    start = as_stated(worlds, model, effects)
-    return refit(worlds, [start], floors, iterations=LAST_STEPS, coarse=2)[0]
+    floors, start = floors_with(worlds, model, effects), as_stated(worlds, model, effects)
+    rough = at_step(worlds, start, floors, ROUGH_STEP)
+    return finish(worlds, refit(worlds, [rough], floors, iterations=LAST_STEPS, coarse=2), floors)
 
 
 def fit_set_anew(worlds: Worlds, model: Model, effects: Sequence[str]) -> Fit:
@@ -40,7 +39,7 @@ def fit_set_anew(worlds: Worlds, model: Model, effects: Sequence[str]) -> Fit:
     Each starts from the best of its typical values, whatever stands moves with it.
     """
     study = worlds.study
-    floors = floors_of(worlds, (*(e.name for e in model.effects), *effects))
+    floors = floors_with(worlds, model, effects)
     step = max(ROUGH_STEP, study.time_step)
     own = {c: study.base_value(c) for c in study.fit_columns(model)}
     found = start_fits(worlds, [((), own)], floors, step)
@@ -51,7 +50,23 @@ def fit_set_anew(worlds: Worlds, model: Model, effects: Sequence[str]) -> Fit:
         starts = [((*best.names, name), {**before, **atom}) for atom in atoms(study, name)]
         near = sorted(start_fits(worlds, starts, floors, step), key=lambda f: f.score)[:STARTS]
         found = refit(worlds, near, floors, iterations=FIRST_STEPS)
+    return finish(worlds, found, floors)
+
+
+def finish(worlds: Worlds, found: Sequence[Fit], floors: Floors) -> Fit:
+    """Follow the best of some fits at the study's own step."""
     best = min(found, key=lambda f: f.score)
-    last = (best.names, values_of(worlds, best.columns, best.place))
-    fine = start_fits(worlds, [last], floors, study.time_step)
-    return refit(worlds, fine, floors, iterations=LAST_STEPS, coarse=0)[0]
+    fine = at_step(worlds, best, floors, 0.0)
+    return refit(worlds, [fine], floors, iterations=LAST_STEPS, coarse=0)[0]
+
+
+def at_step(worlds: Worlds, fit: Fit, floors: Floors, step: float) -> Fit:
+    """Return a fit at another simulation step [s], no finer than the study's."""
+    values = values_of(worlds, fit.columns, fit.place)
+    step = max(step, worlds.study.time_step)
+    return start_fits(worlds, [(fit.names, values)], floors, step)[0]
+
+
+def floors_with(worlds: Worlds, model: Model, effects: Sequence[str]) -> Floors:
+    """Return the floors of a model with some effects besides."""
+    return floors_of(worlds, (*(effect.name for effect in model.effects), *effects))
