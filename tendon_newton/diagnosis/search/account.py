@@ -31,9 +31,10 @@ def explained_share(pool: Pool, before: Fit, after: Fit) -> float:
 def criteria_of(fine: Pool, fit: Fit, decided: Decided, name: str) -> tuple[Criterion, ...]:
     """Return what a cause of the final set had to pass."""
     loss, gain, edge = decided.losses[name], decided.held_out[name], at_bound(fine, fit, name)
+    bar = fine.bar(name)
     return (
-        Criterion(name=LOSS, value=loss, bar=fine.price, passed=loss >= fine.price),
-        Criterion(name=HELD_OUT, value=gain, bar=fine.price, passed=gain >= fine.price),
+        Criterion(name=LOSS, value=loss, bar=bar, passed=loss >= bar),
+        Criterion(name=HELD_OUT, value=gain, bar=bar, passed=gain >= bar),
         Criterion(name=IN_RANGE, value=float(edge), bar=0.0, passed=not edge),
     )
 
@@ -55,10 +56,8 @@ def candidates(
         if name in final.names:
             criteria = criteria_of(fine, final, decided, name)
         else:
-            added = pool.added.get(name, 0.0)
-            criteria = (
-                Criterion(name=ADDED, value=added, bar=pool.price, passed=added >= pool.price),
-            )
+            added, bar = pool.added.get(name, 0.0), pool.bar(name)
+            criteria = (Criterion(name=ADDED, value=added, bar=bar, passed=added >= bar),)
         out.append(
             CandidateScore(
                 name=name,

@@ -19,21 +19,16 @@ from tendon_newton.diagnosis.search.pool import Allows, Pool
 from tendon_newton.diagnosis.search.posterior import found_of
 from tendon_newton.diagnosis.search.prune import settle
 from tendon_newton.diagnosis.search.refit import Fit
+from tendon_newton.diagnosis.search.rule import LEAST_EXPLAINED, PRICE
 from tendon_newton.diagnosis.search.spans import beginnings
 from tendon_newton.diagnosis.search.strategy import find
 from tendon_newton.diagnosis.search.worlds import Worlds
 from tendon_newton.identification.study import Study
 
-PRICE = 0.1
-"""Gain in score [nat per row] without which a cause gets no name: a residual a tenth larger without
-it, on parts of the data that no number has seen. `tests/planted/calibrate.py` draws the curve of
-false names against it."""
 HASTE = 0.3
 """Share of that price which the search asks of a cause, before the rule decides [1]."""
 MOST_CAUSES = 7
 """Causes that are looked for at once."""
-LEAST_EXPLAINED = 0.8
-"""Share of the squared error above the noise [1] that named causes must explain together."""
 
 
 def find_causes(
@@ -58,7 +53,7 @@ def find_causes(
         model: The model to start from.
         names: Effects that may be named.
         rng: Of the draws of blocks.
-        price: Gain in score that a cause must bring [nat per row].
+        price: Gain in score that each number of a cause must bring [nat per row].
         most: Causes that are looked for at once.
         allows: Whether a set of causes may be named, given its values by column.
         progress: Told, in a few words, what is being done.

@@ -8,24 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_newton.data.recording import Array
-from tendon_newton.diagnosis.search.floors import floors_of
+from tendon_newton.diagnosis.search.floors import floors_of, form_scales
 from tendon_newton.diagnosis.search.held_out_gain import by_block, held_out_terms, terms
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.prune import leave_out, prune
 from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, values_of
+from tendon_newton.diagnosis.search.rule import CLASS_ERRORS, LADDER, SHARE
 from tendon_newton.diagnosis.search.worlds import Floors
 from tendon_newton.effects import find_effect
 
 FEW_RIVALS = 3
 """Sets with another cause in the place of one that are looked at closely."""
-CLASS_ERRORS = 2.0
-"""A rival within so many paired standard errors is not told from a cause."""
-SHARE = 0.2
-"""A rival that is behind by less than this share of the price is not told from a cause, however
-sure the difference; one behind by more than this share of what the cause is worth is, however
-unsure [1]."""
-SHARP = 0.3
-"""Share of the least errors of form at which rivals are compared: both have the same [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,17 +84,17 @@ def decide(
             n: by_block(fine.worlds, t - terms_[0])
             for n, t in zip(final.names, terms_[1:], strict=True)
         }
-        worst = min(gains, key=lambda n: float(gains[n].sum()))
-        if gains[worst].sum() >= fine.price and not at_bound(fine, final, worst):
+        ended = [n for n in final.names if at_bound(fine, final, n)]
+        worst = min(ended or gains, key=lambda n: float(gains[n].sum()) / fine.bar(n))
+        if not ended and gains[worst].sum() >= fine.bar(worst):
             return Decided(
                 fit=final,
                 losses={n: f.score - final.score for n, f in leave_out(fine, final).items()},
                 held_out={n: float(g.sum()) for n, g in gains.items()},
-                probabilities={n: probability(g, fine.price, rng) for n, g in gains.items()},
+                probabilities={n: probability(g, fine.bar(n), rng) for n, g in gains.items()},
                 rivals={n: close_rivals(fine, final, n) for n in final.names},
             )
-        bad = next((n for n in final.names if at_bound(fine, final, n)), worst)
-        final = prune(fine, leave_out(fine, final)[bad])
+        final = prune(fine, leave_out(fine, final)[worst])
     return Decided(fit=final, losses={}, held_out={}, probabilities={}, rivals={})
 
 
@@ -153,10 +146,9 @@ def close_rivals(pool: Pool, fit: Fit, name: str) -> tuple[Fit, ...]:
 
 def sharp(pool: Pool) -> Floors:
     """Return the floors at which rivals are compared: noise, and little else."""
-    noise, scale = pool.worlds.study.noise, pool.worlds.study.scale
-    plain = floors_of(pool.worlds, ())
+    noise, form = pool.worlds.study.noise, form_scales(pool.worlds.study.scale)
     return Floors(
-        theta=float(np.hypot(noise.theta, SHARP * plain.theta)),
-        force=float(np.hypot(noise.force or 0.0, SHARP * plain.force)) or SHARP * scale.force,
+        theta=float(np.hypot(noise.theta, form.theta / LADDER**2)),
+        force=float(np.hypot(noise.force or 0.0, form.force / LADDER**2)),
         rest=pool.floors.rest,
     )

@@ -16,8 +16,6 @@ Log = Callable[[str], None]
 Allows = Callable[[tuple[str, ...], Mapping[int, float]], bool]
 RENEWED = 4
 """Steps of a refit at other floors: what they hid was not fitted."""
-NUMBER_SHARE = 0.3
-"""Share of a cause's price that each number beyond its first costs [1]."""
 
 
 @dataclass
@@ -28,7 +26,7 @@ class Pool:
     floors: Floors
     """Least scale of each signal; all scores are at these."""
     price: float
-    """Gain in score that a cause must bring [nat per row]."""
+    """Gain in score that each number of a cause must bring [nat per row]."""
     most: int
     """Causes that are looked for at once."""
     haste: float = 1.0
@@ -74,14 +72,13 @@ class Pool:
         self.add(refit(self.worlds, [own], floors, iterations=RENEWED, coarse=0))
         return self.fits[frozenset(fit.names)]
 
-    def cost(self, fit: Fit) -> float:
-        """Return a fit's score, its causes paid for [nat per row].
+    def bar(self, name: str) -> float:
+        """Return the gain in score that a cause must bring: each of its numbers has a price."""
+        return self.price * len(find_effect(name).parameters)
 
-        Each number beyond a cause's first is paid for as well, so that a law does not win over its
-        own special case by a trifle.
-        """
-        numbers = sum(len(find_effect(name).parameters) - 1 for name in fit.names)
-        return fit.score + self.haste * self.price * (len(fit.names) + NUMBER_SHARE * numbers)
+    def cost(self, fit: Fit) -> float:
+        """Return a fit's score, its causes paid for [nat per row]."""
+        return fit.score + self.haste * sum(map(self.bar, fit.names))
 
     def best(self) -> Fit:
         """Return the best fit, its causes paid for."""

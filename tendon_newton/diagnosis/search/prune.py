@@ -51,8 +51,8 @@ def prune(pool: Pool, fit: Fit) -> Fit:
         less = leave_out(pool, fit)
         losses = {n: f.score - fit.score for n, f in less.items()}
         pool.log("    lost without " + ", ".join(f"{n} {v:.3f}" for n, v in losses.items()))
-        name = min(losses, key=lambda n: losses[n])
-        if losses[name] >= pool.price:
+        name = min(losses, key=lambda n: losses[n] / pool.bar(n))
+        if losses[name] >= pool.bar(name):
             break
         fit = pool.fits[frozenset(less[name].names)]
     return fit

@@ -94,7 +94,7 @@ class Worlds:
         self.count += len(models)
         wild = np.flatnonzero(self.is_wild(found))
         if len(wild):
-            again = [models[i] for i in wild]
+            again = [models[i] for i in wild.tolist()]
             found[wild] = stack(self.study.residuals(*replacements(again), FINER * time_step), UNIT)
             self.count += len(again)
         return found
@@ -104,7 +104,7 @@ class Worlds:
         force = SANE_FORCE * self.study.scale.force
         angle = SANE_ANGLE * max(1.0, self.study.scale.turn * self.study.scale.travel)
         limit = np.where(self.where.is_force, force, angle)
-        return (np.abs(residuals) > limit).any(axis=1)
+        return np.asarray((np.abs(residuals) > limit).any(axis=1), dtype=np.bool_)
 
     def weights(self, floors: Floors) -> Array:
         """Return how much each row counts [1], shape (M,)."""
