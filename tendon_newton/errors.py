@@ -52,6 +52,10 @@ class InvalidParameter(TendonNewtonError):
     """A number lies outside what it can mean."""
 
 
+class InvalidDeviceCode(TendonNewtonError):
+    """A device function asks a struct for what it does not have."""
+
+
 class InvalidNetworkFile(TendonNewtonError):
     """A force network's file breaks what its format or its card promises."""
 
