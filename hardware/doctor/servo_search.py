@@ -33,11 +33,6 @@ SETTING_PAUSE = 0.1
 """Time in which a servo takes another ID or rate [s]."""
 
 
-def port_name(port: str | PortHandler) -> str:
-    """Return what a port is called in messages."""
-    return port if isinstance(port, str) else "the virtual bench"
-
-
 @dataclass(frozen=True, kw_only=True)
 class Found:
     """Servos that answer on a port."""
@@ -47,6 +42,11 @@ class Found:
     """Rate of the bus [1/s]."""
     models: dict[int, int]
     """Model numbers by ID."""
+
+
+def port_name(port: str | PortHandler) -> str:
+    """Return what a port is called in messages."""
+    return port if isinstance(port, str) else "the virtual bench"
 
 
 def find_servos(port: str | PortHandler, clock: Clock, show: Callable[[str], None]) -> Found | None:
@@ -86,7 +86,9 @@ def opened(
         bus.close()
 
 
-def set_baud(port: str, baud: int, clock: Clock, show: Callable[[str], None]) -> Observation:
+def set_baud(
+    port: str | PortHandler, baud: int, clock: Clock, show: Callable[[str], None]
+) -> Observation:
     """Set the rate of the only servo on a port, which it keeps.
 
     Raises:
@@ -122,8 +124,8 @@ def set_identifier(
     if found is None or len(found.models) != 1 or not 0 <= identifier <= LAST_IDENTIFIER:
         raise ServoSilent(
             f"{port_name(port)}: one servo must answer to be given an ID of 0 to "
-            f"{LAST_IDENTIFIER}; asked for {identifier}, "
-            f"and {len(found.models) if found else 0} answer"
+            f"{LAST_IDENTIFIER}; asked for {identifier}, and "
+            f"{len(found.models) if found else 0} answer"
         )
     (before,) = found.models
     register = FAMILIES[found.family].table.identifier

@@ -77,6 +77,12 @@ def test_the_doctor_says_what_is_special_about_it(ports: VirtualPorts) -> None:
     assert found["servo 1 supply"].verdict == "good"
 
 
+def test_the_doctor_examines_a_virtual_one(capsys: pytest.CaptureFixture[str]) -> None:
+    """`--servo` names what a virtual bench has; a real servo needs no name."""
+    assert main(["doctor", "--port", "virtual", "--servo", "sts3215"]) == 0
+    assert "sts3215 at 1000000 baud" in capsys.readouterr().out
+
+
 def test_an_alert_is_named_and_ends_with_the_supply(ports: VirtualPorts) -> None:
     """Nothing restarts it over the bus, and the doctor does not say that something would."""
     ports.plan(FaultEvent(name="alert", alert="overheating"))
