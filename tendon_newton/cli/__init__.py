@@ -94,6 +94,11 @@ def dispatch(words: list[str]) -> int:
 
         print(__version__)
         return 0
+    if words[0] == "--completion":
+        from tendon_newton.cli.completion import print_completion
+
+        print_completion(words[1] if len(words) > 1 else "", VERBS)
+        return 0
     if words[0] not in VERBS:
         raise unknown_name("verb", words[0], VERBS)
     return run_verb(words[0], words[1:])
@@ -151,6 +156,7 @@ def overview() -> str:
             *lines,
             "",
             "  --version  print the version",
+            "  --completion SHELL  print what bash, zsh or tcsh completes verbs and options with",
             f"  {VERBOSE_OPTION}  {VERBOSE_WORDS}",
             f"  {QUIET_OPTION}    {QUIET_WORDS}",
         ]

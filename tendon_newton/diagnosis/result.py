@@ -33,6 +33,23 @@ class Errors:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Criterion:
+    """One thing that a cause must pass to be named."""
+
+    name: str
+    """What is asked."""
+    value: float
+    """What the data say."""
+    bar: float
+    """What it is compared with."""
+    passed: bool
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it as the contract names it."""
+        return asdict(self)
+
+
+@dataclass(frozen=True, kw_only=True)
 class NamedEffect:
     """A cause that passed its gates."""
 
@@ -47,6 +64,10 @@ class NamedEffect:
     """What to record to tell them apart."""
     explanations: tuple[Explanation, ...] = ()
     """It and its rivals with all numbers of their fits; none where it has no rivals."""
+    criteria: tuple[Criterion, ...] = ()
+    """What it had to pass."""
+    probability: float | None = None
+    """Share of draws of blocks of time in which it passes the bar; None where nobody asked."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,11 +80,17 @@ class CandidateScore:
     values: Mapping[str, float]
     at_bound: Mapping[str, float] = field(default_factory=dict)
     """Numbers that ended at a bound, with that bound: it cannot be named, whatever its score."""
+    criteria: tuple[Criterion, ...] = ()
+    """What it passed and what it did not."""
+    probability: float | None = None
+    """Chance that it acts; None where nobody asked."""
 
     def to_json(self) -> dict[str, Any]:
         """Return it as the contract names it; what is not the case is left out."""
         out = {"name": self.name, "score": self.score, "parameters": dict(self.values)}
-        return {**out, "at_bound": list(self.at_bound)} if self.at_bound else out
+        if self.at_bound:
+            out["at_bound"] = list(self.at_bound)
+        return {**out, **account_json(self.criteria, self.probability)}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,8 +131,9 @@ class Diagnosis:
     unexplained: Unexplained
     model: Model
     """The extended model."""
-    p_value: float
-    """Chance of the best candidate's gain if the residual were noise of its own colour."""
+    p_value: float | None = None
+    """Chance of the best candidate's gain if the residual were noise of its own colour; None where
+    the search has another rule."""
     fitted: Mapping[str, Estimate] = field(default_factory=dict)
     """Numbers of the model's ``fit`` list."""
     confounded: tuple[Confounded, ...] = ()
@@ -178,7 +206,18 @@ def effect_json(effect: NamedEffect, extended: Errors) -> dict[str, Any]:
         "indistinguishable_from": list(effect.indistinguishable_from),
         "separating_experiment": effect.separating_experiment,
         "explanations": [explanation.to_json() for explanation in effect.explanations],
+        **account_json(effect.criteria, effect.probability),
     }
+
+
+def account_json(criteria: tuple[Criterion, ...], probability: float | None) -> dict[str, Any]:
+    """Return what a cause passed, and its chance; what nobody asked is left out."""
+    out: dict[str, Any] = {}
+    if criteria:
+        out["criteria"] = [criterion.to_json() for criterion in criteria]
+    if probability is not None:
+        out["probability"] = round(probability, 3)
+    return out
 
 
 def write_diagnosis(path: Path, diagnosis: Diagnosis) -> None:

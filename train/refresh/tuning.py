@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
-from tendon_newton.diagnosis.diagnose import SEARCH_STEP, values_of
-from tendon_newton.diagnosis.search import Search
-from tendon_newton.identification.least_squares import evaluate
-from tendon_newton.identification.objective import loss_terms
+from tendon_newton.diagnosis.diagnose import SEARCH_STEP
+from tendon_newton.diagnosis.search.fixed_set import as_stated, fit_set
+from tendon_newton.diagnosis.search.refit import values_of
+from tendon_newton.diagnosis.search.worlds import Worlds
 from tendon_newton.identification.study import Study
 
 
@@ -20,16 +20,15 @@ class Tuned:
 
     model: Model
     before: float
-    """Loss with the numbers that it had, summed over all rows [1]."""
+    """Score with the numbers that it had [nat per row]: the less, the likelier."""
     after: float
-    """Loss with those that were found, at the same scales [1]."""
+    """Score with those that were found."""
 
 
 def tune(recordings: Sequence[Recording], model: Model) -> Tuned:
     """Fit the numbers of a model's effects, and those that it declares unknown.
 
-    The search begins anew around each number, since the valleys of friction are narrow. A fit that
-    ends no better than the model leaves it as it is.
+    A fit that ends no better than the model leaves it as it is.
 
     Args:
         recordings: What they are fitted to.
@@ -37,19 +36,12 @@ def tune(recordings: Sequence[Recording], model: Model) -> Tuned:
     """
     names = tuple(effect.name for effect in model.effects)
     study = Study(recordings, model, names, time_step=SEARCH_STEP, in_pieces=True)
-    search = Search(study, model)
-    candidate, _ = search.problem(names, None)
-    scales = search.gap_scales(candidate)
-    before = float(
-        loss_terms(evaluate(search.simulate_at(scales), [candidate], [candidate.value])).sum()
-    )
-    (candidate,), _ = search.descend([candidate], [len(candidate.columns)], scales)
-    after = float(
-        loss_terms(evaluate(search.simulate_at(scales), [candidate], [candidate.value])).sum()
-    )
-    if after >= before:
-        return Tuned(model=model, before=before, after=before)
-    values = values_of(candidate)
+    worlds = Worlds(study)
+    start = as_stated(worlds, model, names)
+    found = fit_set(worlds, model, names)
+    if found.score >= start.score:
+        return Tuned(model=model, before=start.score, after=start.score)
+    values = values_of(worlds, found.columns, found.place)
     effects = tuple(
         NamedValues(
             name=name,
@@ -58,4 +50,4 @@ def tune(recordings: Sequence[Recording], model: Model) -> Tuned:
         for name in names
     )
     tuned = replace(study.with_fitted(model, values), effects=effects)
-    return Tuned(model=tuned, before=before, after=after)
+    return Tuned(model=tuned, before=start.score, after=found.score)

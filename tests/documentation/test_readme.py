@@ -13,7 +13,7 @@ import tyro
 
 from tendon_newton.cli import VERBS, main
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 BLOCK = re.compile(r"```(sh|python)\n(.*?)```", re.DOTALL)
 SHORT = ("doctor", "collect", "calibrate", "plot", "asset")
 """Verbs that answer within seconds; a deployment too, of the policy that comes along."""

@@ -14,7 +14,7 @@ import yaml
 
 from tests.test_repository import anchors
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 
 
