@@ -13,9 +13,11 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+from hardware.virtual_bench.emulation.emulations import SERVO_MODELS
 from hardware.virtual_bench.emulation.plant import PlantState
 from hardware.virtual_bench.emulation.truth import write_plant_file
 from hardware.virtual_bench.faults import FaultEvent, Faults
+from hardware.virtual_bench.lockstep import LockstepBench
 from hardware.virtual_bench.memory.control_table import XC330_T288_T
 from hardware.virtual_bench.physics.unit import BENCHES, draw_unit
 from hardware.virtual_bench.physics.wear import NEW, WEARS, worn
@@ -68,6 +70,17 @@ def parse_wear(word: str) -> str:
             f"A virtual bench is worn in one of the ways {listed(WEARS)}; got {word!r}"
         )
     return wear[0] if wear else NEW
+
+
+def lockstep_of(word: str, servo: str = XC330_T288_T.name) -> LockstepBench:
+    """Return the bench that a word such as ``virtual:finger:3`` names, as fast as its user.
+
+    Args:
+        word: Bench, unit and wear.
+        servo: Name of its servo.
+    """
+    bench, seed = parse_word(word)
+    return LockstepBench(bench, seed, model=SERVO_MODELS[servo], wear=parse_wear(word))
 
 
 class VirtualPorts:

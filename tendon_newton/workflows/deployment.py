@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from contextlib import closing
+from dataclasses import replace
 from math import pi
 from pathlib import Path
 
@@ -21,8 +22,8 @@ from hardware.deployment.deploy_settings import DeploySettings, loops_of, refuse
 from hardware.safety_rules.force_estimate import ForceEstimate, load_estimate
 from hardware.safety_rules.limits import SafetyLimits
 from hardware.safety_rules.safety_limits import limits_for
-from hardware.servos import SERVOS
-from hardware.servos.host_position_loop import HostPositionLoop
+from hardware.servos import find_servo
+from hardware.servos.host_position_loop import HostPositionLoop, no_stronger
 from hardware.stop_request import StopRequest
 from hardware.virtual_bench.process import DEFAULT_BENCH, WORD
 from tendon_newton.data.dataset import list_recording
@@ -31,6 +32,7 @@ from tendon_newton.errors import InvalidParameter, InvalidRecording, TendonNewto
 from tendon_newton.mechanisms.asset_library import asset_files
 from tendon_newton.workflows.collection import address_of
 from tendon_newton.workflows.options import DeployOptions
+from tendon_newton.workflows.packaged_policies import policy_file
 
 JOG_RANGE = (-pi, 2.0 * pi)
 """Spool angles that a hand may reach [rad]: a tendon that begins too tight is let out."""
@@ -68,6 +70,8 @@ def drive(options: DeployOptions, operator: Operator) -> DeployOutcome:
         StopRequest() as stop,
         open_bench(address, operator.tell) as bench,
     ):
+        if settings.duration is None:
+            settings = replace(settings, duration=goals.length)
         get_ready(bench, operator)
         deployment = Deployment(
             bench=bench,
@@ -78,11 +82,26 @@ def drive(options: DeployOptions, operator: Operator) -> DeployOutcome:
             estimate=estimate_of(options),
         )
         with Keyboard() as keyboard:
-            if options.goals == "keyboard" and not keyboard.there and options.duration is None:
-                operator.tell("No terminal: no keys move the goal; a signal ends the run.")
+            if settings.duration is None and not keyboard.there:
+                tell_endless(options, operator)
             outcome = deploy(deployment, free_log(options), keyboard, operator, stop)
     conclude(options, outcome, operator)
     return outcome
+
+
+def tell_endless(options: DeployOptions, operator: Operator) -> None:
+    """Say what ends a run that nobody's keys can end; refuse one that would fill the disk.
+
+    Raises:
+        InvalidParameter: The run is as fast as the computer, and nothing would end it.
+    """
+    if options.faster_than_real_time:
+        raise InvalidParameter(
+            "--duration must say how long a run faster than real time lasts where no terminal's "
+            "keys can end it and its goals have no end"
+        )
+    if options.goals == "keyboard":
+        operator.tell("No terminal: no keys move the goal; a signal ends the run.")
 
 
 def replay(options: DeployOptions, operator: Operator) -> None:
@@ -115,7 +134,7 @@ def read_policy(options: DeployOptions) -> Policy | None:
         raise InvalidParameter("a deployment needs --port; without hardware: --port virtual")
     if options.policy is None:
         return None
-    return load_policy(options.policy, trust=options.trust)
+    return load_policy(policy_file(options.policy), trust=options.trust)
 
 
 def bench_of(options: DeployOptions) -> str:
@@ -161,14 +180,14 @@ def further_drives(options: DeployOptions, servos: int) -> tuple[DriveAddress, .
 
 def settings_of(options: DeployOptions, policy: Policy | None) -> DeploySettings:
     """Return rates and limits; the command range is the policy's, or a hand's."""
-    if options.servo not in SERVOS:
-        raise unknown_name("servo", options.servo, SERVOS)
+    spec = find_servo(options.servo)
     by_hand = HostPositionLoop(
         gain=JOG_GAIN, duty_limit=JOG_DUTY, offset=0.0, position_range=JOG_RANGE
     )
+    by_hand = no_stronger(by_hand, spec)
     loop, *further = (by_hand,) if policy is None else loops_of(policy.card)
     limits = limits_for(
-        SERVOS[options.servo],
+        spec,
         bench_limits(options, jog=policy is None),
         clip=JOG_RANGE[1] if policy is None else policy.card.action_clip,
         load_cell_rate=float(options.load_cell_rate),

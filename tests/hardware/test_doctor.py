@@ -15,10 +15,12 @@ import pytest
 
 from hardware.clock import MonotonicClock
 from hardware.doctor import Observation, examine, port_checks
+from hardware.doctor.examination import check_waiting
 from hardware.doctor.load_cell_checks import check_counts, check_load_cell, check_stream
 from hardware.doctor.port_checks import check_latency, check_port, check_search
 from hardware.doctor.servo_checks import check_health, check_rate, check_servo, check_speed
 from hardware.doctor.servo_search import (
+    Found,
     find_servos,
     reboot_servos,
     set_baud,
@@ -29,9 +31,10 @@ from hardware.load_cells.base import LoadCellReading
 from hardware.load_cells.hx711_serial import Hx711Serial
 from hardware.servos import SERVOS
 from hardware.servos.base import ServoHealth
-from hardware.servos.dynamixel_servo import DynamixelServo
+from hardware.servos.bus_servo import BusServo
 from hardware.virtual_bench import FaultEvent, Faults, LockstepBench, VirtualPorts
 from tendon_newton.cli import main
+from tendon_newton.cli.doctor import coloured
 from tests.hardware.load_cells.streams import StillClock, WrittenStream, lines
 from tests.hardware.servos.virtual_servo import VirtualServo
 
@@ -90,6 +93,43 @@ def test_the_verb_prints_a_table_and_the_exit_code_tells(
     assert "fix   servo port" in out
     assert "-> plug it in; ls -l /dev/serial/by-id" in out
     assert out.splitlines()[-1] == "1 to mend"
+
+
+def test_a_virtual_bench_is_well_however_busy_this_computer_is(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """In lockstep the bench waits: no verdict depends on the load, and all is said to be well."""
+    assert main(["doctor", "--port", "virtual:finger:3"]) == 0
+    first = capsys.readouterr().out
+    assert "good  servo 1 speed" in first
+    assert first.splitlines()[-1] == "nothing to mend"
+    assert "\033[" not in first, "colours are for terminals"
+    assert main(["doctor", "--port", "virtual:finger:3", "--set-id", "7"]) == 0
+    assert "has the ID 7" in capsys.readouterr().out
+
+
+def test_verdicts_have_colours_on_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Green on one, plain where NO_COLOR asks for it."""
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    assert coloured("good", 32) == "\033[32mgood\033[0m"
+    monkeypatch.setenv("NO_COLOR", "1")
+    assert coloured("good", 32) == "good"
+
+
+def test_a_busy_computer_is_blamed_once() -> None:
+    """By the clock; what comes late from the servo then says nothing of its bus."""
+    assert check_waiting([1e-4] * 100).verdict == "good"
+    assert check_waiting([1e-4] * 90 + [2e-3] * 10).verdict == "note"
+    busy = check_waiting([1e-4] * 90 + [2e-2] * 10)
+    assert (busy.verdict, "too busy" in busy.remedy) == ("fix", True)
+    rig = VirtualServo()
+    rig.bench.set_faults(Faults(extra_latency=6e-3))
+    late = check_speed("servo 1", rig.servo, rig.clock, busy=True)
+    assert (late.verdict, "latency timer" in late.remedy) == ("note", False)
+    assert "see clock" in late.remedy
+    rig.bench.set_faults(Faults(corrupted_replies=0.2))
+    assert check_speed("servo 1", rig.servo, rig.clock, busy=True).verdict == "fix"
 
 
 def test_changing_a_servo_needs_its_port(capsys: pytest.CaptureFixture[str]) -> None:
@@ -158,7 +198,9 @@ def test_a_servo_at_the_factorys_rate_is_found_and_set(ports: VirtualPorts) -> N
     """57600 baud is too slow for 80 Hz; the rate is set, and the servo answers at it."""
     clock = MonotonicClock()
     assert set_baud(ports.servo_port, 57_600, clock, quiet).verdict == "good"
-    assert find_servos(ports.servo_port, clock, quiet) == (57_600, {1: 1220})
+    assert find_servos(ports.servo_port, clock, quiet) == Found(
+        family="dynamixel", rate=57_600, models={1: 1220}
+    )
     (observation,) = check_rate("servo 1", SPEC, 57_600)
     assert observation.verdict == "fix"
     assert "--set-baud 1000000" in observation.remedy
@@ -172,7 +214,9 @@ def test_a_servo_is_given_an_id_of_its_own(ports: VirtualPorts) -> None:
     """It answers by the new one alone, and keeps it; where two answer neither is changed."""
     clock = MonotonicClock()
     assert "has the ID 7, and answers" in set_identifier(ports.servo_port, 7, clock, quiet).found
-    assert find_servos(ports.servo_port, clock, quiet) == (1_000_000, {7: 1220})
+    assert find_servos(ports.servo_port, clock, quiet) == Found(
+        family="dynamixel", rate=1_000_000, models={7: 1220}
+    )
     set_identifier(ports.servo_port, 1, clock, quiet)
     with pytest.raises(ServoSilent, match="asked for 253"):
         set_identifier(ports.servo_port, 253, clock, quiet)
@@ -191,7 +235,7 @@ def test_an_alert_is_named_and_a_restart_clears_it(ports: VirtualPorts) -> None:
     assert [(x.verdict, x.found) for x in alerts] == [("fix", "overload")]
     assert "--reboot" in alerts[0].remedy
     assert reboot_servos(ports.servo_port, clock, quiet).verdict == "good"
-    servo = DynamixelServo(SPEC, ports.servo_port, retries=20)
+    servo = BusServo(SPEC, ports.servo_port, retries=20)
     servo.open()
     assert not servo.read_health().alerts
     servo.close()

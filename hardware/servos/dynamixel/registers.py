@@ -1,33 +1,11 @@
-"""Registers of the X-330 servos: where a number stands and how its bytes are read.
+"""Registers of the X-330 servos: where each number stands.
 
 Source: ROBOTIS e-manual, control tables of XC330-T288-T and XL330-M288-T, which agree in all that
 stands here. Indirect addresses are left out: the tables of the firmwares differ on their base.
 """
 
-from dataclasses import dataclass
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Register:
-    """One number in a servo's control table."""
-
-    name: str
-    """Name in the e-manual."""
-    address: int
-    """Address of the first byte."""
-    size: int
-    """Bytes, least significant first."""
-    signed: bool = False
-    """Two's complement; the SDK gives all numbers unsigned."""
-
-    def decode(self, data: bytes) -> int:
-        """Read the counts from this register's bytes."""
-        return int.from_bytes(data, "little", signed=self.signed)
-
-    def encode(self, counts: int) -> bytes:
-        """Write counts into this register's bytes."""
-        return counts.to_bytes(self.size, "little", signed=self.signed)
-
+from hardware.servos.control_table import ControlTable
+from hardware.servos.serial_bus.register import Register
 
 # EEPROM: writable without torque only
 MODEL_NUMBER = Register(name="Model Number", address=0, size=2)
@@ -67,13 +45,30 @@ PRESENT_POSITION = Register(name="Present Position", address=132, size=4, signed
 PRESENT_VOLTAGE = Register(name="Present Input Voltage", address=144, size=2)
 PRESENT_TEMPERATURE = Register(name="Present Temperature", address=146, size=1)  # 1 degC
 
-STATE_BLOCK = (PRESENT_CURRENT, PRESENT_VELOCITY, PRESENT_POSITION)
-"""Neighbours from 126 to 135: one read of ten bytes is one instant."""
-
-WATCHDOG_PERIOD = 0.02
-"""Unit of the bus watchdog [s]."""
-WATCHDOG_TRIPPED = -1
 RETURN_DELAY_UNIT = 2e-6
 """Unit of the return delay [s]."""
 
 PWM_MODE = 16
+
+TABLE = ControlTable(
+    model=MODEL_NUMBER,
+    identifier=IDENTIFIER,
+    baud_rate=BAUD_RATE,
+    answers=STATUS_RETURN_LEVEL,
+    answers_all=2,
+    torque=TORQUE_ENABLE,
+    goal_duty=GOAL_PWM,
+    position=PRESENT_POSITION,
+    velocity=PRESENT_VELOCITY,
+    current=PRESENT_CURRENT,
+    voltage=PRESENT_VOLTAGE,
+    temperature=PRESENT_TEMPERATURE,
+    alerts=HARDWARE_ERROR,
+    mark=LED,  # lit while a servo is set up
+    marked=1,
+    watchdog=BUS_WATCHDOG,
+    lock=None,
+    counts_turns=True,
+    end=228,
+)
+"""State: neighbours from 126 to 135, so that one read of ten bytes is one instant."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import isfinite
+from math import isfinite, pi
 
 from hardware.clock import Clock, MonotonicClock
 from hardware.errors import (
@@ -17,7 +17,6 @@ from hardware.errors import (
     SettingMismatch,
     WatchdogTripped,
 )
-from hardware.servos import registers as r
 from hardware.servos.base import (
     ServoConfiguration,
     ServoCounters,
@@ -27,7 +26,10 @@ from hardware.servos.base import (
     ServoState,
 )
 from hardware.servos.bus import Bus
-from hardware.servos.servo_port import PortHandler, ServoPort
+from hardware.servos.control_table import WATCHDOG_TRIPPED
+from hardware.servos.families import FAMILIES
+from hardware.servos.serial_bus.keeper import Keeper
+from hardware.servos.serial_bus.servo_port import PortHandler, ServoPort
 from hardware.servos.setting_up import (
     alert_text,
     apply,
@@ -39,15 +41,14 @@ from hardware.servos.setting_up import (
     switch_off,
     verify,
 )
-from hardware.servos.settings import MARK, read_settings
 from hardware.servos.spool_angle import SpoolAngle
 
 POLL_PERIOD = 0.05
 """Pause between attempts while something comes back [s]."""
 
 
-class DynamixelServo:
-    """One servo of the X-330 series on its bus.
+class BusServo:
+    """One servo on its bus, of any family in the table.
 
     Args:
         spec: Data sheet of the servo.
@@ -81,13 +82,19 @@ class DynamixelServo:
         self._clock: Clock = MonotonicClock() if clock is None else clock
         self._bus = Bus(
             port,
+            family=FAMILIES[spec.family],
             identifier=identifier,
             baud=baud,
             clock=self._clock,
             counters=self.counters,
             retries=retries,
         )
-        self._spool = SpoolAngle(spec)
+        self.table = self._bus.table
+        """Registers of its family."""
+        self._spool = SpoolAngle(spec, counts_turns=self.table.counts_turns)
+        self._velocity_unit = spec.velocity_unit
+        self._keeper: Keeper | None = None
+        self._seen = 0.0
         self._torque = False
         self._restarted = False
 
@@ -108,6 +115,8 @@ class DynamixelServo:
         self._bus.open()
         try:
             greet(self._bus, self.spec, self._clock)
+            scale = FAMILIES[self.spec.family].velocity_scale(self._bus)
+            self._velocity_unit = scale * self.spec.velocity_unit
         except BaseException:
             self._bus.close()
             raise
@@ -121,6 +130,8 @@ class DynamixelServo:
         try:
             return self.switched_off()
         finally:
+            if self._keeper is not None:  # the motor is not known to be off
+                self._keeper.abandon()
             self._bus.close()
 
     def switched_off(self) -> bool:
@@ -146,7 +157,7 @@ class DynamixelServo:
             The settings as they read back.
         """
         if self.configuration is not None:
-            self._notice(*self._bus.read(r.TORQUE_ENABLE, r.LED))
+            self._notice(*self._bus.read(self.table.torque, self.table.mark))
         self.configuration = ServoConfiguration(
             watchdog=watchdog_s, duty_limit=duty_limit, return_delay=return_delay
         )
@@ -157,15 +168,16 @@ class DynamixelServo:
 
     def settings(self) -> ServoSettings:
         """Read back all that decides the step response, for the log."""
-        return read_settings(self._bus, self.spec, self.port)
+        return FAMILIES[self.spec.family].read_settings(self._bus, self.spec, self.port)
 
     def set_home(self, angle: float = 0.0) -> None:
         """Call the present spool angle ``angle`` [rad]; the servo itself keeps no home."""
-        (position,) = self._bus.read(r.PRESENT_POSITION)
+        (position,) = self._bus.read(self.table.position)
         self._spool.set_home(position, angle)
+        self._seen = self._bus.instant
 
     def read_state(self) -> ServoState:
-        """Read current, velocity and position in one transaction of ten bytes.
+        """Read current, velocity and position in one transaction.
 
         Raises:
             ServoSilent: No whole answer came in all attempts.
@@ -173,33 +185,41 @@ class DynamixelServo:
             SharedIdentifier: Another servo has the same ID.
         """
         self.counters.reads += 1
+        self._feed()
         self._bus.refuse_second()
         try:
-            current, velocity, position = self._bus.read(*r.STATE_BLOCK)
+            current, velocity, position = self._bus.read(*self.table.state)
         except HardwareFault:
             self.counters.missed += 1
             raise
+        unseen, self._seen = self._bus.instant - self._seen, self._bus.instant
+        # by duty it may be twice as fast as its firmware goes: half a turn, or the first look
+        if not self.table.counts_turns and unseen * self.spec.no_load_speed > 0.5 * pi:
+            self._spool.restore_turns(position)
         return ServoState(
             time=self._bus.instant,
             position=self._spool.angle(position),
-            velocity=velocity * self.spec.velocity_unit,
+            velocity=velocity * self._velocity_unit,
             current=current * self.spec.current_unit,
         )
 
     def read_health(self) -> ServoHealth:
         """Read what changes slowly, in two transactions; count restarts and watchdog trips."""
-        torque, lamp, error, watchdog = self._bus.read(
-            r.TORQUE_ENABLE, r.LED, r.HARDWARE_ERROR, r.BUS_WATCHDOG
+        table = self.table
+        watchdog = () if table.watchdog is None else (table.watchdog,)
+        torque, mark, error, *silence = self._bus.read(
+            table.torque, table.mark, table.alerts, *watchdog
         )
-        voltage, temperature = self._bus.read(r.PRESENT_VOLTAGE, r.PRESENT_TEMPERATURE)
-        self._notice(torque, lamp)
-        tripped = watchdog == r.WATCHDOG_TRIPPED
+        voltage, temperature = self._bus.read(table.voltage, table.temperature)
+        self._notice(torque, mark)
+        tripped = WATCHDOG_TRIPPED in silence or (self._keeper is not None and self._keeper.tripped)
         return ServoHealth(
             voltage=voltage * self.spec.voltage_unit,
             temperature=float(temperature),
             hardware_error=error,
             torque_enabled=bool(torque),
             watchdog_tripped=tripped,
+            family=self.spec.family,
         )
 
     def check(self) -> ServoHealth:
@@ -213,7 +233,7 @@ class DynamixelServo:
         driven = self._torque
         health = self.read_health()
         if health.alerts:
-            raise ServoAlert(alert_text(self.identifier, health.hardware_error))
+            raise ServoAlert(alert_text(self._bus, self.spec, health.hardware_error))
         if health.watchdog_tripped:
             self.counters.watchdog_trips += 1
             raise WatchdogTripped(self._watchdog_text())
@@ -237,13 +257,17 @@ class DynamixelServo:
         if not isfinite(fraction):
             raise CommandNotFinite(f"a duty must be finite; it is {fraction}")
         limit = self._configured().duty_limit
+        self._feed()
+        if self._keeper is not None and self._keeper.tripped:
+            self.counters.watchdog_trips += 1
+            raise WatchdogTripped(self._watchdog_text())
         sent = min(max(fraction, -limit), limit)
         self.counters.limited += sent != fraction
         try:
-            self._bus.write(r.GOAL_PWM, round(sent * self.spec.duty_counts))
+            self._bus.write(self.table.goal_duty, round(sent * self.spec.duty_counts))
         except ServoRefused:
-            (watchdog,) = self._bus.read(r.BUS_WATCHDOG)
-            if watchdog != r.WATCHDOG_TRIPPED:
+            register = self.table.watchdog
+            if register is None or self._bus.read(register) != (WATCHDOG_TRIPPED,):
                 raise
             self.counters.watchdog_trips += 1
             raise WatchdogTripped(self._watchdog_text()) from None
@@ -260,12 +284,14 @@ class DynamixelServo:
             SettingMismatch: A register reads back other than it was set.
         """
         configuration = self._configured()
-        refuse_alert(self._bus)
+        refuse_alert(self._bus, self.spec)
         verify(self._bus, configuration, self.spec)
-        set_verified(self._bus, r.GOAL_PWM, 0)
+        set_verified(self._bus, self.table.goal_duty, 0)
         arm_watchdog(self._bus, configuration)
+        self._release()
+        self._keeper = self._bus.keeper(configuration.watchdog)
         self._torque = True  # from here on something must be switched off
-        set_verified(self._bus, r.TORQUE_ENABLE, 1)
+        set_verified(self._bus, self.table.torque, 1)
 
     def disable_torque(self) -> None:
         """Switch the motor off, under an alert as well, and until it reads back as off.
@@ -275,12 +301,15 @@ class DynamixelServo:
             PortLost: The adapter is gone.
         """
         switch_off(self._bus)
+        self._release()
         self._torque = False
         self.duty = 0.0
 
     def clear_watchdog(self) -> None:
         """Make a servo take goals again whose watchdog had stopped it; it stays armed."""
         arm_watchdog(self._bus, self._configured())
+        if self._keeper is not None:  # it has switched the motor off
+            self.enable_torque()
 
     def recover(self, *, resume_torque: bool = False) -> None:
         """Set a servo up again that has started anew, was stopped or could not be reached.
@@ -296,8 +325,8 @@ class DynamixelServo:
             ServoAlert: The servo reports a hardware error; only ``reboot`` clears it.
         """
         configuration = self._configured()
-        self._notice(*self._bus.read(r.TORQUE_ENABLE, r.LED))
-        refuse_alert(self._bus)
+        self._notice(*self._bus.read(self.table.torque, self.table.mark))
+        refuse_alert(self._bus, self.spec)
         self._set_up(configuration)
         if resume_torque:
             self.enable_torque()
@@ -335,18 +364,27 @@ class DynamixelServo:
                     return False
             self._clock.sleep_until(min(deadline, self._clock.now() + POLL_PERIOD))
 
+    def _feed(self) -> None:
+        if self._keeper is not None:
+            self._keeper.feed()
+
+    def _release(self) -> None:
+        if self._keeper is not None:
+            self._keeper.release()
+            self._keeper = None
+
     def _set_up(self, configuration: ServoConfiguration) -> None:
         self.disable_torque()
         if self._restarted:
-            (position,) = self._bus.read(r.PRESENT_POSITION)
+            (position,) = self._bus.read(self.table.position)
             self._spool.restore_turns(position)
             self._restarted = False
         apply(self._bus, configuration, self.spec)
 
-    def _notice(self, torque: int, lamp: int) -> None:
+    def _notice(self, torque: int, mark: int) -> None:
         """Notice that a servo has restarted, or that an alert has switched its motor off."""
         self._torque = self._torque and bool(torque)
-        if self.configuration is not None and lamp != MARK and not self._restarted:
+        if self.configuration is not None and mark != self.table.marked and not self._restarted:
             self._restarted = True
             self.counters.resets += 1
 

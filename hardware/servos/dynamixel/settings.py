@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from hardware.serial_ports import latency_timer
-from hardware.servos import registers as r
 from hardware.servos.base import PositionGains, ServoConfiguration, ServoSettings, ServoSpec
-from hardware.servos.bus import Bus
+from hardware.servos.control_table import WATCHDOG_PERIOD
+from hardware.servos.dynamixel import registers as r
+from hardware.servos.family import Reader
+from hardware.servos.serial_bus.register import Register
 
-MARK = 1
-"""The lamp is lit while a servo is set up: one that has restarted has forgotten it."""
 
-
-def targets(
-    configuration: ServoConfiguration, spec: ServoSpec
-) -> tuple[tuple[r.Register, int], ...]:
+def targets(configuration: ServoConfiguration, spec: ServoSpec) -> tuple[tuple[Register, int], ...]:
     """Return each register that must be set before the motor runs, with its counts.
 
     The position loop runs on the host, which sends duties. In a position mode the watchdog only
@@ -34,11 +31,11 @@ def targets(
         (r.FEEDFORWARD_2ND, 0),
         (r.PROFILE_ACCELERATION, 0),  # a goal is a step
         (r.PROFILE_VELOCITY, 0),
-        (r.LED, MARK),
+        (r.LED, r.TABLE.marked),
     )
 
 
-def read_settings(bus: Bus, spec: ServoSpec, port: str | None) -> ServoSettings:
+def read_settings(bus: Reader, spec: ServoSpec, port: str | None) -> ServoSettings:
     """Read back all that decides a step response, in two transactions."""
     (
         firmware,
@@ -93,6 +90,6 @@ def read_settings(bus: Bus, spec: ServoSpec, port: str | None) -> ServoSettings:
         temperature_limit=float(temperature),
         voltage_limits=(voltage_min * spec.voltage_unit, voltage_max * spec.voltage_unit),
         shutdown=shutdown,
-        watchdog=max(watchdog, 0) * r.WATCHDOG_PERIOD,
+        watchdog=max(watchdog, 0) * WATCHDOG_PERIOD,
         latency_timer=None if port is None else latency_timer(port),
     )

@@ -1,12 +1,11 @@
 """The port of a servo bus: locked, quick, and usable again after an unplugged adapter.
 
-Built on the classic API of dynamixel_sdk. Its "Easy" API turns every alert into a ValueError, and
-its fast sync read takes stuffed bytes for data; with one servo a plain read is as fast. Four
-defects of it shape this file. Answers are unsigned. An unplugged adapter raises termios.error,
-which is no OSError, and leaves the port marked as in use for ever, as an interrupt does. The time
-that it waits for an answer counts the adapter's latency twice, 36 ms unless told that ours is 1 ms.
-And its reads cut any answer of the servo to the length that was asked for. So a late answer is
-taken for the answer to the next question. Hence packets are sent and received here one by one.
+Built on the classic API of dynamixel_sdk, whose port serves any protocol. Its "Easy" API turns
+every alert into a ValueError, and its fast sync read takes stuffed bytes for data; with one servo a
+plain read is as fast. Two defects of it shape this file. An unplugged adapter raises termios.error,
+which is no OSError, and leaves the port marked as in use for ever, as an interrupt does. And the
+time that it waits for an answer counts the adapter's latency twice: 36 ms unless told that ours is
+1 ms.
 """
 
 from __future__ import annotations
@@ -28,10 +27,15 @@ class PortHandler(Protocol):
 
     is_using: bool
 
+    def clearPort(self) -> None: ...  # noqa: N802, D102
     def closePort(self) -> None: ...  # noqa: N802, D102
     def getBytesAvailable(self) -> int: ...  # noqa: N802, D102
+    def isPacketTimeout(self) -> bool: ...  # noqa: N802, D102
+    def readPort(self, length: int) -> bytes: ...  # noqa: N802, D102
     def setBaudRate(self, baudrate: int) -> bool: ...  # noqa: N802, D102
     def setPacketTimeout(self, packet_length: int) -> None: ...  # noqa: N802, D102
+    def setPacketTimeoutMillis(self, msec: float) -> None: ...  # noqa: N802, D102
+    def writePort(self, packet: bytes) -> int: ...  # noqa: N802, D102
 
 
 def sdk() -> Any:
@@ -55,8 +59,6 @@ class ServoPort:
         self.path = port if isinstance(port, str) else None
         self.name = self.path or "the simulated bus"
         self.baud = baud
-        self.packets = sdk().PacketHandler(2.0)
-        """Instructions of the SDK; each takes ``handler`` first."""
         self.handler: PortHandler = (
             cast("PortHandler", sdk().PortHandler(port)) if isinstance(port, str) else port
         )
@@ -92,6 +94,12 @@ class ServoPort:
         # FTDI adapters then wait 1 ms, not 16, and no root is needed; other ports have no such flag
         with contextlib.suppress(*LOST, ValueError, AttributeError):
             serial.set_low_latency_mode(True)
+
+    @property
+    def descriptor(self) -> int | None:
+        """Descriptor of the open port; None of a simulated bus."""
+        serial: Any = getattr(self.handler, "ser", None)
+        return None if serial is None or not self.is_open else int(serial.fileno())
 
     def close(self) -> None:
         """Close the port and give it back; more than once does no harm."""
