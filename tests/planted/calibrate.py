@@ -1,8 +1,8 @@
-"""False names against what a cause must bring: ``python -m tests.planted.calibrate SETS --out DIR``.
+"""False names against the price of a cause: ``python -m tests.planted.calibrate SETS --out DIR``.
 
 Every set of an exam is searched with a low price. What each cause that is named there is worth, on
 all rows and on parts left out, says at which prices it would go; the truth says whether it should.
-Writes DIR/worths.json and DIR/calibration.png, and prints the table.
+Writes DIR/worths.json, DIR/calibration.png and the table DIR/calibration.txt.
 """
 
 import argparse
@@ -36,7 +36,8 @@ def worths_of(sets: Path, price: float, name: str) -> list[dict[str, Any]]:
 
     quiet_warp()
     truth = json.loads((sets / "truth" / f"{name}.json").read_text(encoding="utf-8"))
-    right = {e["name"] for e in truth["effects"]} | set(truth.get("near", ()))
+    right = {e["name"] for e in truth["effects"]}
+    right |= {name for cause in truth["outside"] for name in cause["near"]}
     recordings, model = load_dataset(sets / name).train, load_model(sets / name / "model.toml")
     study = Study(recordings, model, tuple(EFFECTS), time_step=SEARCH_STEP, in_pieces=True)
     rng = np.random.default_rng(0)
@@ -95,7 +96,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     text = json.dumps({"sets": len(names), "price": chosen.price, "worths": worths}, indent=1)
     (chosen.out / "worths.json").write_text(text + "\n", encoding="utf-8")
     draw(worths, len(names), chosen.out / "calibration.png")
-    print("\n".join(table(worths, len(names))))
+    lines = "\n".join(table(worths, len(names)))
+    (chosen.out / "calibration.txt").write_text(lines + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
