@@ -15,6 +15,7 @@ VERBS: dict[str, str] = {
     "import": "tendon_newton.cli.import_",
     "simulate": "tendon_newton.cli.simulate",
     "diagnose": "tendon_newton.cli.diagnose",
+    "explain": "tendon_newton.cli.explain",
     "exam": "tendon_newton.cli.exam",
     "experiment": "tendon_newton.cli.experiment",
     "asset": "tendon_newton.cli.asset",
