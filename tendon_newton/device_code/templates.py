@@ -25,6 +25,11 @@ def device_template(function: Function) -> Function:
     return function
 
 
+def is_device_template(value: Any) -> bool:
+    """Tell whether something is device code with placeholders."""
+    return getattr(value, _MARK, False) is True
+
+
 class Specialiser:
     """Binds placeholders in device templates; one per kernel, whose functions are shared inside it.
 
@@ -98,7 +103,7 @@ class Specialiser:
         scope = dict(template.__globals__)
         scope.update(self._bindings)
         for name in template.__code__.co_names:
-            if getattr(scope.get(name), _MARK, False) is True:
+            if is_device_template(scope.get(name)):
                 scope[name] = self.function(scope[name])
         bound = types.FunctionType(template.__code__, scope, template.__name__)
         bound.__annotations__ = {
