@@ -195,5 +195,9 @@ def file_row(
         row = (data.efc_type == kind) & (data.efc_id == number_)
         friction = sign * float(data.efc_force[row].sum())
         force = data.actuator_force[mj_model.actuator(tendon.name).id] / radius
-        forces.append(max(force + friction, -np.inf if tendon.direct else 0.0))
+        first, count = mj_model.ten_J_rowadr[number_], mj_model.ten_J_rownnz[number_]
+        columns = mj_model.ten_J_colind[first : first + count]
+        rate_change = data.ten_J[first : first + count] @ data.qacc[columns]
+        rotor = sign * mj_model.tendon_armature[number_] * rate_change
+        forces.append(max(force + friction - rotor, -np.inf if tendon.direct else 0.0))
     return angles, rates, forces

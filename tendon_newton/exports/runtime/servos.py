@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 
 from tendon_newton.exports.runtime.jets import Jet, Piece, clip, staged
 
-HELD = 1.0e6
-"""Force [N] that no mechanism overcomes: what a motor at its greatest speed holds against."""
+HOLDING = 4.0
+"""What a motor at its greatest speed holds against, in shares of its greatest force [1]."""
 PULLING = 1.0e-6
 """A force [N] whose sign is that of a string that pulls."""
 LEAST_ROTOR = 1.0e-8
@@ -81,6 +81,7 @@ class Servo:
         self.radius = staged(numbers["spool_radius"], stages["radius"])
         self.least = -UNBOUNDED if numbers["direct"] else 0.0
         self.limit = numbers["force_limit"]
+        self.holding = HOLDING * self.limit
         self.rotor = numbers["actuator"]["rotor"]
         inertia = max(numbers["actuator"]["armature"], LEAST_ROTOR)
         self.inertia = inertia / self.radius**2 if self.rotor else 0.0
@@ -145,14 +146,14 @@ class Servo:
             tension = Jet(value, gear[1] * motor[1], gear[1] * motor[2] + gear[2])
             gain = gear[1]
             if outrun:
-                tension, gain = Jet(-HELD * tendon.direction), 0.0
+                tension, gain = Jet(-self.holding * tendon.direction), 0.0
             guide = self.guide_line(tension[0], tendon)
             slope = guide[1] * tension[1] + guide[2]
             pull = Jet(guide[0], slope, guide[1] * tension[2])
             return Flow(angle, motor, tension, pull, gain, guide[1] * gain)
         tension = staged(motor, stages["tension"], tendon, memory=memory)
         if outrun:
-            tension = Jet(-HELD * tendon.direction)
+            tension = Jet(-self.holding * tendon.direction)
         if tension[0] < self.least:
             tension = Jet(self.least)
         return Flow(angle, motor, tension, staged(tension, stages["transmission"], tendon))
@@ -180,7 +181,7 @@ class Servo:
         gear = self.gear_line(max(tension, PULLING), tendon)
         taken = max(tension, PULLING) + (tension - gear[0]) / gear[1]
         if side * tendon.direction > 1.5:
-            return angle, -HELD * tendon.direction, tension
+            return angle, -self.holding * tendon.direction, tension
         return angle, motor[0] - taken, tension
 
     def guided(self, tension: float, now: Now, side: float) -> float:

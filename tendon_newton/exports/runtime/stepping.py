@@ -18,9 +18,6 @@ INSTANT = 1.0e-6
 """Instants [s] closer than this are one."""
 STICKING = (0.9999, 0.99999, 1.0e-4, 0.5, 2.0)
 """MuJoCo's `solimp` of dry friction with which it creeps least."""
-HOLDING = 4.0
-"""What a motor at its greatest speed holds, in shares of its force: MuJoCo's friction gives way in
-proportion to the range in which it may be."""
 REMEMBERED = 1.0
 """For how long commands and readings are kept [s]; nothing is later."""
 
@@ -276,8 +273,6 @@ class Hook:
         if loose:
             _, _, tension = servo.spool_flow(now, 0.0)
             lower, upper = (servo.guided(tension, now, side) for side in (1.0, -1.0))
-        lower = max(lower, -HOLDING * servo.limit)
-        upper = min(upper, HOLDING * servo.limit)
         return Hold(least, most, sides, lower, max(upper, lower), speed)
 
     def prepare(self, nows: list[Now], h: float) -> list[Hold]:
