@@ -89,6 +89,7 @@ class Hook:
         self.voltage, self.enabled = 0.0, 1.0
         self.period = staged(1.0, stages["period"])
         self.cell_lag = staged(0.0, stages["cell_lag"])
+        self.cell_is_slow = self.cell_lag > 0.0 or staged(0.0, stages["cell_clock"]) != 0.0
         self.own_armature = model.dof_armature.copy()
         self.take_over()
         self.reset(self.command)
@@ -279,9 +280,9 @@ class Hook:
         """Give MuJoCo the forces of the step to come; `mj_step1` has been called."""
         data, model = self.data, self.model
         applied = self.joint_torques(h)
-        arms = self.arms()
+        arms = self.moment_arms = self.arms()
         holds = []
-        rows = self.friction_rows()
+        rows = self.rows = self.friction_rows()
         for d, (servo, now) in enumerate(zip(self.servos, nows, strict=True)):
             loose = self.slack[d]
             hold = self.hold_of(servo, now, loose)
@@ -309,19 +310,21 @@ class Hook:
 
     def friction_rows(self) -> dict[int, int]:
         """Return the constraint row of each tendon's dry friction, and note those of joints."""
-        kinds, numbers = self.data.efc_type, self.data.efc_id
-        dof_kind = int(mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF)
-        kind = int(mujoco.mjtConstraint.mjCNSTR_FRICTION_TENDON)
-        self.joint_rows = {int(numbers[i]): i for i in np.flatnonzero(kinds == dof_kind)}
-        return {int(numbers[i]): int(i) for i in np.flatnonzero(kinds == kind)}
+        of_joint = int(mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF)
+        of_tendon = int(mujoco.mjtConstraint.mjCNSTR_FRICTION_TENDON)
+        first, count = self.data.ne, self.data.nf
+        kinds = self.data.efc_type[first : first + count].tolist()
+        numbers = self.data.efc_id[first : first + count].tolist()
+        rows = list(zip(kinds, numbers, range(first, first + count), strict=True))
+        self.joint_rows = {number: row for kind, number, row in rows if kind == of_joint}
+        return {number: row for kind, number, row in rows if kind == of_tendon}
 
     def tensions(self, nows: list[Now], holds: list[Hold]) -> tuple[list[float], list[float]]:
         """Return the true tensions [N] once MuJoCo has solved, and where each tendon is held.
 
         The share is 0 at its least pull and 1 at its most.
         """
-        arms = self.arms()
-        rows = self.friction_rows()
+        arms, rows = self.moment_arms, self.rows
         out, shares = [], []
         for d, (servo, now, hold) in enumerate(zip(self.servos, nows, holds, strict=True)):
             row = rows.get(self.tendons[d])
@@ -353,7 +356,7 @@ class Hook:
         self.tension, shares = self.tensions(nows, holds)
         was_slack = list(self.slack)
         self.let_go()
-        answer = self.arms() @ self.data.qacc
+        answer = self.moment_arms @ self.data.qacc
         self.time += h
         mujoco.mj_step1(self.model, self.data)
         _, rate = self.excursions()
@@ -461,7 +464,6 @@ class Hook:
         tension = self.solved_tension()
         angle, rate, force = [], [], []
         at = staged(self.time, self.stages["cell_clock"])
-        slow = at != self.time or self.cell_lag > 0.0
         for d, (servo, now) in enumerate(zip(self.servos, self.now_of(0.0), strict=True)):
             side = 1.0 if now.velocity + now.lead_rate >= 0.0 else -1.0
             kept = servo.memory
@@ -470,12 +472,14 @@ class Hook:
             servo.memory = kept
             angle.append(reported[0])
             rate.append(reported[1] * (now.velocity + now.lead_rate))
-            true = self.cell_value(d, at) if slow else tension[d]
+            true = self.cell_value(d, at) if self.cell_is_slow else tension[d]
             force.append(staged(true, self.stages["cell"], self.time))
         return Reading(angle, rate, force, tension)
 
     def note_cells(self) -> None:
-        """Keep what the lagging cells showed at the start of a step."""
+        """Keep what slow cells showed at the start of a step."""
+        if not self.cell_is_slow:
+            return
         shown = [self.lagged_cell(d, self.time) for d in range(len(self.servos))]
         self.cells.append((self.time, shown))
         while len(self.cells) > 2 and self.cells[1][0] < self.time - REMEMBERED:
