@@ -5,7 +5,7 @@
 
 BIN := .venv/bin
 STAMP := .venv/.installed
-EXTRAS := sim,train,hardware,ros,view,dev
+EXTRAS := sim,train,hardware,cluster,ros,lerobot,view,dev
 
 # The first interpreter that runs and is supported; override with `make setup PYTHON=...`.
 SUPPORTED := import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))

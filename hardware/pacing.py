@@ -13,7 +13,7 @@ BINS = 5000
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PacingReport:
-    """How well a rate was kept."""
+    """Steadiness of a rate: late and lost ticks."""
 
     ticks: int
     """Ticks that ran."""

@@ -12,17 +12,17 @@ from pathlib import Path
 from hardware.errors import PortBusy, PortUnavailable
 
 LOCK_FOLDER = Path("/run/lock")
-"""Where the file hierarchy standard puts the locks of devices."""
+"""Folder of the locks of devices in the file hierarchy standard."""
 SHARED_FOLDER = Path("/", "tmp")
 """Where they are put where not every user may write there: all users must look at one place."""
 EVERYBODY = 0o666
 """Rights of a lock: whoever may use the port may lock it."""
 LATENCY_TIMERS = Path("/sys/bus/usb-serial/devices")
-"""Where Linux keeps the latency timer of FTDI adapters."""
+"""File of the latency timer of an FTDI adapter in Linux."""
 
 
 LOST = (OSError, termios.error)
-"""What an unplugged adapter raises; the second is no child of the first."""
+"""Errors of an unplugged adapter; the second is no child of the first."""
 
 
 class PortLock:
@@ -86,7 +86,7 @@ def open_lock(port: str) -> int:
     refuses that to all but its owner.
 
     Raises:
-        PortUnavailable: It may not be made or opened, or is no file.
+        PortUnavailable: The lock may not be made or opened, or is no file.
     """
     path, flags = lock_path(port), os.O_RDWR | os.O_NOFOLLOW | os.O_CLOEXEC
     try:
@@ -100,7 +100,7 @@ def open_lock(port: str) -> int:
         raise PortUnavailable(f"{port}: {lock_trouble(path, error)}") from error
     if not stat.S_ISREG(os.fstat(file).st_mode):
         os.close(file)
-        raise PortUnavailable(f"{port}: its lock {path} must be a file; it is none: remove it")
+        raise PortUnavailable(f"{port}: its lock {path} must be a file; it is no file: remove it")
     return file
 
 

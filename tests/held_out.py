@@ -20,13 +20,15 @@ from typing import Any
 
 import numpy as np
 
+from hardware.control.operator import SilentOperator
 from tendon_newton.cli import main as run
-from tendon_newton.cli.refresh import RefreshConfig, correct, find
 from tendon_newton.data.dataset import load_dataset, write_dataset
 from tendon_newton.data.model_file import NamedValues, write_model
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.device_code.quiet import quiet_warp
 from tendon_newton.identification.cutting import rows_of
+from tendon_newton.workflows.options import RefreshOptions
+from tendon_newton.workflows.refreshing import correct, find
 from tests.physics.runs import ideal_model
 from tests.train.actuator.without_cell.pulled_benches import pulled_log
 from tests.train.actuator.without_cell.servo_logs import write_servo_dataset
@@ -142,7 +144,7 @@ def exam(folder: Path, noisy: bool) -> Made:
     effect = {"name": "viscous_friction", "parameters": {"coefficient": 0.8}}
     truth = {"id": "one", "family": "single", "effects": [effect], "strength": {"ratio": 5.0}}
     (folder / "exam" / "truth" / "one.json").write_text(json.dumps(truth))
-    said(["exam", folder / "exam", "--out", folder / "out", "--workers", "1"])
+    said(["exam", folder / "exam", "--out", folder / "out", "--jobs", "1"])
     answer = json.loads((folder / "out" / "one" / "diagnosis.json").read_text())
     return diagnosed(answer, folder / "out" / "one" / "model.toml")
 
@@ -219,7 +221,7 @@ def refresh(folder: Path, noisy: bool) -> Made:
     slip = FoundWear(name="position_offset", words="", numbers=(), rivals=())
     ways = {"found": None, "slip": (WORN, (slip,)), "all": (CHANGED, ())}
     for way, forced in ways.items():
-        config = RefreshConfig(
+        config = RefreshOptions(
             logs=(folder / "worn",),
             reference=(folder / "new",),
             model=folder / "model.toml",
@@ -230,8 +232,7 @@ def refresh(folder: Path, noisy: bool) -> Made:
         config.out.mkdir()
         ledger = Ledger(config.out / "refresh.json", {})
         if forced is None:
-            with redirect_stdout(StringIO()):
-                drift = find(config, ledger)
+            drift = find(config, ledger, SilentOperator())
             reported = [drift.theta_rmse, drift.corrected_theta_rmse, drift.reference_theta_rmse]
             made |= {"verdict": drift.verdict, "causes": drift.causes}
         else:
@@ -242,8 +243,7 @@ def refresh(folder: Path, noisy: bool) -> Made:
                 corrected_theta_rmse=0.0,
                 reference_theta_rmse=None,
             )
-        with redirect_stdout(StringIO()):
-            correct(config, drift, ledger)
+        correct(config, drift, ledger, SilentOperator())
         made[f"{way}/model.toml"] = (config.out / "model.toml").read_text()
     return Made(decided=made, reported=reported)
 
@@ -274,6 +274,7 @@ def reproduce(folder: Path, noisy: bool) -> Made:
 
     Commands stay, since test recordings are told apart by them.
     """
+    from tendon_newton.scheduler import InTurn
     from tests.train.reproduction.tiny import SETTINGS, TinyBench
     from train.reproduction.reproduction import Reproduction
     from train.reproduction.steps.stages import run_stages
@@ -287,7 +288,11 @@ def reproduce(folder: Path, noisy: bool) -> Made:
     friction = NamedValues(name="load_dependent_friction", values={"coefficient": 0.2})
     write_model(folder / "causes.toml", replace(starting_model(), effects=(friction,)))
     whole = Reproduction(
-        settings=SETTINGS, out=folder, folders=(folder / "bench",), causes=folder / "causes.toml"
+        settings=SETTINGS,
+        out=folder,
+        folders=(folder / "bench",),
+        causes=folder / "causes.toml",
+        executor=InTurn(),
     )
     found = run_stages(whole, ("tip",))
     models = {

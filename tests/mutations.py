@@ -42,6 +42,7 @@ class Mutation:
 
 HELD_OUT = "tests/test_held_out.py -k"
 PWM = "tests/physics/servos/test_pwm_servo.py"
+FIRMWARE = "tests/physics/servos/test_firmware_effects.py -k"
 PHYSICS = "tests/physics/test_effects_physics.py -k"
 
 MUTATIONS: tuple[Mutation, ...] = (
@@ -168,6 +169,27 @@ MUTATIONS: tuple[Mutation, ...] = (
         tests=PWM,
     ),
     Mutation(
+        name="gear-on-the-motors-side",
+        file="tendon_newton/simulation/tendons/pipeline.py",
+        old="probe = tendon.carried",
+        new="probe = motor[0]",
+        tests=f"{FIRMWARE} falling",
+    ),
+    Mutation(
+        name="overload-never-ends",
+        file="tendon_newton/effects/overload_cut.py",
+        old="turned = duty[0] * lasted < real(0.0)",
+        new="turned = duty[0] * lasted < real(-1.0e9)",
+        tests=f"{FIRMWARE} other_side",
+    ),
+    Mutation(
+        name="profile-of-half-the-brake",
+        file="tendon_newton/effects/acceleration_limit.py",
+        old="last = top / a",
+        new="last = real(0.5) * top / a",
+        tests=f"{FIRMWARE} trapezoid",
+    ),
+    Mutation(
         name="heat-linear-in-force",
         file="tendon_newton/effects/torque_fade.py",
         old="settled = values[0] * force * force",
@@ -235,8 +257,8 @@ MUTATIONS: tuple[Mutation, ...] = (
     Mutation(
         name="revolutions-in-half-turns",
         file="tendon_newton/data/importers/mapped_column.py",
-        old='"rev/min": 2.0 * pi / 60.0',
-        new='"rev/min": pi / 60.0',
+        old="RPM = 2.0 * pi / 60.0",
+        new="RPM = pi / 60.0",
         tests="tests/importers/test_import_mapped.py",
     ),
     Mutation(

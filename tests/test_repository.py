@@ -4,6 +4,7 @@ import re
 import subprocess
 import sys
 import tomllib
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -11,14 +12,21 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 from tendon_newton.cli import VERBS
+from tests.prose import sentences, word_count
 
 ROOT = Path(__file__).resolve().parents[1]
 TEXT = (
     "README.md",
     "CONTRIBUTING.md",
     "CHANGELOG.md",
-    *sorted(f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md")),
+    *sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / "docs").rglob("*.md")),
 )
+UNREAD = ("CHANGELOG.md", "docs/diagnosis.md")
+"""A text of notes, and one whose section on the method waits for a new search."""
+LONGEST = 30
+"""Words of the longest sentence."""
+BARE = re.compile(r"\W*(?:It|They|He|She|(?:This|That|These|Those) (?:is|are|was|were))\b")
+"""How a sentence begins whose subject stands in the one before."""
 MACHINE_PATH = re.compile(r"(?<![\w.~/:-])/(?:home|root|Users|work|mnt|opt|tmp)/[\w.-]+")
 
 every_text = pytest.mark.parametrize("name", TEXT)
@@ -59,9 +67,51 @@ def test_every_verb_in_the_text_exists(name: str) -> None:
 @every_text
 def test_every_link_in_the_text_leads_to_a_file(name: str) -> None:
     """A link that is no address and no picture names a file of the repository."""
-    links = re.findall(r"(?<!!)\[[^\]]*\]\(([^)#\s]+)\)", read(name))
-    files = [link for link in links if "://" not in link]
-    assert [link for link in files if not ((ROOT / name).parent / link).exists()] == []
+    links = re.findall(r"(?<!!)\[[^\]]*\]\(([^)\s]+)\)", read(name))
+    places = [link.partition("#") for link in links if "://" not in link]
+    here = ROOT / name
+    targets = [(here.parent / file if file else here, section) for file, _, section in places]
+    assert [str(file) for file, _ in targets if not file.exists()] == []
+    assert [f"{file}#{part}" for file, part in targets if part and part not in anchors(file)] == []
+
+
+def anchors(path: Path) -> set[str]:
+    """Return the anchors of a text's headings, as a reader of Markdown makes them."""
+    headings = re.findall(r"^#+ (.+)$", path.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@every_text
+def test_every_source_file_in_the_text_exists(name: str) -> None:
+    """A Python file in a text is the end of some path of the repository."""
+    wanted = re.findall(r"`([\w./]+\.py)`", read(name))
+    paths = [f"/{path.relative_to(ROOT).as_posix()}" for path in repository_files()]
+    assert [file for file in wanted if not any(path.endswith(f"/{file}") for path in paths)] == []
+
+
+@every_text
+def test_every_sentence_of_the_text_is_short_and_has_its_subject(name: str) -> None:
+    """No sentence has more than 30 words, or begins with a pronoun for its subject."""
+    if name in UNREAD:
+        return
+    found = [s for s in sentences(read(name)) if word_count(s) > LONGEST or BARE.match(s)]
+    assert found == []
+
+
+def test_the_index_lists_every_page() -> None:
+    """Each page of the documentation is linked from its index."""
+    linked = set(re.findall(r"\]\(([\w/.]+\.md)", read("docs/index.md")))
+    pages = {path.relative_to(ROOT / "docs").as_posix() for path in (ROOT / "docs").rglob("*.md")}
+    assert pages - linked == {"index.md"}
+
+
+def test_the_page_on_architecture_has_every_layer() -> None:
+    """Its table lists the layers that import-linter checks, in their order."""
+    contracts = tomllib.loads(read("pyproject.toml"))["tool"]["importlinter"]["contracts"]
+    layers = next(c["layers"] for c in contracts if c["name"] == "imports point down")
+    section = read("docs/architecture.md").partition("## The layers")[2]
+    rows = [re.findall(r"`([\w.]+)`", row) for row in re.findall(r"^\| (`.+?) \|", section, re.M)]
+    assert rows[: len(layers)] == [layer.split(" | ") for layer in layers]
 
 
 def test_the_command_line_answers_as_a_module() -> None:
@@ -109,3 +159,19 @@ def test_every_version_that_is_pinned_has_its_hashes() -> None:
     assert {canonicalize_name(line) for line in hashed} == {
         canonicalize_name(line) for line in pinned - torch
     }
+
+
+TABLES = {"tendon_newton/effects", "tendon_newton/cli", "examples/studies"}
+"""Folders with one file for each entry of a table."""
+MOST_FILES = 15
+"""Modules that a reader can hold in the head."""
+
+
+def test_no_folder_is_crowded() -> None:
+    """A folder shows the architecture only while its names can be read at a glance."""
+    counts = Counter(
+        path.parent.relative_to(ROOT).as_posix()
+        for path in repository_files()
+        if path.suffix == ".py" and path.name != "__init__.py"
+    )
+    assert {name for name, count in counts.items() if count > MOST_FILES} - TABLES == set()

@@ -15,10 +15,10 @@ import warp as wp
 
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
+from tendon_newton.force_networks import build_network
 from tendon_newton.gradients.differentiable_learned import DifferentiableLearnedRollout
 from tendon_newton.gradients.trajectory_gradient import simulate_with_gradients
 from tendon_newton.mechanisms.loading import load_mechanism
-from train.actuator.network_sets import build_network
 
 wp.config.log_level = wp.LOG_ERROR
 torch.manual_seed(0)

@@ -30,9 +30,9 @@ from tendon_newton.simulation.hosts.learned_rollout import LearnedRollout
 from tendon_newton.simulation.hosts.replay import simulated_recording
 from train.actuator.ideal import PAPER_GAIN, SERVO_LIMIT
 from train.reproduction.closed_loop import Replayed, replayed
+from train.reproduction.networks import learned_model
 from train.reproduction.physical import SPOOL_RADIUS
 from train.reproduction.steps.tip_stage import SINES
-from train.reproduction.trainings import learned_model
 from train.reproduction.unit import Unit
 
 TIME_STEP = 5.0e-4  # s

@@ -7,6 +7,7 @@ loop as the stages of a reproduction measure them, median and range over the ben
 """
 
 import argparse
+import asyncio
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -16,9 +17,8 @@ import numpy as np
 
 from tendon_newton.actuators.networks.artifact import load_network, write_network
 from tendon_newton.data.model_file import Model, load_model
-from tendon_newton.device_code.quiet import quiet_warp
+from tendon_newton.scheduler import JobOptions, open_executor
 from train.reproduction.closed_loop import OBSTACLES, replayed
-from train.reproduction.pieces import Workers
 from train.reproduction.reproduction import Reproduction
 from train.reproduction.settings import FULL
 from train.reproduction.unit import Unit
@@ -46,16 +46,16 @@ def main() -> None:
     parser.add_argument("--units", type=int, nargs="+", default=[])
     parser.add_argument("--jobs", type=int, default=1)
     arguments = parser.parse_args()
-    quiet_warp()
     there = sorted(int(p.parent.name[5:]) for p in arguments.out.glob("models/unit_*/hybrid.toml"))
-    with Workers(arguments.jobs) as workers, workers.turn:
+    with open_executor(JobOptions(jobs=arguments.jobs)) as executor:
         reproduction = Reproduction(
             settings=replace(FULL, units=tuple(arguments.units or there)),
             out=arguments.out,
-            workers=workers if workers.count > 1 else None,
+            executor=executor,
         )
         items = [(place, part) for place in range(len(reproduction.units)) for part in PARTS]
-        found = dict(zip(items, reproduction.each(errors, items), strict=True))
+        results = asyncio.run(reproduction.each(errors, items, keep=False))
+        found = dict(zip(items, results, strict=True))
     print(f"over benches: {len(reproduction.units)}\n\n| | {' | '.join(MEASURED)} |")
     print("|---" * (len(MEASURED) + 1) + "|")
     for part, words in PARTS.items():

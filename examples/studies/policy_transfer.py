@@ -1,6 +1,6 @@
 """Let policies climb the stairs on many virtual benches, and compare what they were trained on.
 
-``python -m examples.studies.policy_transfer policies/*/policy.onnx --out DIR --cores 4``. A
+``python -m examples.studies.policy_transfer policies/*/policy.onnx --out DIR --jobs 4``. A
 policy's folder names it: NAME-SEED. DIR gets one file per policy and unit, so that a run that broke
 off goes on; transfer.md with a row for each training, compared with the best of those whose names
 begin with ideal or refit; and policy_transfer.json with the figures of all climbs.
@@ -15,9 +15,7 @@ import json
 import tempfile
 from collections import defaultdict
 from collections.abc import Mapping
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from math import nan
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +23,7 @@ import numpy as np
 
 from hardware.virtual_bench.physics.constants import BENCH_SEEDS
 from tendon_newton.cli import main as run_verb
+from tendon_newton.scheduler import JobOptions, completed
 
 FIGURES = ("rmse", "rising_rmse", "falling_rmse", "settled_error")
 """Numbers of a climb [m]."""
@@ -40,14 +39,15 @@ def main() -> None:
     words.add_argument("policies", nargs="*", type=Path)
     words.add_argument("--out", type=Path, required=True)
     words.add_argument("--units", nargs="+", type=int, default=list(BENCH_SEEDS))
-    words.add_argument("--cores", type=int, default=1)
+    words.add_argument("--jobs", type=int, default=1)
+    words.add_argument("--scheduler")
     told = words.parse_args()
     told.out.mkdir(parents=True, exist_ok=True)
     climbs = [(policy, unit, told.out) for policy in told.policies for unit in told.units]
     missing = [each for each in climbs if not file_of(*each).exists()]
-    with ProcessPoolExecutor(told.cores, mp_context=get_context("spawn")) as pool:
-        for done in as_completed([pool.submit(climb, *each) for each in missing]):
-            print(done.result(), flush=True)
+    options = JobOptions(jobs=told.jobs, scheduler=told.scheduler)
+    for _, done in completed(climb, missing, options):
+        print(done, flush=True)
     write_tables(told.out, told.units)
 
 
@@ -56,8 +56,9 @@ def file_of(policy: Path, unit: int, out: Path) -> Path:
     return out / f"{policy.resolve().parent.name}.unit_{unit}.json"
 
 
-def climb(policy: Path, unit: int, out: Path) -> str:
+def climb(what: tuple[Path, int, Path]) -> str:
     """Let one policy climb on one unit, keep its numbers, and say in a line how it went."""
+    policy, unit, out = what
     with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
         code = run_verb(
             [

@@ -21,11 +21,14 @@ from typing import Any
 
 import numpy as np
 
+from hardware.control.operator import SilentOperator
 from hardware.deployment.deploy_log import policy_span
 from hardware.virtual_bench.physics.constants import BENCH_SEEDS
-from tendon_newton.cli import deploy, refresh
 from tendon_newton.data.model_file import Model, NamedValues, load_model, write_model
 from tendon_newton.device_code.quiet import quiet_warp
+from tendon_newton.workflows.deployment import drive
+from tendon_newton.workflows.options import DeployOptions, RefreshOptions
+from tendon_newton.workflows.refreshing import refresh
 from train.policy.config.environment_config import EnvironmentConfig
 from train.policy.config.training_config import PolicyTrainingConfig
 from train.policy.runs.export import export_policy
@@ -136,15 +139,16 @@ def fly(policy: Path, folder: Path, port: str, goals: str, duration: float) -> P
     logs = sorted(folder.glob("*.mcap"))
     if not logs:
         with contextlib.redirect_stdout(io.StringIO()):
-            deploy.main(
-                deploy.DeployConfig(
+            drive(
+                DeployOptions(
                     policy=policy,
                     port=port,
                     goals=goals,
                     duration=duration,
                     out=folder,
                     faster_than_real_time=True,
-                )
+                ),
+                SilentOperator(),
             )
         logs = sorted(folder.glob("*.mcap"))
     return logs[0]
@@ -253,8 +257,8 @@ def restore(arguments: argparse.Namespace, folder: Path, seed: int, state: str) 
     longer = fly(policy, own / f"later_{state}", port, goals, DURATION)
     begin = time.monotonic()
     out = folder / f"refresh_{state}"
-    refresh.main(
-        refresh.RefreshConfig(
+    refresh(
+        RefreshOptions(
             logs=(later, longer),
             reference=(before,),
             model=model,
@@ -264,7 +268,8 @@ def restore(arguments: argparse.Namespace, folder: Path, seed: int, state: str) 
             device=arguments.device,
             port=port,
             faster_than_real_time=True,
-        )
+        ),
+        SilentOperator(),
     )
     seconds = time.monotonic() - begin
     row = {"seed": seed, "state": state, "seconds": seconds, "tip_mm": stairs_errors(out)}

@@ -1,4 +1,4 @@
-"""Pictures of docs/real_data.md, ``python -m examples.studies.so101_figure LOGS``."""
+"""Pictures of docs/lab/so101.md, ``python -m examples.studies.so101_figure LOGS``."""
 
 import argparse
 from collections.abc import Mapping

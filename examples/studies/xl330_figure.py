@@ -1,4 +1,4 @@
-"""A picture of docs/real_data.md, ``python -m examples.studies.xl330_figure LOGS``.
+"""A picture of docs/lab/xl330.md, ``python -m examples.studies.xl330_figure LOGS``.
 
 Numbers of both models are what the gains 100 and 800 give (`examples.studies.xl330 --test 200`).
 """

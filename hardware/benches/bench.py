@@ -29,7 +29,7 @@ from hardware.virtual_bench.physics.unit import servo_count
 from tendon_newton.errors import InvalidParameter
 
 RETRIES = 2
-"""How often an instruction is sent again: three attempts of 4 ms are one tick at 80 Hz."""
+"""Times that an instruction is sent again: three attempts of 4 ms are one tick at 80 Hz."""
 PATIENCE = 8
 """The same of a virtual bench in real time, which answers when the scheduler lets it."""
 
@@ -37,7 +37,7 @@ Tip = tuple[float, float]
 
 
 class VirtualControls(Protocol):
-    """What can be done to a virtual bench beside its two ports."""
+    """Controls of a virtual bench beside its two ports."""
 
     def set_obstacle(self, name: str) -> None:
         """Put something in the mechanism's way."""
@@ -82,7 +82,7 @@ class Bench:
     further: tuple[Drive, ...] = ()
     """Further servos on the same bus."""
     controls: VirtualControls | None = None
-    """Of a virtual bench."""
+    """Controls of a virtual bench: obstacles, faults, masses; None on a real one."""
     lockstep: bool = False
     """Whether time passes only while the bench is waited for."""
 
@@ -108,7 +108,7 @@ def open_bench(address: BenchAddress, tell: Callable[[str], None]) -> Iterator[B
     """Open a bench; at the end its motor is off, whatever happened.
 
     Args:
-        address: Where it is.
+        address: Ports and servos of the bench.
         tell: Takes what the operator must know.
 
     Raises:

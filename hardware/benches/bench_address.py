@@ -1,4 +1,4 @@
-"""Where a bench is: its ports, its servos, or the word for a virtual one."""
+"""The address of a bench: its ports, its servos, or the word for a virtual one."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ FILTERS = {
     20: "HX711 at 80 SPS, 50 ms to settle, then the mean of 4 readings",
     10: "HX711 at 10 SPS: a step has settled after 4 conversions, 400 ms",
 }
-"""What is known to happen to a reading before it comes, by its rate [Hz]."""
+"""Filters on a reading before it comes, by its rate [Hz]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class DriveAddress:
-    """Where one servo of a bench is, and the load cell in its tendon."""
+    """Port and ID of one servo of a bench, and the load cell in its tendon."""
 
     identifier: int
     """ID on the bus."""
@@ -32,7 +32,7 @@ class DriveAddress:
 
 @dataclass(frozen=True, kw_only=True)
 class BenchAddress:
-    """Where a bench is."""
+    """Ports, servos and asset of a bench, real or virtual."""
 
     bench: str
     """Name under ``assets/``."""
@@ -47,13 +47,13 @@ class BenchAddress:
     servo: str = "xc330_t288_t"
     """Kind of the servo."""
     identifier: int = 1
-    """Its ID on the bus."""
+    """ID of the servo on the bus."""
     further: tuple[DriveAddress, ...] = ()
     """Further servos of the same kind on the bus, in the order of the asset's tendons."""
     baud: int = 1_000_000
     """Rate of the bus [1/s]."""
     retries: int | None = None
-    """How often an instruction to the servo is sent again; 2 in real use, which is one tick."""
+    """Times that an instruction to the servo is sent again; 2 in real use, which is one tick."""
     load_cell_rate: int = 20
     """Readings per second of a virtual load cell [Hz]: 80, 20 or 10; a real one has its own."""
     lockstep: bool = False
@@ -110,5 +110,5 @@ class BenchAddress:
 
     @property
     def wear(self) -> str:
-        """What use has done to a virtual bench."""
+        """Wear of a virtual bench."""
         return parse_wear(self.port)

@@ -25,7 +25,7 @@ from tendon_newton.errors import TendonNewtonError
 
 @dataclass(frozen=True, kw_only=True)
 class RunOutcome:
-    """What came of a run."""
+    """File, rows and end of a run."""
 
     path: Path
     rows: int
@@ -40,7 +40,7 @@ class RunOutcome:
     """First and last instant of each gap, since the first row [s]."""
     pacing: PacingReport
     fault: TendonNewtonError | None
-    """What ended it before its time."""
+    """Reason of an end before its time."""
     interrupted: str | None
     """Signal that ended it before its time."""
 
@@ -65,14 +65,14 @@ def record_run(
 
     Args:
         bench: An open bench.
-        run: What to record.
-        settings: How.
+        run: Recording to be made.
+        settings: Rates, limits and seed of the recording.
         path: The file; it must not exist.
-        operator: Who is told.
-        stop: Who may end it.
+        operator: Receiver of the messages.
+        stop: Request to end the run.
 
     Raises:
-        TendonNewtonError: It could not begin: no row was recorded.
+        TendonNewtonError: The run could not begin: no row was recorded.
     """
     log: SessionLog | None = None
     session: dict[str, str] = {}

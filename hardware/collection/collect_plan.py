@@ -22,7 +22,7 @@ from tendon_newton.data.files.toml_file import read_toml, write_toml
 from tendon_newton.errors import InvalidOutput, shown
 
 COLLECTION_FILE = "collection.toml"
-"""What a folder's recordings have in common; a plan is taken up again only with the same."""
+"""Settings that a folder's recordings share; a plan is taken up again only with the same."""
 SINGLE_RUNS = "single runs"
 """Title of a folder whose recordings follow no plan."""
 AGAIN = re.compile(r"_again\d+$")
@@ -35,7 +35,7 @@ RATE_MARGIN = 0.9
 
 @dataclass(frozen=True, kw_only=True)
 class Collection:
-    """What came of a plan."""
+    """Recordings of a plan, and how it ended."""
 
     outcomes: tuple[RunOutcome, ...]
     """Runs that were recorded now, finished or not, in order."""
@@ -62,12 +62,12 @@ def collect(
     once more at once.
 
     Args:
-        address: Where the bench is; its bench is replaced by each run's.
+        address: Ports and servos; each run sets the bench's name.
         plan: The runs, those of a bench together.
-        settings: How to record.
+        settings: Rates, limits and seed of the recordings.
         out: Folder of the dataset.
-        operator: Who is asked and told.
-        stop: Who may end it.
+        operator: Receiver of questions and messages.
+        stop: Request to end the run.
         title: Name of the plan; a folder holds one, or any number of single runs.
 
     Raises:
@@ -141,7 +141,7 @@ def enlist(
 ) -> None:
     """Add a finished recording to the folder's ``dataset.toml``.
 
-    It starts from its first row: gears hold the spool where it is, so that a servo does not rest in
+    The recording starts from its first row. Gears hold the spool, so that a servo does not rest in
     the friction-free equilibrium of a command.
     """
     rate = outcome.load_cell_rate

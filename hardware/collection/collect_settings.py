@@ -1,4 +1,4 @@
-"""How to record: what is the same for all runs of a session."""
+"""Settings of a recording that all runs of a session share."""
 
 from dataclasses import dataclass, field
 
@@ -25,11 +25,11 @@ class CollectSettings:
     watchdog: float = 0.2
     """Silence on the bus after which the servo stops by itself [s]."""
     limits: SafetyLimits = field(default_factory=SafetyLimits)
-    """What ends a run."""
+    """Limits that end a run."""
     seed: int = 0
-    """Of what the excitations draw."""
+    """Seed of the excitations' draws."""
     notes: str = ""
-    """What the operator wants remembered."""
+    """Words of the operator to keep with the log."""
 
     def __post_init__(self) -> None:
         """Refuse rates that do not divide."""

@@ -1,10 +1,10 @@
-"""What to record, in which order, with what in the way: the paper's 36 minutes, and shorter.
+"""Recordings to make, in order and with obstacles: the paper's 36 minutes, and shorter plans.
 
-Source: Yuryev and Hughes, Tendon Force Modeling for Sim2Real Transfer (2026), section III: about
-36 minutes at 80 Hz, half on the finger, a quarter each on a weak and a strong spring. Part of the
-time on the finger something blocks it. The step protocol, the contact ramps and the perturbed
-sinusoid of section IV are test recordings: no fit sees them. How the paper's minutes divide among
-its excitations is not said; here steps, which excite most, have the most.
+Source: Yuryev and Hughes, Tendon Force Modeling for Sim2Real Transfer (2026), section III. The plan
+has about 36 minutes at 80 Hz, half on the finger, a quarter each on a weak and a strong spring.
+Part of the time on the finger something blocks it. The step protocol, the contact ramps and the
+perturbed sinusoid of section IV are test recordings: no fit sees them. How the paper's minutes
+divide among its excitations is not said; here steps, which excite most, have the most.
 """
 
 import zlib
@@ -36,7 +36,7 @@ SPLITS = ("train", "test")
 
 @dataclass(frozen=True, kw_only=True)
 class PlannedRun:
-    """One recording that is to be made."""
+    """Bench, excitation, length and obstacle of a recording to be made."""
 
     name: str
     """Name of its file, without ending."""
@@ -49,7 +49,7 @@ class PlannedRun:
     split: str = "train"
     """``train`` or ``test``."""
     obstacle: str = "free"
-    """What stands in its way."""
+    """Obstacle in the bench's way."""
 
     def __post_init__(self) -> None:
         """Refuse names that stand in no table."""
@@ -83,7 +83,7 @@ class Share:
     excitation: str
     count: int
     duration: float
-    """Of each run [s]."""
+    """Length of each run [s]."""
     obstacle: str = "free"
     split: str = "train"
 
@@ -109,7 +109,7 @@ FINGER_TESTS = (
         obstacle="hand_perturbation",
     ),
 )
-"""158 s."""
+"""Test runs of the paper's plan on the finger: 158 s."""
 
 FINGER_TRAINING = (
     Share(excitation="random_steps", count=3, duration=60.0),
@@ -122,7 +122,7 @@ FINGER_TRAINING = (
     Share(excitation="ramps", count=1, duration=28.0, obstacle="hand"),
     Share(excitation="sine", count=2, duration=32.0, obstacle="hand_perturbation"),
 )
-"""922 s, a third of them blocked."""
+"""Training runs on the finger: 922 s, a third of them blocked."""
 
 SPRING_TRAINING = (
     Share(excitation="random_steps", count=3, duration=60.0),
@@ -130,7 +130,7 @@ SPRING_TRAINING = (
     Share(excitation="ramps", count=2, duration=48.0),
     Share(excitation="stairs", count=2, duration=36.0),
 )
-"""492 s."""
+"""Training runs on a spring: 492 s."""
 
 QUICK = (
     Share(excitation="random_steps", count=1, duration=15.0),

@@ -1,4 +1,4 @@
-"""What a reproduction of the paper records on a bench besides the paper's plan, and how.
+"""Recordings that a reproduction makes on a bench besides the paper's plan.
 
 Source: Yuryev and Hughes, Tendon Force Modeling for Sim2Real Transfer (2026): the ramp of figure 3
 and the sinusoid of the sim-to-real experiment.
@@ -82,12 +82,12 @@ def record_unit(
     """Record a plan and the further runs on one bench; go on where it was interrupted.
 
     Args:
-        address: Where the bench is.
-        plan: What models learn from and are tested on.
+        address: Ports and servos of the bench.
+        plan: Recordings that models learn from and are tested on.
         out: Folder of the bench.
-        operator: Who is asked and told.
-        stop: Who may end it.
-        seed: Of what the plan draws.
+        operator: Receiver of questions and messages.
+        stop: Request to end the run.
+        seed: Seed of the plan's draws.
 
     Returns:
         Whether all is there.

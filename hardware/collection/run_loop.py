@@ -47,8 +47,8 @@ class RunLoop:
     Args:
         bench: An open bench whose servo is configured.
         settings: Rates, loop and limits.
-        operator: Who is told and shown.
-        stop: Who may end the run.
+        operator: Receiver of messages and progress.
+        stop: Request to end the run.
     """
 
     def __init__(

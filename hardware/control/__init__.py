@@ -1,1 +1,1 @@
-"""Where goals come from: policies, keyboards and the network."""
+"""Sources of goals and commands: policies, keyboards and the network."""

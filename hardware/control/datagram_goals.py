@@ -21,7 +21,7 @@ class DatagramGoals(LineGoals):
     Args:
         address: Interface and port, ``127.0.0.1:5005``; a port alone means this computer only.
         value: The goal [rad] before the first datagram.
-        key: What the sender shares; without one only this computer may send.
+        key: Key that the sender shares; without one only this computer may send.
 
     Raises:
         InvalidParameter: There is no such address, or others could send to it without a key.
@@ -69,7 +69,7 @@ class DatagramGoals(LineGoals):
         """Return the goal of a datagram [rad], if whoever sent it may.
 
         Raises:
-            InvalidGoal: It is none, or may not count.
+            InvalidGoal: The datagram holds no goal, or may not count.
         """
         if self._signed is None:
             return super().read(line)

@@ -1,4 +1,4 @@
-"""Where a policy's goals come from: keys, a file, lines, datagrams, stairs, or one number.
+"""Sources of a policy's goals: keys, a file, lines, datagrams, stairs, or one number.
 
 A goal is an angle alpha [rad]: 0 is the straight finger, pi/2 the tip below the PIP axis. Lines and
 datagrams hold one number each; what is none is told once and changes nothing.
@@ -26,7 +26,7 @@ FILE_SIZE_LIMIT = 1_000_000
 PIECE = 4096
 """Bytes taken at a time, so that a flood of lines cannot hold the loop up."""
 STEP = math.pi / 60.0
-"""By which an arrow key moves the goal [rad]: 3 degrees."""
+"""Angle by which an arrow key moves the goal [rad]: 3 degrees."""
 STAIR, DWELL = math.pi / 10.0, 1.5
 """Height [rad] and length [s] of the paper's stairs."""
 
@@ -35,7 +35,7 @@ class Goals(Protocol):
     """Gives the goal that holds now."""
 
     notes: list[str]
-    """What the operator should be told; whoever tells it empties the list."""
+    """Messages for the operator; the teller empties the list."""
 
     def value(self, now: float) -> float:
         """Return the goal [rad] at a time since the start [s]."""
@@ -54,7 +54,7 @@ def parse_goal(line: str) -> float:
     """Return the goal [rad] that a line holds.
 
     Raises:
-        InvalidGoal: It holds no single finite number.
+        InvalidGoal: The line holds no single finite number.
     """
     try:
         value = float(line.strip()) if len(line) <= LINE_MAX else math.nan
@@ -66,12 +66,12 @@ def parse_goal(line: str) -> float:
 
 
 class FixedGoal:
-    """One goal, which arrow keys move.
+    """A goal that arrow keys move.
 
     Args:
         value: The first goal [rad].
         bounds: Least and greatest goal [rad].
-        step: By which a key moves it [rad].
+        step: Angle by which a key moves the goal [rad].
     """
 
     def __init__(self, value: float, bounds: tuple[float, float], step: float = STEP) -> None:
@@ -136,7 +136,7 @@ def read_goals(path: Path) -> TimedGoals:
     """Read goals from a file: on each line a time [s] and a goal [rad]; # begins a comment.
 
     Raises:
-        InvalidGoal: A line is none, or times do not increase from 0.
+        InvalidGoal: A line holds no goal, or times do not increase from 0.
     """
     promise = "goals are lines with a time in s and an angle in rad"
     text = read_text(path, InvalidGoal, promise, size_limit=FILE_SIZE_LIMIT)
@@ -192,7 +192,7 @@ class LineGoals:
         return self._value
 
     def take(self, line: bytes) -> bool:
-        """Take a line; return whether it is a goal. One that is none is told once."""
+        """Take a line; return whether it is a goal. A line without a goal is told once."""
         if not line.strip():
             return False
         try:
@@ -207,7 +207,7 @@ class LineGoals:
         """Return the goal of a line [rad].
 
         Raises:
-            InvalidGoal: It is none.
+            InvalidGoal: The line holds no goal.
         """
         return parse_goal(line.decode("ascii", errors="replace"))
 
@@ -232,7 +232,9 @@ def open_goals(word: str, bounds: tuple[float, float], key: Path | None = None) 
         InvalidParameter: The word names nothing.
     """
     if key is not None and not word.startswith("udp:"):
-        raise InvalidParameter("a key is for goals over UDP alone; they come in another way")
+        raise InvalidParameter(
+            "--goals-key belongs to goals over UDP; these goals come in another way"
+        )
     if word == "keyboard":
         return FixedGoal(bounds[0], bounds)
     if word == "stdin":

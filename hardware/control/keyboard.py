@@ -20,7 +20,7 @@ KEYS = {
     b"\x1bOC": "right",
     b"\x1bOD": "left",
 }
-"""What a terminal sends for the arrow keys, in either of its modes."""
+"""Bytes of a terminal for the arrow keys, in either of its modes."""
 STOP_KEYS = {" ": "the space bar", "q": "key q"}
 """Keys that end a run in an orderly way."""
 KILL_KEYS = {"x": "key x"}

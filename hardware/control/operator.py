@@ -6,14 +6,14 @@ from typing import Protocol
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Progress:
-    """How a run is going."""
+    """State of a run that is going on."""
 
     name: str
-    """The run."""
+    """Name of the run."""
     elapsed: float
     """Since its first row [s]."""
     duration: float
-    """Its length [s]."""
+    """Length of the run [s]."""
     rate: float
     """Rows per second lately [Hz]."""
     missed: int
@@ -21,7 +21,7 @@ class Progress:
     force: float | None
     """Last tension [N]."""
     temperature: float | None
-    """Of the motor [degC]."""
+    """Temperature of the motor [degC]."""
 
     @property
     def text(self) -> str:

@@ -1,4 +1,4 @@
-"""Who decides the commands of a deployment: a policy, or a hand at the keys."""
+"""Sources of a deployment's commands: a policy, or a hand at the keys."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ JOG_SPEED = 0.5
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PilotStep:
-    """What a pilot wants now, and from what."""
+    """Action that a pilot wants now, and the sample behind it."""
 
     sample: tuple[float, ...]
     """Positions [rad], velocities [rad/s], both last actions [rad] and goal [rad], as float32."""
     output: tuple[float, ...]
-    """What was given for each servo before any cut [rad], maybe no number."""
+    """Output for each servo before any cut [rad], maybe no number."""
     action: tuple[float, ...]
     """Outputs within the clip [rad]; zero where the output is no number."""
     command: tuple[float, ...]

@@ -39,7 +39,7 @@ EXTERNAL = re.compile(rb"(?:\x0a|\x8a\x80*\x00)(?:\x08|\x88\x80*\x00)location")
 """How an ONNX file says that weights stand in another file: a protobuf entry with this key, its
 numbers in the shortest form or in a longer one."""
 ALLOCATION = "Failed to allocate memory"
-"""What onnxruntime says where there is none left."""
+"""Words of onnxruntime where no memory is left."""
 TRIALS = (0.0, 1.0, -1.0, 1.0e3)
 """Numbers of which observations are made to try a network."""
 
@@ -52,7 +52,7 @@ class Policy:
     sha256: str
     card: PolicyCard
     engine: str
-    """What runs it: onnxruntime or torch."""
+    """Engine of the policy: onnxruntime or torch."""
     run: Callable[[Observation], Any]
     """Gives the output of an observation of shape (1, N)."""
 
@@ -60,7 +60,8 @@ class Policy:
         """Return the action that the policy wants of each servo [rad], before any cut.
 
         Raises:
-            PolicyFailure: It could not be run, or gave something else than an action per servo.
+            PolicyFailure: The policy could not be run, or gave something else than an action per
+                servo.
         """
         try:
             output = tuple(float(value) for value in np.asarray(self.run(observation)).reshape(-1))
@@ -87,8 +88,8 @@ def load_policy(path: Path, *, trust: bool = False) -> Policy:
     Raises:
         InvalidPolicyFile: The file is damaged, has no card, takes more memory or time than any
             policy, or its network and card disagree.
-        MissingDependency: It needs a package that is not installed.
-        UntrustedNetworkFile: It is a TorchScript file that the user has not said to trust.
+        MissingDependency: The file needs a package that is not installed.
+        UntrustedNetworkFile: The file is TorchScript, and the user has not said to trust it.
     """
     content = read_content(path)
     scripted = content.startswith(START)

@@ -1,9 +1,10 @@
 """Goals that come signed: whoever has no key cannot move a motor over the network.
 
-A datagram is text, ``GOAL SEQUENCE TIME SIGNATURE``: the goal [rad], a number that grows with every
-datagram, the sender's clock [s since 1970], and the HMAC-SHA256 of what stands before it, separated
-by single spaces, in hexadecimal. A copy that somebody sends again has no greater number, and an old
-one no present time; the two computers' clocks must agree to a second, as NTP makes them.
+A datagram is text, ``GOAL SEQUENCE TIME SIGNATURE``, separated by single spaces. The four are the
+goal [rad], a number that grows with every datagram, the sender's clock [s since 1970], and the
+HMAC-SHA256 of the three before it, in hexadecimal. A copy that somebody sends again has no greater
+number, and an old one no present time; the two computers' clocks must agree to a second, as NTP
+makes them.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ def read_key(path: Path) -> bytes:
     """Read a key that sender and receiver share.
 
     Raises:
-        InvalidParameter: It cannot be read, is too short, or others may read it.
+        InvalidParameter: The key cannot be read, is too short, or others may read it.
     """
     try:
         mode, size = path.stat().st_mode, path.stat().st_size
@@ -50,7 +51,7 @@ def signed_goal(key: bytes, goal: float, sequence: int, time: float) -> bytes:
     """Return a datagram.
 
     Args:
-        key: What sender and receiver share.
+        key: Key that sender and receiver share.
         goal: Angle [rad].
         sequence: A number greater than that of any datagram before.
         time: The sender's clock [s since 1970].
@@ -63,7 +64,7 @@ class SignedGoals:
     """Believes datagrams of whoever has the key, each once and only while it is young.
 
     Args:
-        key: What sender and receiver share.
+        key: Key that sender and receiver share.
     """
 
     def __init__(self, key: bytes) -> None:
@@ -74,7 +75,7 @@ class SignedGoals:
         """Return the text of the goal in a datagram that came now [s since 1970].
 
         Raises:
-            InvalidGoal: It has another form, another signature, has been there or is too old.
+            InvalidGoal: The datagram has another form or signature, is a copy, or is too old.
         """
         parts = data.decode("ascii", errors="replace").strip().split(" ")
         if len(parts) != PARTS:

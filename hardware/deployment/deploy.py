@@ -34,10 +34,10 @@ from tendon_newton.errors import TendonNewtonError
 
 @dataclass(frozen=True, kw_only=True)
 class DeployOutcome:
-    """What came of a deployment."""
+    """Log, rows and end of a deployment."""
 
     path: Path | None
-    """Its log."""
+    """Log of the run."""
     rows: int
     """Readings of the servo."""
     missed: int
@@ -46,11 +46,11 @@ class DeployOutcome:
     """Steps of the pilot."""
     pacing: PacingReport
     trips: dict[str, int]
-    """How often each safety rule came into effect."""
+    """Number of times that each safety rule came into effect."""
     ended: str
-    """Why it ended, in words."""
+    """Reason of the end, in words."""
     fault: TendonNewtonError | None
-    """What ended it against the operator's will."""
+    """Reason of an end against the operator's will."""
     first_command: float | None
     """Instant of the first command on the bench's clock [s]."""
     acted: tuple[tuple[Trip, float], ...]
@@ -59,7 +59,7 @@ class DeployOutcome:
 
 @dataclass(frozen=True, kw_only=True)
 class Deployment:
-    """Who drives what, and how."""
+    """Pilot, bench and settings of a deployment."""
 
     bench: Bench
     """An open bench."""
@@ -92,11 +92,11 @@ def deploy(
         deployment: Who drives what.
         path: The log; it must not exist. Without one nothing is kept.
         keyboard: The operator's keys.
-        operator: Who is told.
-        stop: Who may end it.
+        operator: Receiver of the messages.
+        stop: Request to end the run.
 
     Raises:
-        TendonNewtonError: It could not begin.
+        TendonNewtonError: The run could not begin.
     """
     bench, settings = deployment.bench, deployment.settings
     refuse_blind_rules(deployment)

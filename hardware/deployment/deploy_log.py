@@ -29,9 +29,9 @@ STEP_FIELDS = (
     "command",
     "held",
 )
-"""Numbers of a message on ``/policy/step``: the sample, what the policy gave, what came of it.
+"""Numbers of a message on ``/policy/step``: the sample, the policy's output, the command.
 
-Of several servos; all but ``alpha`` and ``held`` stand once per servo: see `step_fields`.
+With several servos all but ``alpha`` and ``held`` stand once per servo: see `step_fields`.
 """
 TIMING_FIELDS = ("tick", "lateness", "duration", "policy")
 """Numbers of a message on ``/loop/timing``; all but the first [s]."""
@@ -101,14 +101,14 @@ class DeployLog:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class LoggedStep:
-    """One policy step of a log."""
+    """Sample, output and command of one policy step of a log."""
 
     time: float
     """Stamp [s]."""
     sample: tuple[float, ...]
     """Positions [rad], velocities [rad/s], both last actions [rad] and goal [rad]."""
     output: tuple[float, ...]
-    """What the policy gave for each servo [rad]."""
+    """Output of the policy for each servo [rad]."""
     action: tuple[float, ...]
     """Outputs within the clip [rad]."""
     command: tuple[float, ...]
@@ -121,7 +121,7 @@ def read_steps(path: Path) -> Iterator[LoggedStep]:
     """Read the policy steps of a log, in order.
 
     Raises:
-        InvalidRecording: It is no MCAP file, or a step has other numbers than ours.
+        InvalidRecording: The file is no MCAP file, or a step has other numbers than ours.
     """
     if not path.is_file():
         raise InvalidRecording(f"{path}: a deployment's log is an MCAP file; there is none")

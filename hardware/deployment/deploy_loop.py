@@ -54,12 +54,12 @@ class DeployLoop:
 
     Args:
         bench: An open bench whose servos are configured, and on unless the run is dry.
-        pilot: Who decides.
+        pilot: Source of the commands: a policy, or a hand.
         settings: Rates, loops and limits.
-        goals: Where the goal comes from.
+        goals: Source of the goal.
         keyboard: The operator's keys.
-        operator: Who is told and shown.
-        stop: Who may end the run by a signal.
+        operator: Receiver of messages and progress.
+        stop: Signals that end the run.
         estimates: Give the tension of each servo where no load cell does; may be none.
     """
 
@@ -95,7 +95,7 @@ class DeployLoop:
         self.first_command: float | None = None
         """Instant of the first command [s]."""
         self.ending: Trip | None = None
-        """What ended the run; nothing if it had its full length."""
+        """Reason of the run's end; None after its full length."""
         self._over = False
         self._log: DeployLog | None = None
         self._goal = self._policy_time = 0.0

@@ -14,7 +14,7 @@ class AbsentableOperator:
     the loop must go on.
 
     Args:
-        operator: Who is told.
+        operator: Receiver of the messages.
     """
 
     def __init__(self, operator: Operator) -> None:

@@ -17,7 +17,7 @@ from tendon_newton.data.formats.mcap_file import McapReading, read_mcap
 from tendon_newton.data.formats.topic_mapping import STATE_TOPIC
 
 WIDTH, HEIGHT = 960, 150
-"""Of a panel [px]."""
+"""Size of a panel [px]."""
 LEFT, RIGHT, TOP, GAP = 70, 150, 40, 44
 POINTS_MAX = 1500
 """Points of a line; beyond the picture's width nobody sees more."""
@@ -27,7 +27,7 @@ Values = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True)
 class Line:
-    """One quantity over time."""
+    """Curve of one quantity over time."""
 
     name: str
     time: Values

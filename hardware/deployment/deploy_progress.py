@@ -1,4 +1,4 @@
-"""How a deployment is going, as its operator sees it."""
+"""Progress of a deployment, as its operator sees it."""
 
 from __future__ import annotations
 

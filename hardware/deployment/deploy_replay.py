@@ -18,7 +18,7 @@ DIFFERENCE = 1e-5
 
 @dataclass(frozen=True, kw_only=True)
 class ReplayReport:
-    """How a policy's actions compare with those in a log."""
+    """Comparison of a policy's actions with those in a log."""
 
     steps: int
     """Steps that were compared."""

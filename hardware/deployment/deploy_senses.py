@@ -34,7 +34,7 @@ class ServoSenses:
 
     Args:
         bench: An open bench.
-        operator: Who is told.
+        operator: Receiver of the messages.
         place: Which of the bench's servos.
     """
 
@@ -43,12 +43,12 @@ class ServoSenses:
         self.clock = bench.clock
         self.forces = ForceWatch(bench, None, operator, place)
         self.state: ServoState | None = None
-        """Its last reading."""
+        """Last reading of the servo."""
         self.health: ServoHealth | None = None
         self.estimated: float | None = None
         """Tension by a force network [N]."""
         self.stopped: str | None = None
-        """Why it does not drive."""
+        """Reason why the servo does not drive."""
         self.heard = self.clock.now()
         """When it last answered [s]."""
         self._alerts = self.servo.counters.alerts
@@ -117,8 +117,8 @@ class DeploySenses:
         settings: Rates and limits.
         goals: Takes the keys that are no stop.
         keyboard: The operator's keys.
-        operator: Who is told.
-        stop: Who may end the run by a signal.
+        operator: Receiver of the messages.
+        stop: Signals that end the run.
         ticker: Counts skipped ticks.
     """
 
@@ -139,11 +139,11 @@ class DeploySenses:
         self.rows = self.missed = 0
         """Readings of all servos, and ticks in which one was missed."""
         self.stop_reason: str | None = None
-        """Why the run should end in an orderly way."""
+        """Reason for an orderly end of the run."""
         self.failure: str | None = None
-        """Why the log cannot be written."""
+        """Reason why the log cannot be written."""
         self.broken: str | None = None
-        """Why the pilot cannot decide."""
+        """Reason why the pilot cannot decide."""
         self._divider = settings.divider
         self._goals = goals
         self._keyboard = keyboard

@@ -1,4 +1,4 @@
-"""How a policy is deployed, and what must agree before its motor may run."""
+"""Settings of a deployment, and conditions that must hold before its motor may run."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class DeploySettings:
     policy_rate: float = RATE
     """Policy steps and commands per second [Hz]."""
     spool_radius: float = 0.0125
-    """Of the bench [m]."""
+    """Spool radius of the bench [m]."""
     loop: HostPositionLoop = field(default_factory=HostPositionLoop)
     """The position loop, which runs here as on the paper's bench, and its command range."""
     further_loops: tuple[HostPositionLoop, ...] = ()
@@ -35,7 +35,7 @@ class DeploySettings:
     watchdog: float = 0.2
     """Silence on the bus after which the servo stops by itself [s]."""
     limits: DeployLimits = field(default_factory=DeployLimits)
-    """What a run may do."""
+    """Limits that end or cut a run."""
     duration: float | None = None
     """Length [s]; none ends with the operator's stop."""
     dry: bool = False
@@ -43,7 +43,7 @@ class DeploySettings:
     unwind: bool = True
     """Whether the tendon is let out at the end; if not, the motor is just switched off."""
     notes: str = ""
-    """What the operator wants remembered."""
+    """Words of the operator to keep with the log."""
 
     def __post_init__(self) -> None:
         """Refuse rates that do not divide."""

@@ -13,7 +13,7 @@ from hardware.load_cells.calibrating import reading_rate
 from hardware.load_cells.clock_fit import READINGS_MIN, fit_clock, runs
 
 LISTEN_TIME = 3.0
-"""How long the cell is listened to [s]."""
+"""Time for which the readings of the cell are collected [s]."""
 SLOW_RATE = 40.0
 """Below, the converter's RATE pin is low: it gives 10 or 80 per second, nothing between [1/s]."""
 CLOCK_ERROR_MAX = 200e-6

@@ -1,4 +1,4 @@
-"""One thing that was looked at."""
+"""The result of one check of a bench."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -12,10 +12,10 @@ class Observation:
     """One thing that was looked at, and what to do about it."""
 
     subject: str
-    """What was looked at, in a word or two."""
+    """Checked part of the bench, in a word or two."""
     verdict: Verdict
-    """How it is."""
+    """Result of the check."""
     found: str
-    """What was seen, with numbers."""
+    """Evidence, with numbers."""
     remedy: str = ""
-    """What to do; empty where all is well."""
+    """Remedy; empty where all is well."""

@@ -50,8 +50,8 @@ def check_port(
     """Look at a port without opening it.
 
     Args:
-        subject: What the port leads to.
-        port: Its path.
+        subject: Device behind the port.
+        port: Path of the port.
         ours: Processes that may have it open.
     """
     if not Path(port).exists():

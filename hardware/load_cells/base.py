@@ -1,4 +1,4 @@
-"""What passes between a load cell and the rest: raw readings and what went wrong with them."""
+"""Types between a load cell and the rest: raw readings, and counts of lost ones."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -28,7 +28,7 @@ class LoadCellReading:
 
 @dataclass(kw_only=True, slots=True)
 class LoadCellCounters:
-    """What a load cell has sent and how much of it was lost; counts up only."""
+    """Counts of the readings of a load cell and of lost ones; they only grow."""
 
     lines: int = 0
     """Readings that were accepted."""
@@ -52,7 +52,7 @@ class LoadCell(Protocol):
     name: str
     """Key in the table of load cells."""
     counters: LoadCellCounters
-    """What came and what was lost."""
+    """Counts of readings and of lost ones."""
 
     def open(self) -> None:
         """Start to listen.

@@ -1,8 +1,8 @@
 """Bytes of a serial port with the instant at which each piece arrived, read in a thread.
 
-The loop that drives the servo looks for readings once per tick only. If it dated them, they would
-be up to a tick late, by an amount that drifts with the two clocks as slowly as the clocks
-themselves do, so that no fit could tell the one from the other.
+The loop that drives the servo looks for readings once per tick only. Dates of the loop would be up
+to a tick late. That lateness drifts as slowly as the two clocks themselves do, so that no fit could
+tell the one from the other.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class ByteStream(Protocol):
     """Where a load cell's bytes come from; a simulated cell has one without a port."""
 
     name: str
-    """What the errors call it."""
+    """Name of the source in errors."""
 
     def open(self) -> None:
         """Begin to receive."""
@@ -69,7 +69,7 @@ class SerialStream:
 
         Raises:
             PortBusy: Another process holds the port.
-            PortUnavailable: It is not there or may not be opened.
+            PortUnavailable: The port is not there or may not be opened.
         """
         import serial
 

@@ -21,7 +21,7 @@ TARE_TIME_MIN = 5.0
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class CalibrationPlan:
-    """What is hung, in which order, and for how long it is measured."""
+    """Masses, their order, and the time of each measurement."""
 
     masses: tuple[float, ...]
     """Known masses [kg]."""
@@ -81,16 +81,16 @@ def run_plan(
     """Measure every step of a plan that is not done yet.
 
     Args:
-        plan: What is hung.
+        plan: Masses and their order.
         cell: The cell, open.
         clock: The bench's clock.
-        operator: Who hangs it.
+        operator: Person or program that hangs the masses.
         done: Points of an interrupted run, a beginning of the plan.
         keep: Called with all points after each measurement, so that none is lost.
 
     Raises:
         InvalidCalibration: The cell is saturated, or does not come to rest.
-        LoadCellSilent: It sends nothing.
+        LoadCellSilent: The cell sends no readings.
     """
     points = list(done)
     rate = 0.0

@@ -61,7 +61,7 @@ class LoadCellCalibration:
     """Straight line from counts to newtons, and the measurements behind it."""
 
     cell: str
-    """What the operator calls this cell."""
+    """Name that the operator gave the cell."""
     gain: int
     """Gain of the converter: 128, 64 or 32."""
     rate: float

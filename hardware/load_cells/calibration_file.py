@@ -32,7 +32,7 @@ def load_calibration(path: Path) -> LoadCellCalibration:
     The line is fitted again from the points in the file; results are there for a reader.
 
     Raises:
-        InvalidCalibration: It is no calibration file, or its identifier is that of another one.
+        InvalidCalibration: The file is no calibration, or has the identifier of another one.
     """
     if not path.is_file():
         raise InvalidCalibration(f"{path}: a calibration is a TOML file; there is none")

@@ -21,14 +21,14 @@ GAINS = (128, 64, 32)
 
 @dataclass(frozen=True, kw_only=True)
 class CalibrationSession:
-    """What is calibrated, how, and where the result goes."""
+    """Cell, masses and file of a calibration."""
 
     plan: CalibrationPlan
-    """What is hung."""
+    """Masses and their order."""
     out: Path
     """File to write; while the calibration is not complete its points are beside it."""
     cell: str = "load_cell"
-    """What the operator calls this cell."""
+    """Name that the operator gave the cell."""
     gain: int = 128
     """Gain of the converter."""
     gravity: float = STANDARD_GRAVITY
@@ -57,7 +57,7 @@ class CalibrationSession:
 
     @property
     def settings(self) -> dict[str, str | float | list[float]]:
-        """What must be the same for an interrupted calibration to go on."""
+        """Settings that must be the same for an interrupted calibration to go on."""
         return {
             "cell": self.cell,
             "gain": self.gain,
@@ -69,7 +69,7 @@ class CalibrationSession:
         """Return the points of an interrupted calibration, if there was one.
 
         Raises:
-            InvalidCalibration: They were measured with other settings.
+            InvalidCalibration: The points were measured with other settings.
         """
         if not self.partial.is_file():
             return []
@@ -130,7 +130,7 @@ def measure_drift(
         calibration: The calibration.
         cell: The cell, open.
         clock: The bench's clock.
-        operator: Who takes the load off.
+        operator: Person or program that takes the load off.
         duration: Length of the measurement [s].
     """
     operator.hang(0.0, "take all load off, and wait until nothing moves")

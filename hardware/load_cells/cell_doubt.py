@@ -1,4 +1,4 @@
-"""What speaks against a load cell: readings that no live cell would send.
+"""Evidence against a load cell: readings that no live cell would send.
 
 A guard that believes a dead load cell is worse than none. Four things give a dead one away:
 
@@ -30,29 +30,29 @@ COARSE = 4.0
 """Standard deviation below which noise is a matter of single counts, and is not looked for."""
 PULL, PULL_PER_SPEED = 0.09, 0.02
 """Share of the motor's strength [1], and more of it per speed [s/rad], at which a tendon is pulled
-whatever the gear's friction: on the virtual benches a spool that runs free takes 0.05 at 1.5 rad/s
-and 0.09 at 4 rad/s, and one that pulls 2.5 N takes 0.09."""
+whatever the gear's friction. On the virtual benches a spool that runs free takes 0.05 at 1.5 rad/s
+and 0.09 at 4 rad/s. A spool that pulls 2.5 N takes 0.09."""
 PULL_TIME = 0.25
-"""Time over which that is a mean [s]: an acceleration takes less."""
+"""Time of the mean of that share [s]: an acceleration takes less."""
 WOUND = 0.25
 """Angle wound in under such a pull, after which the tension must have changed [rad]."""
 LAG = 6
 """Readings after that which may still show an older tension: an HX711 settles in four."""
 CHANGE = 0.3
-"""By how much [N]: the weakest spring of the benches gives 0.6 N over 0.25 rad."""
+"""Least change of the tension [N]: the weakest spring of the benches gives 0.6 N over 0.25 rad."""
 
 
 class CellDoubt:
-    """Collects what speaks against one load cell.
+    """Collects the evidence against one load cell.
 
     Args:
-        calibration: Of the cell; without one only a stuck one is told from a live one.
-        servo: What winds its tendon.
+        calibration: Calibration of the cell; without one only a stuck cell is told from a live one.
+        servo: Servo that winds the cell's tendon.
     """
 
     def __init__(self, calibration: LoadCellCalibration | None, servo: ServoSpec) -> None:
         self.fault: str | None = None
-        """Why the cell is not believed; nothing where it is."""
+        """Reason not to believe the cell; None where there is none."""
         sigma = 1.0 if calibration is None else calibration.noise / abs(calibration.slope)
         self._sigma = sigma
         self._equal_max = equal_max(sigma)

@@ -27,10 +27,10 @@ class ClockFit:
 
     .. math:: t_{host} = t_0 + (1 + \epsilon) (t_{device} - t_{device,0})
 
-    Transport only ever delays, so the line runs below all arrivals. Of all such lines it is the one
-    with the least sum of delays: an edge of the lower convex hull, the one over the mean. What
-    stays unknown is the least delay itself: 0.1 ms through a microcontroller's own USB port, and
-    the 3 ms that a line takes at 115200 baud where another chip makes the USB.
+    Transport only ever delays, so the line runs below all arrivals. The line has the least sum of
+    delays of all such lines: an edge of the lower convex hull, the one over the mean. The least
+    delay itself stays unknown. That delay is 0.1 ms through a microcontroller's own USB port. Where
+    another chip makes the USB, the delay is the 3 ms that a line takes at 115200 baud.
     """
 
     device_start_us: int

@@ -28,7 +28,7 @@ def crc8(data: bytes) -> int:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Frame:
-    """One line that was whole."""
+    """Reading of one line that came whole."""
 
     sequence: int
     """Number of the conversion, 32 bits."""

@@ -1,8 +1,8 @@
 """HX711 on the Raspberry Pi's own pins: best effort, for a first look without a microcontroller.
 
 Linux may stop a program between two clock edges. A pulse of more than 50 us makes the HX711 fall
-asleep or change its gain, so a conversion with a slow pulse is thrown away here and counted as
-rejected; what is left has been clocked properly, but arrives with gaps.
+asleep or change its gain. So a conversion with a slow pulse is thrown away here and counted as
+rejected. The other conversions have been clocked properly, but arrive with gaps.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """HX711 behind a microcontroller: the converter is clocked there, and lines come over USB.
 
-A computer with an operating system cannot clock an HX711 safely: a clock pulse of more than 50 us
+A computer with an operating system cannot clock an HX711 safely. A clock pulse of more than 50 us
 switches the chip off or changes its gain, and the wrong values look right. The microcontroller's
 program stands in ``firmware/``.
 """

@@ -47,7 +47,7 @@ def await_steady(
     Args:
         cell: The cell, open.
         clock: The bench's clock.
-        operator: Who is shown the readings.
+        operator: Receiver of the readings.
         calm: Scatter without load [counts], where it is known.
     """
     deadline = clock.now() + STEADY_LIMIT
@@ -85,7 +85,7 @@ def take(
 
     Raises:
         InvalidCalibration: One of them is at an end of the converter's range.
-        LoadCellSilent: None comes.
+        LoadCellSilent: No reading comes.
     """
     end = clock.now() + duration
     last = clock.now()

@@ -1,1 +1,1 @@
-"""What is written while a bench runs."""
+"""Files that are written while a bench runs."""

@@ -12,8 +12,8 @@ from hardware.logs.mcap_file import McapFile
 from hardware.logs.ros_messages import Message
 
 WRITE_PERIOD = 0.02
-"""Time between two writings [s]. Encoding holds the interpreter, 20 us a message, so that ten at a
-time make the loop late by 0.2 ms at most, and ten times as many would by 2 ms."""
+"""Time between two writings [s]. Encoding holds the interpreter, 20 us a message. Ten at a time
+make the loop late by 0.2 ms at most, and ten times as many would by 2 ms."""
 SYNC_PERIOD = 0.4
 """Time between two waits for the disk [s]; what a power cut loses besides."""
 
@@ -22,7 +22,7 @@ class BackgroundLog:
     """Takes messages without waiting and writes them in a thread of its own.
 
     Args:
-        file: Where they go.
+        file: File of the messages.
     """
 
     def __init__(self, file: McapFile) -> None:

@@ -50,10 +50,10 @@ class McapFile:
         """Write a message.
 
         Args:
-            topic: Its topic.
-            kind: Its ROS 2 type.
-            stamp: When it was recorded [ns].
-            message: Its fields.
+            topic: Topic of the message.
+            kind: ROS 2 type of the message.
+            stamp: Instant of the recording [ns].
+            message: Fields of the message.
 
         Raises:
             LogNotWritten: The disk takes no more.
@@ -109,8 +109,8 @@ def ros_writer(file: IO[bytes], *, endless: bool) -> Any:
 
     if not endless:
         return Writer(file, chunk_size=CHUNK_SIZE)
-    # with chunks it keeps an index of them for the end: 50 MB for an hour of a deployment; it
-    # cannot be told to make none, but takes another writer beneath it
+    # with chunks the writer keeps an index of them for the end: 50 MB for an hour of a deployment.
+    # The index cannot be switched off, but the writer takes another one beneath it
     writer = Writer(io.BytesIO())
     plain = PlainWriter(file, use_chunking=False)
     plain.start(profile="ros2", library="tendon-newton")

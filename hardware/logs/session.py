@@ -1,4 +1,4 @@
-"""How a recording was made: what its metadata record says."""
+"""Origin of a recording: the content of its metadata record."""
 
 import functools
 import os
@@ -20,7 +20,7 @@ class Session:
     bench: str
     """Name under ``assets/`` of the bench."""
     port: str
-    """What the servo was reached through."""
+    """Port and adapter of the servo."""
     run: str
     """Name of the planned run."""
     excitation: str
@@ -29,7 +29,7 @@ class Session:
     split: str
     obstacle: str
     seed: int
-    """Of what the excitation draws."""
+    """Seed of the excitation's draws."""
     rate: float
     """Readings of the servo per second [Hz]."""
     command_rate: float
@@ -37,7 +37,7 @@ class Session:
     host_loop: Mapping[str, Any]
     """Gain [1/rad], limit and offset of the duty [1] of the loop on the host."""
     servo: ServoSettings
-    """What the servo read back."""
+    """Settings that the servo read back."""
     calibration: str | None
     """Identifier of the load cell's calibration; without one there are raw counts only."""
     load_cell: str | None
@@ -49,7 +49,7 @@ class Session:
     simulated: bool
     """Whether a virtual bench stood in for the real one."""
     notes: str = ""
-    """What the operator wants remembered."""
+    """Words of the operator to keep with the log."""
     mode: str = "pwm"
     """Where the position loop ran: on the host; older files may say ``position``, in the servo."""
 

@@ -24,7 +24,7 @@ from tendon_newton.data.formats.topic_mapping import (
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class TimeBase:
-    """How the bench's clock becomes the stamps of a file."""
+    """Conversion of the bench's clock into the stamps of a file."""
 
     start: float
     """Instant on the bench's clock that has the stamp ``epoch`` [s]."""
@@ -37,7 +37,7 @@ class TimeBase:
 
 
 class Sink(Protocol):
-    """Where messages go."""
+    """Receiver of messages: a file, or a thread before it."""
 
     @property
     def path(self) -> Path:
@@ -65,7 +65,7 @@ class SessionLog:
     """Writes what happens; every instant is one of the bench's clock [s].
 
     Args:
-        sink: Where the messages go.
+        sink: Receiver of the messages.
         time_base: How instants become stamps.
         tendons: Number of tendons, each with its servo.
     """
@@ -132,10 +132,10 @@ class SessionLog:
         """Write voltage, temperature, alerts and what was missed so far.
 
         Args:
-            instant: When this was so [s].
-            health: What the servo says of itself.
-            counters: What went wrong on its bus.
-            further: The same of further servos.
+            instant: Instant of the reading [s].
+            health: Voltage, temperature and alerts of the servo.
+            counters: Faults of its bus so far.
+            further: Health and counters of further servos.
             missed: Ticks whose reading never came.
             skipped: Ticks for which this computer was late.
         """
@@ -202,7 +202,7 @@ def open_log(
 
     Args:
         path: The file; it must not exist.
-        session: How the run is made.
+        session: Settings and origin of the run.
         time_base: How instants become stamps.
         background: Whether a thread writes, as beside a real clock it must.
         endless: Whether the run may last for hours.

@@ -59,7 +59,8 @@ def load_estimate(path: Path, rate: float) -> ForceEstimate:
     """Read a force network's ONNX file for use at a rate [Hz].
 
     Raises:
-        InvalidNetworkFile: It is none, runs at another rate, or needs its state kept.
+        InvalidNetworkFile: The file is no force network, runs at another rate, or needs its state
+            kept.
     """
     try:
         content = read_content(path)

@@ -24,7 +24,7 @@ class ForceWatch:
     Args:
         bench: Load cell and its calibration.
         limits: What ends a run; without them whoever takes the readings looks after that.
-        operator: Who is told.
+        operator: Receiver of the messages.
         place: In which of the bench's tendons the load cell is.
     """
 

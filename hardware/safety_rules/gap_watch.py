@@ -20,7 +20,7 @@ class GapWatch:
     Args:
         clock: The bench's clock.
         limits: How long it may be silent.
-        operator: Who is told.
+        operator: Receiver of the messages.
     """
 
     def __init__(self, clock: Clock, limits: SafetyLimits, operator: Operator) -> None:

@@ -1,4 +1,4 @@
-"""What a bench may do before its motor is switched off."""
+"""Limits of a bench, beyond which its motor is switched off."""
 
 from dataclasses import dataclass
 from math import isfinite, pi
@@ -14,7 +14,7 @@ GREATEST = {"force": 100.0, "temperature": 100.0, "silence": 60.0, "blindness": 
 class SafetyLimits:
     """Greatest force and temperature, the window of the spool, and how long nothing may be known.
 
-    They guard the mechanism and the load cell; the servo guards itself by its own limits.
+    These limits guard the mechanism and the load cell; the servo guards itself by its own limits.
     """
 
     force: float = 30.0

@@ -1,4 +1,4 @@
-"""What a policy may not do: the table of rules, which `safety_guards.py` applies every tick.
+"""Limits of a policy: the table of rules, which `safety_guards.py` applies every tick.
 
 Each rule says what it looks at, the limit, how far that can be passed at all, for how long it must
 be, what happens then and why. A rule whose limit lies beyond what its sensor can say would never
@@ -47,34 +47,34 @@ class Glance:
     blindness: float | None = None
     """Time since the load cell's last reading [s]."""
     doubt: str | None = None
-    """Why the load cell is not believed."""
+    """Reason not to believe the load cell."""
     current: float | None = None
     """Supply current [A]."""
     voltage: float | None = None
     """Supply voltage [V]."""
     temperature: float | None = None
-    """Of the motor [degC]."""
+    """Temperature of the motor [degC]."""
     stopped: str | None = None
-    """Why the servo does not drive: an alert, a restart, its watchdog."""
+    """Reason why the servo does not drive: an alert, a restart, its watchdog."""
     skipped: int = 0
     """Ticks lately skipped because this computer was busy."""
     output: float | None = None
-    """What the policy wants [rad], maybe no number."""
+    """Action of the policy [rad], maybe no number."""
     jump: float = 0.0
     """Speed at which the command would change [rad/s]."""
     stop: str | None = None
-    """Who wants an orderly end."""
+    """Source of a request for an orderly end."""
     kill: str | None = None
-    """Who wants the motor off at once."""
+    """Source of a request to switch the motor off at once."""
     failure: str | None = None
-    """Why the log cannot be written."""
+    """Reason why the log cannot be written."""
     broken: str | None = None
-    """Why the policy cannot decide."""
+    """Reason why the policy cannot decide."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SafetyRule:
-    """One row of the table."""
+    """Condition, patience, action and reason: a row of the table."""
 
     name: str
     value: Callable[[Glance], float | None]
@@ -87,9 +87,9 @@ class SafetyRule:
     reason: str
     """Said and logged; ``value``, ``low``, ``high`` and ``glance`` are filled in."""
     delay: float = 0.0
-    """How long a limit must be passed before anything happens [s]."""
+    """Time for which a limit must be passed before the rule acts [s]."""
     patience: float = UNLIMITED
-    """How long a hold may last before the tendon is unwound [s]."""
+    """Time that a hold may last before the tendon is unwound [s]."""
 
 
 def said(text: str | None) -> float:

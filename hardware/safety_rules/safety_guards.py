@@ -17,8 +17,8 @@ from hardware.safety_rules.safety import (
 from hardware.safety_rules.safety_limits import DeployLimits
 
 RECOVERY = 0.1
-"""Patience that comes back while a rule is kept, of what is spent while it is broken [1]: what is
-wrong for more than a tenth of the time ends the run in the end."""
+"""Patience that comes back while a rule is kept, as a share of the patience spent while it is
+broken [1]. A rule broken for more than a tenth of the time ends the run in the end."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -27,7 +27,7 @@ class Trip:
 
     rule: SafetyRule
     action: Action
-    """What happens: the rule's own action, or ``unwind`` where a hold has lasted too long."""
+    """Action that follows: the rule's own, or ``unwind`` where a hold has lasted too long."""
     since: float
     """When the limit was first seen passed [s]."""
     instant: float
@@ -48,9 +48,9 @@ class SafetyGuard:
     def __init__(self, limits: DeployLimits, rules: tuple[SafetyRule, ...] = SAFETY_RULES) -> None:
         self.limits = limits
         self.mode: Mode = "run"
-        """What the loop must do now."""
+        """Hardest action that the loop must take now."""
         self.trips: dict[str, int] = {}
-        """How often each rule came into effect."""
+        """Number of times that each rule came into effect."""
         self._rules = [(rule, rule.bounds(limits)) for rule in rules]
         self._since: dict[str, float] = {}
         self._tripped: set[str] = set()
@@ -130,12 +130,12 @@ class SafetyGuards:
 
     @property
     def mode(self) -> Mode:
-        """What the loop must do now with all servos."""
+        """Hardest action that the loop must take now with all servos."""
         return max((guard.mode for guard in self._guards), key=HARDNESS.__getitem__)
 
     @property
     def trips(self) -> dict[str, int]:
-        """How often each rule came into effect, for any of the servos."""
+        """Number of times that each rule came into effect, for any of the servos."""
         total: dict[str, int] = {}
         for guard in self._guards:
             for name, count in guard.trips.items():

@@ -20,7 +20,7 @@ OUTPUT_SHARE = 10.0
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class DeployLimits:
-    """What a policy and its bench may do; each is a row of the table of rules."""
+    """Limits of a policy and its bench; each is a row of the table of rules."""
 
     bench: SafetyLimits = field(default_factory=SafetyLimits)
     """Force, temperature and window, the same as while data is collected."""

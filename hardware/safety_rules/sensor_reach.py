@@ -19,9 +19,9 @@ class SensorReach:
     """Ranges of what one servo and the load cell in its tendon can say."""
 
     position: Range
-    """Of the spool [rad]: what its register holds."""
+    """Angles of the spool that its register can hold [rad]."""
     voltage: Range
-    """Of the supply [V]: what its register holds."""
+    """Voltages of the supply that its register can hold [V]."""
     current: Range
     """Of the supply [A]: a motor takes no more than at standstill."""
     temperature: Range

@@ -1,4 +1,4 @@
-"""What passes between a servo and the rest: its data sheet, its state, health and settings."""
+"""Types between a servo and the rest: its data sheet, its state, health and settings."""
 
 from dataclasses import dataclass
 from math import pi
@@ -31,15 +31,15 @@ class ServoSpec:
     name: str
     """Key in the table of servos."""
     model_number: int
-    """What register 0 holds."""
+    """Model number in register 0."""
     position_unit: float
-    """One count of position [rad]."""
+    """Size of one count of position [rad]."""
     velocity_unit: float
-    """One count of velocity [rad/s]."""
+    """Size of one count of velocity [rad/s]."""
     current_unit: float
-    """One count of current [A]."""
+    """Size of one count of current [A]."""
     voltage_unit: float
-    """One count of supply voltage [V]."""
+    """Size of one count of supply voltage [V]."""
     duty_counts: int
     """Counts of full duty, 100 % of the supply voltage."""
     supply_voltage: float
@@ -67,7 +67,7 @@ class ServoSpec:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ServoState:
-    """One read of current, velocity and position: one instant."""
+    """Current, velocity and position of one read: one instant."""
 
     time: float
     """Middle of the transaction on the bench's clock [s]."""
@@ -81,7 +81,7 @@ class ServoState:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ServoHealth:
-    """What changes slowly, read about once a second."""
+    """Slowly changing readings, taken about once a second."""
 
     voltage: float
     """Supply voltage [V]."""
@@ -96,7 +96,7 @@ class ServoHealth:
 
     @property
     def alerts(self) -> tuple[str, ...]:
-        """What the hardware error means, in words."""
+        """Meaning of the hardware error, in words."""
         return alert_words(self.hardware_error)
 
 
@@ -182,12 +182,12 @@ class ServoSettings:
 
 @dataclass(kw_only=True, slots=True)
 class ServoCounters:
-    """What a servo has been asked and how often it failed; counts up only."""
+    """Counts of questions to a servo and of their failures; they only grow."""
 
     reads: int = 0
     """States that were asked for."""
     missed: int = 0
-    """Of these, the ones that never came."""
+    """Requested states that never came."""
     retries: int = 0
     """Instructions that were sent again."""
     silent: int = 0

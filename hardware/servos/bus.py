@@ -46,9 +46,9 @@ class Answer:
 class Bus:
     """Transactions with one servo.
 
-    Answers carry no number. One that is late could be taken for the answer to the next question, so
-    questions that are open at the same time ask for different lengths: a few bytes more than
-    needed, as long as an answer may be on its way.
+    Answers carry no number, and a late one could be taken for the answer to the next question. So
+    questions that are open at the same time ask for different lengths. A question asks for a few
+    bytes more than needed, as long as an answer may be on its way.
 
     Args:
         port: Path of a serial port, or a port handler of the SDK's kind, which is not locked, or a
@@ -56,8 +56,8 @@ class Bus:
         identifier: ID of the servo.
         baud: Rate of the bus [1/s].
         clock: Clock that gives the instants.
-        counters: Where failures are counted.
-        retries: How often an instruction is sent again before it has failed.
+        counters: Counts of the failures.
+        retries: Times that an instruction is sent again before it has failed.
     """
 
     def __init__(
@@ -84,7 +84,7 @@ class Bus:
 
     @property
     def name(self) -> str:
-        """What the errors call the port."""
+        """Name of the port in errors."""
         return self._port.name
 
     @property
@@ -101,8 +101,8 @@ class Bus:
         """Lock and open the port.
 
         Raises:
-            PortBusy: Another process holds it.
-            PortUnavailable: It is not there, may not be opened, or has no such rate.
+            PortBusy: Another process holds the port.
+            PortUnavailable: The port is not there, may not be opened, or has no such rate.
         """
         self._port.open()
 

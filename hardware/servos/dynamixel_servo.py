@@ -50,13 +50,13 @@ class DynamixelServo:
     """One servo of the X-330 series on its bus.
 
     Args:
-        spec: Its data sheet.
+        spec: Data sheet of the servo.
         port: Path of a serial port, a port handler of the SDK's kind, or a port that several
             servos share.
         identifier: ID on the bus.
         baud: Rate of the bus [1/s].
         clock: Clock that dates the states; the computer's monotonic one unless given.
-        retries: How often an instruction is sent again.
+        retries: Times that an instruction is sent again.
     """
 
     def __init__(
@@ -101,7 +101,7 @@ class DynamixelServo:
 
         Raises:
             PortBusy: Another process holds the port.
-            PortUnavailable: It is not there.
+            PortUnavailable: The port is not there.
             ServoSilent: Nothing answers at this rate and ID.
             UnsupportedServo: Another model does.
         """
@@ -207,8 +207,8 @@ class DynamixelServo:
 
         Raises:
             ServoAlert: The servo reports a hardware error.
-            WatchdogTripped: It stopped for want of instructions.
-            ServoReset: It has started anew.
+            WatchdogTripped: The servo stopped for want of instructions.
+            ServoReset: The servo has started anew.
         """
         driven = self._torque
         health = self.read_health()
@@ -271,7 +271,7 @@ class DynamixelServo:
         """Switch the motor off, under an alert as well, and until it reads back as off.
 
         Raises:
-            ServoSilent: It never did.
+            ServoSilent: The register never read as off.
             PortLost: The adapter is gone.
         """
         switch_off(self._bus)
@@ -285,9 +285,9 @@ class DynamixelServo:
     def recover(self, *, resume_torque: bool = False) -> None:
         """Set a servo up again that has started anew, was stopped or could not be reached.
 
-        A servo that has restarted knows its angle within one turn only. The turn is put back from
-        the last position that was read: without the motor the tendon unwinds the spool, so that it
-        may have turned back by up to 5.3 rad, and on by 1 rad.
+        A servo that has restarted knows its angle within one turn only. The turn is restored from
+        the last position that was read. Without the motor the tendon unwinds the spool, so the
+        spool may have turned back by up to 5.3 rad, and on by 1 rad.
 
         Args:
             resume_torque: Switch the motor on again, without duty.

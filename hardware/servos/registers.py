@@ -14,7 +14,7 @@ class Register:
     name: str
     """Name in the e-manual."""
     address: int
-    """First byte."""
+    """Address of the first byte."""
     size: int
     """Bytes, least significant first."""
     signed: bool = False

@@ -1,11 +1,11 @@
 """The port of a servo bus: locked, quick, and usable again after an unplugged adapter.
 
 Built on the classic API of dynamixel_sdk. Its "Easy" API turns every alert into a ValueError, and
-its fast sync read takes stuffed bytes for data; with one servo a plain read is as fast. Its
-defects that shape this file: answers are unsigned; an unplugged adapter raises termios.error, which
-is no OSError, and leaves the port marked as in use for ever, as an interrupt does; the time it
-waits for an answer counts the adapter's latency twice, 36 ms unless told that ours is 1 ms; and its
-reads cut any answer of the servo to the length that was asked for, so that one that comes late is
+its fast sync read takes stuffed bytes for data; with one servo a plain read is as fast. Four
+defects of it shape this file. Answers are unsigned. An unplugged adapter raises termios.error,
+which is no OSError, and leaves the port marked as in use for ever, as an interrupt does. The time
+that it waits for an answer counts the adapter's latency twice, 36 ms unless told that ours is 1 ms.
+And its reads cut any answer of the servo to the length that was asked for. So a late answer is
 taken for the answer to the next question. Hence packets are sent and received here one by one.
 """
 
@@ -67,8 +67,8 @@ class ServoPort:
         """Lock and open the port; once is enough where several servos share it.
 
         Raises:
-            PortBusy: Another process holds it.
-            PortUnavailable: It is not there, may not be opened, or has no such rate.
+            PortBusy: Another process holds the port.
+            PortUnavailable: The port is not there, may not be opened, or has no such rate.
         """
         if self.is_open:
             return

@@ -61,7 +61,7 @@ def refuse_second(bus: Bus, clock: Clock) -> None:
     """Refuse a bus on which each ping is answered twice: another servo has the same ID.
 
     Raises:
-        SharedIdentifier: It is so.
+        SharedIdentifier: Two servos answer.
     """
     for _ in range(GREETINGS):
         clock.sleep_until(clock.now() + SECOND_ANSWER)
@@ -142,7 +142,7 @@ def switch_off(bus: Bus) -> None:
     """Switch the motor off, under an alert as well, and until it reads back as off.
 
     Raises:
-        ServoSilent: It never did.
+        ServoSilent: The register never read as off.
         PortLost: The adapter is gone.
     """
     for _ in range(TORQUE_OFF_ATTEMPTS):

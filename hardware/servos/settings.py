@@ -1,4 +1,4 @@
-"""What a configuration means in registers, and the settings that are read back for the log."""
+"""Registers of a configuration, and the settings that are read back for the log."""
 
 from __future__ import annotations
 

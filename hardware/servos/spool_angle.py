@@ -34,12 +34,12 @@ class SpoolAngle:
     def restore_turns(self, counts: int) -> None:
         """Put back the turns that a restart has made the servo forget.
 
-        It knows its angle within one turn. Without a motor the tendon unwinds the spool, so that of
-        all turns the one is taken with which it has turned back by less than a turn, and on by no
+        The servo knows its angle within one turn. Without a motor the tendon unwinds the spool. So
+        the turn is chosen with which the spool has turned back by less than a turn, and on by no
         more than a little.
 
         Args:
-            counts: What the register holds after the restart.
+            counts: Content of the register after the restart.
         """
         latest = self._last + round(WIND_MAX / self._unit)
         self._home -= (latest - counts) // self._turn * self._turn

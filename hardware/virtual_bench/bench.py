@@ -46,12 +46,12 @@ class VirtualBench:
     Args:
         bench: ``spring_weak``, ``spring_strong``, ``finger`` or ``finger_antagonist``.
         seed: Which unit, and which noise.
-        faults: What goes wrong.
-        obstacle: What blocks the mechanism: ``free``, ``tape_roll``, ``hand`` or
+        faults: Faults by chance.
+        obstacle: Obstacle in the mechanism's way: ``free``, ``tape_roll``, ``hand`` or
             ``hand_perturbation``.
         load_cell_rate: Lines per second: 80, 20 or 10 [Hz].
         model: Which servo's control table.
-        wear: What use has done to it.
+        wear: Wear of the unit.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""What goes wrong on a bench, by chance or at a set time."""
+"""Faults of a virtual bench, by chance or at a set time."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ COUNTS = (-(2**23), 2**23 - 1)
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class FaultEvent:
-    """One mishap."""
+    """Planned fault of a virtual bench."""
 
     name: str
-    """One of ``EVENTS``."""
+    """Kind of the fault, one of ``EVENTS``."""
     start: float = 0.0
     """When, on the bench's clock [s]; at once when that has passed."""
     duration: float = 1.0
-    """How long, where it lasts [s]."""
+    """Length of a fault that lasts [s]."""
     voltage: float = 5.0
     """To what the supply falls [V]; below 4.5 V the servo restarts."""
     alert: str = "overload"
@@ -47,8 +47,8 @@ class FaultEvent:
     servo: int = 0
     """Place of the servo whose alert, restart or load cell it is; the rest strikes all."""
     counts: int | None = None
-    """What a stuck cell or a spike says [counts]; a stuck cell repeats its last one unless given,
-    and a spike says 1.5 million more than it should, some 35 N."""
+    """Reading of a stuck cell or a spike [counts]. Unless given, a stuck cell repeats its last one,
+    and a spike reads 1.5 million too much, some 35 N."""
 
     def __post_init__(self) -> None:
         if self.name not in EVENTS:
@@ -68,7 +68,7 @@ class FaultEvent:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Faults:
-    """How often which fault strikes [1], and which are planned."""
+    """Chances of the faults [1], and the planned ones."""
 
     dropped_replies: float = 0.0
     """Answers of the servo that never come."""

@@ -18,7 +18,7 @@ from hardware.virtual_bench.memory.control_table import XC330_T288_T, ServoModel
 from hardware.virtual_bench.physics.wear import NEW
 
 UNPLUGGED = termios.error(5, "Input/output error")
-"""What the kernel says of an adapter that is gone; no OSError, as in reality."""
+"""Error of an adapter that is gone; no OSError, as in reality."""
 
 
 class LockstepClock:
@@ -47,7 +47,7 @@ class LockstepServoPort:
     """
 
     LATENCY_TIMER = 1.0
-    """What the SDK counts twice into the time that it waits for a reply [ms]."""
+    """Latency that the SDK counts twice into its wait for a reply [ms]."""
 
     def __init__(self, bench: VirtualBench, clock: LockstepClock) -> None:
         self._bench = bench
@@ -184,11 +184,11 @@ class LockstepBench:
     Args:
         bench: ``spring_weak``, ``spring_strong``, ``finger`` or ``finger_antagonist``.
         seed: Which unit, and which noise.
-        faults: What goes wrong.
-        obstacle: What blocks the mechanism.
+        faults: Faults by chance.
+        obstacle: Obstacle in the mechanism's way.
         load_cell_rate: Lines per second: 80, 20 or 10 [Hz].
         model: Which servo's control table.
-        wear: What use has done to it.
+        wear: Wear of the unit.
     """
 
     def __init__(

@@ -26,7 +26,7 @@ WORD = "virtual"
 """First part of the word that names a virtual bench in place of a port."""
 DEFAULT_BENCH = "finger"
 STOP_TIME = 5.0
-"""How long a bench may take to end [s]."""
+"""Time that a bench may take to end [s]."""
 
 
 class InvalidVirtualBench(TendonNewtonError):
@@ -76,9 +76,9 @@ class VirtualPorts:
     Args:
         bench: ``spring_weak``, ``spring_strong``, ``finger`` or ``finger_antagonist``.
         seed: Which unit, and which noise.
-        obstacle: What blocks the mechanism.
+        obstacle: Obstacle in the mechanism's way.
         load_cell_rate: Lines per second: 80, 20 or 10 [Hz].
-        faults: What goes wrong from the beginning.
+        faults: Faults by chance from the beginning.
         servo: Name of the servo.
         wear: What use has done to it: ``new``, ``friction`` or ``spool``.
     """
@@ -137,7 +137,7 @@ class VirtualPorts:
 
     @property
     def process_id(self) -> int:
-        """Of the process that emulates."""
+        """Number of the process that emulates."""
         return self._process.pid
 
     def __enter__(self) -> VirtualPorts:

@@ -1,7 +1,7 @@
 """A virtual bench as a process of its own, in real time.
 
-It waits for bytes and for nothing else: the plant is brought up to now when somebody asks, and
-every few milliseconds so that no request finds much to catch up with.
+The process waits for bytes alone. Each request brings the plant up to the present. So does a timer
+every few milliseconds, so that no request finds much to catch up with.
 """
 
 from __future__ import annotations

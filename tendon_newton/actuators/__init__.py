@@ -6,12 +6,14 @@ from tendon_newton.actuators.base import Actuator
 from tendon_newton.actuators.ideal import Ideal
 from tendon_newton.actuators.ideal_position import IdealPosition
 from tendon_newton.actuators.learned import Learned
+from tendon_newton.actuators.pd_torque import PdTorque
 from tendon_newton.actuators.pwm_servo import PwmServo
 from tendon_newton.errors import unknown_name
 
 ACTUATORS: dict[str, type[Actuator]] = {
     "ideal": Ideal,
     "pwm_servo": PwmServo,
+    "pd_torque": PdTorque,
     "ideal_position": IdealPosition,
     "learned": Learned,
 }

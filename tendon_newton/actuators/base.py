@@ -29,6 +29,12 @@ class Actuator:
     """Whether it has a rotor, whose inertia stands between the motor and the load cell."""
     stiffness: ClassVar[str | None] = None
     """Parameter by which it answers a small turn of its shaft [N/rad]; None where none tells."""
+    modulated: ClassVar[bool] = False
+    """Whether it drives its motor by a duty cycle; else its force over its limit counts as one."""
+    duty: ClassVar[Callable[..., Any]]
+    """Device function (error: Jet, tendon, p) -> Jet: the duty cycle that it asks for [1]."""
+    driven: ClassVar[Callable[..., Any]]
+    """Device function (duty: Jet, tendon, p) -> Jet: its force at a duty cycle."""
     armature: ClassVar[Callable[..., Any]]
     """Device function (p) -> real: inertia of rotor and gear at the spool [kg m2]."""
 
@@ -39,9 +45,9 @@ class Actuator:
         Args:
             values: The actuator's numbers.
             error: Position error [rad].
-            radius: Of the spool [m]; a shaft counts as 1 m.
+            radius: Radius of the spool [m]; a shaft counts as 1 m.
 
         Returns:
-            It, before the limit of the bench's servo; infinite where nothing tells.
+            The force before the limit of the bench's servo; infinite where nothing tells.
         """
         return math.inf if cls.stiffness is None else float(values[cls.stiffness]) * error

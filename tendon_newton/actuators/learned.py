@@ -34,15 +34,14 @@ class Learned(Actuator):
 
     The network is asked at its own rate; in between, the force answers to the shaft as a motor
     does, and stays in [0, F_max]. With K = D = 0 it is held, as in the paper. K and D stand on the
-    network's card; a model file may give others. They make no network better: a light mechanism
-    moves far within 50 ms, and a motor's back-EMF that acts so late is no brake but a push. s is 1,
-    and in a world with a stronger or weaker servo another number: all that a servo gives grows with
-    its motor's constant.
+    network's card; a model file may give others. With both at zero a simulation suffers: a light
+    mechanism moves far within 50 ms, and a motor's back-EMF that acts so late is no brake but a
+    push. The factor s is 1, and in a world with a stronger or weaker servo another number. The
+    whole force of a servo grows with its motor's constant.
 
-    The other stages stay where
-    they are: what acts on the command (command_delay) or on the position error (gain_error,
-    deadband) acts on the :math:`\theta_d` that the network is shown, since a network has no gain
-    that they could change; the servo's limit, lags and frictions act on the force that it gives,
+    The other stages keep their places. Effects on the command (command_delay) or on the position
+    error (gain_error, deadband) act on the :math:`\theta_d` that the network is shown, since a
+    network has no gain to change. The servo's limit, lags and frictions act on the network's force,
     which for a network of motor forces may be negative. A friction that the network has learned
     already must not be listed again.
 

@@ -11,6 +11,21 @@ from tendon_newton.device_code.placeholders import Jet, ParameterVector, real
 from tendon_newton.device_code.templates import device_template
 
 
+@device_template
+def motor_force(duty: Jet, tendon: Any, p: ParameterVector) -> Jet:
+    """Return the force [N] of a motor at a duty, which the firmware limits."""
+    limited = duty
+    if duty[0] > p[1]:
+        limited = Jet(p[1], real(0.0), real(0.0))
+    if duty[0] < -p[1]:
+        limited = Jet(-p[1], real(0.0), real(0.0))
+    supply = p[2]
+    if tendon.voltage > real(0.0):
+        supply = tendon.voltage
+    current = (limited * supply - tendon.angle_rate * p[3]) * (tendon.enabled / p[4])
+    return current * (p[3] / tendon.spool_radius)
+
+
 class PwmServo(Actuator):
     r"""Position error to duty cycle, duty cycle to current, current to torque.
 
@@ -18,8 +33,8 @@ class PwmServo(Actuator):
         u = \operatorname{clip}(k_u (\theta_d - \theta), \pm u_{max}), \qquad
         \tau = \frac{k_t (u V - k_t \dot\theta)}{R}, \qquad F = \tau / r
 
-    The winding's inductance is neglected. The rotor of inertia J takes a part of the motor's force,
-    so that the load cell behind it reads :math:`F - (J / r^2)\,\ddot s` less the gear's friction,
+    The winding's inductance is neglected. The rotor of inertia J takes a part of the motor's force.
+    So the load cell behind the rotor reads :math:`F - (J / r^2)\,\ddot s` less the gear's friction,
     with s the length of string on the spool.
 
     Source: any text on DC motors; the loop as in the Dynamixel e-manual (PWM = P-gain / 128 counts
@@ -28,6 +43,7 @@ class PwmServo(Actuator):
 
     name = "pwm_servo"
     rotor = True
+    modulated = True
     parameters = (
         Parameter(
             name="duty_per_rad",
@@ -97,16 +113,19 @@ class PwmServo(Actuator):
     @device_template
     def force(error: Jet, tendon: Any, p: ParameterVector) -> Jet:
         """F = k_t (u V - k_t theta_dot) / (R r)."""
-        duty = error * p[0]
-        if duty[0] > p[1]:
-            duty = Jet(p[1], real(0.0), real(0.0))
-        if duty[0] < -p[1]:
-            duty = Jet(-p[1], real(0.0), real(0.0))
-        supply = p[2]
-        if tendon.voltage > real(0.0):
-            supply = tendon.voltage
-        current = (duty * supply - tendon.angle_rate * p[3]) * (tendon.enabled / p[4])
-        return current * (p[3] / tendon.spool_radius)
+        return motor_force(error * p[0], tendon, p)
+
+    @staticmethod
+    @device_template
+    def duty(error: Jet, tendon: Any, p: ParameterVector) -> Jet:
+        """Return u = k_u (theta_d - theta)."""
+        return error * p[0]
+
+    @staticmethod
+    @device_template
+    def driven(duty: Jet, tendon: Any, p: ParameterVector) -> Jet:
+        """F = k_t (u V - k_t theta_dot) / (R r)."""
+        return motor_force(duty, tendon, p)
 
     @staticmethod
     @device_template

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
@@ -13,42 +13,55 @@ from tendon_newton.cli.asset_interchange import Export, Import, export_asset, im
 from tendon_newton.device_code.quiet import quiet_warp
 
 if TYPE_CHECKING:
+    from tendon_newton.mechanisms.authoring.direct_plan import DirectPlan
     from tendon_newton.mechanisms.rules.findings import AssetFinding
 
+FINGER = {
+    "length": (0.030,), "mass": (0.010,), "stiffness": (0.045,), "range": (1.57,),
+    "damping": (5.0e-4,),
+}  # fmt: skip
+"""Numbers of a finger where none is given; other benches have some of them."""
+FINGER_ALONE = {"joints": ("pip", "dip"), "moment_arm": (0.008,), "spool_radius": 0.0125}
+"""Numbers that only a finger has."""
 EXIT_FINDINGS = 1
 """Exit code where an asset was read and has errors; an unreadable one gives 2."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class New:
-    """Write a starting asset of a finger: joints in a row, springs that open them, one tendon.
+    """Write a starting asset: of a finger, a cart on a rail or a mass on a shaft.
 
-    Give one value per joint from the base to the tip, or one for all. Edit the numbers in the
-    files, then check and show it: docs/your_own_finger.md.
+    A finger has joints in a row, springs that open them and one tendon: give one value per joint
+    from the base to the tip, or one for all. A slider and a shaft have a drive that pushes as well
+    as pulls; mass, length, range, damping, stiffness and force limit say all of them, in SI units
+    of any size. Edit the numbers in the files, then check and show it: docs/your_own_finger.md.
     """
 
     name: tyro.conf.Positional[str]
-    """Name of the finger; its folder, its file and its root prim have it."""
+    """Name of the bench; its folder, its file and its root prim have it."""
+    kind: Literal["finger", "slider", "shaft"] = "finger"
+    """What it is."""
     joints: tuple[str, ...] = ("pip", "dip")
     """Names of the joints, from the base to the tip."""
-    length: tuple[float, ...] = (0.030,)
-    """From each joint to the next, and to the tip [m]."""
-    mass: tuple[float, ...] = (0.010,)
-    """Mass of each link, a slender rod [kg]."""
+    length: tuple[float, ...] | None = None
+    """From each joint to the next, and to the tip, 0.030 unless given; arm of a shaft, 0.1 [m]."""
+    mass: tuple[float, ...] | None = None
+    """Of each link, a slender rod, 0.010 unless given; of a cart or at an arm's end, 1 [kg]."""
     moment_arm: tuple[float, ...] = (0.008,)
     """Tendon excursion per joint angle [m/rad], positive closes."""
-    stiffness: tuple[float, ...] = (0.045,)
-    """Return spring of each joint [N m/rad]."""
-    range: tuple[float, ...] = (1.57,)
-    """Angle at which each joint is closed [rad]; it is open at 0."""
-    damping: tuple[float, ...] = (5.0e-4,)
-    """Viscous damping of each joint [N m s/rad]."""
+    stiffness: tuple[float, ...] | None = None
+    """Return spring of each joint [N m/rad], 0.045 unless given; of a cart [N/m] or shaft, none."""
+    range: tuple[float, ...] | None = None
+    """Angle at which each joint is closed [rad], 1.57 unless given, open at 0; travel of a cart,
+    1 [m]."""
+    damping: tuple[float, ...] | None = None
+    """Viscous damping of each joint [N m s/rad], 5e-4 unless given; of a cart [N s/m], none."""
     spool_radius: float = 0.0125
     """Radius of the spool that winds the tendon [m]."""
-    force_limit: float = 21.0
-    """The most that the servo can pull [N]."""
+    force_limit: float | None = None
+    """The most that the servo can pull [N], 21 unless given; that a drive gives [N, N m], 100."""
     folder: Path = Path()
-    """Where the new folder goes; list it in TENDON_NEWTON_ASSETS to use the finger by its name."""
+    """Parent of the new folder; list it in TENDON_NEWTON_ASSETS to use the finger by its name."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,25 +113,49 @@ def new(config: New) -> None:
     """Write a starting asset and print what to do with it."""
     from tendon_newton.mechanisms.asset_library import check_new_name
     from tendon_newton.mechanisms.authoring.asset_plan import plan_asset, write_asset
+    from tendon_newton.mechanisms.authoring.direct_plan import write_direct_asset
 
     check_new_name(config.name)
-    plan = plan_asset(
-        config.name,
-        config.joints,
-        spool_radius=config.spool_radius,
-        force_limit=config.force_limit,
-        length=config.length,
-        mass=config.mass,
-        moment_arm=config.moment_arm,
-        stiffness=config.stiffness,
-        range=config.range,
-        damping=config.damping,
-    )
-    path = write_asset(config.folder, plan)
+    if config.kind != "finger":
+        path = write_direct_asset(config.folder, direct_plan(config))
+    else:
+        plan = plan_asset(
+            config.name,
+            config.joints,
+            spool_radius=config.spool_radius,
+            force_limit=21.0 if config.force_limit is None else config.force_limit,
+            moment_arm=config.moment_arm,
+            **{key: getattr(config, key) or value for key, value in FINGER.items()},
+        )
+        path = write_asset(config.folder, plan)
     print(path)
     print(f"edit the numbers in {path.parent}, then")
     print(f"  tendon-newton asset check {path}")
     print(f"  tendon-newton asset show {path}")
+
+
+def direct_plan(config: New) -> DirectPlan:
+    """Return the plan of a cart or a shaft.
+
+    Raises:
+        InvalidAsset: A number has several values, or belongs to a finger.
+    """
+    from tendon_newton.errors import InvalidAsset
+    from tendon_newton.mechanisms.authoring.direct_plan import DirectPlan
+
+    given = {key: getattr(config, key) for key in FINGER if getattr(config, key) is not None}
+    for key, values in given.items():
+        if len(values) != 1:
+            raise InvalidAsset(f"{key} of a {config.kind} is one number; there are {len(values)}")
+    for key, value in FINGER_ALONE.items():
+        if getattr(config, key) != value:
+            raise InvalidAsset(f"{key} belongs to a finger; the bench is a {config.kind}")
+    if config.kind == "finger":
+        raise InvalidAsset("a finger has a string")
+    numbers = {"mass": 1.0, **{key: values[0] for key, values in given.items()}}
+    if config.force_limit is not None:
+        numbers["force_limit"] = config.force_limit
+    return DirectPlan(name=config.name, kind=config.kind, **numbers)
 
 
 def check(config: Check) -> None:

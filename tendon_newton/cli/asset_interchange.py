@@ -32,7 +32,7 @@ class Import:
     force_limit: float = 21.0
     """The most that the servo can pull [N]."""
     folder: Path = Path()
-    """Where the new folder goes; list it in TENDON_NEWTON_ASSETS to use the finger by its name."""
+    """Parent of the new folder; list it in TENDON_NEWTON_ASSETS to use the finger by its name."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -33,7 +33,7 @@ EXIT_DRIFT = 1
 
 @dataclass(frozen=True, kw_only=True)
 class Calibrate:
-    """What is calibrated, with what, and where the result goes."""
+    """Cell, masses and result of a calibration."""
 
     load_cell_port: str | None = None
     """Serial port of the load cell, or gpio:DATA,CLOCK for one on the Pi's own pins."""

@@ -38,7 +38,7 @@ class DiagnoseConfig:
 
 def main(config: DiagnoseConfig) -> None:
     """Diagnose and write what was found."""
-    from tendon_newton.cli.output import make_folder
+    from tendon_newton.data.files.result_folder import make_folder
     from tendon_newton.data.model_file import load_model, write_model
     from tendon_newton.device_code.quiet import quiet_warp
 

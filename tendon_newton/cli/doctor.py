@@ -28,7 +28,7 @@ EXIT_FIX = 1
 
 @dataclass(frozen=True, kw_only=True)
 class Doctor:
-    """Which bench is examined, and what is changed first."""
+    """Bench to examine, and registers to change first."""
 
     port: str | None = None
     """Serial port of the servo's adapter, or virtual[:BENCH[:SEED]]."""

@@ -37,8 +37,8 @@ def main(config: EvaluateForceConfig) -> None:
     """Evaluate, write and print the tables."""
     import json
 
-    from tendon_newton.cli.output import make_folder
     from tendon_newton.data.dataset import load_dataset
+    from tendon_newton.data.files.result_folder import make_folder
     from tendon_newton.device_code.quiet import quiet_warp
 
     quiet_warp()

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import tyro
+
+from tendon_newton.scheduler import JobOptions, core_count
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,17 +30,19 @@ class ExamConfig:
     """Datasets and their truths."""
     out: Path
     """Where the answers go."""
-    workers: int = os.cpu_count() or 1
-    """Processes."""
     only: tuple[str, ...] = ()
     """Names of datasets; all by default."""
+    jobs: tyro.conf.OmitArgPrefixes[JobOptions] = field(
+        default_factory=lambda: JobOptions(jobs=core_count())
+    )
+    """Where diagnoses are done."""
 
 
 def main(config: ExamConfig) -> None:
     """Take the exam, and print and write the marks."""
     import json
 
-    from tendon_newton.cli.output import make_folder
+    from tendon_newton.data.files.result_folder import make_folder
     from tendon_newton.exam.exam import read_truths, take_exam
     from tendon_newton.exam.exam_rates import by_strength, confusion, rates
     from tendon_newton.exam.exam_report import write_exam_report
@@ -48,7 +51,7 @@ def main(config: ExamConfig) -> None:
     total = len(config.only or read_truths(config.folder))
     marks: list[Mark] = []
     start, fresh = time.monotonic(), 0
-    for mark in take_exam(config.folder, out, workers=config.workers, only=config.only):
+    for mark in take_exam(config.folder, out, options=config.jobs, only=config.only):
         marks.append(mark)
         fresh += not mark.earlier
         left = (time.monotonic() - start) / max(1, fresh) * (total - len(marks))

@@ -3,12 +3,13 @@
   tendon-newton fit-tendon recordings --force networks/simulation-0.safetensors --out fitted
   tendon-newton train-policy --force fitted/model.toml --randomise none --device cuda --out policy
 
-A force network knows what a servo pulls with. Where the tip is at an angle of the motor, it does
-not know: the string stretches, and was not quite taut when it was homed. On a bench with a load
-cell and a camera both are plain to see, and are all that a policy on a learned force needs besides
-the network. OUT gets model.toml, the given force with tendon_compliance and tendon_slack, and
-tendon.json with their 95 % intervals and the error before and after. They enter the model if each
-train recording is nearer with the numbers that the others give; test recordings only report.
+A force network knows what a servo pulls with. The network does not know where the tip is at an
+angle of the motor: the string stretches, and was not quite taut when it was homed. On a bench with
+a load cell and a camera both are plain to see, and are all that a policy on a learned force needs
+besides the network. OUT gets model.toml, the given force with tendon_compliance and tendon_slack,
+and tendon.json with their 95 % intervals and the error before and after. The two effects enter the
+model if each train recording is nearer with the numbers that the others give. Test recordings only
+report.
 """
 
 from __future__ import annotations
@@ -34,12 +35,12 @@ class FitTendonConfig:
     out: Path
     """Folder for the results; made if it is not there."""
     force: str = "ideal"
-    """What the model pulls with: ideal, a model file (.toml), or a force network (.safetensors)."""
+    """Force model: ideal, a model file (.toml), or a force network (.safetensors)."""
 
 
 def main(config: FitTendonConfig) -> None:
     """Fit, write and print what was found."""
-    from tendon_newton.cli.output import make_folder
+    from tendon_newton.data.files.result_folder import make_folder
     from tendon_newton.device_code.quiet import quiet_warp
 
     quiet_warp()

@@ -1,19 +1,39 @@
-"""Turn foreign logs into a dataset, with a report of what is wrong with them."""
+"""Turn foreign logs into a dataset, with a report of what is wrong with them.
+
+Pendulum logs of Rhoban/bam, and a parameter file of theirs as a model to start from:
+  tendon-newton import bam LOGS --out dataset --test kp=16
+  tendon-newton import bam m6.json --out bam_m6
+  tendon-newton diagnose dataset --model bam_m6/model.toml --out diagnosis
+
+A LeRobotDataset (v3), of which each joint becomes a dataset of its own unless one is chosen:
+  tendon-newton import lerobot DATASET --out arm --test episode=3
+  tendon-newton import lerobot DATASET --out arm --joint elbow_flex --test episode=3
+
+Anybody's CSV, JSON and ROS 2 bags, with a file that says what is what:
+  tendon-newton import mapped LOGS --mapping mapping.toml --out dataset --test part1=3
+"""
+
+from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import tyro
+
+if TYPE_CHECKING:
+    from tendon_newton.data.importers.imported import Imported
 
 
 @dataclass(frozen=True, kw_only=True)
 class ImportConfig:
-    """Where the logs are, where the dataset goes, and which logs are held out."""
+    """Folders of the logs and of the dataset, and the held-out logs."""
 
     format: tyro.conf.Positional[str]
-    """Format of the logs: xl330, so101, or mapped for any CSV, JSON or ROS 2 bag with --mapping."""
+    """Format of the logs: bam, lerobot, xl330, so101, or mapped for any CSV, JSON or ROS 2 bag with
+    --mapping."""
     source: tyro.conf.Positional[Path]
-    """Folder of the logs."""
+    """Folder of the logs; for bam also a parameter file, which becomes a model.toml."""
     out: Path
     """Folder for the dataset; new, or one that an earlier import wrote."""
     test: tuple[str, ...] = ()
@@ -23,30 +43,83 @@ class ImportConfig:
     mapping: Path | None = None
     """For mapped: the file that says which of their columns or topics, in which unit, is which of
     ours (docs/recordings_mapping.md)."""
+    joint: str | None = None
+    """For lerobot: the only joint to read; else each becomes a dataset of its own."""
+    unit: str | None = None
+    """For lerobot: what the joints are in, rad, deg or percent; seen where they are radians."""
+    calibration: Path | None = None
+    """For lerobot: the arm's calibration file, which says what 100 percent are."""
 
 
 def main(config: ImportConfig) -> None:
     """Import, write and report."""
-    from tendon_newton.data.importers import IMPORTERS, MAPPED
-    from tendon_newton.data.importers.mapped import read_mapped
-    from tendon_newton.data.importers.split import read_conditions, split_logs
-    from tendon_newton.data.importers.writing import write_import
-    from tendon_newton.errors import InvalidParameter, unknown_name
+    from tendon_newton.data.importers import IMPORTERS, MAPPED, MODEL_IMPORTERS
+    from tendon_newton.data.importers.writing import write_imported_model
+    from tendon_newton.errors import unknown_name
 
     if config.format not in (*IMPORTERS, MAPPED):
         raise unknown_name("log format", config.format, (*IMPORTERS, MAPPED))
+    refuse_foreign_options(config)
+    if config.format in MODEL_IMPORTERS and config.source.is_file():
+        model = MODEL_IMPORTERS[config.format](config.source)
+        write_imported_model(model, config.source, config.out)
+        print(f"{config.out / 'model.toml'}: {model.text}")
+        return
+    imported = read(config)
+    refuse_unknown_benches(imported)
+    parts = imported.parts() if config.joint is None else {}
+    if not parts:
+        write(config, imported, config.out)
+    for name, part in parts.items():
+        write(config, part, config.out / name)
+
+
+def refuse_foreign_options(config: ImportConfig) -> None:
+    """Refuse options that belong to another format."""
+    from tendon_newton.data.importers import MAPPED
+    from tendon_newton.errors import InvalidParameter
+
     if (config.mapping is None) == (config.format == MAPPED):
         raise InvalidParameter(
             "--mapping belongs to the format mapped, which needs it; the format is "
             f"{config.format!r} and --mapping is {'missing' if config.mapping is None else 'there'}"
         )
+    for option in ("joint", "unit", "calibration"):
+        if getattr(config, option) is not None and config.format != "lerobot":
+            raise InvalidParameter(
+                f"--{option} belongs to the format lerobot; the format is {config.format!r}"
+            )
+
+
+def read(config: ImportConfig) -> Imported:
+    """Read the logs."""
+    from tendon_newton.data.importers import IMPORTERS
+    from tendon_newton.data.importers.lerobot import LeRobotUnits, read_lerobot
+    from tendon_newton.data.importers.mapped import read_mapped
+
+    if config.mapping is not None:
+        return read_mapped(config.source, config.mapping)
+    if config.format == "lerobot":
+        units = LeRobotUnits(unit=config.unit, calibration=config.calibration)
+        return read_lerobot(config.source, config.joint, units)
+    return IMPORTERS[config.format](config.source)
+
+
+def refuse_unknown_benches(imported: Imported) -> None:
+    """Refuse recordings of a bench that nothing could simulate."""
+    from tendon_newton.errors import unknown_name
+    from tendon_newton.mechanisms.asset_library import asset_names
+
+    for bench in {log.recording.bench for log in imported.logs} - set(asset_names()):
+        raise unknown_name("bench", bench, asset_names())
+
+
+def write(config: ImportConfig, imported: Imported, out: Path) -> None:
+    """Write a dataset and say what it is."""
+    from tendon_newton.data.importers.split import read_conditions, split_logs
+    from tendon_newton.data.importers.writing import write_import
+
     test = read_conditions(config.test, "--test")
     train = read_conditions(config.train, "--train")
-    imported = (
-        IMPORTERS[config.format](config.source)
-        if config.mapping is None
-        else read_mapped(config.source, config.mapping)
-    )
-    split = split_logs(imported.logs, test, train)
-    report = write_import(imported, split, config.out)
-    print(f"{config.out}: {report.text}")
+    report = write_import(imported, split_logs(imported.logs, test, train), out)
+    print(f"{out}: {report.text}")

@@ -3,7 +3,7 @@
   tendon-newton plot deployments/policy_0.mcap
 
 writes deployments/policy_0.svg, which every browser shows: goal and tip, spool and command,
-tension, and how late the loop was. It needs neither matplotlib nor a display.
+tension, and how late the loop was. The verb needs neither matplotlib nor a display.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import tyro
 
 @dataclass(frozen=True, kw_only=True)
 class PlotConfig:
-    """Which log, and where the picture goes."""
+    """The log, and the file of the picture."""
 
     log: tyro.conf.Positional[Path]
     """MCAP file of `deploy` or `collect`."""

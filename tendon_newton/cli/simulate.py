@@ -24,7 +24,7 @@ class SimulateConfig:
     dataset: Annotated[Path, tyro.conf.Positional]
     """Folder with dataset.toml and its recordings."""
     model: Path
-    """Model file."""
+    """Model file (.toml) that moves the benches."""
     out: Path
     """Folder for the results; made if it is not there."""
     time_step: float | None = None
@@ -32,8 +32,8 @@ class SimulateConfig:
     solver: str = "tendon"
     """Engine: tendon (every effect, friction that sticks) or mujoco (Newton's SolverMuJoCo)."""
     network: str = "torchscript"
-    """How the force network of a learned actuator runs: torchscript (the file's own code) or twin
-    (kernels compiled from its weights, checked against it when loaded)."""
+    """How the force network of a learned actuator runs: torchscript, or fused (a Transformer as one
+    kernel, checked against TorchScript when loaded; other networks run as TorchScript)."""
     trust: bool = False
     """Trust the network's file from now on: it is a program that runs with your rights."""
     plots: bool = True
@@ -42,8 +42,8 @@ class SimulateConfig:
 
 def main(config: SimulateConfig) -> None:
     """Simulate and write trajectories and pictures."""
-    from tendon_newton.cli.output import make_folder
     from tendon_newton.data.dataset import load_dataset
+    from tendon_newton.data.files.result_folder import make_folder
     from tendon_newton.data.model_file import load_model
     from tendon_newton.device_code.quiet import quiet_warp
     from tendon_newton.errors import InvalidParameter

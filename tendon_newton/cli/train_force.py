@@ -2,16 +2,16 @@
 
   tendon-newton train-force recordings --network transformer --set paper --seed 0 --out networks
 
-It predicts the tension of a tendon from the last 1.5 s of commanded angle, angle and speed of its
-servo. Whole train recordings are held out to stop the training; test recordings only report.
+The network predicts the tension of a tendon from the last 1.5 s of commanded angle, angle and speed
+of its servo. Whole train recordings are held out to stop the training; test recordings only report.
 OUT gets the network (NAME.safetensors to use and share, NAME.pt, NAME.onnx), how the training went
 (NAME.json, a TensorBoard log) and a checkpoint. The same command goes on with a training that was
 interrupted.
 
   tendon-newton train-force recordings --purpose simulation --out networks
 
-makes one for simulations, where it also knows what the servo gives beside all recorded motion: it
-is less exact along recordings, and several times as exact in a closed loop.
+makes a network for simulations, which also knows the servo's force beside all recorded motion. Such
+a network is less exact along recordings, and several times as exact in a closed loop.
 
   tendon-newton train-force recordings --without-load-cell --out networks
 
@@ -45,13 +45,13 @@ class TrainForceConfig:
     without_load_cell: bool = False
     """Learn from the force that the motion of the benches implies; no measured one is read."""
     training: tyro.conf.OmitArgPrefixes[TrainingConfig] = field(default_factory=TrainingConfig)
-    """What decides the training."""
+    """Settings that decide the training."""
 
 
 def main(config: TrainForceConfig) -> None:
     """Train and write the network."""
-    from tendon_newton.cli.output import make_folder
     from tendon_newton.data.dataset import load_dataset
+    from tendon_newton.data.files.result_folder import make_folder
     from tendon_newton.device_code.quiet import quiet_warp
     from train.actuator.fitting.run import train_to_file
     from train.actuator.ideal import SERVO_LIMIT

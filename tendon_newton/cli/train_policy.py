@@ -3,7 +3,7 @@
 On a GPU, the paper's budget of 105 million steps:
   tendon-newton train-policy --device cuda --out policies/ideal
 
-On what a diagnosis made of the model, within its intervals, or on a force network:
+On a diagnosed model, within its intervals, or on a force network:
   tendon-newton train-policy --force found/model.toml --randomise found/diagnosis.json --out policy
   tendon-newton train-policy --force networks/paper-0.safetensors --device cuda --out policy
 
@@ -25,14 +25,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import tyro
 
 from train.policy.config.training_config import PolicyTrainingConfig
-
-if TYPE_CHECKING:
-    from train.policy.runs.curve import Progress
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,7 +46,7 @@ class TrainPolicyConfig:
 
 def main(config: TrainPolicyConfig) -> None:
     """Train and write the policy."""
-    from tendon_newton.cli.output import make_folder
+    from tendon_newton.data.files.result_folder import make_folder
     from tendon_newton.device_code.quiet import quiet_warp
 
     quiet_warp()
@@ -64,7 +60,7 @@ def main(config: TrainPolicyConfig) -> None:
     if config.trust:
         trust_force(own.environment.force)
     out = make_folder(config.out)
-    trained = train_policy(own, out, report=show)
+    trained = train_policy(own, out, report=lambda p: print(f"  {p.text}", flush=True))
     for divergence in trained.environment.divergences:
         print(f"  {divergence}")
     if Process.own().rank > 0:
@@ -77,16 +73,3 @@ def main(config: TrainPolicyConfig) -> None:
             f"{last.samples:,} steps; tip error while exploring {1e3 * last.tip_error:.1f} mm; "
             f"next: tendon-newton evaluate-policy {exported.onnx} --out comparison"
         )
-
-
-def show(progress: Progress) -> None:
-    """Print a line about an iteration."""
-    point, left = progress.point, progress.seconds_left
-    time = f"{left:.0f} s" if left < 120.0 else f"{left / 60.0:.0f} min"
-    diverged = f"   {point.diverged} worlds diverged" if point.diverged else ""
-    print(
-        f"  iteration {point.iteration:4d} of {progress.iterations}   "
-        f"tip error {1e3 * point.tip_error:5.1f} mm   reward {point.reward:8.4f}   "
-        f"{progress.steps_per_second:,.0f} steps/s   {time} left{diverged}",
-        flush=True,
-    )

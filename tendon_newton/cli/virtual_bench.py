@@ -17,17 +17,18 @@ class VirtualBenchConfig:
     """Run a virtual bench until Ctrl-C."""
 
     bench: Literal["finger", "spring_weak", "spring_strong", "finger_antagonist"] = "finger"
-    """What the tendon pulls; the antagonistic finger has two, with a servo each."""
+    """Mechanism that the tendon pulls; the antagonistic finger has two tendons, with a servo
+    each."""
     seed: int = 0
-    """Which unit: servos, tendons and fingers differ from one to the next."""
+    """Number of the unit: servos, tendons and fingers differ from unit to unit."""
     obstacle: Literal["free", "tape_roll", "hand", "hand_perturbation"] = "free"
-    """What blocks the mechanism."""
+    """Obstacle in the mechanism's way."""
     load_cell_rate: Literal[80, 20, 10] = 80
     """Readings per second [Hz]; 20 is a mean of four at 80."""
     servo: Literal["xc330_t288_t", "xl330_m288_t"] = "xc330_t288_t"
-    """Which servo."""
+    """Name of the servo."""
     worn: Literal["new", "friction", "spool"] = "new"
-    """What use has done to it: friction, the gear has run dry; spool, it has slipped."""
+    """Wear of the unit: friction, its gear has run dry; spool, its spool has slipped."""
     plant_file: Path | None = None
     """Also write every constant of the unit here, as TOML."""
 

@@ -1,7 +1,8 @@
 """The measured channels: column, unit, and the range outside which the unit must be wrong.
 
-The ranges are no safety limits. Each is wide enough for every bench that a servo of this class can
-drive and narrow enough that the usual slip (milli- for plain units, degrees for radians) leaves it.
+The ranges are no safety limits. Each range is wide enough for every bench that a servo of this
+class can drive. Each is also so narrow that the usual slip leaves it: milli- for plain units,
+degrees for radians.
 """
 
 from dataclasses import dataclass
@@ -23,7 +24,7 @@ class Channel:
     upper: float
     """Greatest credible value [unit]."""
     slip: str
-    """What a value outside the range most likely is."""
+    """Most likely unit of a value outside the range."""
 
 
 # ten turns: 0.79 m of tendon on the nominal 12.5 mm spool, while fingers need 2 turns; 60 degrees
@@ -98,5 +99,5 @@ CHANNELS = (
 )
 
 TIME_STEP_RANGE = (5e-5, 0.5)
-"""Credible median steps of the time column [s]: below is above any servo bus (20 kHz), beyond is
-slower than any motion of a finger; 80 Hz written in milliseconds is a step of 12.5."""
+"""Credible median steps of the time column [s]. Shorter ones are above any servo bus (20 kHz),
+longer ones slower than any motion of a finger. 80 Hz written in milliseconds is a step of 12.5."""

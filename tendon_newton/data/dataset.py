@@ -49,14 +49,16 @@ class Dataset:
     """Recordings to fit and recordings that only report."""
 
     path: Path
-    """The folder."""
+    """Folder of ``dataset.toml`` and its recordings."""
     train: tuple[Recording, ...]
     """Recordings that a fit may see."""
     test: tuple[Recording, ...]
     """Recordings that are never fitted."""
 
 
-def load_dataset(path: Path, *, require_train: bool = True, require_test: bool = True) -> Dataset:
+def load_dataset(
+    path: str | Path, *, require_train: bool = True, require_test: bool = True
+) -> Dataset:
     """Read and check a dataset.
 
     Args:
@@ -64,6 +66,7 @@ def load_dataset(path: Path, *, require_train: bool = True, require_test: bool =
         require_train: Refuse a dataset without a train split.
         require_test: Refuse a dataset without a test split.
     """
+    path = Path(path)
     where = path / FILE_NAME
     entries = read_entries(path)
     counts = {split: sum(entry["split"] == split for entry in entries) for split in SPLITS}

@@ -131,9 +131,9 @@ def excite(
     """Return time [s] and command [rad] of an excitation, shapes (T,).
 
     Args:
-        name: Its name in either table.
+        name: Name of the excitation in either table.
         duration: Length [s].
-        rng: What is drawn comes from here.
+        rng: Source of all draws.
         rate: Rows per second [Hz].
 
     Raises:

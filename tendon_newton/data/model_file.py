@@ -70,8 +70,9 @@ class Model:
         object.__setattr__(self, "bench_overrides", MappingProxyType(dict(self.bench_overrides)))
 
 
-def load_model(path: Path) -> Model:
+def load_model(path: str | Path) -> Model:
     """Read and check a model file."""
+    path = Path(path)
     table = read_toml(path, InvalidModelFile, "a model is a TOML file")
     refuse_unknown_keys(table, KNOWN_KEYS, str(path), InvalidModelFile)
     try:
@@ -85,7 +86,7 @@ def load_model(path: Path) -> Model:
         raise InvalidModelFile(f"{path}: {error}") from error
 
 
-def write_model(path: Path, model: Model) -> None:
+def write_model(path: str | Path, model: Model) -> None:
     """Write a model so that reading it gives the same numbers, bit for bit."""
     table: dict[str, Any] = {
         "bench_overrides": {
@@ -96,7 +97,7 @@ def write_model(path: Path, model: Model) -> None:
         "actuator": {"kind": model.actuator.name, **model.actuator.values},
     }
     effects = [{"name": effect.name, **effect.values} for effect in model.effects]
-    write_toml(path, table, effects=effects)
+    write_toml(Path(path), table, effects=effects)
 
 
 def read_actuator(table: Any) -> NamedValues:

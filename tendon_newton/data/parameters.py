@@ -14,6 +14,7 @@ DIMENSIONS: dict[str, tuple[int, int, int]] = {
     "1/N2": (-2, 0, 0),
     "rad": (0, 1, 0),
     "rad/s": (0, 1, 0),
+    "rad/s2": (0, 1, 0),
     "1/rad": (0, -1, 0),
     "N/rad": (1, -1, 0),
     "N s/rad": (1, -1, 0),
@@ -39,14 +40,14 @@ SMALLEST, GREATEST = 1.0e-4, 1.0e4
 
 @dataclass(frozen=True, kw_only=True)
 class BenchScale:
-    """How large a bench's numbers are beside those of the nominal benches, for which ranges are."""
+    """Ratios of a bench's numbers to those of the nominal benches, for which ranges are stated."""
 
     force: float = 1.0
-    """Of the forces [1]."""
+    """Ratio of the forces [1]."""
     travel: float = 1.0
-    """Of the tendon's travel [1]."""
+    """Ratio of the tendon's travel [1]."""
     turn: float = 1.0
-    """Of the motor angle for the same travel [1]."""
+    """Ratio of the motor angle for the same travel [1]."""
     is_shaft: bool = False
     """Whether forces are torques [N m], because a shaft stands in for the string."""
 
@@ -83,7 +84,7 @@ class Parameter:
     upper: float
     """Greatest value that makes sense [unit]."""
     source: str
-    """Where the range comes from."""
+    """Source of the range."""
     absolute: bool = False
     """Whether the range is the same on a bench of any size, whatever the unit: a tilt's."""
 

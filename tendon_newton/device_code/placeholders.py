@@ -41,8 +41,8 @@ Mat33 = Placeholder
 Jet = Placeholder
 """Value and derivatives by position and velocity of a force [N], torque [N m] or angle [rad]."""
 Values = Placeholder
-"""An effect's own parameters in the order of its declaration, padded with zeros to three; last,
-what it remembers."""
+"""An effect's own parameters in the order of its declaration, padded with zeros to three; last, the
+two numbers that it may remember."""
 MemoryVector = Placeholder
 """What the effects remember, one number per tendon or joint of each that does, shape (S,)."""
 JointVector = Placeholder
@@ -93,7 +93,7 @@ def bindings(
         "Vec3": vector(length=3, dtype=precision),
         "Mat33": matrix(shape=(3, 3), dtype=precision),
         "Jet": vector(length=3, dtype=precision),
-        "Values": vector(length=4, dtype=precision),
+        "Values": vector(length=5, dtype=precision),
         "MemoryVector": vector(length=max(memories, 1), dtype=precision),
         "JointVector": vector(length=joints, dtype=precision),
         "JointMatrix": matrix(shape=(joints, joints), dtype=precision),

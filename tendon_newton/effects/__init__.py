@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from tendon_newton.effects.acceleration_limit import AccelerationLimit
 from tendon_newton.effects.actuator_lag import ActuatorLag
+from tendon_newton.effects.asymmetric_friction import AsymmetricFriction
 from tendon_newton.effects.backlash import Backlash
 from tendon_newton.effects.base import Effect, Stage
 from tendon_newton.effects.command_delay import CommandDelay
+from tendon_newton.effects.command_rate_limit import CommandRateLimit
 from tendon_newton.effects.coulomb_friction import CoulombFriction
 from tendon_newton.effects.deadband import Deadband
 from tendon_newton.effects.force_saturation import ForceSaturation
@@ -14,6 +17,7 @@ from tendon_newton.effects.gain_error import GainError
 from tendon_newton.effects.gear_load_friction import GearLoadFriction
 from tendon_newton.effects.gravity_misalignment import GravityMisalignment
 from tendon_newton.effects.holding_friction import HoldingFriction
+from tendon_newton.effects.hysteresis import Hysteresis
 from tendon_newton.effects.inertia_error import InertiaError
 from tendon_newton.effects.joint_damping_error import JointDampingError
 from tendon_newton.effects.joint_dry_friction import JointDryFriction
@@ -26,12 +30,14 @@ from tendon_newton.effects.load_cell_lag import LoadCellLag
 from tendon_newton.effects.load_dependent_friction import LoadDependentFriction
 from tendon_newton.effects.load_stribeck_friction import LoadStribeckFriction
 from tendon_newton.effects.obstruction import Obstruction
+from tendon_newton.effects.overload_cut import OverloadCut
 from tendon_newton.effects.position_offset import PositionOffset
 from tendon_newton.effects.routing_friction import RoutingFriction
 from tendon_newton.effects.sample_period_error import SamplePeriodError
 from tendon_newton.effects.speed_limit import SpeedLimit
 from tendon_newton.effects.spool_radius_error import SpoolRadiusError
 from tendon_newton.effects.spring_stiffening import SpringStiffening
+from tendon_newton.effects.starting_duty import StartingDuty
 from tendon_newton.effects.stribeck_friction import StribeckFriction
 from tendon_newton.effects.tendon_compliance import TendonCompliance
 from tendon_newton.effects.tendon_slack import TendonSlack
@@ -49,20 +55,26 @@ EFFECTS: dict[str, type[Effect]] = {
     "position_offset": PositionOffset,
     "tendon_slack": TendonSlack,
     "backlash": Backlash,
+    "command_rate_limit": CommandRateLimit,
+    "acceleration_limit": AccelerationLimit,
     "deadband": Deadband,
     "gain_error": GainError,
     "gain_drift": GainDrift,
+    "starting_duty": StartingDuty,
+    "overload_cut": OverloadCut,
     "force_saturation": ForceSaturation,
     "voltage_sag": VoltageSag,
     "torque_fade": TorqueFade,
     "actuator_lag": ActuatorLag,
     "viscous_friction": ViscousFriction,
     "coulomb_friction": CoulombFriction,
+    "asymmetric_friction": AsymmetricFriction,
     "stribeck_friction": StribeckFriction,
     "load_dependent_friction": LoadDependentFriction,
     "gear_load_friction": GearLoadFriction,
     "load_stribeck_friction": LoadStribeckFriction,
     "holding_friction": HoldingFriction,
+    "hysteresis": Hysteresis,
     "tendon_compliance": TendonCompliance,
     "speed_limit": SpeedLimit,
     "routing_friction": RoutingFriction,

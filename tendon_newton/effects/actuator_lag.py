@@ -17,9 +17,9 @@ class ActuatorLag(Effect):
     .. math:: \tau \dot F_m = u - F_m,
         \qquad u = \operatorname{clip}(P (\theta_d - \theta), \pm F_{max})
 
-    It is solved exactly over a step for a demand that moves in a straight line, so that a time
-    constant far below the step does no harm. Of second order for a demand that does not depend on
-    acceleration.
+    The lag is solved exactly over a step for a demand that moves in a straight line, so that a time
+    constant far below the step does no harm. The solution is of second order for a demand that does
+    not depend on acceleration.
     Source: winding inductance, current loop and filters of the firmware.
     Validity: one dominant time constant.
     Signature: the residual follows the rate of the force; the row of a jump shows a first, small

@@ -1,4 +1,4 @@
-"""What every physical effect declares: parameters with nulls, equation, source, and stages."""
+"""Declaration of a physical effect: parameters with nulls, equation, source, and stages."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ class Stage(Enum):
     """Where an effect acts, in the order of the signal; the effect has a device function so named.
 
     `values` are the effect's own parameters in the order of its declaration; `values[3]` is what it
-    remembers. A `Jet` is a signal with its derivatives by position and by velocity, so that sums,
-    differences and multiples of jets carry the derivatives along.
+    remembers, `values[4]` the second of two such numbers. A `Jet` is a signal with its derivatives
+    by position and by velocity, so that sums, differences and multiples of jets carry the
+    derivatives along.
     """
 
     PERIOD = "period"
@@ -32,6 +33,9 @@ class Stage(Enum):
     """(angle: Jet, tendon, values) -> Jet: the motor angle [rad] that the servo acts on."""
     ERROR = "error"
     """(error: Jet, tendon, values) -> Jet: the position error [rad] that the servo acts on."""
+    DUTY = "duty"
+    """(duty: Jet, tendon, values) -> Jet: the share of all that it has which the servo gives [1]:
+    a motor's duty cycle, else its force over its limit."""
     MOTOR_FORCE = "motor_force"
     """(force: Jet, tendon, values) -> Jet: the motor's force at the spool [N], pulling or pushing,
     after the servo's own limit."""
@@ -65,7 +69,7 @@ class Effect:
     """One physical cause of a gap between a simulation and its bench.
 
     Subclasses are never instantiated: an effect is its declaration, and its numbers live in a
-    model. It acts in each `Stage` whose name it gives a device function.
+    model. An effect acts in each `Stage` that names one of its device functions.
     """
 
     name: ClassVar[str]
@@ -81,7 +85,7 @@ class Effect:
     """Stages that stand for the motion of a spool without inertia. Where the spool has a
     coordinate of its own, its equation of motion takes their place."""
     memory: ClassVar[Stage | None] = None
-    """Stage after which an effect with internal state renews it; see `renewal`. The effect sleeps
+    """Stage after which an effect with internal state renews it; see `renewals`. The effect sleeps
     while its first parameter is at null."""
 
     @classmethod
@@ -90,14 +94,16 @@ class Effect:
         return getattr(cls, stage.value, None)
 
     @classmethod
-    def renewal(cls) -> Callable[..., Any] | None:
-        """Return `remember`, the device function of an effect with internal state, None without.
+    def renewals(cls) -> tuple[Callable[..., Any], ...]:
+        """Return the device functions of an effect's internal state, none without.
 
-        (signal: Jet, tendon | joint, values) -> real, one number per tendon or joint: what is
-        remembered once `elapsed` [s] have passed since it was `values[3]`, with the signal as the
-        stage left it. A very long `elapsed` asks for the relaxed state.
+        `remember` gives the first number of each tendon or joint, `remember_second` the second:
+        (signal: Jet, tendon | joint, values) -> real. The number is the memory once `elapsed` [s]
+        have passed since it was `values[3]`, or `values[4]`, with the signal as the stage left it.
+        A very long `elapsed` asks for the relaxed state.
         """
-        return getattr(cls, "remember", None)
+        names = ("remember", "remember_second")
+        return tuple(getattr(cls, name) for name in names if hasattr(cls, name))
 
     @classmethod
     def acts_on_cell_only(cls) -> bool:

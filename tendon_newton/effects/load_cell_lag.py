@@ -13,7 +13,7 @@ class LoadCellLag(Effect):
 
     .. math:: \tau \dot F_{read} = F - F_{read}
 
-    It is solved exactly for a force that moves in a straight line over a step.
+    The lag is solved exactly for a force that moves in a straight line over a step.
     Source: filters inside amplifiers such as the HX711, and averaging in firmware.
     Validity: one dominant time constant.
     Signature: jumps of force are rounded off; theta is untouched.

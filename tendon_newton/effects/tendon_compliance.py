@@ -19,10 +19,11 @@ class TendonCompliance(Effect):
 
     .. math:: r\,\theta = l + \frac{F}{k}
 
-    With the force at the spool known to first order in theta and theta_dot this is :math:`\tau
-    \dot F = U - F`, whose time constant is that of viscous friction against the tendon's stiffness
-    and is zero without it. It is solved exactly over a step, around the force before it. A servo
-    with a rotor needs no such solution: its spool has a coordinate of its own.
+    With the force at the spool known to first order in theta and theta_dot this is
+    :math:`\tau \dot F = U - F`. Its time constant is that of viscous friction against the tendon's
+    stiffness, and is zero without friction. The equation is solved exactly over a step, around the
+    force before the step. A servo with a rotor needs no such solution: its spool has a coordinate
+    of its own.
     Source: Hooke (1678); a braided line of 1 mm and half a metre has 5 to 50 N/mm.
     Validity: linear stretch without creep or mass. Dry friction opposes the excursion's speed.
     Signature: theta leads the mechanism in proportion to the force, at rest as well.

@@ -16,8 +16,8 @@ class ViscoelasticSpring(Effect):
 
     .. math:: \tau_j \to \tau_j - \rho\,k_j\,(q_j - x_j), \qquad \tau_r\,\dot x_j = q_j - x_j
 
-    The dashpot's place x is what is remembered; it is solved exactly for a steady speed over a
-    step, with an error of third order per step otherwise.
+    The effect remembers the dashpot's place x. The place is solved exactly for a steady speed over
+    a step, with an error of third order per step otherwise.
     Source: Maxwell (1867), the standard linear solid; printed polymers relax over seconds.
     Validity: small strains and one relaxation time; the branch is linear and nominal even where
     joint_stiffness_error or spring_stiffening change the spring.

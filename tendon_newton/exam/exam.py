@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import json
-import os
 import resource
 import sys
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import replace
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +14,7 @@ from tendon_newton.diagnosis.diagnosis_file import state_diagnosis
 from tendon_newton.errors import InvalidDataset, TendonNewtonError, unknown_name
 from tendon_newton.exam.exam_score import Mark, Truth, judge
 from tendon_newton.exam.truth_file import read_truth
+from tendon_newton.scheduler import JobOptions, completed
 
 ANSWER = "diagnosis.json"
 
@@ -42,14 +40,14 @@ def read_truths(folder: Path) -> list[Truth]:
 
 
 def take_exam(
-    folder: Path, out: Path, *, workers: int = 1, only: Sequence[str] = ()
+    folder: Path, out: Path, *, options: JobOptions, only: Sequence[str] = ()
 ) -> Iterator[Mark]:
     """Diagnose every dataset that has no answer yet, and yield all marks as they come.
 
     Args:
         folder: Datasets and their truths.
         out: Where answers go, one folder each.
-        workers: Processes; one per core is best.
+        options: Where diagnoses are done; one process per core is best.
         only: Names of datasets; all by default.
     """
     truths = read_truths(folder)
@@ -64,31 +62,23 @@ def take_exam(
             waiting.append(truth)
         else:
             yield replace(judge(truth, answer), earlier=True)
-    if workers <= 1:
-        for truth in waiting:
-            yield judge(truth, answer_one(folder / truth.id, out / truth.id, None))
-        return
-    # A fresh interpreter each, as Warp's state must not be forked; one thread each, as the
-    # processes already keep all cores busy.
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        jobs = {
-            pool.submit(answer_one, folder / truth.id, out / truth.id, 1): truth
-            for truth in waiting
-        }
-        for job in as_completed(jobs):
-            yield judge(jobs[job], job.result())
+    folders = {(folder / truth.id, out / truth.id): truth for truth in waiting}
+    for paths, answer in completed(answer_one, list(folders), options):
+        yield judge(folders[paths], answer)
 
 
-def answer_one(dataset: Path, out: Path, threads: int | None) -> dict[str, Any] | None:
-    """Diagnose one dataset and write its answer; None if it cannot be diagnosed."""
+def answer_one(paths: tuple[Path, Path]) -> dict[str, Any] | None:
+    """Diagnose one dataset and write its answer; None if it cannot be diagnosed.
+
+    Args:
+        paths: Folder of the dataset, and of the answer.
+    """
+    dataset, out = paths
     from tendon_newton.data.dataset import load_dataset
     from tendon_newton.data.model_file import load_model, write_model
     from tendon_newton.device_code.quiet import quiet_warp
     from tendon_newton.diagnosis.diagnose import diagnose
-    from tendon_newton.simulation.hosts.rollout import THREADS_VARIABLE
 
-    if threads is not None:
-        os.environ[THREADS_VARIABLE] = str(threads)
     quiet_warp()
     out.mkdir(parents=True, exist_ok=True)
     try:

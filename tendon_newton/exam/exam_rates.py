@@ -1,4 +1,4 @@
-"""How often the diagnosis is right, over all answers of an exam."""
+"""Rates at which the diagnosis is right, over all answers of an exam."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ STRENGTHS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 30.0)
 
 @dataclass(frozen=True, kw_only=True)
 class Rate:
-    """One figure of an exam."""
+    """A share or a mean over the cases of an exam."""
 
     name: str
     value: float
     cases: int
-    """How many cases it is over."""
+    """Number of cases behind the figure."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class StrengthBin:
-    """How single causes of about one strength were answered."""
+    """Answers to single causes of about one strength."""
 
     low: float
     """[noise floors]"""

@@ -93,7 +93,7 @@ def write_exam_report(folder: Path, marks: Sequence[Mark]) -> None:
     """Write ``exam.html`` and ``confusion.png``.
 
     Raises:
-        InvalidOutput: They cannot be written.
+        InvalidOutput: A file cannot be written.
     """
     from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 

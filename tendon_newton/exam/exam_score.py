@@ -16,7 +16,7 @@ LARGEST_CLASS = 3
 
 @dataclass(frozen=True, kw_only=True)
 class Truth:
-    """What is hidden in one dataset of an exam."""
+    """Hidden causes of one dataset of an exam."""
 
     id: str
     family: Family
@@ -41,7 +41,7 @@ class Truth:
 
 @dataclass(frozen=True, kw_only=True)
 class Mark:
-    """One answer, judged."""
+    """Answer to one dataset, beside its truth."""
 
     truth: Truth
     said: tuple[str, ...]
@@ -74,7 +74,7 @@ class Mark:
 
     @property
     def found(self) -> int:
-        """How many true effects were named, exactly or by class, each answer used once."""
+        """Number of true effects named, exactly or by class, each answer used once."""
         exact = [name for name in self.truth.effects if name in self.said]
         left = [c for name, c in zip(self.said, self.classes, strict=True) if name not in exact]
         count = len(exact)

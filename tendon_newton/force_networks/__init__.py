@@ -1,1 +1,70 @@
-"""Networks from a window of servo signals to a force, and their weights as a file without code."""
+"""Networks from a window of servo signals to a force: one file each, one line each in the table."""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any, Literal, get_args
+
+from tendon_newton.errors import unknown_name
+
+if TYPE_CHECKING:
+    from tendon_newton.force_networks.force_network import ForceNetwork
+
+FORCE_NETWORKS: dict[str, str] = {
+    "mlp": "Mlp",
+    "rnn": "Rnn",
+    "lstm": "Lstm",
+    "transformer": "Transformer",
+}
+"""Kind, which is also the name of its module here -> its class. The classes need torch, so a module
+is imported when its network is asked for."""
+
+SetName = Literal["paper", "authors", "matched"]
+"""A set of networks whose sizes belong together.
+
+``paper``: as Yuryev and Hughes, Tendon Force Modeling for Sim2Real Transfer (2026), section II-B,
+describe them; the sizes that the text leaves open (feed-forward layer and perceptron of the
+Transformer) are those of the authors' published code. ``authors``: as in that code, where the
+perceptron is another one, the Transformer has no causal mask and drops a tenth of its numbers in
+training. ``matched``: numbers of parameters within 20 % of each other, as the paper asks for.
+"""
+SETS: tuple[SetName, ...] = get_args(SetName)
+
+
+def find_force_network(kind: str) -> type[ForceNetwork]:
+    """Return the class of a force network.
+
+    Raises:
+        UnknownName: No such kind; the message lists the known ones.
+    """
+    if kind not in FORCE_NETWORKS:
+        raise unknown_name("network", kind, FORCE_NETWORKS)
+    return getattr(importlib.import_module(f"{__name__}.{kind}"), FORCE_NETWORKS[kind])
+
+
+def kinds_in(of_set: str) -> tuple[str, ...]:
+    """Return the kinds that have sizes in a set.
+
+    Raises:
+        UnknownName: No such set.
+    """
+    if of_set not in SETS:
+        raise unknown_name("set of networks", of_set, SETS)
+    return tuple(kind for kind in FORCE_NETWORKS if of_set in find_force_network(kind).sizes)
+
+
+def build_network(kind: str, *, of_set: str, window: int) -> ForceNetwork:
+    """Return an untrained network.
+
+    Args:
+        kind: A key of `FORCE_NETWORKS`.
+        of_set: One of `SETS`.
+        window: Samples in a window.
+
+    Raises:
+        UnknownName: No such set, or none of this kind in it.
+    """
+    family: Any = find_force_network(kind)  # each kind has sizes of its own
+    if of_set not in family.sizes:
+        raise unknown_name(f"network in the set {of_set!r}", kind, kinds_in(of_set))
+    return family(window, **family.sizes[of_set])

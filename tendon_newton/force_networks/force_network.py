@@ -1,23 +1,35 @@
 """What every force network has: its window and the normalisation that travels inside its file."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, Self
+
 import torch
 from torch import Tensor, nn
 
 INPUT_COUNT = 3
 """Numbers per sample: theta_d [rad], theta [rad], theta_dot [rad/s]."""
 
+Shapes = Mapping[str, tuple[int, ...]]
+"""Name of a weight -> its shape."""
+
 
 class ForceNetwork(nn.Module):
     """A map from a window of servo signals to the tension at its end.
 
-    Call it with windows of shape (W, window, 3), oldest sample first, each sample
-    (theta_d [rad], theta [rad], theta_dot [rad/s]), or the same flattened to (W, window * 3).
-    It returns the tension [N], shape (W,); to keep it between zero and the servo's limit is the
-    caller's part.
+    Call it with windows of shape (W, window, 3), oldest sample first, each sample (theta_d [rad],
+    theta [rad], theta_dot [rad/s]), or the same flattened to (W, window * 3). The answer is the
+    tension [N], shape (W,). The caller keeps it between zero and the servo's limit.
 
     Args:
         window: Samples in a window.
     """
+
+    sizes: ClassVar[Mapping[str, Mapping[str, Any]]]
+    """Set of networks that belong together -> arguments beside the window."""
+    methods: ClassVar[tuple[str, ...]] = ("forward",)
+    """What a TorchScript file of this kind has."""
 
     input_mean: Tensor
     input_scale: Tensor
@@ -31,6 +43,25 @@ class ForceNetwork(nn.Module):
         self.register_buffer("input_scale", torch.ones(INPUT_COUNT))
         self.register_buffer("force_mean", torch.zeros(()))
         self.register_buffer("force_scale", torch.ones(()))
+
+    @classmethod
+    def of_weights(cls, window: int, shapes: Shapes, settings: Mapping[str, Any]) -> Self:
+        """Return a network of the sizes that the shapes of a file's weights tell.
+
+        A file may be anybody's: whatever is wrong with it raises KeyError, IndexError, TypeError or
+        ValueError before memory is taken.
+
+        Args:
+            window: Samples in a window.
+            shapes: Of all weights and buffers, by name.
+            settings: What `settings` returned when the file was written.
+        """
+        raise NotImplementedError
+
+    @torch.jit.unused
+    def settings(self) -> dict[str, Any]:
+        """Return what the shapes of the weights do not tell, as JSON takes it."""
+        return {}
 
     def normalise_as(self, inputs: Tensor, force: Tensor) -> None:
         """Take mean and standard deviation from training data.
@@ -51,6 +82,11 @@ class ForceNetwork(nn.Module):
     def tension(self, output: Tensor) -> Tensor:
         """Return the tension [N], shape (...), of a last layer's output, shape (..., 1)."""
         return output[..., 0] * self.force_scale + self.force_mean
+
+    @torch.jit.export
+    def last_query(self, window: Tensor) -> Tensor:
+        """Return the tension [N], shape (W,), with no more work than the last sample needs."""
+        return self.forward(window)
 
 
 def parameter_count(network: nn.Module) -> int:

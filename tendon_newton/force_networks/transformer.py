@@ -5,11 +5,16 @@ kernels that read the weights by name need one simple layout.
 """
 
 import math
+from collections.abc import Mapping
+from typing import Any, ClassVar, Self
 
 import torch
 from torch import Tensor, nn
 
-from tendon_newton.force_networks.force_network import INPUT_COUNT, ForceNetwork
+from tendon_newton.force_networks.force_network import INPUT_COUNT, ForceNetwork, Shapes
+
+ATTENTION_LIMIT = 1 << 24
+"""Heads times the square of the window: numbers that one layer holds at once."""
 
 
 class EncoderLayer(nn.Module):
@@ -79,6 +84,13 @@ class Transformer(ForceNetwork):
         dropout: Share of numbers dropped in training [1].
     """
 
+    sizes: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "paper": {},
+        "authors": {"causal": False, "dropout": 0.1},
+        "matched": {},
+    }
+    methods: ClassVar[tuple[str, ...]] = ("forward", "last_query")
+
     positions: Tensor
     mask: Tensor
 
@@ -105,6 +117,25 @@ class Transformer(ForceNetwork):
         self.register_buffer("positions", sinusoidal_positions(window, width))
         hidden = torch.full((window, window), -math.inf).triu(1)
         self.register_buffer("mask", hidden if causal else torch.zeros(window, window))
+
+    @classmethod
+    def of_weights(cls, window: int, shapes: Shapes, settings: Mapping[str, Any]) -> Self:
+        """Return a network with the width and the layers of its weights."""
+        heads, width = int(settings["heads"]), shapes["positions"][1]
+        if heads < 1 or width % heads or heads * window**2 > ATTENTION_LIMIT:
+            raise ValueError(f"{heads} heads on {width} numbers of {window} samples")
+        return cls(
+            window,
+            width=width,
+            layers=len({name.split(".")[1] for name in shapes if name.startswith("encoder.")}),
+            heads=heads,
+            feed_forward=shapes["encoder.0.feed_1.bias"][0],
+        )
+
+    @torch.jit.unused
+    def settings(self) -> dict[str, Any]:
+        """Return the number of attention heads."""
+        return {"heads": self.encoder[0].heads}
 
     def forward(self, window: Tensor) -> Tensor:
         """Return the tension [N], shape (W,)."""

@@ -1,6 +1,6 @@
 """A force network as weights alone: a safetensors file, which holds numbers and no program.
 
-The metadata has the card, as in the other formats, and under ``network`` what the shapes of the
+The metadata has the card, as in the other formats. Under ``network`` stands what the shapes of the
 weights do not tell: the heads of a Transformer, the activation of a perceptron. The program that
 reads it builds the network from its own classes, so that nobody needs to be trusted.
 """
@@ -8,28 +8,20 @@ reads it builds the network from its own classes, so that nobody needs to be tru
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import torch
 from torch import Tensor
 
 from tendon_newton.data.cards.force_network_card import ForceNetworkCard
 from tendon_newton.errors import InvalidNetworkFile, InvalidOutput
-from tendon_newton.force_networks.force_network import INPUT_COUNT, ForceNetwork
-from tendon_newton.force_networks.mlp import ACTIVATIONS, Mlp
-from tendon_newton.force_networks.rnn import Rnn
-from tendon_newton.force_networks.transformer import Transformer
+from tendon_newton.force_networks import find_force_network
+from tendon_newton.force_networks.force_network import ForceNetwork
 
 SUFFIX = ".safetensors"
 CARD_KEY, NETWORK_KEY = "card", "network"
 HEADER_LIMIT = 1 << 20
 """Bytes of names, shapes and metadata; safetensors itself allows a hundred times as many."""
-ATTENTION_LIMIT = 1 << 24
-"""Heads times the square of the window of a Transformer: numbers that one layer holds at once."""
-
-Shapes = Mapping[str, tuple[int, ...]]
 
 
 def write_weights(path: Path, network: ForceNetwork, card: ForceNetworkCard) -> None:
@@ -41,7 +33,7 @@ def write_weights(path: Path, network: ForceNetwork, card: ForceNetworkCard) -> 
     from safetensors.torch import save
 
     weights = {name: value.detach().cpu().contiguous() for name, value in state_of(network).items()}
-    metadata = {CARD_KEY: card.to_json(), NETWORK_KEY: json.dumps(settings_of(network))}
+    metadata = {CARD_KEY: card.to_json(), NETWORK_KEY: json.dumps(network.settings())}
     try:
         path.write_bytes(save(weights, metadata))
     except OSError as error:
@@ -51,16 +43,6 @@ def write_weights(path: Path, network: ForceNetwork, card: ForceNetworkCard) -> 
 def state_of(network: ForceNetwork) -> dict[str, Tensor]:
     """Return all numbers of a network by name."""
     return dict(network.state_dict())
-
-
-def settings_of(network: ForceNetwork) -> dict[str, Any]:
-    """Return what the shapes of a network's weights do not tell."""
-    if isinstance(network, Transformer):
-        return {"heads": network.encoder[0].heads}
-    if isinstance(network, Mlp):
-        kinds = {kind: name for name, kind in ACTIVATIONS.items()}
-        return {"activation": kinds[type(network.layers[1])]}
-    return {}
 
 
 def card_of_weights(content: bytes) -> ForceNetworkCard:
@@ -102,12 +84,13 @@ def network_of_weights(content: bytes, card: ForceNetworkCard) -> ForceNetwork:
     from safetensors import SafetensorError
     from safetensors.torch import load
 
+    family = find_force_network(card.kind)
     try:
         weights = load(content)
         settings = json.loads(metadata_of(content).get(NETWORK_KEY, "{}"))
         shapes = {name: tuple(value.shape) for name, value in weights.items()}
         with torch.device("meta"):  # no memory is taken before the shapes are known to agree
-            network = build(card, settings, shapes)
+            network = family.of_weights(card.window, shapes, settings)
         expected = {name: tuple(value.shape) for name, value in state_of(network).items()}
     except (
         SafetensorError,
@@ -134,30 +117,3 @@ def network_of_weights(content: bytes, card: ForceNetworkCard) -> ForceNetwork:
         )
     network.load_state_dict({name: value.float() for name, value in weights.items()}, assign=True)
     return network.requires_grad_(False).eval()
-
-
-def build(card: ForceNetworkCard, settings: Mapping[str, Any], shapes: Shapes) -> ForceNetwork:
-    """Return a network of a card's kind, its sizes read off the shapes of its weights."""
-    window = card.window
-    if card.kind == "rnn":
-        return Rnn(window, width=shapes["readout.weight"][1])
-    if card.kind == "mlp":
-        layers = sorted(
-            (int(name.split(".")[1]), shape[0])
-            for name, shape in shapes.items()
-            if name.startswith("layers.") and name.endswith(".weight")
-        )
-        if shapes["layers.0.weight"][1] != window * INPUT_COUNT:
-            raise ValueError(f"its card has a window of {window} samples")
-        widths = [width for _, width in layers[:-1]]
-        return Mlp(window, widths=widths, activation=str(settings["activation"]))
-    heads, width = int(settings["heads"]), shapes["positions"][1]
-    if heads < 1 or width % heads or heads * window**2 > ATTENTION_LIMIT:
-        raise ValueError(f"{heads} heads on {width} numbers of {window} samples")
-    return Transformer(
-        window,
-        width=width,
-        layers=len({name.split(".")[1] for name in shapes if name.startswith("encoder.")}),
-        heads=heads,
-        feed_forward=shapes["encoder.0.feed_1.bias"][0],
-    )

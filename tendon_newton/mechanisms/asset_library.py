@@ -1,4 +1,4 @@
-"""Where the assets lie: in the repository or an installed wheel, and in folders of the user's."""
+"""Folders of the assets: in the repository or an installed wheel, and in folders of the user's."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def check_new_name(name: str) -> None:
     """Refuse a name that an asset has already.
 
     Raises:
-        InvalidAsset: It is taken, or what `asset_files` raises.
+        InvalidAsset: The name is taken, or `asset_files` refuses a folder.
     """
     if (taken := asset_files().get(name)) is not None:
         raise InvalidAsset(f"an asset's name is its own; {name!r} is {taken}")

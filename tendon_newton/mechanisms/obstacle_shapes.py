@@ -43,8 +43,8 @@ OBSTACLE_GROUP = 1
 BONE_GROUP = -1
 """Collision group of links: Newton lets a negative one meet all others, but not itself."""
 LEAST_FRICTION = 2.0e-5
-"""Just above the least coefficient that MuJoCo takes [1]. Of two shapes the greater one counts:
-that of the obstacle."""
+"""Just above the least coefficient that MuJoCo takes [1]. MuJoCo takes the greater coefficient of
+two shapes: the obstacle's."""
 USUAL_FORCE = 1.0
 """Force [N] at which Newton's linear damper is as strong as the one that grows with the depth."""
 

@@ -31,9 +31,9 @@ def build_model(
     """Build one Newton model that holds a mechanism in every world.
 
     With W worlds, J joints and D tendons the arrays of the model are world by world:
-    ``model.body_mass`` (W J,), ``model.joint_stiffness`` (W J,), ``model.tendon.spool_radius``
-    (W D,); the module ``usd_tendon`` lists all of ``model.tendon``. To change a number per
-    world later, write its array::
+    ``model.body_mass`` (W J,), ``model.joint_stiffness`` (W J,), ``model.tendon.spool_radius`` (W
+    D,). The module ``usd_tendon`` lists all of ``model.tendon``. To change a number per world
+    later, write its array::
 
         arms = model.tendon.arm_coef.numpy().reshape(world_count, -1)
         arms[3] *= 1.1  # world 3

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
 from tendon_newton.errors import unknown_name
-from tendon_newton.simulation.hosts.replay import bench_of, replay
+from tendon_newton.simulation.hosts.replay import bench_of, replay, simulated_recording
 from tendon_newton.simulation.hosts.rollout import TIME_STEP, Trajectory
 from tendon_newton.simulation.mujoco.mujoco_rollout import MUJOCO_STEP, MujocoRollout
 
@@ -29,7 +29,7 @@ class TendonSimulator:
     time_step: float = TIME_STEP
     """Longest step [s]."""
     network: str = "torchscript"
-    """How a force network runs: torchscript or twin."""
+    """How a force network runs: torchscript or fused."""
     trust: bool = False
     """Whether to trust its file from now on."""
 
@@ -47,7 +47,7 @@ class MujocoSimulator:
     time_step: float = MUJOCO_STEP
     """Step [s]."""
     network: str = "torchscript"
-    """How a force network runs: torchscript or twin."""
+    """How a force network runs: torchscript or fused."""
     trust: bool = False
     """Whether to trust its file from now on."""
 
@@ -83,3 +83,22 @@ def find_simulator(name: str) -> type[TendonSimulator] | type[MujocoSimulator]:
     if name not in SIMULATORS:
         raise unknown_name("simulator", name, SIMULATORS)
     return SIMULATORS[name]
+
+
+def simulate(
+    recordings: Sequence[Recording], model: Model, *, solver: str = "tendon", **options: Any
+) -> tuple[Recording, ...]:
+    """Return recordings as a model would have made them, from their commands and first rows.
+
+    Args:
+        recordings: Recordings of any benches.
+        model: Actuator and effects with their numbers.
+        solver: A key of ``SIMULATORS``.
+        **options: Fields of that simulator, such as ``time_step`` [s].
+
+    Raises:
+        UnknownName: The solver, a bench, the actuator or an effect is not known.
+        InvalidModelFile: A number of the model is missing or out of range.
+    """
+    trajectories = find_simulator(solver)(**options).simulate(recordings, model)
+    return tuple(map(simulated_recording, recordings, trajectories))

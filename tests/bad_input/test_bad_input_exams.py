@@ -67,7 +67,7 @@ def exam(folder: Path) -> list[str]:
     for name, table in ((TRUTH_FILE, TRUTH), (ANSWER_FILE, ANSWER)):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(json.dumps(table, indent=1))
-    return ["exam", str(folder / "exam"), "--out", str(folder / "out"), "--workers", "1"]
+    return ["exam", str(folder / "exam"), "--out", str(folder / "out"), "--jobs", "1"]
 
 
 def changed(name: str, change: Callable[[dict[str, Any]], object]) -> Damage:

@@ -19,12 +19,12 @@ from tests.benchmarks.mechanics import (
     REFERENCE_STEP,
     timed_when_sound,
 )
-from tests.benchmarks.network import authors_network, last_query, twin
+from tests.benchmarks.network import authors_network, fused, last_query
 from tests.benchmarks.timing import Row
 
-OURS = "TendonSolver + twin"
+OURS = "TendonSolver + fused kernel"
 ENGINES: dict[str, tuple[Any, Callable[[Any], ForceQuery]]] = {
-    OURS: (LoopEngine, twin),
+    OURS: (LoopEngine, fused),
     "SolverMuJoCo + TorchScript": (MujocoNetworkEngine, last_query),
     "mujoco_warp + TorchScript": (WarpMujocoNetworkEngine, last_query),
     "mujoco_warp + TorchScript, TF32": (
@@ -42,7 +42,7 @@ def loop(worlds_asked: Sequence[int]) -> Iterator[Row]:
     for worlds in sorted(worlds_asked):
         checked = max(worlds, LEAST_CHECKED)
         reference = path(
-            LoopEngine(checked, REFERENCE_STEP, query=twin(network), precision="float64")
+            LoopEngine(checked, REFERENCE_STEP, query=fused(network), precision="float64")
         )
         for name, (kind, form) in ENGINES.items():
             if name == OURS or worlds <= FOREIGN_WORLDS:
@@ -52,5 +52,5 @@ def loop(worlds_asked: Sequence[int]) -> Iterator[Row]:
                 yield row
         if worlds <= FOREIGN_WORLDS:
             same = min(n for name, n in substeps.items() if name != OURS)
-            make = partial(LoopEngine, query=twin(network))
+            make = partial(LoopEngine, query=fused(network))
             yield timed_when_sound(f"{OURS}, same step", worlds, make, reference, same)

@@ -18,9 +18,9 @@ import torch
 import warp as wp
 
 from tendon_newton.actuators.networks.artifact import torchscript
+from tendon_newton.actuators.networks.fused_query import FusedQuery, forces_of
 from tendon_newton.actuators.networks.history import History
 from tendon_newton.actuators.networks.torchscript import ForceQuery, TorchScriptQuery
-from tendon_newton.actuators.networks.twin_query import TwinQuery, forces_of
 from tendon_newton.simulation.hosts.torch_bridge import Graph
 from tests.benchmarks.timing import Row, best_time, memory_in_use, say
 from tests.physics.learned.networks import GAIN, LIMIT, RATE, WINDOW, force_network
@@ -111,9 +111,9 @@ def compiled_query(network: Any, arithmetic: Arithmetic) -> ForceQuery:
     return RoundedQuery(torch.compile(network.last_query, dynamic=False), arithmetic)
 
 
-def twin(network: Any) -> TwinQuery:
-    """Return the network as kernels of ours."""
-    return TwinQuery(network, rate=RATE, limit=LIMIT, device=wp.get_device())
+def fused(network: Any) -> FusedQuery:
+    """Return the network as a kernel of ours."""
+    return FusedQuery(network, rate=RATE, limit=LIMIT, device=wp.get_device())
 
 
 def last_query(network: Any, arithmetic: Arithmetic = "float32") -> ForceQuery:
@@ -122,7 +122,7 @@ def last_query(network: Any, arithmetic: Arithmetic = "float32") -> ForceQuery:
 
 
 FORMS = (
-    Form(name="twin", make=twin),
+    Form(name="fused kernel", make=fused),
     Form(
         name="TorchScript, all samples",
         make=lambda n: TorchScriptQuery(scripted(WholeNetwork(n)), **OPTIONS),

@@ -39,6 +39,8 @@ Jet = Placeholder
 
 FORCES = [name for name, actuator in ACTUATORS.items() if not actuator.kinematic]
 """Actuators that give a force, not a position."""
+ON_A_FINGER = {"pd_torque": {"kp": 0.05, "kd": 0.002, "max_torque": 0.25, "armature": 1.0e-5}}
+"""Numbers in place of typical ones, where those of a leg would tear at the finger."""
 NUDGE = 1.0e-6  # rad, rad/s
 
 
@@ -54,6 +56,7 @@ def network_path(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 def typical_model(kind: str, network_path: Path) -> Model:
     """Return an actuator with its typical numbers."""
     values: dict[str, float | str] = {p.name: p.nominal for p in ACTUATORS[kind].parameters}
+    values |= ON_A_FINGER.get(kind, {})
     if kind in FORCES:
         values["spool_radius"] = RADIUS
     if ACTUATORS[kind].held:

@@ -24,7 +24,7 @@ FADING = (
     NamedValues(name="torque_fade", values={"fade": 3.859, "time_constant": 0.7478}),
 )
 """Fitted to the gains 100 and 800 by `python -m examples.studies.xl330 LOGS --test 200`: the
-rotor's inertia acts before the gear, whose friction then sees less of it (docs/real_data.md)."""
+rotor's inertia acts before the gear, whose friction then sees less of it (docs/lab/xl330.md)."""
 
 NEAR_MOTOR = {"torque_constant": 0.40, "resistance": 3.3, "armature": 0.0020}
 FROM_SMALL_GAINS = {

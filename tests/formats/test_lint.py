@@ -97,6 +97,47 @@ def test_a_wrapped_encoder_is_found() -> None:
     assert [f.evidence[:16] for f in found if f.channel == "theta"] == ["3 steps of a tur"]
 
 
+def test_single_rows_that_were_not_read_are_counted() -> None:
+    """Three rows at -pi stand alone; a fast motion that passes there does not."""
+    theta = np.sin(3.0 * TIME)
+    theta[[100, 300, 500]] = -3.1401
+    finding = only(lint_recording(log(motor_position=theta[:, None])))
+    assert (finding.channel, finding.severity) == ("theta", "defect")
+    assert finding.evidence.startswith("3 of 800 rows stand alone, first row 100 with -3.1401 rad")
+    fast = 4.0 * np.sin(6.0 * TIME)
+    swinging = log(motor_position=fast[:, None], motor_velocity=24.0 * np.cos(6.0 * TIME)[:, None])
+    assert lint_recording(swinging) == ()
+
+
+@pytest.mark.parametrize("read", [0.0, 25.0])
+def test_a_supply_that_was_not_read_is_a_defect(read: float) -> None:
+    """One row of 0 or 25 V among 12 V; a sag to 9 V is none."""
+    supply = np.full(ROWS, 12.0)
+    supply[400:420] = 9.0
+    assert lint_recording(log(voltage=supply)) == ()
+    supply[40] = read
+    found = [f for f in lint_recording(log(voltage=supply)) if f.severity == "defect"]
+    assert only(tuple(found)).evidence.startswith("1 of 800 rows say")
+
+
+def test_a_motor_that_is_off_is_noted() -> None:
+    """Two segments, the first with its times."""
+    enabled = np.ones(ROWS, dtype=bool)
+    enabled[80:160] = enabled[400:480] = False
+    finding = only(lint_recording(log(enabled=enabled)))
+    assert (finding.channel, finding.severity) == ("enabled", "note")
+    assert "off in 160 of 800 rows, 2 times, first from t = 1.00 s to 1.99 s" in finding.evidence
+
+
+@pytest.mark.parametrize(("ratio", "named"), [(345.0, True), (60.0 / (2.0 * np.pi), False)])
+def test_a_speed_that_was_divided_by_its_gear_twice_is_named(ratio: float, named: bool) -> None:
+    """A gear ratio of 345 is named; revolutions a minute are another unit alone."""
+    velocity = 3.0 * np.cos(3.0 * TIME)[:, None] / ratio
+    finding = only(lint_recording(log(motor_velocity=velocity)))
+    assert finding.severity == "defect"
+    assert ("gear ratio of 345" in finding.consequence) == named
+
+
 def test_a_dead_channel_is_found() -> None:
     """A force that never changes while the finger moves was not measured."""
     finding = only(lint_recording(log(force=np.full((ROWS, 1), 2.0))))

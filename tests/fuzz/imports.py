@@ -10,10 +10,14 @@ from typing import Any
 import numpy as np
 import tomli_w
 
+from tendon_newton.data.importers.bam import read_bam
+from tendon_newton.data.importers.lerobot import read_lerobot
 from tendon_newton.data.importers.mapped import read_mapped
 from tendon_newton.data.importers.so101 import read_so101
 from tendon_newton.data.importers.xl330 import read_xl330
 from tests.fuzz.mutations import change_lines, change_table, flip
+from tests.importers.bam_files import bam_log, bam_parameters
+from tests.importers.lerobot_files import lerobot_dataset
 from tests.importers.logs import xl330_log
 from tests.importers.test_import_so101 import write_motion
 
@@ -72,7 +76,7 @@ def xl330_file(folder: Path) -> Path:
     return xl330_log(folder / "logs" / "a_sin.json")
 
 
-def change_xl330(content: bytes, rng: Random) -> bytes:
+def change_json(content: bytes, rng: Random) -> bytes:
     """Change a value of the log, or its text."""
     if rng.random() < 0.5:
         return rng.choice((flip, change_lines))(content, rng)
@@ -93,3 +97,38 @@ def so101_file(folder: Path) -> Path:
 def read_so101_folder(path: Path) -> None:
     """Read the folder of a spoilt motion."""
     read_so101(path.parents[1])
+
+
+def bam_file(folder: Path) -> Path:
+    """Write a log of Rhoban/bam."""
+    return bam_log(folder / "logs" / "a_sin.json")
+
+
+def read_bam_folder(path: Path) -> None:
+    """Read the folder of a spoilt log."""
+    read_bam(path.parent)
+
+
+def bam_parameter_file(folder: Path) -> Path:
+    """Write a parameter file of Rhoban/bam."""
+    return bam_parameters(folder / "m6.json")
+
+
+def lerobot_rows(folder: Path) -> Path:
+    """Write a LeRobotDataset and return its first file of rows."""
+    return lerobot_dataset(folder / "arm") / "data" / "chunk-000" / "file-000.parquet"
+
+
+def lerobot_info(folder: Path) -> Path:
+    """Write a LeRobotDataset and return what describes it."""
+    return lerobot_dataset(folder / "arm") / "meta" / "info.json"
+
+
+def read_lerobot_rows(path: Path) -> None:
+    """Read the dataset of spoilt rows."""
+    read_lerobot(path.parents[2])
+
+
+def read_lerobot_info(path: Path) -> None:
+    """Read the dataset of a spoilt description."""
+    read_lerobot(path.parents[1])

@@ -13,6 +13,7 @@ from hardware.control.policy_runner import load_policy
 from hardware.safety_rules.force_estimate import load_estimate
 from tendon_newton.actuators.networks.artifact import load_network
 from tendon_newton.actuators.networks.onnx_file import write_onnx as write_force_onnx
+from tendon_newton.force_networks import build_network
 from tendon_newton.force_networks.weights_file import write_weights
 from tests.fuzz.mutations import flip
 from tests.hardware.deploy.policies import card_of, network, write_onnx, write_torchscript
@@ -25,7 +26,6 @@ from train.actuator.fitting.checkpoint import (
     save_checkpoint,
 )
 from train.actuator.fitting.descent import Descent
-from train.actuator.network_sets import build_network
 from train.policy.runs.checkpoint import load_start
 
 BACK = 4000

@@ -136,6 +136,7 @@ def settings() -> dict[str, Target]:
 
 def foreign_logs() -> dict[str, Target]:
     """Logs of other programs, and the mappings that explain them."""
+    from tendon_newton.data.importers.bam import read_parameters
     from tests.fuzz import imports
 
     return {
@@ -155,7 +156,24 @@ def foreign_logs() -> dict[str, Target]:
             read=imports.read_with_mapping,
         ),
         "xl330": Target(
-            prepare=imports.xl330_file, change=imports.change_xl330, read=imports.read_xl330_folder
+            prepare=imports.xl330_file, change=imports.change_json, read=imports.read_xl330_folder
+        ),
+        "bam": Target(
+            prepare=imports.bam_file, change=imports.change_json, read=imports.read_bam_folder
+        ),
+        "bam-parameters": Target(
+            prepare=imports.bam_parameter_file,
+            change=imports.change_json,
+            read=read_parameters,
+        ),
+        "lerobot": Target(
+            prepare=imports.lerobot_rows, change=flip, read=imports.read_lerobot_rows, share=0.2
+        ),
+        "lerobot-info": Target(
+            prepare=imports.lerobot_info,
+            change=imports.change_json,
+            read=imports.read_lerobot_info,
+            share=0.2,
         ),
         "so101": Target(
             prepare=imports.so101_file,

@@ -38,6 +38,7 @@ def run(code: str) -> str:
         "hardware.servos",
         "hardware.load_cells",
         "tendon_newton.cli.collect",
+        "tendon_newton.workflows.collection",
         "tendon_newton.data.dataset",
         "tendon_newton.data.formats.mcap_file",
     ],

@@ -96,7 +96,7 @@ theta_dot = {derive = "theta"}
     ("columns", "head", "words"),
     [
         (COLUMNS.replace("deg", "degree"), None, "No unit named 'degree'"),
-        (COLUMNS.replace('"angle"', '"angel"'), None, "angel must be a number"),
+        (COLUMNS.replace('"angle"', '"angel"'), None, "no column named 'angel'"),
         (COLUMNS.replace("theta_dot", "speed"), None, "No column named 'speed'"),
         (COLUMNS.replace("sign = -1", "sign = 2"), None, "sign must be 1 or -1"),
         (COLUMNS.replace('unit = "g"', 'unit = "g", scale = 2.0'), None, "not both"),
@@ -182,3 +182,92 @@ def test_the_mappings_of_the_documentation_are_mappings(tmp_path: Path) -> None:
         path = tmp_path / "mapping.toml"
         path.write_text(block)
         assert read_mapping(path).bench in ("pendulum", "servo")
+
+
+LAB = """Zeit [ms];Soll [°];Ist [°];n [rpm];Kraft [N];Notiz
+0,0;10,0;9,5;0,0;1,5;an
+25,0;10,5;9,6;0,6;1,6;
+50,0;11,0;;0,7;1,7;
+75,0;11,5;9,9;0,8;NaN;
+100,0;12,0;10,1;0,9;1,9;aus
+"""
+LAB_COLUMNS = """
+t = {column = "Zeit [ms]", unit = "ms"}
+theta_d = {column = "Soll [°]", unit = "°"}
+theta = {column = "Ist [°]", unit = "deg"}
+theta_dot = {column = "n [rpm]", unit = "rpm"}
+force = {column = "Kraft [N]"}
+"""
+
+
+@pytest.fixture
+def lab(tmp_path: Path) -> Path:
+    """Two logs of a lab: semicolons, decimal commas, an empty cell and a NaN."""
+    folder = tmp_path / "lab"
+    folder.mkdir()
+    for name in ("sine_1", "sine_2"):
+        (folder / f"{name}.csv").write_text(LAB, encoding="utf-8")
+    return folder
+
+
+def test_a_labs_csv_needs_no_word_about_its_form(lab: Path, tmp_path: Path, capsys) -> None:
+    """Delimiter and decimals are guessed and said; rows without a number go, and are counted."""
+    assert run_import(lab, mapping(tmp_path, LAB_COLUMNS), tmp_path / "out") == 0
+    (run,) = load_dataset(tmp_path / "out").train
+    np.testing.assert_allclose(run.time, [0.0, 0.025, 0.1])
+    np.testing.assert_allclose(run.motor_position[:, 0], np.deg2rad([9.5, 9.6, 10.1]))
+    np.testing.assert_allclose(run.motor_velocity[:, 0], np.array([0.0, 0.6, 0.9]) * np.pi / 30.0)
+    assert run.force is not None
+    np.testing.assert_allclose(run.force[:, 0], [1.5, 1.6, 1.9])
+    said = capsys.readouterr().out
+    assert "cells separated by ';' and decimal commas, by its first lines" in said
+    assert "2 of 5 rows (Ist [°] 1, Kraft [N] 1 empty cells)" in said
+
+
+def test_rows_that_are_left_out_leave_their_time(lab: Path, tmp_path: Path) -> None:
+    """With a rate in place of a column, a row keeps its own instant."""
+    columns = "\n".join(LAB_COLUMNS.splitlines()[2:])
+    head = 'bench = "spring_weak"\nrate = 40'
+    assert run_import(lab, mapping(tmp_path, columns, head), tmp_path / "out") == 0
+    (run,) = load_dataset(tmp_path / "out").train
+    np.testing.assert_allclose(run.time, [0.0, 0.025, 0.1])
+
+
+@pytest.mark.parametrize(("delimiter", "quote"), [(";", ""), ("\t", ""), ("|", ""), (",", '"')])
+def test_any_delimiter_goes_with_decimal_commas(
+    delimiter: str, quote: str, lab: Path, tmp_path: Path
+) -> None:
+    """Where commas separate cells as well, a spreadsheet quotes the numbers; a mark leads it."""
+    for path in lab.glob("*.csv"):
+        rows = [[f"{quote}{cell}{quote}" for cell in line.split(";")] for line in LAB.splitlines()]
+        path.write_text("\n".join(delimiter.join(row) for row in rows), encoding="utf-8-sig")
+    assert run_import(lab, mapping(tmp_path, LAB_COLUMNS), tmp_path / "out") == 0
+    (run,) = load_dataset(tmp_path / "out").train
+    np.testing.assert_allclose(run.motor_position[:, 0], np.deg2rad([9.5, 9.6, 10.1]))
+
+
+@pytest.mark.parametrize(
+    ("head", "columns", "said"),
+    [
+        ("", LAB_COLUMNS.replace("Ist [°]", "Ist"), "no column named 'Ist'; there are Zeit [ms]"),
+        ("", LAB_COLUMNS.replace("Kraft [N]", "Notiz"), "Notiz must be a number; row 0 has 'an'"),
+        ('decimal = "."', LAB_COLUMNS, "must be a number; row 0 has '0,0'"),
+        ('decimal = "x"', LAB_COLUMNS, "decimal must be '.' or ','"),
+        ('delimiter = ","', LAB_COLUMNS, "no column named 'Zeit [ms]'"),
+    ],
+)
+def test_what_cannot_be_guessed_is_said(
+    head: str, columns: str, said: str, lab: Path, tmp_path: Path, capsys
+) -> None:
+    """A missing column is called that, a word is no number, and what is stated wins."""
+    path = mapping(tmp_path, columns, f'bench = "spring_weak"\n{head}')
+    assert run_import(lab, path, tmp_path / "out") == 2
+    assert said in capsys.readouterr().err
+
+
+def test_an_unknown_bench_is_refused_at_once(lab: Path, tmp_path: Path, capsys) -> None:
+    """Nothing is written of what nothing could simulate."""
+    path = mapping(tmp_path, LAB_COLUMNS, 'bench = "my_arm"')
+    assert run_import(lab, path, tmp_path / "out") == 2
+    assert "No bench named 'my_arm'; known:" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()

@@ -28,6 +28,7 @@ DRY = (
     "gear_load_friction",
     "load_stribeck_friction",
     "holding_friction",
+    "asymmetric_friction",
 )
 
 SHARE = 0.01

@@ -48,7 +48,7 @@ LOOSE = {
 def diagnosed(folder: Path, recipe: Recipe) -> tuple[dict, Truth]:
     """Make a dataset and diagnose it."""
     truth = make_dataset(folder / "dataset", recipe)
-    answer = answer_one(folder / "dataset", folder / "answer", None)
+    answer = answer_one((folder / "dataset", folder / "answer"))
     assert answer is not None, (folder / "answer" / "error.txt").read_text()
     return answer, truth
 

@@ -34,7 +34,7 @@ class Compared:
     predictions: tuple[Prediction, ...]
     network: NetworkFile | None = None
     gain: float | None = None
-    """Of an ideal source [N/rad]."""
+    """Gain of an ideal source [N/rad]."""
 
 
 def load_networks(paths: Sequence[Path], *, trust: bool) -> tuple[NetworkFile, ...]:

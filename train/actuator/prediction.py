@@ -1,4 +1,4 @@
-"""What a network predicts on recordings, row by row."""
+"""Predictions of a network on recordings, row by row."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Prediction:
     measured: Array
     """Tension at these rows [N]."""
     predicted: Array
-    """What the model says [N]."""
+    """Force of the model [N]."""
 
     @property
     def time(self) -> Array:
@@ -62,7 +62,7 @@ def predict(
 
     Args:
         network: A trained network or the module of a network file.
-        card: Its card.
+        card: Card of the network.
         recordings: Recordings with command and force.
     """
     windows = extract_windows(recordings, WindowShape(window=card.window, rate=card.rate))
@@ -100,7 +100,7 @@ def ask_streaming(network: Any, windows: Windows) -> Array:
     """Return the tension at the end of each window [N], shape (W,), with states that are kept.
 
     A window goes on from the state of the window one sample before it, and begins anew where there
-    is none; all windows that are equally far from their beginning are one batch.
+    is none. All windows that are equally far from their beginning are one batch.
     """
     data = to_device(windows, "cpu")
     depth = chain_depth(windows)

@@ -1,12 +1,15 @@
-"""What decides a training."""
+"""Settings of the training of a force network."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
-from tendon_newton.errors import InvalidParameter
+import tyro
 
-Kind = Literal["mlp", "rnn", "transformer"]
-SetName = Literal["paper", "authors", "matched"]
+from tendon_newton.errors import InvalidParameter, unknown_name
+from tendon_newton.force_networks import FORCE_NETWORKS, SetName, find_force_network
+
+Kind = Annotated[str, tyro.conf.arg(metavar=f"{{{','.join(FORCE_NETWORKS)}}}")]
+"""A key of `FORCE_NETWORKS`."""
 Purpose = Literal["prediction", "simulation"]
 
 
@@ -19,10 +22,10 @@ class TrainingConfig:
     set: SetName = "paper"
     """Where its sizes come from: the paper's text, its authors' code, or equal parameter counts."""
     purpose: Purpose = "prediction"
-    """What the network is for: the force along measured motion, as precise as it can be, or the
-    loop of a simulation, where it must also know the force beside all motion that was measured."""
+    """Purpose of the network: the force along measured motion, as precise as possible, or the loop
+    of a simulation, with the force beside all measured motion."""
     seed: int = 0
-    """Of the starting weights and the order of the windows."""
+    """Seed of the starting weights and the order of the windows."""
     fold_seed: int = 0
     """Of the choice of validation recordings; keep it to compare networks."""
     window: int = 30
@@ -32,8 +35,8 @@ class TrainingConfig:
     streaming: bool = False
     """Train a recurrent network on every sample of each window, to run with its state kept."""
     force_limit: float | None = None
-    """Tension that the servo can produce [N], to which users of the network clip; by default 21 N,
-    or a twentieth more than the largest force in training where that is more."""
+    """Tension that the servo can produce [N], to which users of the network clip. The default is 21
+    N, or a twentieth more than the largest force in training where that is more."""
     epochs: int = 30
     """Most epochs: a million windows, each of the paper's 36 minutes eight times."""
     patience: int = 30
@@ -60,9 +63,11 @@ class TrainingConfig:
             value = getattr(self, name)
             if value is not None and not 0.0 < value < 1.0e6:
                 raise InvalidParameter(f"{name} must be positive; it is {value}")
-        if self.streaming and self.network != "rnn":
+        if self.network not in FORCE_NETWORKS:
+            raise unknown_name("network", self.network, FORCE_NETWORKS)
+        if self.streaming and "step" not in find_force_network(self.network).methods:
             raise InvalidParameter(
-                f"only a recurrent network (rnn) keeps a state; {self.network} cannot be streaming"
+                f"only a recurrent network keeps a state; {self.network} cannot be streaming"
             )
 
     @property

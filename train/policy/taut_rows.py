@@ -69,7 +69,7 @@ def pieces_of(recordings: Sequence[Recording], finger: str, model: Model) -> lis
     """Return the rows with a taut tendon, piece by piece of each recording of a finger.
 
     Args:
-        recordings: Of any benches; those that do not show the string are left out.
+        recordings: Recordings of any benches; those that do not show the string are left out.
         finger: Name of the bench.
         model: Says in which numbers the bench differs from its asset.
     """

@@ -2,10 +2,10 @@ r"""How much a tendon gives and how loose it is, from where the tip was while a 
 
 .. math:: r \theta = l(q) + s + F / k
 
-``l`` is what the finger has taken of the string, by the joint angles that the tip tells: springs,
-weight, friction of joints and whatever blocks the finger do not enter. What is left between spool
-and finger is slack ``s`` and stretch. A policy feels its motor alone, so this is what stands
-between a motor at the right angle and a tip at the right place.
+``l`` is the length that the finger has taken of the string, by the joint angles that the tip tells.
+Springs, weight, friction of joints and obstacles do not enter. What is left between spool and
+finger is slack ``s`` and stretch. A policy feels its motor alone, so this is what stands between a
+motor at the right angle and a tip at the right place.
 
 Left out: friction of guides behind the load cell, and errors of arms and spool; of the latter the
 two numbers take in what they can.
@@ -31,9 +31,9 @@ UNITS = ("N/m", "m")
 STIFFEST = 1.0e6
 """Where stretch is no longer told from none [N/m]: 0.02 mm at the servo's 21 N."""
 DRAWS = 400
-"""Of the bootstrap, which draws pieces of recordings."""
+"""Draws of the bootstrap, each of pieces of recordings."""
 ROUNDS = 30
-"""Of reweighting; the numbers stand still after five."""
+"""Rounds of reweighting; the numbers stand still after five."""
 TAIL = 3.0
 """Errors beyond this many typical ones count little [1]: rows of a fast motion, in which the
 reading of a slow load cell is late."""
@@ -51,7 +51,7 @@ class Interval:
 
 @dataclass(frozen=True, kw_only=True)
 class TendonFit:
-    """What lies between a spool and a finger."""
+    """Give and slack between a spool and a finger, with errors."""
 
     bench: str
     stiffness: Interval

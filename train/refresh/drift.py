@@ -32,12 +32,12 @@ class Wear:
     """What use does to a bench, as an effect whose first number it changes."""
 
     words: str
-    """Where it comes from."""
+    """Reason for the wear, in words."""
     low: float | None = None
     """Least value that use leads to [the number's unit]; None where it only makes larger what the
     model has."""
     high: float = inf
-    """Greatest one."""
+    """Greatest value that counts as wear."""
 
 
 SUSPECTS: dict[str, Wear] = {
@@ -76,7 +76,7 @@ def find_drift(
 
     Args:
         dataset: Logs; test parts only report.
-        model: What fitted the bench when it was new.
+        model: Model that fitted the bench when it was new.
         suspects: Effects that may be named.
         progress: Told, in a few words, what is being done.
     """
@@ -107,7 +107,7 @@ def find_wear(
         search: Fits of the logs.
         names: Effects that may be named.
         known: Effects that the model has.
-        rng: Of the surrogates.
+        rng: Source of the surrogates' draws.
     """
     baseline = search.baseline()
     noise = search.study.noise

@@ -1,4 +1,4 @@
-"""What a refresh was asked to do and how far it came, so that it can go on."""
+"""Settings and state of a refresh, so that an interrupted one can go on."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ def read_logs(
 ) -> tuple[Recording, ...]:
     """Read logs: whole folders of deployments, or files that such a folder lists.
 
-    They hold what the servo says of itself. A load cell is left out: most robots have none, and
+    Logs hold what the servo says of itself. A load cell is left out: most robots have none, and
     what its readings jump by while a policy acts no wear explains.
 
     Args:
@@ -70,14 +70,14 @@ def log_files(paths: Sequence[Path]) -> tuple[Path, ...]:
     """Return the files behind some logs, in order.
 
     Raises:
-        InvalidDataset: One is not there.
+        InvalidDataset: A log is not there.
     """
     files: list[Path] = []
     for path in paths:
         files += [path / entry["file"] for entry in read_entries(path)] if path.is_dir() else [path]
     for file in files:
         if not file.is_file():
-            raise InvalidDataset(f"{file}: the log of a deployment is read; there is none")
+            raise InvalidDataset(f"{file}: no such log of a deployment")
     return tuple(files)
 
 

@@ -1,4 +1,4 @@
-"""What a refresh found and what it brought, for people: one page."""
+"""Findings and results of a refresh, for people: one page."""
 
 from __future__ import annotations
 
@@ -31,16 +31,16 @@ class FoundWear:
 
     name: str
     words: str
-    """Where it comes from."""
+    """Reason for the wear, in words."""
     numbers: tuple[str, ...]
     """Its parameters with their intervals, in words."""
     rivals: tuple[str, ...]
-    """What the logs cannot tell from it."""
+    """Causes that the logs cannot tell from this one."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Drift:
-    """What the logs say of the bench."""
+    """Change of a bench that its logs show."""
 
     verdict: str
     """``no_drift``; ``worn``, with a name; or ``changed``, by nothing that stands in the list."""
@@ -48,14 +48,14 @@ class Drift:
     theta_rmse: float
     """Error of the old model on the held-out part of the logs [rad]."""
     corrected_theta_rmse: float
-    """The same with the causes in [rad]."""
+    """Error of the corrected model on the held-out part of the logs [rad]."""
     reference_theta_rmse: float | None
     """Error of the old model on the held-out part of earlier logs [rad]; None without any."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class TipFigure:
-    """How well a policy tracked its goals somewhere."""
+    """Tip error of a policy, in simulation or on a bench."""
 
     policy: str
     where: str
@@ -73,10 +73,10 @@ def judge_drift(
     """Say what a diagnosis of logs means for the bench.
 
     Args:
-        diagnosis: Of the logs, against the model.
+        diagnosis: Diagnosis of the logs, against the model.
         reference_theta_rmse: The model's error on the held-out part of earlier logs [rad], where
             there are any; only reported.
-        grown: By how much the model's error has grown since on what may be fitted [1].
+        grown: Ratio by which the model's error on rows that may be fitted has grown since [1].
         slip: How far the spool has slipped since [rad], by `slip_since`.
     """
     causes = tuple(
@@ -143,8 +143,8 @@ def write_page(
     """Write the page, which needs nothing else.
 
     Args:
-        path: Where it goes.
-        drift: What the logs say.
+        path: File of the page.
+        drift: Change of the bench that the logs show.
         figures: Tip errors; none where nothing was trained.
         facts: Everything else that a reader wants to know, in order.
         picture: The climbs.

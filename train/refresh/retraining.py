@@ -20,11 +20,11 @@ PROMISE = "a policy that is trained on lies beside its policy.json"
 
 @dataclass(frozen=True, kw_only=True)
 class EarlierTraining:
-    """Where a policy comes from."""
+    """Checkpoint and settings behind a policy."""
 
     config: PolicyTrainingConfig
     checkpoint: Path
-    """Its last one."""
+    """Last checkpoint of the training."""
 
 
 def find_training(policy: Path) -> EarlierTraining:
@@ -77,7 +77,7 @@ def retrain(
     The same call goes on where it was interrupted.
 
     Args:
-        earlier: Its training.
+        earlier: Training of the policy so far.
         model: Model file of the bench as it is now.
         out: Folder for the policy.
         iterations: Rounds of acting and learning.

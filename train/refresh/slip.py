@@ -50,7 +50,7 @@ class Comparison:
 
 @dataclass(frozen=True, kw_only=True)
 class Slip:
-    """How far a spool has slipped."""
+    """Angle by which a spool has slipped."""
 
     offset: float
     """Of the encoder's zero against the mechanism's [rad]."""
@@ -68,7 +68,7 @@ def with_slip(
 
     Args:
         recordings: Logs, angles alone.
-        model: What fitted the bench before the spool slipped.
+        model: Model that fitted the bench before the spool slipped.
         reference: Logs from that time.
     """
     slip = slip_since(reference, recordings) if reference else None
@@ -91,12 +91,12 @@ def find_slip(recordings: Sequence[Recording], model: Model) -> Slip:
     """Find how far the spool has slipped, if at all.
 
     A motor below the angle at which the finger is open has let its tendon hang loose and says
-    nothing of where home is; which rows these are depends on the offset, so that rows and offset
-    are found in turn.
+    nothing of where home is. The choice of these rows depends on the offset, so that rows and
+    offset are found in turn.
 
     Args:
         recordings: Logs, angles alone.
-        model: What fitted the bench when it was new.
+        model: Model that fitted the bench when it was new.
     """
     others = without(model, SLIP)
     names = (*(effect.name for effect in others.effects), SLIP)

@@ -33,7 +33,7 @@ def tune(recordings: Sequence[Recording], model: Model) -> Tuned:
 
     Args:
         recordings: What they are fitted to.
-        model: Where they start.
+        model: Numbers at the start of the fit.
     """
     names = tuple(effect.name for effect in model.effects)
     study = Study(recordings, model, names, time_step=SEARCH_STEP, in_pieces=True)

@@ -35,11 +35,11 @@ class Turning:
     lead: Array
     """What the host asks for beyond the motor's angle [rad], shape (T,): the duty, scaled."""
     angle: Array
-    """Of the motor [rad], shape (T,)."""
+    """Angle of the motor [rad], shape (T,)."""
     rate: Array
-    """Of the motor [rad/s], shape (T,)."""
+    """Speed of the motor [rad/s], shape (T,)."""
     acceleration: Array
-    """Of the motor [rad/s^2], shape (T,)."""
+    """Acceleration of the motor [rad/s^2], shape (T,)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,7 +53,7 @@ class PullCurve:
     knots: Array
     """Angles at which the pull's slope may change [rad]."""
     weights: Array
-    """Of `terms`."""
+    """Factors of `terms`."""
     scale: float
     """Usual error of the lead [rad]."""
 

@@ -13,9 +13,9 @@ class ReproductionBench(Protocol):
         """Record the paper's plan and its further experiments on one unit.
 
         Args:
-            unit: Which one.
+            unit: Number of the unit.
             out: Its folder; what is there is not recorded again.
-            seed: Of what the plan draws.
+            seed: Seed of the plan's draws.
             most: Train runs of each kind; all of the plan if none.
         """
         ...

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,7 +20,6 @@ from train.actuator.samples.force_data import prepare
 from train.actuator.samples.servo_law import NO_LAW, fit_servo_law
 from train.reproduction.physical import SPOOL_RADIUS
 from train.reproduction.servo_force import Servo, missing_force
-from train.reproduction.training_anew import anew_if_other
 
 if TYPE_CHECKING:
     from tendon_newton.data.dataset import Dataset
@@ -42,9 +40,9 @@ class Corrected:
     model: Model
     """Both, pulling the nominal mechanism."""
     servo: Servo
-    """What is known without the network."""
+    """The servo without the network."""
     share: float
-    """How much of the network's force is added [1]."""
+    """Share of the network's force that is added [1]."""
     bound: float
     """Most that is added [N]."""
 
@@ -57,8 +55,8 @@ class CorrectedSource(nn.Module):
 
     Args:
         correction: Maps windows of servo signals, shape (W, H, 3), to forces [N], shape (W,).
-        servo: It gives P [N/rad] and D [N s/rad].
-        share: How much of the correction is added, sigma [1].
+        servo: Servo with P [N/rad] and D [N s/rad].
+        share: Share of the correction that is added, sigma [1].
         bound: Most that is added, b [N].
     """
 
@@ -93,26 +91,24 @@ def train_correction(
     dataset: Dataset,
     config: TrainingConfig,
     out: Path,
-    *,
-    tell: Callable[[str], None] = lambda text: None,
 ) -> Corrected:
     """Train a network on what a servo with friction lacks, and return the model of both.
 
     Stiffness, back-EMF and friction of the servo are fitted along the measured motion of the train
-    recordings, where the force is known, and not taken from a diagnosed model: numbers that were
-    fitted in a closed loop stand for each other, and what one of them is too much the network would
-    have to take away again at every reversal. Friction acts at every step of a simulation, and the
-    source answers to the shaft between two queries. Of the correction as much is added as the
-    validation recordings bear out, and hardly ever more than was missing in training.
+    recordings, where the force is known. A diagnosed model is no source for them: numbers that were
+    fitted in a closed loop stand for each other. The network would have to take their excess away
+    again at every reversal. Friction acts at every step of a simulation, and the source answers to
+    the shaft between two queries. Of the correction as much is added as the validation recordings
+    bear out, and hardly ever more than was missing in training.
 
     Args:
         dataset: Recordings to learn from.
         config: How the network is trained; its kind must be a Transformer.
         out: Folder for the network's files.
-        tell: Told if the training must begin anew.
 
     Raises:
         InvalidDataset: Too few rows slide to fit a servo.
+        InvalidNetworkFile: The checkpoint is damaged or of another training.
     """
     torch.set_num_threads(config.threads)
     data = prepare(dataset, config)
@@ -128,11 +124,7 @@ def train_correction(
     validation = replace(data.validation, force=np.clip(unseen, -bound, bound))
     path = out / f"hybrid-{config.name}.pt"
     checkpoint = path.with_suffix(".checkpoint")
-    network, _ = anew_if_other(
-        checkpoint,
-        lambda: train_network(config, fit, validation, checkpoint, law=NO_LAW),
-        tell,
-    )
+    network, _ = train_network(config, fit, validation, checkpoint, law=NO_LAW)
     share = share_of(network, validation)
     card = replace(make_card(network, config, dataset, data), hold=servo.hold)
     write_network(path, CorrectedSource(network, servo, share=share, bound=bound), card)
@@ -144,13 +136,14 @@ def train_correction(
 def lasting_force(recording: Recording, servo: Servo, rate: float) -> Array:
     """Return what a servo lacks when the answer to a row's query has been held [N], shape (T,).
 
-    That is the last row before a network would be asked again, or before the command changes. Right
-    after a change rotor and load cell are late and all that is asked for seems to be missing; held
-    until the next query, and at every query anew, as commands change where queries are made.
+    The row is the last one before a network would be asked again, or before the command changes.
+    Right after a change rotor and load cell are late, and the whole command seems to be missing.
+    Held until the next query, that lack would come back at every query, as commands change where
+    queries are made.
 
     Args:
         recording: A recording with one tendon, its command and its tension.
-        servo: What is known of the servo.
+        servo: Known numbers of the servo.
         rate: Queries per second [Hz].
     """
     assert recording.command is not None

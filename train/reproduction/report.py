@@ -111,26 +111,17 @@ def choice_text(outcomes: Mapping[str, Outcome]) -> str:
     for label, stage, key, unit in (
         ("tip about 0.2 rad", "tip", ("tip_error_mm", "open_sine"), "mm"),
         ("tip about pi/2", "tip", ("tip_error_mm", "closing_sine"), "mm"),
-        ("tip, least data", "curve", ("tip_mm",), "mm"),
-        ("strong spring, never seen", "spring", ("unseen_n",), "N"),
-        ("contact, never seen", "contact", ("unseen_n",), "N"),
+        ("policy on the stairs", "policies", ("tip_error_mm",), "mm"),
     ):
         if stage in outcomes:
-            lines.append(choice_row(label, outcomes[stage], key, unit, first=stage == "curve"))
+            values = outcomes[stage].numbers
+            for part in key:
+                values = values.get(part, {})
+            medians = [
+                f"{number(float(np.median(values[model])))} {unit}" if model in values else ""
+                for model in BEST
+            ]
+            lines.append(f"| {label} | {' | '.join(medians)} |")
     if len(lines) == 2:
         return "The stages that tell have not been run."
     return "\n".join([CHOICE, "", *lines])
-
-
-def choice_row(
-    label: str, outcome: Outcome, key: tuple[str, ...], unit: str, *, first: bool
-) -> str:
-    """Return one row of that table: the median, or the first point of a curve."""
-    values = outcome.numbers
-    for part in key:
-        values = values[part]
-    cells = []
-    for model in BEST:
-        shown = values[model][0] if first else float(np.median(values[model]))
-        cells.append(f"{number(shown)} {unit}")
-    return f"| {label} | {' | '.join(cells)} |"

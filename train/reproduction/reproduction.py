@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
+import asyncio
 import hashlib
 import json
 import os
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
+from shutil import rmtree
 from typing import Any
 
+from tendon_newton.data.files.json_file import read_json
 from tendon_newton.data.model_file import Model, load_model, write_model
-from tendon_newton.errors import InvalidDataset
+from tendon_newton.errors import InvalidDataset, InvalidOutput
 from train.actuator.ideal import PAPER_GAIN, SERVO_LIMIT, refitted_gain
 from train.actuator.samples.folds import file_hash, usable
 from train.reproduction.bench import ReproductionBench
 from train.reproduction.physical import with_ideal
-from train.reproduction.pieces import Work, Workers, kept, piece_file, read_piece, result_of
 from train.reproduction.settings import ReproductionSettings
 from train.reproduction.unit import Unit
 
@@ -33,6 +36,13 @@ IDEALS = ("ideal", "ideal_refitted")
 BEST = ("network", "physical", "hybrid")
 """Those that must win against the better ideal source."""
 
+Work = Callable[[Any, Any], Any]
+"""(reproduction, item) -> what JSON can hold; a module's function, so that a process finds it."""
+
+
+class NotDone(Exception):
+    """A result is neither there nor wanted."""
+
 
 def silent(text: str) -> None:
     """Say nothing."""
@@ -40,7 +50,7 @@ def silent(text: str) -> None:
 
 @dataclass(frozen=True)
 class Reproduction:
-    """What every stage is given."""
+    """Settings, folders and results that every stage is given."""
 
     settings: ReproductionSettings
     out: Path
@@ -55,10 +65,8 @@ class Reproduction:
     """Model file whose causes are fitted to every bench, in place of a diagnosis."""
     tell: Callable[[str], None] = field(default=silent)
     """Told what is being done; a function of a module where there are several processes."""
-    workers: Workers | None = None
-    """Processes that do the pieces of stages; this one does them if none."""
-    pieces: Path | None = None
-    """Where the stage that is being run keeps the results of its pieces; nowhere if none."""
+    executor: Executor | None = None
+    """Does the jobs; without one only results that are there can be had."""
 
     @property
     def is_virtual(self) -> bool:
@@ -80,50 +88,52 @@ class Reproduction:
         """What every caption says of the bench."""
         return "Virtual bench, no measurement." if self.is_virtual else "Measured."
 
-    def key(self, stage: str, needs: Sequence[str] = ()) -> str:
-        """Return the hash of all that a stage's outcome is made from.
+    @cached_property
+    def results(self) -> Path:
+        """Folder of the results of jobs, once recordings are there; those of other inputs go.
 
-        Args:
-            stage: Its name.
-            needs: Stages whose files it reads; their outcomes, as they are now, count.
+        It has the hash of all that decides a result: settings, recordings, what is given.
         """
-        table: dict[str, Any] = {
-            "stage": stage,
+        table = {
             "settings": asdict(self.settings),
             "data": [unit.sha256 for unit in self.units],
             "policies": [file_hash(path) for path in self.policies],
-            "needs": {need: file_hash(self.outcome_file(need)) for need in needs},
+            "causes": None if self.causes is None else file_hash(self.causes),
         }
-        if self.causes is not None:
-            table["causes"] = file_hash(self.causes)
-        return hashlib.sha256(json.dumps(table, sort_keys=True).encode()).hexdigest()
+        digest = hashlib.sha256(json.dumps(table, sort_keys=True).encode()).hexdigest()
+        own = self.folder("results", digest[:16])
+        for other in own.parent.iterdir():
+            if other != own:
+                rmtree(other)
+        return own
 
-    def outcome_file(self, stage: str) -> Path:
-        """Return where a stage's outcome is kept."""
-        return self.out / "stages" / f"{stage}.json"
-
-    def each(self, work: Work, items: Sequence[Any]) -> list[Any]:
-        """Return what a function makes of this reproduction and each item.
+    async def each(self, work: Work, items: Sequence[Any], *, keep: bool = True) -> list[Any]:
+        """Return what a function makes of this reproduction and each item, side by side.
 
         Args:
-            work: What is done, a function of a module; its results are what JSON can hold, and
-                those that an interrupted run has kept are read.
+            work: The job; its results are what JSON can hold.
             items: Numbers, names, and tuples of them.
+            keep: Whether results stay in files, so that a later run reads them.
+
+        Raises:
+            NotDone: A result is not there, and this reproduction does no jobs.
         """
-        found: dict[int, Any] = {}
-        paths = [None if self.pieces is None else piece_file(self.pieces, work, i) for i in items]
-        for place, path in enumerate(paths):
-            if path is not None and path.is_file():
-                found[place] = read_piece(path)
-        left = [place for place in range(len(items)) if place not in found]
-        if self.workers is None:
-            for place in left:
-                found[place] = kept(result_of(work, self, items[place]), paths[place])
-        else:
-            alone = replace(self, workers=None)
-            pieces = [(items[place], paths[place]) for place in left]
-            found |= zip(left, self.workers.done(work, alone, pieces), strict=True)
-        return [found[place] for place in range(len(items))]
+        return await asyncio.gather(*(self._result(work, item, keep) for item in items))
+
+    async def _result(self, work: Work, item: Any, keep: bool) -> Any:
+        """Return one result."""
+        path = self._result_file(work, item) if keep else None
+        if path is not None and path.is_file():
+            return read_json(path, InvalidOutput, "a result is a JSON file")["result"]
+        if self.executor is None:
+            raise NotDone
+        alone = replace(self, executor=None)
+        return await asyncio.wrap_future(self.executor.submit(done, work, alone, item, path))
+
+    def _result_file(self, work: Work, item: Any) -> Path:
+        """Return where a result is kept."""
+        words = json.dumps(item).encode()
+        return self.results / f"{work.__name__}_{hashlib.sha256(words).hexdigest()[:16]}.json"
 
     def folder(self, *parts: str) -> Path:
         """Return a folder below the reproduction's own; it is made."""
@@ -153,3 +163,26 @@ class Reproduction:
             write_model(beside, with_ideal(gain))  # other processes may make the same
             beside.replace(path)
         return load_model(path)
+
+
+def done(work: Work, reproduction: Reproduction, item: Any, path: Path | None) -> Any:
+    """Do a job, its simulations on the CPU, and return its result as a file has it.
+
+    Fits and replays have few worlds and many steps that follow each other, where a GPU is slower
+    than a core; what needs a GPU asks for it.
+    """
+    import warp as wp
+
+    from tendon_newton.device_code.quiet import quiet_warp
+
+    quiet_warp()
+    with wp.ScopedDevice("cpu"):
+        text = json.dumps({"result": work(reproduction, item)}) + "\n"
+    if path is not None:
+        beside = path.with_name(f".{path.name}")
+        try:
+            beside.write_text(text, encoding="utf-8")
+            beside.replace(path)  # whole or not at all
+        except OSError as error:
+            raise InvalidOutput(f"{path}: {error.strerror or error}") from error
+    return json.loads(text)["result"]

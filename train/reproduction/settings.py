@@ -1,4 +1,4 @@
-"""How much of everything a reproduction takes: full as in the paper, or quick."""
+"""Sizes of a reproduction: full as in the paper, or quick."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ class PolicyEffort:
     device: Literal["cpu", "cuda"]
     """With several GPUs, each policy has the next one."""
     discount: float = 0.95
-    """What a reward is worth one step earlier [1]."""
+    """Worth of a reward one step earlier [1]."""
     trace: float = 0.95
-    """How far an advantage looks ahead before it asks the critic [1]."""
+    """Weight of later steps in an advantage, before the critic's part [1]."""
     seeds: tuple[int, ...] = (0,)
     """Trainings against each model."""
 
@@ -52,7 +52,7 @@ POLICIES: dict[str, PolicyEffort] = {
         trace=0.9,
     ),
 }
-"""The recipe of docs/policies.md on a GPU, and the one that a CPU can afford."""
+"""The recipe of docs/lab/policies.md on a GPU, and the one that a CPU can afford."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,30 +64,29 @@ class ReproductionSettings:
     units: tuple[int, ...]
     """Benches; the first one is looked at most closely."""
     seed: int = 0
-    """Of what the recordings draw and of the networks' starting weights."""
+    """Seed of the recordings' draws and of the networks' starting weights."""
     runs_of_kind: int | None = None
     """Train recordings of each kind on the benches after the first; all of the plan if none."""
     epochs: int = 30
-    """Of each force network, as in docs/force_networks.md."""
+    """Epochs of each force network, as in docs/lab/force_networks.md."""
     windows_per_epoch: int = 32768
     """Windows that an epoch draws."""
     kinds: tuple[Kind, ...] = ("transformer", "rnn", "mlp")
     """Force networks that are compared on the first bench; the first kind is used throughout."""
     diagnosis_seconds: float = 4.0
-    """Of each recording in which a diagnosis looks for causes: it tries thousands of models, so it
-    takes as many times longer as it sees more. It sees one recording of each bench and kind."""
+    """Length of each recording in which a diagnosis looks for causes [s]. A diagnosis tries
+    thousands of models, and its time grows with the data. The diagnosis sees one recording of each
+    bench and kind."""
     diagnosis_kinds: int = 2
     """Kinds of recordings that it sees: steps, sinusoids, ramps, in this order."""
     refit_seconds: float = 30.0
-    """Of each recording to which the numbers of the causes are fitted once they are named."""
+    """Length of each recording to which the numbers of the named causes are fitted [s]."""
     refit_kinds: int = 3
     """Kinds of those recordings."""
     diagnosis_passes: int = 2
     """Diagnoses at most, each going on from the model that the one before has extended."""
     diagnoses_each_unit: bool = False
     """Whether every bench is diagnosed, or the causes of the first are refitted on the others."""
-    curve_minutes: tuple[float, ...] = (1.0, 5.0, 15.0, 36.0)
-    """Minutes of recordings at the points of the curve over data."""
     time_step: float = 2.5e-4
     """Longest step of the closed-loop simulations [s]."""
     policies: PolicyEffort | None = None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -40,7 +40,7 @@ class Unit:
     """A bench's folder and what was recorded on it."""
 
     name: str
-    """As tables call it."""
+    """Name of the unit in tables."""
     folder: Path
     """Holds a dataset, or the folders `RECORDINGS` and `EXPERIMENTS`, each a dataset."""
 
@@ -138,7 +138,7 @@ def representative(unit: Unit, seconds: float, kinds: int | None = None) -> Data
 
     Args:
         unit: The bench.
-        seconds: Of each recording.
+        seconds: Length of each recording [s].
         kinds: Kinds of each bench, in the order in which they were recorded; all of them if none.
     """
     free = [r for r in unit.dataset.train if r.force is not None and not is_blocked(r)]
@@ -154,41 +154,7 @@ def representative(unit: Unit, seconds: float, kinds: int | None = None) -> Data
     )
 
 
-def shortened(dataset: Dataset, minutes: float) -> Dataset:
-    """Return a dataset with so many minutes of train recordings, every bench in proportion.
-
-    Each bench keeps a recording for every half minute, at least two, all cut to one length.
-    """
-    total = sum(r.duration for r in dataset.train)
-    share = min(1.0, 60.0 * minutes / total)
-    if share == 1.0:
-        return dataset
-    kept: list[Recording] = []
-    for bench in dict.fromkeys(r.bench for r in dataset.train):
-        own = interleaved(r for r in dataset.train if r.bench == bench)
-        kept += cut_to(own, share * sum(r.duration for r in own))
-    return replace(dataset, train=tuple(kept))
-
-
-def cut_to(recordings: Sequence[Recording], seconds: float) -> list[Recording]:
-    """Return the first of some recordings, cut so that they last so long together."""
-    count = max(2, round(seconds / 30.0))
-    while sum(r.duration for r in recordings[:count]) < seconds and count < len(recordings):
-        count += 1
-    shortest_first = sorted(recordings[:count], key=lambda r: r.duration)
-    kept = []
-    for place, recording in enumerate(shortest_first):
-        kept.append(beginning(recording, seconds / (len(shortest_first) - place)))
-        seconds -= kept[-1].duration
-    return kept
-
-
 def of_benches(dataset: Dataset, benches: Iterable[str]) -> Dataset:
     """Return a dataset whose train recordings were made on some benches only."""
     names = set(benches)
     return replace(dataset, train=tuple(r for r in dataset.train if r.bench in names))
-
-
-def free_only(dataset: Dataset) -> Dataset:
-    """Return a dataset whose train recordings have nothing in the mechanism's way."""
-    return replace(dataset, train=tuple(r for r in dataset.train if not is_blocked(r)))

@@ -18,7 +18,7 @@ class DriveLine:
     """Motor, gear and firmware of a servo, the line that it winds, and what measures its tension.
 
     Args:
-        constants: Of all of them.
+        constants: Constants of all these parts.
         noise: Words that tell its noise from other lines'.
         model: Which servo's control table it has.
         load_cell_rate: 80 or 10, the chip's own, or 20 [Hz].

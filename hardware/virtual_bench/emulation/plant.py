@@ -21,7 +21,7 @@ REST_TICKS = 1500
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PlantState:
-    """What is true at an instant; no sensor says it so well. Of several servos, the first."""
+    """The true state at an instant, which no sensor reads so well; the first of several servos."""
 
     time: float
     """[s] since the plant started."""
@@ -49,8 +49,8 @@ class Plant:
     """Everything that moves, advanced by the millisecond.
 
     Args:
-        unit: Its constants.
-        seed: Of the sensors' noise.
+        unit: Constants of the unit.
+        seed: Seed of the sensors' noise.
         model: Which servo's control table it has.
         load_cell_rate: 80 or 10, the chip's own, or 20 [Hz].
         time_step: Substep [s]; must divide a millisecond.

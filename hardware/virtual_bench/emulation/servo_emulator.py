@@ -39,7 +39,7 @@ from hardware.virtual_bench.physics.constants import ServoConstants
 from hardware.virtual_bench.physics.motor import Motor
 
 BAUD_RATES = (9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000)
-"""By the value of register 8 [bit/s]."""
+"""Baud rates by the value of register 8 [bit/s]."""
 REBOOT_TIME = 0.25
 """Silence after a reboot [s]; assumed."""
 
@@ -50,9 +50,9 @@ class ServoEmulator:
     Args:
         registers: The servo's memory.
         firmware: Its loop, for the present position and the silence that the bus watchdog counts.
-        motor: What it measures.
-        constants: Of its sensors and its clock.
-        rng: Their noise.
+        motor: Motor whose state the sensors read.
+        constants: Constants of its sensors and its clock.
+        rng: Source of the sensors' noise.
     """
 
     def __init__(
@@ -72,7 +72,7 @@ class ServoEmulator:
         self._pending: tuple[int, bytes] | None = None
         self._silent_until = 0.0
         self.instructions = 0
-        """How many were for this servo."""
+        """Number of instructions for this servo."""
 
     @property
     def identifier(self) -> int:
@@ -93,9 +93,9 @@ class ServoEmulator:
         """Carry out an instruction and return the answer, empty where there is none.
 
         Args:
-            instruction: What came in.
+            instruction: Instruction from the bus.
             time: Now [s].
-            count: What the encoder counts now.
+            count: Present counts of the encoder.
         """
         ours = instruction.identifier in (self.identifier, BROADCAST)
         if time < self._silent_until or not ours:

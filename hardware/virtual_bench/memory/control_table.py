@@ -30,7 +30,7 @@ GOALS = frozenset(range(at.GOAL_PWM, at.REALTIME_TICK))
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Register:
-    """One entry of a control table."""
+    """Register of a control table, with its bounds and rights."""
 
     address: int
     size: int
@@ -48,7 +48,7 @@ class Register:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ServoModel:
-    """What tells one servo's table from another's."""
+    """Values that differ between the tables of the servos."""
 
     name: str
     number: int

@@ -63,7 +63,7 @@ def status_frame(identifier: int, error: int, parameters: bytes = b"") -> bytes:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Instruction:
-    """One frame that came in."""
+    """Content of one frame from the bus."""
 
     identifier: int
     code: int

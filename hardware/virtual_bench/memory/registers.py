@@ -30,9 +30,9 @@ WATCHDOG_TRIPPED = 0xFF
 class Registers:
     """A control table with the e-manual's rules of access.
 
-    EEPROM is locked while torque is on (error 7), as is what only the servo writes; a value
-    outside the register's range is error 4, outside a limit that another register sets error 6,
-    and part of a register error 5. A block is written whole or not at all.
+    EEPROM is locked while torque is on (error 7), and so are registers that only the servo writes.
+    A value outside the register's range is error 4, outside a limit that another register sets
+    error 6. Part of a register is error 5. A block is written whole or not at all.
     """
 
     def __init__(self, model: ServoModel) -> None:
@@ -96,7 +96,7 @@ class Registers:
 
         Args:
             address: First register.
-            data: What to write.
+            data: Bytes to write.
             position: Present position [counts], where goals start when torque comes on.
         """
         if not data or address + len(data) > TABLE_SIZE:

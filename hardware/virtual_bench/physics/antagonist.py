@@ -22,9 +22,9 @@ class Crossing:
 
     Args:
         before: Distance of the first guide [m].
-        behind: Of the second [m].
-        angle: Between them while the finger is straight [rad].
-        turn: By how much the joint's angle changes that [1]: -1 on the palm's side, +1 on the back.
+        behind: Distance of the second guide [m].
+        angle: Angle between the guides while the finger is straight [rad].
+        turn: Change of that angle with the joint's [1]: -1 on the palm's side, +1 on the back.
         knuckle: Radius to the middle of the string [m], 0 where there is no knuckle.
     """
 

@@ -128,8 +128,9 @@ class FingerConstants:
 class AntagonistConstants:
     """Two phalanges between a flexor and an extensor; [MCP, PIP] where there are two numbers.
 
-    At each joint a string runs from a guide before the axis to one behind it: their distances from
-    the axis, and the angle between them seen from it while the finger is straight.
+    At each joint a string runs from a guide before the axis to one behind it. The constants are the
+    guides' distances from the axis, and the angle between them seen from the axis while the finger
+    is straight.
     """
 
     lengths: tuple[float, float] = drawn_pair((0.034, 0.026), 0.01, "m", "nominal bench")

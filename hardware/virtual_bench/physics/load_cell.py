@@ -17,7 +17,7 @@ conversions at 80, made by the microcontroller."""
 BANNER = b"\x00\xf8boot\r\n# tendon load cell, HX711 gain 128\n"
 GRAVITY = 9.80665  # [m/s^2] of the masses that an operator hangs on the hook
 SPIKE = 1_500_000
-"""What a spike adds to a reading [counts]: 35 N."""
+"""Error of a reading that is a spike [counts]: 35 N."""
 
 
 def crc8(data: bytes) -> int:
@@ -68,7 +68,7 @@ class LoadCellBoard:
 
         Args:
             name: ``cell_stuck``, ``cell_spike``, which lasts for one reading, or ``cell_deaf``.
-            until: When it is over [s].
+            until: End of the event [s].
             counts: What it says then [counts].
         """
         self._fault, self._fault_until, self._fault_counts = name, until, counts

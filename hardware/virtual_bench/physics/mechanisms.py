@@ -1,4 +1,4 @@
-"""What the tendon pulls: a carriage on a rail, or a finger with flexible joints."""
+"""Mechanisms that the tendon pulls: a carriage on a rail, or a finger with flexible joints."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Mechanism(Protocol):
     excursion: float
     """Line given [m]."""
     excursion_rate: float
-    """Its rate [m/s]."""
+    """Rate of the excursion [m/s]."""
 
     def advance(self, pull: float, stiffness: float, time_step: float) -> None:
         """Advance by one substep [s] under a pull [N], implicit in what pulls [N/m]."""
@@ -93,7 +93,7 @@ class Phalanges:
         """Advance by one substep [s].
 
         Args:
-            torque: Of the tendons on both joints [N m].
+            torque: Torque of the tendons on both joints [N m].
             line: What stretches against it within the substep, h^2 k j_i j_k for 11, 12, 22
                 [kg m^2].
             time_step: The substep [s].

@@ -1,4 +1,4 @@
-"""What blocks a mechanism: nothing, a roll of tape, a hand that holds it or comes and goes."""
+"""Obstacles of a mechanism: nothing, a roll of tape, a hand that holds it or comes and goes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tendon_newton.errors import unknown_name
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Grip:
-    """One stay of an obstacle on the tendon's path."""
+    """Time and place of one stay of an obstacle on the tendon's path."""
 
     start: float
     """Instant at which it arrives [s]."""

@@ -14,10 +14,10 @@ class Tendon:
         F = k_a \max(0, a - s), \quad T = k_b \max(0, s - l), \qquad
         e^{-\phi} \le F / T \le e^{\phi}
 
-    ``a`` is the line wound in less the slack [m], ``l`` the mechanism's excursion [m] and ``s``
-    how far the line has come through the guide [m]. It slips there only as far as keeps the ratio
-    of the two tensions within the capstan bound, so the guide holds any tension between its
-    bounds, with no rate and no creep. The load cell sits before the guide and measures ``F``.
+    ``a`` is the line wound in less the slack [m], ``l`` the mechanism's excursion [m] and ``s`` how
+    far the line has come through the guide [m]. The line slips there only as far as keeps the ratio
+    of the two tensions within the capstan bound. So the guide holds any tension between its bounds,
+    with no rate and no creep. The load cell sits before the guide and measures ``F``.
 
     Source: Euler-Eytelwein, for a limp line without mass.
     """

@@ -1,4 +1,4 @@
-"""What use does to a unit: a gear that has run dry, a spool that has slipped.
+"""Wear of a unit: a gear that has run dry, a spool that has slipped.
 
 Wear is put on top of a drawn unit; the units themselves stay as they are. Its size is drawn by the
 unit's seed, where it has one.
@@ -47,14 +47,14 @@ WEARS: dict[str, Callable[[Unit, random.Random], Unit]] = {
     "friction": wear_friction,
     "spool": wear_spool,
 }
-"""What can be the matter with a unit."""
+"""Kinds of wear of a unit."""
 
 
 def worn(unit: Unit, wear: str) -> Unit:
     """Return a unit after some use.
 
     Args:
-        unit: As it was drawn.
+        unit: Unit as its seed draws it.
         wear: A name of `WEARS`.
 
     Raises:

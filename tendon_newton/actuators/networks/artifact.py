@@ -25,6 +25,7 @@ from tendon_newton.data.files.text_file import absence
 from tendon_newton.data.files.torchscript_archive import START, read_extra, refuse_damage
 from tendon_newton.data.files.trust import VARIABLE, content_hash, is_trusted, trust_content
 from tendon_newton.errors import InvalidNetworkFile, InvalidOutput, UntrustedNetworkFile
+from tendon_newton.force_networks import FORCE_NETWORKS, find_force_network
 from tendon_newton.force_networks.weights_file import (
     SUFFIX,
     card_of_weights,
@@ -41,8 +42,8 @@ class NetworkFile:
     """A force network that was read and checked.
 
     Call ``module`` with windows of shape (W, window, 3), oldest sample first, each sample as
-    ``card.inputs``; it returns tension [N], shape (W,), not yet clipped. A Transformer also has
-    ``last_query`` (the same, cheaper), a recurrent network ``initial_state``, ``step`` and
+    ``card.inputs``; it returns tension [N], shape (W,), not yet clipped. A network of ours also
+    has ``last_query``, the same for less work, and a recurrent one ``initial_state``, ``step`` and
     ``reset_state``.
     """
 
@@ -56,8 +57,8 @@ class NetworkFile:
 def torchscript() -> Iterator[None]:
     """Use TorchScript without PyTorch's advice to leave it.
 
-    ``torch.export``, which is to replace it, has no single file that Python, C++ and other programs
-    of this kind read with the weights by name; Python up to 3.13 keeps TorchScript.
+    ``torch.export`` is to replace TorchScript. But it has no single file that Python, C++ and other
+    programs of this kind read with the weights by name. Python up to 3.13 keeps TorchScript.
     """
     with warnings.catch_warnings():
         warnings.filterwarnings(
@@ -92,7 +93,7 @@ def read_card(path: Path) -> ForceNetworkCard:
     return card_in(read_content(path), path)
 
 
-def load_network(path: Path, *, trust: bool = False, device: str = "cpu") -> NetworkFile:
+def load_network(path: str | Path, *, trust: bool = False, device: str = "cpu") -> NetworkFile:
     """Read a force network and check that it does what its card says.
 
     Args:
@@ -105,6 +106,7 @@ def load_network(path: Path, *, trust: bool = False, device: str = "cpu") -> Net
         InvalidNetworkFile: The file is damaged, or its network and its card disagree.
         UntrustedNetworkFile: Its hash is not on the user's list.
     """
+    path = Path(path)
     content = read_content(path)
     card = card_in(content, path)
     digest = content_hash(content)
@@ -166,11 +168,15 @@ def read_content(path: Path) -> bytes:
 def card_in(content: bytes, path: Path) -> ForceNetworkCard:
     """Read the card out of a file's bytes."""
     try:
-        if not content.startswith(START):
-            return card_of_weights(content)
-        return ForceNetworkCard.from_json(
-            read_extra(content, CARD_NAME, "a force network", InvalidNetworkFile)
-        )
+        if content.startswith(START):
+            text = read_extra(content, CARD_NAME, "a force network", InvalidNetworkFile)
+            card = ForceNetworkCard.from_json(text)
+        else:
+            card = card_of_weights(content)
+        if card.kind not in FORCE_NETWORKS:
+            known = ", ".join(sorted(FORCE_NETWORKS))
+            raise InvalidNetworkFile(f"card: kind must be one of {known}; it is {card.kind!r}")
+        return card
     except InvalidNetworkFile as error:
         raise InvalidNetworkFile(f"{path}: {error}") from error
 
@@ -181,8 +187,7 @@ def check_network(module: Any, card: ForceNetworkCard, device: str) -> None:
     high = torch.tensor([card.bounds[name][1] for name in INPUTS], device=device)
     steps = torch.linspace(0.0, 1.0, card.window, device=device)[:, None]
     windows = torch.stack([low + (high - low) * steps, high - (high - low) * steps])
-    methods = {"transformer": ("forward", "last_query"), "rnn": ("forward", "step")}
-    for name in methods.get(card.kind, ("forward",)):
+    for name in find_force_network(card.kind).methods:
         if not hasattr(module, name):
             raise InvalidNetworkFile(f"a network of the kind {card.kind} has {name}; this has none")
     with torch.no_grad():

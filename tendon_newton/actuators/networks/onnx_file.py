@@ -46,8 +46,7 @@ def write_onnx(path: Path, network: Any, card: ForceNetworkCard) -> None:
         method, names = "step", (["sample", "state"], ["tension", "new_state"])
         arguments = (torch.zeros(1, len(INPUTS)), network.initial_state(1))
     else:
-        method = "last_query" if card.kind == "transformer" else "forward"
-        names = (["window"], ["tension"])
+        method, names = "last_query", (["window"], ["tension"])
         arguments = (torch.zeros(1, card.window, len(INPUTS)),)
     with tempfile.TemporaryDirectory() as folder:
         draft = Path(folder) / "network.onnx"

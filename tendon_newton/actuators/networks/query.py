@@ -11,18 +11,18 @@ from typing import Any, Literal
 import warp as wp
 
 from tendon_newton.actuators.networks.artifact import NetworkFile, load_network
+from tendon_newton.actuators.networks.fused_query import fused_or_module
 from tendon_newton.actuators.networks.torchscript import (
     ForceQuery,
     StreamingQuery,
     TorchScriptQuery,
 )
-from tendon_newton.actuators.networks.twin_query import twin_or_module
 from tendon_newton.data.cards.force_network_card import HoldLaw
 from tendon_newton.data.model_file import Model
 from tendon_newton.errors import InvalidModelFile, unknown_name
 
-NetworkForm = Literal["torchscript", "twin"]
-FORMS: tuple[NetworkForm, ...] = ("torchscript", "twin")
+NetworkForm = Literal["torchscript", "fused"]
+FORMS: tuple[NetworkForm, ...] = ("torchscript", "fused")
 
 LOG = logging.getLogger(__name__)
 
@@ -47,7 +47,7 @@ def open_query(model: Model, form: str, device: Any, *, trust: bool = False) -> 
 
     Args:
         model: A model whose actuator is `learned`.
-        form: How it runs: as the TorchScript module, or as the kernels compiled from its weights.
+        form: How it runs: as TorchScript, or as a fused kernel where it has one.
         device: Warp device.
         trust: Whether to trust the file from now on; see `load_network`.
 
@@ -76,11 +76,9 @@ def warn_of_purpose(path: str) -> None:
 def query_of(file: NetworkFile, form: str, device: Any) -> ForceQuery:
     """Return a network that was loaded in the form asked for."""
     card = file.card
+    if form == "fused" and not card.streaming:
+        return fused_or_module(file, device)
     kind = StreamingQuery if card.streaming else TorchScriptQuery
-    if form == "twin" and not card.streaming:
-        query = twin_or_module(file, device)
-        query.hold = card.hold
-        return query
     return kind(
         file.module, window=card.window, rate=card.rate, limit=card.force_limit, hold=card.hold
     )

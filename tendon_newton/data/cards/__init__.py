@@ -1,1 +1,1 @@
-"""What a packaged force network or policy says of itself."""
+"""Cards: the description inside a packaged force network or policy."""

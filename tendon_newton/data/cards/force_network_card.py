@@ -5,6 +5,7 @@ It is the JSON text ``card.json`` among the extra files of a TorchScript file, a
 """
 
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from math import isfinite
@@ -16,7 +17,9 @@ SCHEMA = 1
 INPUTS = ("theta_d", "theta", "theta_dot")
 UNITS = ("rad", "rad", "rad/s", "N")
 """Of the inputs, then of the output."""
-KINDS = ("mlp", "rnn", "transformer")
+KIND = re.compile(r"[a-z][a-z0-9_]{0,31}")
+"""A name. The table of force networks says which kinds there are; a program that only runs an ONNX
+file need not know them."""
 REASON_LENGTH = 200
 """Most that is repeated of what Python says of a value [characters]."""
 PURPOSES = ("prediction", "simulation")
@@ -93,7 +96,7 @@ class HeldOut:
 class ForceNetworkCard:
     """What a program must know to use a force network, checked when built."""
 
-    kind: Literal["mlp", "rnn", "transformer"]
+    kind: str
     """Family of the network."""
     network_set: str
     """Set that its sizes come from."""
@@ -126,7 +129,7 @@ class ForceNetworkCard:
         """Refuse a card that this version cannot honour."""
         promises = (
             ("schema", self.schema, self.schema == SCHEMA, f"{SCHEMA}"),
-            ("kind", self.kind, self.kind in KINDS, f"one of {', '.join(KINDS)}"),
+            ("kind", self.kind, bool(KIND.fullmatch(str(self.kind))), "a name in small letters"),
             ("purpose", self.purpose, self.purpose in PURPOSES, f"one of {', '.join(PURPOSES)}"),
             ("inputs", self.inputs, self.inputs == INPUTS, f"{list(INPUTS)}"),
             ("units", self.units, self.units == UNITS, f"{list(UNITS)}"),

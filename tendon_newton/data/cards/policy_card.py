@@ -1,7 +1,7 @@
 """The card of a policy: what it sees, what it does, and the bench that it was trained for.
 
-It is the JSON text ``card.json`` among the extra files of a TorchScript file, and the value of
-``card`` in the metadata of an ONNX file. Reading it needs neither torch nor onnxruntime.
+The card is the JSON text ``card.json`` among the extra files of a TorchScript file, and the value
+of ``card`` in the metadata of an ONNX file. Reading it needs neither torch nor onnxruntime.
 """
 
 import json
@@ -35,14 +35,14 @@ def nothing() -> Mapping[str, Any]:
 
 @dataclass(frozen=True, kw_only=True)
 class PolicyTraining:
-    """How a policy came about."""
+    """Seed, program, samples and force model of a policy's training."""
 
     seed: int
-    """Of the starting weights and all that is drawn."""
+    """Seed of the starting weights and of every draw."""
     git_commit: str | None
-    """Of the program, where it ran from a clone."""
+    """Commit of the program, where it ran from a clone."""
     version: str
-    """Of the program."""
+    """Version of the program."""
     samples: int = 0
     """Policy steps that it has learnt from."""
     force: str = ""
@@ -65,7 +65,7 @@ class FurtherServo:
     command_range: tuple[float, float]
     """Least and greatest desired motor angle [rad]."""
     spool_radius: float
-    """Of the bench that it was trained for [m]."""
+    """Spool radius of the bench of the training [m]."""
     servo: str
     """Name in the table of servos."""
     force_limit: float
@@ -90,7 +90,7 @@ class PolicyCard:
     command_range: tuple[float, float]
     """Least and greatest desired motor angle [rad]."""
     spool_radius: float
-    """Of the bench that it was trained for [m]."""
+    """Spool radius of the bench of the training [m]."""
     servo: str
     """Name in the table of servos."""
     force_limit: float

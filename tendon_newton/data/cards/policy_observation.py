@@ -9,10 +9,10 @@ policy's own business: it stands inside its file.
 
 One policy step, at instant k with the motor at position :math:`\theta_k`:
 
-1. the sample `(theta_k, theta_dot_k, a_k, a_{k-1}, alpha_k)` enters the history, where a_k is the
-   action that was applied in the step that has just ended;
-2. the policy gives a number; :func:`applied_action` cuts it to the card's clip, which makes it
-   a_{k+1};
+1. The sample `(theta_k, theta_dot_k, a_k, a_{k-1}, alpha_k)` enters the history, where a_k is the
+   action that was applied in the step that has just ended.
+2. The policy gives a number. :func:`applied_action` cuts it to the card's clip, and so makes it
+   a_{k+1}.
 3. :func:`motor_command` gives the command until the next step,
    :math:`\theta_d = clip(\theta_k + a_{k+1})` to the command range. The cut of the command does
    not change the action that the policy sees. Where the card has a pay-out rule, the lower end of
@@ -63,7 +63,7 @@ def applied_action(output: Values, clip: float) -> Values:
     """Return the action [rad] that a policy's output stands for.
 
     Args:
-        output: What the policy gave [rad], any shape.
+        output: Output of the policy [rad], any shape.
         clip: Greatest offset either way [rad].
     """
     return output.clip(-clip, clip)
@@ -77,10 +77,10 @@ def motor_command(
 ) -> Values:
     """Return the desired motor angle [rad]: the action as an offset from where the motor is.
 
-    A gear with friction pays a tendon out only for a command well below where the motor stands,
-    the farther the faster. With a pay-out rule the range goes as far down as that takes, for as
-    long as there is tendon to pay out; a motor that has come home is asked for no more than the
-    rule's first angle, and so does not run on into the slack.
+    A gear with friction pays a tendon out only for a command well below where the motor stands, the
+    farther the faster. With a pay-out rule the range goes as far down as that takes, as long as
+    there is tendon to pay out. At home the command ends at the rule's first angle, so that the
+    motor does not run on into the slack.
 
     Args:
         position: Measured motor angle [rad].

@@ -1,1 +1,1 @@
-"""What is wrong with recordings, told as findings."""
+"""Defects of recordings, told as findings."""

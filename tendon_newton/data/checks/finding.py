@@ -16,9 +16,9 @@ class Finding:
     channel: str
     """Column that is concerned."""
     evidence: str
-    """What was seen, with numbers."""
+    """Evidence, with numbers."""
     consequence: str
-    """What follows for whoever uses the data."""
+    """Consequence for the use of the data."""
     severity: Literal["note", "caution", "defect"]
     """``defect``: wrong as it stands; ``caution``: misleads a fit; ``note``: good to know."""
 

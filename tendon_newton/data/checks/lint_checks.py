@@ -19,6 +19,13 @@ CORRELATION_LIMIT = 0.9  # [1] below, motion is too small against resolution to 
 LAG_GAIN_LIMIT = 0.001  # [1] a lag that improves the correlation by less is not resolved
 SCALE_RANGE = (0.3, 3.0)  # [1] theta_dot over slope of theta; impacts and slack stay inside, while
 # rev/min (9.5), degrees (57) and counts of 0.229 rev/min (42) do not
+GEAR_RATIOS = (100.0, 1000.0)  # [1] of hobby servos
+UNIT_NEAR = 2.0 * np.pi / 4096.0  # [1] counts of an encoder taken for radians
+UNIT_SPARE = 0.05  # [1] within which a scale is such a unit
+LONE_ANGLE = 0.5  # [rad] no servo turns so far there and back within two rows
+LONE_ROWS = 3  # fewer have no neighbours
+LONE_SHARE = 3.0  # [1] of what its neighbours differ by
+SUPPLY_RANGE = (0.5, 1.5)  # [1] of the median; no sag and no surge goes beyond
 MOTION_LIMIT = 0.1  # [rad] less motion of the shaft counts as standing still
 STUCK_LIMIT = 0.5  # [s] shorter rests are turning points
 TURN = 2.0 * np.pi  # [rad]
@@ -74,7 +81,7 @@ def velocity(recording: Recording) -> Iterator[Finding]:
                 channel=column,
                 severity="defect",
                 evidence=f"{scale:.4g} times the slope of theta (correlation {score:.3f})",
-                consequence="theta_dot or theta is in another unit, or t is",
+                consequence=misread_speed(scale),
             )
         limit = max(LAG_LIMIT, LAG_STEPS_LIMIT * float(np.median(np.diff(time))))
         if abs(lag) >= limit and gain > LAG_GAIN_LIMIT:
@@ -87,6 +94,68 @@ def velocity(recording: Recording) -> Iterator[Finding]:
                 consequence="do not use theta_dot as the speed at its row; a start from the first "
                 "row takes an old speed; residuals of theta_dot show the lag",
             )
+
+
+def misread_speed(scale: float) -> str:
+    """Say what a speed may be that is so many times the slope of its angle."""
+    ratio = 1.0 / abs(scale)
+    if GEAR_RATIOS[0] <= ratio <= GEAR_RATIOS[1] and abs(ratio * UNIT_NEAR - 1.0) > UNIT_SPARE:
+        return (
+            f"theta_dot was divided by a gear ratio of {ratio:.0f} once too often, or theta_dot or "
+            "theta is in another unit, or t is"
+        )
+    return "theta_dot or theta is in another unit, or t is"
+
+
+def failed_reads(recording: Recording) -> Iterator[Finding]:
+    """Single rows that lie far from where their neighbours lead: a register that was not read."""
+    for column, place in tendon_places(recording, "theta"):
+        theta = recording.motor_position[:, place]
+        lone = lone_rows(theta, LONE_ANGLE)
+        if lone.any():
+            worst = int(np.flatnonzero(lone)[0])
+            yield Finding(
+                recording=recording.name,
+                channel=column,
+                severity="defect",
+                evidence=f"{lone.sum()} of {theta.size} rows stand alone, first row {worst} with "
+                f"{theta[worst]:.4f} rad between {theta[worst - 1]:.4f} and "
+                f"{theta[min(worst + 1, theta.size - 1)]:.4f} rad",
+                consequence="the register was not read there: leave those rows out",
+            )
+    supply = recording.voltage
+    if supply is None or np.median(supply) <= 0.0:
+        return
+    share = supply / np.median(supply)
+    lost = (share < SUPPLY_RANGE[0]) | (share > SUPPLY_RANGE[1])
+    if lost.any():
+        yield Finding(
+            recording=recording.name,
+            channel="voltage",
+            severity="defect",
+            evidence=f"{lost.sum()} of {supply.size} rows say {supply[lost].min():.1f}-"
+            f"{supply[lost].max():.1f} V where the median is {np.median(supply):.1f} V",
+            consequence="the register was not read there, or the supply failed: hold the last "
+            "good value, since a simulated motor takes it at its word",
+        )
+
+
+def torque_off(recording: Recording) -> Iterator[Finding]:
+    """Segments in which the motor is switched off."""
+    off = ~recording.enabled
+    if not off.any() or off.all():
+        return
+    edges = np.flatnonzero(np.diff(np.r_[False, off, False]))
+    starts, ends = recording.time[edges[::2]], recording.time[edges[1::2] - 1]
+    yield Finding(
+        recording=recording.name,
+        channel="enabled",
+        severity="note",
+        evidence=f"the motor is off in {off.sum()} of {off.size} rows, {len(starts)} times, first "
+        f"from t = {starts[0]:.2f} s to {ends[0]:.2f} s",
+        consequence="there the mechanism is alone with gear friction and the rotor: such rows tell "
+        "friction from the motor's numbers, and nothing of the loop",
+    )
 
 
 def wrapped(recording: Recording) -> Iterator[Finding]:
@@ -202,6 +271,8 @@ def unsigned_current(recording: Recording) -> Iterator[Finding]:
 
 CHECKS: tuple[Check, ...] = (
     clock,
+    failed_reads,
+    torque_off,
     velocity,
     wrapped,
     position_jumps,
@@ -248,6 +319,16 @@ def measured_channels(recording: Recording) -> Iterator[tuple[str, Array]]:
     for column, values in recording.extra.items():
         if np.issubdtype(values.dtype, np.number) and np.isfinite(values).all():
             yield column, values
+
+
+def lone_rows(values: Array, limit: float) -> Mask:
+    """Tell which rows lie farther than a limit from both neighbours while these lie together."""
+    if values.size < LONE_ROWS:
+        return np.zeros(values.size, dtype=np.bool_)
+    padded = np.r_[values[1], values, values[-2]]
+    before, after = padded[:-2], padded[2:]
+    far = np.minimum(np.abs(values - before), np.abs(values - after))
+    return (far > limit) & (far > LONE_SHARE * np.abs(after - before))
 
 
 def longest_rest(time: Array, values: Array) -> tuple[int, int]:

@@ -6,10 +6,10 @@ from tendon_newton.data.recording import Array
 
 REGISTER_BITS = (16, 32)
 
-# a wrapped register holds values near both ends of its range and none between; a servo's own
-# limits (885 of 65536 for duty, a few thousand for speed) keep within the outer tenth
+# a wrapped register holds values near both ends of its range and none between. A servo's own limits
+# keep within the outer tenth (885 of 65536 for duty, a few thousand for speed)
 OUTER_FRACTION = 0.1
-# and it passes through zero, so its highest values lie close below the full range
+# a wrapped register passes through zero, so its highest values lie close below the full range
 TOP_FRACTION = 0.99
 
 SMOOTHING = 0.04  # [s] above it, differences of an encoder are mostly its resolution
@@ -55,7 +55,7 @@ def lag_between(
         time: Instants of the reference [s], shape (T,).
         reference: The channel that is on time, shape (T,).
         late: The channel in question, any unit, shape (S,).
-        late_time: Its instants [s], shape (S,).
+        late_time: Instants of that channel [s], shape (S,).
         reach: Greatest delay to look for, either way [s].
 
     Returns:

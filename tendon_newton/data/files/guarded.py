@@ -1,7 +1,7 @@
 """Work on a stranger's file in a process of its own, with bounds on memory and time.
 
-A model file is a list of operations: a few hundred bytes can ask for gigabytes or for ever. What
-would take the machine down ends a child here, and the parent says so in one line.
+A model file is a list of operations: a few hundred bytes can ask for gigabytes or for ever. Work
+that would take the machine down ends a child process here, and the parent says so in one line.
 """
 
 from __future__ import annotations
@@ -49,8 +49,8 @@ def guarded(
         seconds: Time of a core that it may take [s].
 
     Raises:
-        TooMuch: It takes more, or its process died.
-        TendonNewtonError: It raised this error.
+        TooMuch: The function takes more, or its process died.
+        TendonNewtonError: The function raised this error.
     """
     order = pickle.dumps((work.__module__, work.__qualname__, arguments, memory, seconds))
     with tempfile.TemporaryDirectory() as empty:  # relative names in the file lead nowhere

@@ -9,8 +9,8 @@ from typing import Any, TextIO
 from tendon_newton.errors import InvalidOutput, TendonNewtonError
 
 SIZE_LIMIT = 4_000_000
-"""Bytes of a settings file that we read; the largest of ours, a dataset of thousands of recordings,
-has a tenth of it, and parsing more would look like a hang."""
+"""Bytes of a settings file that we read. The largest of ours, a dataset of thousands of recordings,
+has a tenth of them; parsing more would look like a hang."""
 LOG_SIZE_LIMIT = 1 << 28
 """Bytes of a log of rows that we read: seven hours of ten columns at 80 Hz."""
 BLOCK = 1 << 20
@@ -44,7 +44,7 @@ def write_text(path: Path, text: str) -> None:
     """Write a UTF-8 text file whole or not at all: a full disk leaves what was there before.
 
     Raises:
-        InvalidOutput: It cannot be written; the message names it.
+        InvalidOutput: The file cannot be written; the message names it.
     """
     beside = path.with_name(f".{path.name}.{os.getpid()}")
     try:

@@ -56,7 +56,7 @@ def write_toml(path: Path, table: Mapping[str, Any], **rows: Sequence[Mapping[st
     Args:
         path: File to write.
         table: Keys that stand at the top.
-        rows: Arrays of tables by name. They are written as ``[[name]]`` blocks, to which a user
+        rows: Arrays of tables by name. Arrays are written as ``[[name]]`` blocks, to which a user
             can append: the writer alone would put short ones into brackets on a line.
 
     Raises:

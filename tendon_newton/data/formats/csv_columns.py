@@ -50,8 +50,7 @@ def read_columns(path: Path, name: str) -> Columns:
     """Read every column: numbers if all of its cells are, else words.
 
     Raises:
-        InvalidRecording: It is no CSV file, a known column holds something else than numbers, or
-            it is too large.
+        InvalidRecording: The file is no CSV file or too large, or a known column holds words.
     """
     header, numbers, worded = read_numbers(path, name)
     columns: Columns = {cell: numbers[:, place] for place, cell in enumerate(header)}

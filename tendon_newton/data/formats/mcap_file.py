@@ -49,11 +49,11 @@ def read_mcap(
         bench: Name under ``assets/`` of the bench that was measured.
         name: Name for messages and outputs; the file's own name unless given.
         mapping: Which topic and field is which column.
-        entry: What else the dataset says of it (``start``, ``bench_overrides``,
+        entry: Further keys of the recording in the dataset (``start``, ``bench_overrides``,
             ``actuator_overrides``, ``load_cell_rate``).
 
     Raises:
-        InvalidRecording: It is no such file, or lacks a topic.
+        InvalidRecording: The file is no MCAP file, or lacks a topic.
         MissingDependency: The packages that read it are not installed.
     """
     name = name or path.name
@@ -96,10 +96,10 @@ def require_topics(
 
 @dataclass(kw_only=True)
 class Damage:
-    """What of a file could not be read."""
+    """Part of a file that could not be read."""
 
     broken_off: str = ""
-    """Why reading ended before the file's own end."""
+    """Reason of an end of reading before the file's own end."""
     chunks: int = 0
     """Groups of messages that were damaged."""
     undecoded: Counter[str] = field(default_factory=Counter)

@@ -39,11 +39,11 @@ def read_rosbag(
         bench: Name under ``assets/`` of the bench that was measured.
         name: Name for messages and outputs; the folder's own name unless given.
         mapping: Which topic and field is which column.
-        entry: What else the dataset says of it (``start``, ``bench_overrides``,
+        entry: Further keys of the recording in the dataset (``start``, ``bench_overrides``,
             ``actuator_overrides``, ``load_cell_rate``).
 
     Raises:
-        InvalidRecording: It is no such bag, it is damaged, or it lacks a topic.
+        InvalidRecording: The folder or file is no bag, is damaged, or lacks a topic.
         MissingDependency: The package that reads it is not installed.
     """
     name = name or path.name

@@ -57,7 +57,7 @@ def field_steps(path: str) -> tuple[str | int, ...]:
 
 @dataclass(frozen=True, kw_only=True)
 class Source:
-    """Where one column comes from: a field of the messages on a topic."""
+    """Source of one column: a field of the messages on a topic."""
 
     topic: str
     """Name of the topic."""
@@ -82,7 +82,7 @@ class Source:
 
 @dataclass(frozen=True, kw_only=True)
 class TopicMapping:
-    """Where the columns of a recording come from."""
+    """Sources of the columns of a recording."""
 
     sources: Mapping[str, Source]
     """Column -> source; a column without one is absent."""

@@ -15,7 +15,7 @@ def read_mapping(path: Path) -> TopicMapping:
     """Read a mapping file.
 
     Raises:
-        InvalidMapping: It lacks something, or says something that cannot be followed.
+        InvalidMapping: A key is missing, unknown, or has a value of the wrong kind.
     """
     table = read_toml(path, InvalidMapping, "a mapping is a TOML file")
     refuse_unknown_keys(table, ("clock", *COLUMNS), str(path), InvalidMapping)

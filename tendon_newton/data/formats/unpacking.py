@@ -28,7 +28,7 @@ def unpacked(chunk: Chunk, limit: int) -> Chunk:
         limit: Bytes that are left for it.
 
     Raises:
-        TooLarge: It claims more, or holds more than it claims.
+        TooLarge: The group claims more, or holds more than it claims.
     """
     limit = min(limit, CHUNK_LIMIT)
     if chunk.uncompressed_size > limit:

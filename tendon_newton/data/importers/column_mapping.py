@@ -9,11 +9,12 @@ from typing import Any
 from tendon_newton.data.files.text_file import finite_number
 from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys
 from tendon_newton.data.formats.topic_mapping import Source, TopicMapping
+from tendon_newton.data.importers.csv_dialect import CsvDialect
 from tendon_newton.data.importers.mapped_column import MappedColumn, read_column
 from tendon_newton.data.importers.stated_numbers import STATED_KEYS, StatedNumbers, read_stated
 from tendon_newton.errors import InvalidMapping, shown
 
-ROW_KEYS = ("rows", "rate", "delimiter")
+ROW_KEYS = ("rows", "rate", "delimiter", "decimal")
 """Keys for files of rows: CSV and JSON."""
 MESSAGE_KEYS = ("clock",)
 """Keys for recordings of ROS 2."""
@@ -33,7 +34,7 @@ Columns = Mapping[str, MappedColumn | Source]
 
 @dataclass(frozen=True, kw_only=True)
 class ColumnMapping:
-    """One mapping file."""
+    """Content of one mapping file."""
 
     path: Path
     bench: str
@@ -43,14 +44,14 @@ class ColumnMapping:
     """Key of the rows in a JSON file; None where the file is the rows."""
     rate: float | None
     """Rows per second [Hz] where no column holds the time."""
-    delimiter: str
-    """What stands between the cells of a CSV file."""
+    dialect: CsvDialect
+    """Separator of the cells of a CSV file and decimal mark of its numbers, as far as stated."""
     columns: Mapping[str, MappedColumn]
     """Column of ours -> theirs; empty where topics are mapped."""
     topics: TopicMapping | None
-    """The same of ROS 2 recordings."""
+    """Column of ours -> topic and field of a ROS 2 recording; None where columns are mapped."""
     stated: tuple[StatedNumbers, ...]
-    """What is stated of all logs, then of those that a pattern names; later ones win."""
+    """Numbers stated of all logs, then of those that a pattern names; later ones win."""
     model: Mapping[str, Any]
     """The model to start from, as in a model file; empty for the nominal one."""
 
@@ -74,7 +75,9 @@ def read_mapping(path: Path) -> ColumnMapping:
     for key in ROW_KEYS if topics else MESSAGE_KEYS:
         if key in table:
             kind = "CSV and JSON files" if topics else "ROS 2 recordings"
-            raise InvalidMapping(f"{path}: {key} belongs to a mapping of {kind}; this is none")
+            raise InvalidMapping(
+                f"{path}: {key} belongs to a mapping of {kind}; this mapping has none"
+            )
     rate = None if "rate" not in table else positive(path, "rate", table["rate"])
     if topics is None:
         require_columns(path, mapped, timed=rate is not None)
@@ -85,7 +88,7 @@ def read_mapping(path: Path) -> ColumnMapping:
         files=words["files"] or ("*" if topics else "*.csv"),
         rows=words["rows"],
         rate=rate,
-        delimiter=read_delimiter(path, table.get("delimiter", ",")),
+        dialect=read_dialect(path, table),
         columns={n: c for n, c in mapped.items() if isinstance(c, MappedColumn) and not topics},
         topics=topics,
         stated=read_patterns(path, table),
@@ -145,13 +148,18 @@ def read_patterns(path: Path, table: Mapping[str, Any]) -> tuple[StatedNumbers, 
     return (first, *(read_stated(f"{path}: logs.{p}", p, row) for p, row in logs.items()))
 
 
-def read_delimiter(path: Path, value: Any) -> str:
-    """Return what stands between cells."""
-    if not isinstance(value, str) or len(value) != 1 or value in '"\n\r':
+def read_dialect(path: Path, table: Mapping[str, Any]) -> CsvDialect:
+    """Return what is said of the form of CSV files."""
+    delimiter, decimal = table.get("delimiter"), table.get("decimal")
+    if delimiter is not None and (
+        not isinstance(delimiter, str) or len(delimiter) != 1 or delimiter in '"\n\r'
+    ):
         raise InvalidMapping(
-            f"{path}: delimiter must be one character, such as ';'; it is {shown(value)}"
+            f"{path}: delimiter must be one character, such as ';'; it is {shown(delimiter)}"
         )
-    return value
+    if decimal not in (None, ".", ","):
+        raise InvalidMapping(f"{path}: decimal must be '.' or ','; it is {shown(decimal)}")
+    return CsvDialect(delimiter=delimiter, decimal=decimal)
 
 
 def positive(path: Path, key: str, value: Any) -> float:

@@ -1,7 +1,7 @@
 """What an importer gives: recordings, what they can be selected by, and a model to start from."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from tendon_newton.data.checks.finding import Finding
@@ -37,7 +37,43 @@ class Imported:
     findings: tuple[Finding, ...]
     """What only the importer could see, because it knows the source's registers."""
 
+    apart: str | None = None
+    """Condition whose values become a dataset each; None where all logs belong into one."""
+
     @property
     def model(self) -> Model:
         """The model to start from where every log may be fitted."""
         return self.start_model(self.logs)
+
+    def parts(self) -> dict[str, "Imported"]:
+        """Return what becomes a dataset each, by the name of its folder; empty for one dataset."""
+        if self.apart is None:
+            return {}
+        values = dict.fromkeys(str(log.conditions[self.apart]) for log in self.logs)
+        return {
+            value: replace(
+                self,
+                logs=tuple(log for log in self.logs if str(log.conditions[self.apart]) == value),
+                apart=None,
+            )
+            for value in values
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImportedModel:
+    """What a foreign parameter file became."""
+
+    model: Model
+    """To start from; nothing of it is left to be fitted."""
+    left_out: tuple[str, ...]
+    """What the file says and no effect of ours does, in words."""
+
+    @property
+    def text(self) -> str:
+        """What a reader must know of the model."""
+        names = ", ".join(effect.name for effect in self.model.effects) or "none"
+        lines = [f"actuator {self.model.actuator.name}; effects: {names}"]
+        if self.left_out:
+            lines += ["", "left out, for want of an effect that does it:"]
+        return "\n".join([*lines, *(f"  {words}" for words in self.left_out)])

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tendon_newton.data.checks.finding import Finding
 from tendon_newton.data.files.text_file import BLOCK
 from tendon_newton.data.formats.any_file import read_recording_file
 from tendon_newton.data.formats.rosbag import METADATA_FILE
@@ -33,9 +34,14 @@ def read_mapped(folder: Path, mapping_file: Path) -> Imported:
     for part in mapping.stated:
         if not any(fnmatchcase(path.name, part.pattern) for path in paths):
             raise InvalidMapping(f"{mapping.path}: no log matches logs.{part.pattern!r}")
-    logs = tuple(read_log(folder, path, mapping) for path in paths)
+    read = [read_log(folder, path, mapping) for path in paths]
     model = start_model(mapping)
-    return Imported(logs=logs, start_model=lambda _: model, limits={}, findings=())
+    return Imported(
+        logs=tuple(log for log, _ in read),
+        start_model=lambda _: model,
+        limits={},
+        findings=tuple(finding for _, found in read for finding in found),
+    )
 
 
 def find_logs(folder: Path, mapping: ColumnMapping) -> list[Path]:
@@ -88,20 +94,22 @@ def start_model(mapping: ColumnMapping) -> Model:
         raise InvalidMapping(f"{mapping.path}: {error}") from error
 
 
-def read_log(folder: Path, path: Path, mapping: ColumnMapping) -> ImportedLog:
-    """Read one log."""
+def read_log(folder: Path, path: Path, mapping: ColumnMapping) -> tuple[ImportedLog, list[Finding]]:
+    """Read one log, and what was found on the way."""
     stem = path.name if path.is_dir() else path.stem
     name = "_".join([*path.relative_to(folder).parent.parts, f"{stem}.csv"])
     if mapping.topics is None:
-        recording = rows_recording(path, name, mapping)
+        recording, found = rows_recording(path, name, mapping)
     else:
+        found = []
         recording = messages_recording(path, name, mapping)
-    return ImportedLog(
+    log = ImportedLog(
         recording=recording,
         conditions={"file": stem, **{f"part{k}": p for k, p in enumerate(stem.split("_"))}},
         source=path,
         sha256=digest(path),
     )
+    return log, found
 
 
 def digest(path: Path) -> str:
@@ -134,11 +142,13 @@ def messages_recording(path: Path, name: str, mapping: ColumnMapping) -> Recordi
         raise InvalidRecording(f"{path}: {error}") from error
 
 
-def rows_recording(path: Path, name: str, mapping: ColumnMapping) -> Recording:
+def rows_recording(
+    path: Path, name: str, mapping: ColumnMapping
+) -> tuple[Recording, list[Finding]]:
     """Read a file of rows."""
-    columns = read_mapped_columns(path, mapping)
+    columns, found = read_mapped_columns(path, mapping, name)
     try:
-        return make_recording(name, columns, mapping, path.name)
+        return make_recording(name, columns, mapping, path.name), found
     except TendonNewtonError as error:
         raise InvalidRecording(f"{path}: {error}") from error
 

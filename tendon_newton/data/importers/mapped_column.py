@@ -9,12 +9,18 @@ from tendon_newton.data.files.toml_file import refuse_unknown_keys
 from tendon_newton.data.formats.topic_mapping import Source
 from tendon_newton.errors import InvalidMapping, shown, unknown_name
 
-ANGLE = {"rad": 1.0, "mrad": 1.0e-3, "deg": pi / 180.0, "turn": 2.0 * pi}
-SPEED = {"rad/s": 1.0, "deg/s": pi / 180.0, "rev/min": 2.0 * pi / 60.0}
-FORCE = {"N": 1.0, "mN": 1.0e-3, "g": 9.80665e-3, "kg": 9.80665, "N m": 1.0, "mN m": 1.0e-3}
-LENGTH = {"m": 1.0, "mm": 1.0e-3}
+DEGREE = pi / 180.0
+RPM = 2.0 * pi / 60.0
+ANGLE = {"rad": 1.0, "mrad": 1.0e-3, "deg": DEGREE, "degrees": DEGREE, "°": DEGREE,
+         "turn": 2.0 * pi, "rev": 2.0 * pi}  # fmt: skip
+SPEED = {"rad/s": 1.0, "mrad/s": 1.0e-3, "deg/s": DEGREE, "°/s": DEGREE, "rev/min": RPM, "rpm": RPM,
+         "rev/s": 2.0 * pi}  # fmt: skip
+FORCE = {"N": 1.0, "mN": 1.0e-3, "kN": 1.0e3, "g": 9.80665e-3, "kg": 9.80665, "gf": 9.80665e-3,
+         "kgf": 9.80665, "lbf": 4.4482216, "N m": 1.0, "Nm": 1.0, "mN m": 1.0e-3, "mNm": 1.0e-3,
+         "kgf cm": 9.80665e-2}  # fmt: skip
+LENGTH = {"m": 1.0, "cm": 1.0e-2, "mm": 1.0e-3}
 UNITS: dict[str, dict[str, float]] = {
-    "t": {"s": 1.0, "ms": 1.0e-3, "us": 1.0e-6, "ns": 1.0e-9},
+    "t": {"s": 1.0, "ms": 1.0e-3, "us": 1.0e-6, "µs": 1.0e-6, "ns": 1.0e-9, "min": 60.0},
     "theta_d": ANGLE,
     "theta": ANGLE,
     "theta_dot": SPEED,
@@ -23,7 +29,7 @@ UNITS: dict[str, dict[str, float]] = {
     "tip_z": LENGTH,
     "current": {"A": 1.0, "mA": 1.0e-3},
     "voltage": {"V": 1.0, "mV": 1.0e-3},
-    "temperature": {"degC": 1.0},
+    "temperature": {"degC": 1.0, "°C": 1.0},
     "enabled": {"1": 1.0},
 }
 """Column of ours -> unit of theirs -> its size in ours."""
@@ -36,7 +42,7 @@ DERIVED = "theta"
 
 @dataclass(frozen=True, kw_only=True)
 class MappedColumn:
-    """Where one column comes from, and how it becomes ours."""
+    """Source of one column, and its conversion to ours."""
 
     source: str | None
     """Their column, or a path such as ``state.position[2]``; None for a derived speed."""
@@ -52,7 +58,7 @@ def read_column(where: str, name: str, row: dict[str, Any]) -> MappedColumn | So
     Args:
         where: File and column, for messages.
         name: The column of ours.
-        row: Its table.
+        row: Table of the column in the mapping file.
     """
     if name not in UNITS:
         raise InvalidMapping(f"{where}: {unknown_name('column', name, UNITS)}")

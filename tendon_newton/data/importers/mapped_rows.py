@@ -4,14 +4,18 @@ import csv
 import json
 import re
 from array import array
-from collections.abc import Iterator, Mapping
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+from math import isnan
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from tendon_newton.data.checks.finding import Finding
 from tendon_newton.data.files.text_file import LOG_SIZE_LIMIT, finite_number, open_text, read_text
 from tendon_newton.data.importers.column_mapping import ColumnMapping
+from tendon_newton.data.importers.csv_dialect import PROMISE, CsvDialect
 from tendon_newton.data.importers.mapped_column import MappedColumn
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidRecording, listed, shown
@@ -25,40 +29,97 @@ JSON_SIZE_LIMIT = 1 << 25
 Row = Mapping[str, Any]
 
 
-def read_mapped_columns(path: Path, mapping: ColumnMapping) -> dict[str, Array]:
-    """Read the columns that a mapping names, in our units, shape (T,) each."""
-    wanted = {name: column for name, column in mapping.columns.items() if column.source is not None}
-    numbers = {name: array("d") for name in wanted}
+MISSING = frozenset({"", "nan", "na", "n/a", "null", "none", "-"})
+"""Cells that say that there is no number."""
+
+
+def read_mapped_columns(
+    path: Path, mapping: ColumnMapping, name: str
+) -> tuple[dict[str, Array], list[Finding]]:
+    """Read the columns that a mapping names, in our units, shape (T,) each.
+
+    Rows in which one of them has no number are left out.
+
+    Args:
+        path: The file.
+        mapping: Which of its columns is which of ours.
+        name: The recording, for what was found.
+    """
+    wanted = {ours: column for ours, column in mapping.columns.items() if column.source is not None}
+    numbers = {ours: array("d") for ours in wanted}
+    empty: Counter[str] = Counter()
+    places = array("d")
+    rows, dialect = read_rows(path, mapping)
     count = 0
-    for count, row in enumerate(read_rows(path, mapping), start=1):
-        for name, column in wanted.items():
-            numbers[name].append(number_of(path, count - 1, row, column))
-    if count < 2:
-        raise InvalidRecording(f"{path}: a log has two rows or more; it has {count}")
+    for count, row in enumerate(rows, start=1):
+        found = {
+            ours: number_of(path, count - 1, row, column, dialect.decimal == ",")
+            for ours, column in wanted.items()
+        }
+        absent = [wanted[ours].source or "" for ours, value in found.items() if value is None]
+        empty.update(absent)
+        if not absent:
+            places.append(count - 1)
+            for ours, value in found.items():
+                numbers[ours].append(value or 0.0)
+    if len(places) < 2:
+        lacking = f", {count - len(places)} of them lack {listed(empty)}" if empty else ""
+        raise InvalidRecording(f"{path}: a log has two rows or more; it has {count}{lacking}")
     columns = {
-        name: column.scale * np.frombuffer(numbers[name]) + column.offset
-        for name, column in wanted.items()
+        ours: column.scale * np.frombuffer(numbers[ours]) + column.offset
+        for ours, column in wanted.items()
     }
     if "t" not in columns:
         assert mapping.rate is not None
-        columns["t"] = np.arange(count) / mapping.rate
-    return columns
+        columns["t"] = np.frombuffer(places) / mapping.rate
+    told = [*guessed(name, dialect.text(mapping.dialect)), *left_out(name, empty, places, count)]
+    return columns, told
 
 
-def read_rows(path: Path, mapping: ColumnMapping) -> Iterator[Row]:
+def guessed(name: str, words: str) -> Iterator[Finding]:
+    """Say what was guessed of a file."""
+    if words:
+        yield Finding(
+            recording=name,
+            channel="all",
+            severity="note",
+            evidence=f"{words}, by its first lines",
+            consequence="seen, not stated; delimiter and decimal in the mapping say otherwise",
+        )
+
+
+def left_out(name: str, empty: Counter[str], places: array, count: int) -> Iterator[Finding]:
+    """Say how many rows lack a number, and in which columns."""
+    if empty:
+        cells = ", ".join(f"{column} {times}" for column, times in empty.items())
+        yield Finding(
+            recording=name,
+            channel="all",
+            severity="caution",
+            evidence=f"{count - len(places)} of {count} rows ({cells} empty cells)",
+            consequence="rows without a number in a mapped column are left out; a column that is "
+            "often empty is better not mapped",
+        )
+
+
+def read_rows(path: Path, mapping: ColumnMapping) -> tuple[Iterable[Row], CsvDialect]:
     """Read the rows of a file one by one, by the suffix of its name."""
     if path.suffix in (".json", *LINES):
-        yield from json_rows(path, mapping.rows)
-    else:
-        yield from csv_rows(path, mapping.delimiter)
+        return json_rows(path, mapping.rows), CsvDialect(delimiter=",", decimal=".")
+    sources = [column.source for column in mapping.columns.values() if column.source is not None]
+    wanted = {*sources, *(source.split("[", 1)[0] for source in sources)}  # paths into a cell
+    dialect = mapping.dialect.guessed(path, wanted)
+    return csv_rows(path, dialect.delimiter or ","), dialect
 
 
 def csv_rows(path: Path, delimiter: str) -> Iterator[Row]:
     """Read the rows of a CSV file with a header."""
-    promise = "a log is a CSV file with a header line"
-    with open_text(path, InvalidRecording, promise, size_limit=LOG_SIZE_LIMIT) as file:
+    with open_text(path, InvalidRecording, PROMISE, size_limit=LOG_SIZE_LIMIT) as file:
         try:
-            yield from csv.DictReader(file, skipinitialspace=True, delimiter=delimiter)
+            reader = csv.DictReader(file, skipinitialspace=True, delimiter=delimiter)
+            if reader.fieldnames is not None:
+                reader.fieldnames = [name.strip() for name in reader.fieldnames]
+            yield from reader
         except csv.Error as error:
             raise InvalidRecording(f"{path}: a log must be CSV: {error}") from error
 
@@ -98,17 +159,31 @@ def lists_of(table: Mapping[str, Any]) -> dict[str, list[Any]]:
     return {} if holds_rows else columns
 
 
-def number_of(path: Path, place: int, row: Row, column: MappedColumn) -> float:
-    """Return one number of a row, as it stands there."""
+def number_of(path: Path, place: int, row: Row, column: MappedColumn, commas: bool) -> float | None:
+    """Return one number of a row, as it stands there; None where its cell is empty."""
     assert column.source is not None
     found = cell(row, column.source)
-    number = number_in(found)
+    if found is None and place == 0 and column.source not in row:
+        first = next(iter(STEP.findall(column.source)), ("", ""))[0]
+        if first not in row:
+            raise InvalidRecording(
+                f"{path}: no column named {shown(column.source)}; there are {listed(map(str, row))}"
+            )
+    if is_missing(found):
+        return None
+    number = number_in(found.replace(",", ".") if commas and isinstance(found, str) else found)
     if number is None:
-        known = "" if column.source in row else f"; there are {listed(map(str, row))}"
         raise InvalidRecording(
-            f"{path}: {column.source} must be a number; row {place} has {shown(found)}{known}"
+            f"{path}: {column.source} must be a number; row {place} has {shown(found)}"
         )
     return number
+
+
+def is_missing(value: Any) -> bool:
+    """Tell whether a cell says that there is no number."""
+    if isinstance(value, str):
+        return value.strip().lower() in MISSING
+    return value is None or (isinstance(value, float) and isnan(value))
 
 
 def cell(row: Row, source: str) -> Any:

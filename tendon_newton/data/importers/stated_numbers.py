@@ -15,10 +15,10 @@ STATED_KEYS = ("start", "bench_overrides", "actuator_overrides", "load_cell_rate
 
 @dataclass(frozen=True, kw_only=True)
 class StatedNumbers:
-    """What is known of the logs whose names match a pattern."""
+    """Numbers of the logs whose names match a pattern."""
 
     pattern: str
-    """As in a shell: ``kp100_*``."""
+    """Pattern of the logs' names, as in a shell: ``kp100_*``."""
     start: Literal["equilibrium", "first_row"] | None = None
     """State from which a simulation starts; None leaves it."""
     bench_overrides: BenchOverrides = field(default_factory=BenchOverrides)
@@ -45,7 +45,7 @@ def read_stated(where: str, pattern: str, table: Mapping[str, Any]) -> StatedNum
     """Read one table.
 
     Args:
-        where: Its place, for messages.
+        where: File and table, for messages.
         pattern: Names of logs that it holds for.
         table: The table.
     """

@@ -8,7 +8,7 @@ from pathlib import Path
 from tendon_newton.data.checks.finding import Finding, findings_text
 from tendon_newton.data.checks.lint import lint_dataset, lint_recording
 from tendon_newton.data.dataset import FILE_NAME, write_dataset
-from tendon_newton.data.importers.imported import Imported, ImportedLog
+from tendon_newton.data.importers.imported import Imported, ImportedLog, ImportedModel
 from tendon_newton.data.importers.split import Split
 from tendon_newton.data.model_file import write_model
 from tendon_newton.errors import InvalidOutput
@@ -18,10 +18,10 @@ REPORT_NAME = "import.json"
 
 @dataclass(frozen=True, kw_only=True)
 class ImportReport:
-    """What was written and what was found, for a reader and for ``import.json``."""
+    """Written logs and findings, for a reader and for ``import.json``."""
 
     split: Split
-    """Which log went where."""
+    """Logs of the train and of the test recordings."""
     findings: tuple[Finding, ...]
     """Everything found in the logs that were written."""
 
@@ -52,6 +52,14 @@ def write_import(imported: Imported, split: Split, out: Path) -> ImportReport:
     (out / REPORT_NAME).write_text(json.dumps(report_table(report), indent=2) + "\n")
     (out / "import.txt").write_text(report.text + "\n", encoding="utf-8")
     return report
+
+
+def write_imported_model(imported: ImportedModel, source: Path, out: Path) -> None:
+    """Write ``model.toml`` and ``import.txt``."""
+    refuse_foreign_folder(out, [source])
+    out.mkdir(parents=True, exist_ok=True)
+    write_model(out / "model.toml", imported.model)
+    (out / "import.txt").write_text(imported.text + "\n", encoding="utf-8")
 
 
 def refuse_foreign_folder(out: Path, sources: Sequence[Path]) -> None:

@@ -37,7 +37,7 @@ MOST_REPEATS = 20
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """One command on one bench."""
+    """Command to record, and the bench for it."""
 
     setting: Setting
     excitation: str
@@ -54,7 +54,7 @@ class Plan:
 
 @dataclass(frozen=True, kw_only=True)
 class Contrast:
-    """What a run would show of two causes."""
+    """Difference of two causes in a run."""
 
     likeness: Likeness
     repeats: int | None
@@ -63,11 +63,11 @@ class Contrast:
 
 @dataclass(frozen=True, kw_only=True)
 class Prediction:
-    """What a run would show of all causes of a class."""
+    """Differences of all causes of a class in a run."""
 
     plan: Plan
     contrasts: tuple[Contrast, ...]
-    """Of each two causes."""
+    """Contrasts of each two causes."""
     force_unit: str = "N"
 
     @property
@@ -244,8 +244,9 @@ def gain_recorded(
 def repeats_needed(like: Likeness, recorded: float) -> int | None:
     """Return how many runs a diagnosis needs, by the two bars that it sets for a difference.
 
-    With n runs the imitation is n times the loss behind. That must exceed a share of what the
-    cause removes of all data, and the scatter, which grows with the root of n.
+    With n runs the imitation is n times the loss behind. The n-fold loss must exceed a share of the
+    loss that the cause removes of all data. The loss must also exceed the scatter, which grows with
+    the root of n.
     """
     share = MARGIN * EQUAL_SHARE
     if like.behind <= share * like.gain or like.behind == 0.0:

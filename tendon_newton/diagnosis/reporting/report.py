@@ -34,7 +34,7 @@ TEMPLATE = "report.html.jinja"
 
 @dataclass(frozen=True, kw_only=True)
 class Origin:
-    """Where a diagnosis comes from, as far as is known."""
+    """Origin of a diagnosis, as far as is known."""
 
     dataset: Path | None = None
     """Folder of the recordings."""
@@ -59,8 +59,8 @@ def write_report(
     """Write the page.
 
     Args:
-        path: Where it goes.
-        diagnosis: What was found.
+        path: File of the page.
+        diagnosis: Answer to report.
         evidence: Recordings and the two models to show beside them.
         origin: Where it comes from.
 

@@ -40,7 +40,7 @@ class Panels:
     """Draws the panels of one report.
 
     Args:
-        diagnosis: What was found.
+        diagnosis: Answer to draw.
         comparisons: Held-out recordings beside the two models.
     """
 

@@ -19,7 +19,7 @@ from tendon_newton.diagnosis.reporting.report_words import (
 from tendon_newton.diagnosis.result import Diagnosis, Errors
 
 Row = dict[str, Any]
-"""One row for the template."""
+"""Cells of a table's row, for the template."""
 NEARLY_ALL = 0.9995
 """Shares above round to 100.0 %."""
 PACKAGES = ("tendon-newton", "newton", "warp-lang", "numpy")

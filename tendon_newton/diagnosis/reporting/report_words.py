@@ -12,8 +12,8 @@ from tendon_newton.effects import find_effect
 
 SENTENCES: dict[str, str] = {
     # {parameter} is the number with its unit, {parameter:size} without its sign, {parameter:loss}
-    # for each rad/s, {parameter:than} a scale in comparison with the model; of [a|b] a stands
-    # below the null of the first parameter and b above.
+    # for each rad/s, {parameter:than} a scale in comparison with the model. Of [a|b] a stands below
+    # the null of the first parameter and b above.
     "actuator_lag": "The servo's force follows with a lag of {time_constant}",
     "backlash": "The gear has {width} of play",
     "command_delay": "The servo acts {delay} late",

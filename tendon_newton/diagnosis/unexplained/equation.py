@@ -1,7 +1,8 @@
-"""A short formula for what remains: few physical terms, kept only if they predict unseen data.
+"""A short formula for the remainder: few physical terms, kept only if they predict unseen data.
 
 Terms are added one at a time (orthogonal matching pursuit) and dropped again where they are not
-missed, as in sparse regression of equations: Brunton, Proctor and Kutz, PNAS 113 (2016) 3932.
+missed, as in sparse regression of equations. Source: Brunton, Proctor and Kutz, PNAS 113 (2016)
+3932.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ class Term:
     """One term of a formula: a coefficient and a function of the signals."""
 
     function: str
-    """As it is written: ``sign(theta_dot)``, ``sin(8.6 theta + 0.3)``."""
+    """Function of the term in words: ``sign(theta_dot)``, ``sin(8.6 theta + 0.3)``."""
     coefficient: float
     """[N or rad, per the function's unit]"""
 
@@ -55,7 +56,7 @@ class Equation:
     held_out_r2: float
     """Share of the variance predicted on recordings that neither terms nor numbers have seen."""
     scale: BenchScale = field(default_factory=BenchScale)
-    """Of the benches."""
+    """Scale of the benches."""
 
     def to_json(self) -> dict[str, Any]:
         """Return it for ``diagnosis.json``."""
@@ -84,9 +85,9 @@ class Atom:
     columns: Array
     """Shape (M, 1) or (M, 2)."""
     angle: str | None = None
-    """Signal that it repeats itself in."""
+    """Signal in which the function repeats itself."""
     per_radian: float = 0.0
-    """How fast [1/rad]."""
+    """Rate of the repetition [1/rad]."""
 
 
 def find_equation(

@@ -25,7 +25,7 @@ class Basis:
     """Cosines of each signal alone, and of random mixtures.
 
     Args:
-        signals: They give each signal's range.
+        signals: Values of each signal, for its range.
         rng: Of the mixtures.
     """
 

@@ -1,4 +1,4 @@
-"""What is left of the error, side by side: what the servo did, and what the mechanism did."""
+"""The rest of the error, side by side: that of the servo, and that of the mechanism."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tendon_newton.identification.study import Study, replacements
 
 Side = Literal["servo", "mechanism", "whole"]
 RECENT = 0.1
-"""How far back the change of command and force looks [s]."""
+"""Time over which the change of command and force is taken [s]."""
 TURNED = 0.05
 """Speed from which a direction counts as a direction [rad/s]."""
 TAUT = 0.05
@@ -35,7 +35,7 @@ class Remainder:
     recording: Indices
     """Index of each row's recording, shape (M,)."""
     scale: BenchScale = field(default_factory=BenchScale)
-    """Of the benches."""
+    """Scale of the benches."""
 
     @property
     def size(self) -> float:
@@ -52,7 +52,7 @@ def side_words(side: Side, scale: BenchScale) -> tuple[str, str]:
 
 @dataclass(frozen=True, kw_only=True)
 class Rows:
-    """One recording beside the model."""
+    """Rows of one recording, beside those of the model."""
 
     recording: Recording
     index: int
@@ -84,8 +84,8 @@ def find_remainders(study: Study, values: Mapping[int, float]) -> tuple[Remainde
     """Return what a model leaves of its recordings, by side.
 
     The load cell sits between servo and mechanism. In closed loop an error of either moves both
-    signals; seen from the measured angle the servo's force is wrong by its own error alone, and
-    seen from the measured force so is the mechanism's angle.
+    signals. Seen from the measured angle the servo's force is wrong by its own error alone. Seen
+    from the measured force the mechanism's angle is wrong by its own error alone.
 
     Args:
         study: The recordings.
@@ -168,8 +168,8 @@ def collect(side: Side, rows: list[Rows], residuals: list[Array], scale: BenchSc
 def signals_of(side: Side, rows: Rows) -> dict[str, Array]:
     """Return what a residual may depend on, shape (T,) each.
 
-    No signal may hold the noise that is in the residual, or it would seem to explain it: the
-    force is the model's, and but for the servo's side the motion too.
+    No signal may hold the noise of the residual, or the signal would seem to explain that noise. So
+    the force is the model's, and but for the servo's side the motion too.
     """
     r = rows.recording
     time = r.time - r.time[0]

@@ -64,10 +64,10 @@ class Profile:
 
 @dataclass(frozen=True, kw_only=True)
 class Structure:
-    """What a flexible learner makes of the remainder."""
+    """Structure that a flexible learner finds in the remainder."""
 
     side: Side
-    """Where it sits."""
+    """Side of the load cell on which the structure sits."""
     found: bool
     """Whether more than noise is there."""
     held_out_r2: float
@@ -82,7 +82,7 @@ class Structure:
     equation: Equation | None = None
     """A short formula that does as well, if there is one."""
     scale: BenchScale = field(default_factory=BenchScale)
-    """Of the benches."""
+    """Scale of the benches."""
 
     @property
     def depends_on(self) -> tuple[str, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import pi, sqrt
 from pathlib import Path
@@ -20,6 +21,12 @@ STOP_STIFFNESS = 30.0
 """Stiffness of the end stops [N m/rad], that of the nominal finger."""
 STOP_DAMPING_RATIO = 0.4
 """Damping ratio [1] of a stop against all that swings outward of its joint: it rings once."""
+NUMBER_FILTERS: dict[str, Callable[[float], str]] = {
+    "number": lambda value: f"{value:.8g}",
+    "degrees": lambda value: f"{180.0 / pi * value:.9g}",
+    "per_degree": lambda value: f"{pi / 180.0 * value:.8g}",
+}
+"""How templates write numbers: as they are, and what USD wants in degrees."""
 RANGES: dict[str, tuple[float, float, str]] = {
     "length": (1e-3, 0.5, "m"),
     "mass": (1e-4, 10.0, "kg"),
@@ -111,11 +118,7 @@ def plan_asset(
         InvalidAsset: A name is none, a value is missing or is no finger's.
     """
     for word in (name, *joints):
-        if not NAME.fullmatch(word) or word in RESERVED:
-            raise InvalidAsset(
-                "names of assets and joints are words of letters, digits and _, and not "
-                f"{listed(RESERVED)}; {shown(word)} is none"
-            )
+        check_name(word)
     if len(set(joints)) < len(joints) or not joints:
         raise InvalidAsset(f"joints need names that differ; they are {shown(joints)}")
     table = {key: spread(key, values, len(joints)) for key, values in numbers.items()}
@@ -134,6 +137,15 @@ def plan_asset(
         for k, joint in enumerate(joints)
     )
     return AssetPlan(name=name, joints=planned, spool_radius=spool_radius, force_limit=force_limit)
+
+
+def check_name(word: str) -> None:
+    """Refuse a name that no prim can have, or that one has already."""
+    if not NAME.fullmatch(word) or word in RESERVED:
+        raise InvalidAsset(
+            "names of assets and joints are words of letters, digits and _, and not "
+            f"{listed(RESERVED)}; {shown(word)} is none"
+        )
 
 
 def spread(key: str, values: tuple[float, ...], count: int) -> tuple[float, ...]:
@@ -173,9 +185,4 @@ def write_asset(folder: Path, plan: AssetPlan) -> Path:
     Raises:
         InvalidOutput: The new folder is there already, or cannot be made.
     """
-    filters = {
-        "number": lambda value: f"{value:.8g}",
-        "degrees": lambda value: f"{180.0 / pi * value:.9g}",
-        "per_degree": lambda value: f"{pi / 180.0 * value:.8g}",
-    }
-    return write_layers(folder, "new_asset", LAYERS, plan, filters)
+    return write_layers(folder, "new_asset", LAYERS, plan, NUMBER_FILTERS)

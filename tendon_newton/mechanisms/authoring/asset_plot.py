@@ -27,7 +27,7 @@ GREY = "#8a8f98"
 INK = "#2b2f36"
 POSTURES = 5
 DASHES = ("-", "--", ":", "-.")
-"""One style per tendon."""
+"""Line style of each tendon."""
 NO_ARM = 1.0e-6
 """A moment arm smaller than this [m] all along is none."""
 
@@ -37,7 +37,7 @@ def plot_asset(mechanism: Mechanism, path: Path) -> None:
 
     Args:
         mechanism: The mechanism.
-        path: Where the picture goes.
+        path: File of the picture.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

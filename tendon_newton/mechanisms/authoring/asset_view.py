@@ -28,7 +28,7 @@ def plot_space(axes: Any, mechanism: Mechanism, path: ClosingPath, rows: Indices
     Args:
         axes: A plot with three axes.
         mechanism: The mechanism.
-        path: How it closes.
+        path: Postures of the closing mechanism.
         rows: Postures along it that are drawn.
     """
     chains = [chain_points(mechanism, path.joint_position[row]) for row in rows]

@@ -89,12 +89,12 @@ class Correction:
     """A mechanism before and after a model's numbers were put into it."""
 
     asset: Mechanism
-    """As its asset has it."""
+    """The mechanism of the asset."""
     corrected: Mechanism
     applied: tuple[str, ...]
     """Effects that are in the corrected numbers."""
     left: tuple[str, ...]
-    """Effects that no number of a mechanism stands for: servo, sensors, what springs remember."""
+    """Effects that no number of a mechanism stands for: servo, sensors, memory of springs."""
 
 
 def correct(asset: Mechanism, model: Model) -> Correction:

@@ -25,7 +25,7 @@ TAKEN = ("base", "joints", "tendons", "scene")
 
 @dataclass(frozen=True, kw_only=True)
 class ForeignFinger:
-    """What a file says, before anything is added."""
+    """Content of a foreign file, before anything is added."""
 
     source: Path
     joints: tuple[Joint, ...]
@@ -39,10 +39,10 @@ def read_foreign(path: Path) -> ForeignFinger:
     """Let Newton read an MJCF or URDF file; its base is fixed, its fixed joints are merged.
 
     Raises:
-        InvalidAsset: It is neither, is broken, or is no tree of hinges and slides.
+        InvalidAsset: The file is of neither kind, is broken, or is no tree of hinges and slides.
     """
     if path.suffix not in SUFFIXES:
-        raise InvalidAsset(f"{path}: what is imported ends with {listed(SUFFIXES)}")
+        raise InvalidAsset(f"{path}: a file to import ends with {listed(SUFFIXES)}")
     if not path.is_file():
         raise InvalidAsset(f"{path}: an MJCF or URDF file is imported; there is none")
     builder = newton.ModelBuilder()

@@ -112,8 +112,8 @@ def plan_foreign(
 
     Args:
         name: Name of the asset.
-        finger: What the file says.
-        moment_arm: Of each joint [m/rad], positive closes; one value for all of them will do.
+        finger: Content of the foreign file.
+        moment_arm: Moment arm at each joint [m/rad], positive closes; one value may serve all.
         stiffness: Return springs to add [N m/rad]; none keeps those of the file.
         tip: The tip in the last link's frame [m]; none takes the file's site of that name.
         spool_radius: Spool radius [m].

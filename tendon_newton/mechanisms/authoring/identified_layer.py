@@ -46,12 +46,12 @@ class FoundNumber:
 
 @dataclass(frozen=True, kw_only=True)
 class Provenance:
-    """Where the numbers of a layer come from."""
+    """Program, diagnosis and dataset behind the numbers of a layer."""
 
     version: str
-    """Of the program."""
+    """Version of the program."""
     schema: int
-    """Of its diagnosis."""
+    """Schema of its diagnosis."""
     verdict: str
     dataset: str
     """SHA-256 of the dataset."""
@@ -65,7 +65,7 @@ def write_identified_layer(path: Path, correction: Correction, provenance: Prove
     Args:
         path: The file; replaced if it is there.
         correction: The mechanism as its asset has it, and corrected.
-        provenance: Where the numbers come from.
+        provenance: Origin of the numbers.
 
     Raises:
         InvalidOutput: The file cannot be written.

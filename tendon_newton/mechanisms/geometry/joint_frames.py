@@ -108,7 +108,7 @@ def relative_motion(
 
     Args:
         joints: The joints.
-        frames: Where they are.
+        frames: Places of the joints in the world.
         way: The joints between the link that looks and the point's; see `way_between`.
         point: The point in the world [m], shape (3,).
 

@@ -1,4 +1,4 @@
-"""Where links and points of a mechanism are, in numpy, for one posture."""
+"""Places of links and points of a mechanism, in numpy, for one posture."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ class Mechanism:
     template: newton.ModelBuilder = field(repr=False, compare=False)
     """One world, as Newton read it from the asset."""
     obstacles: tuple[Obstacle, ...] = ()
-    """What is in its way; see `with_obstacles`."""
+    """Obstacles in its way; see `with_obstacles`."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self)

@@ -41,9 +41,9 @@ class Obstacle:
     position: Array
     """Its centre, or a point of a plane, in the base frame [m], shape (3,)."""
     stiffness: float = STIFFNESS
-    """Force per depth, k [N/m]; 0: it is not there."""
+    """Force per depth, k [N/m]; 0 removes the obstacle."""
     dissipation: float = DISSIPATION
-    """By how much a closing speed raises the force, chi [s/m]."""
+    """Rise of the force with the closing speed, chi [s/m]."""
     friction: float = FRICTION
     """Coulomb's coefficient [1]."""
 

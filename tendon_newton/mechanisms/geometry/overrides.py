@@ -21,8 +21,8 @@ def override_mechanism(mechanism: Mechanism, overrides: BenchOverrides) -> Mecha
     """Return a mechanism with overridden numbers.
 
     - ``mass`` scales the inertia with it.
-    - ``length`` stretches the whole link: its centre of mass, the joints that sit on it and the
-      tip keep their share of the length, and the inertia grows with its square.
+    - ``length`` stretches the whole link. Its centre of mass, the joints that sit on it and the tip
+      keep their share of the length. The inertia grows with the square of the length.
     - ``range`` is the upper end; the lower end stays.
     - ``moment_arm`` is that of the only tendon.
     """

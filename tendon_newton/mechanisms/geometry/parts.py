@@ -59,7 +59,7 @@ class Tip:
 def moment_arms(tendon: Tendon, joint_position: Array) -> Array:
     """Return the moment arms of a tendon at some joint positions [m/rad], shape (..., J).
 
-    They are constant for a fixed tendon and follow from the path of a routed one.
+    Moment arms are constant for a fixed tendon and follow from the path of a routed one.
 
     Args:
         tendon: The tendon.

@@ -1,9 +1,9 @@
 r"""Tendons that run through sites and around pulleys: length, moment arms and curvature.
 
-A route is a chain of spans. A free span is the straight line between its two sites. Around a
-pulley of radius :math:`r` the string is a geodesic of the cylinder between two tangents; with
-:math:`\rho` the distance of a site from the pulley's axis and :math:`\varphi` the angle between the
-two sites about it, rolled out flat,
+A route is a chain of spans. A free span is the straight line between its two sites. Around a pulley
+of radius :math:`r` the string is a geodesic of the cylinder between two tangents. Let :math:`\rho`
+be the distance of a site from the pulley's axis and :math:`\varphi` the angle between the two sites
+about it. Rolled out flat,
 
 .. math::
     \lambda = s_a + s_b + r (\varphi - \beta_a - \beta_b), \quad
@@ -199,8 +199,8 @@ def span_length(start: Array, end: Array, pulley: Pulley | None) -> tuple[float,
     """Return a span's length [m] and its derivatives by its two ends.
 
     Args:
-        start: Where it starts [m], shape (3,).
-        end: Where it ends [m], shape (3,).
+        start: Start of the span [m], shape (3,).
+        end: End of the span [m], shape (3,).
         pulley: In whose frame both are.
 
     Returns:
@@ -256,7 +256,7 @@ def side_turn(start: Array, end: Array, side: Array, radius: float) -> float:
 
     Args:
         start: Where it starts, in the pulley's frame [m], shape (3,).
-        end: Where it ends [m], shape (3,).
+        end: End of the span [m], shape (3,).
         side: A point on the side where it passes [m], shape (3,).
         radius: The pulley's [m].
     """

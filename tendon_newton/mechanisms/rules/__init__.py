@@ -1,1 +1,1 @@
-"""What a stage must hold to be a mechanism, each violation with its prim."""
+"""Rules that a stage must keep to be a mechanism; each violation names its prim."""

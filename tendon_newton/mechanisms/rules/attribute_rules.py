@@ -1,7 +1,7 @@
 """Rules for single attributes: of the right kind, and finite.
 
-USD returns what a file says even where the schema wants another type, and Newton would stop at it
-with a message of its own; the rules after this one may rely on the kinds.
+USD returns a file's value even where the schema wants another type, and Newton would stop at such a
+value with a message of its own. The rules after this one may rely on the kinds.
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ def schema_fault(kind: Any, value: Any) -> str | None:
 
     Args:
         kind: The attribute's type as the schema gives it, whatever the file wrote.
-        value: Its value.
+        value: Value that the file gives.
     """
     if value is None or isinstance(value, type(kind.defaultValue)):
         return None

@@ -1,4 +1,4 @@
-"""What a check of an asset has to say."""
+"""Findings of a check of an asset."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ class AssetFinding:
     rule: str
     """Name of the rule."""
     message: str
-    """What was promised and what was found, without a full stop."""
+    """Expected and found values, without a full stop."""
     remedy: str
-    """What to do about it, without a full stop."""
+    """Remedy, without a full stop."""
     severity: Severity
     """An ``error`` cannot be simulated, a ``warning`` should be mended, a ``note`` informs."""
 

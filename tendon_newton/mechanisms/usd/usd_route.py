@@ -104,8 +104,8 @@ def read_route(
 
     Args:
         rows: Columns of ``model.tendon.path_*`` by the name after ``path_``.
-        tendon: Which tendon.
-        prim: Its prim, which knows the names.
+        tendon: Place of the tendon among all.
+        prim: USD prim of the tendon, which knows the names.
         joints: All joints.
     """
     own = [row for row, owner in enumerate(rows["tendon"]) if owner == tendon]

@@ -6,10 +6,12 @@ from typing import Any
 
 import warp as wp
 
+from tendon_newton.device_code.linear_algebra import inverse
 from tendon_newton.device_code.placeholders import (
     JOINTS,
     LINKS,
     TENDONS,
+    ArmMatrix,
     Jet,
     JointMatrix,
     JointVector,
@@ -80,6 +82,10 @@ def smooth_forces(
     here = located(mechanism, world, drive, q, v)
     arms = tendon_arms(mechanism, world, here)
     bow = tendon_bow(here)
+    if wp.static(HAS_ROTOR and not FREE_SPOOL):
+        here.carried = carried_forces(
+            mechanism, world, p, here, modes, q, v, mass_matrix, torque, arms, bow
+        )
     out = Forces()
     tension = TendonVector()
     slack = TendonVector()
@@ -135,6 +141,52 @@ def smooth_forces(
             if modes.joint_sticks[LINKS + d] == real(0.0):
                 out = with_spool(mechanism, world, p, here, modes, d, q, v, arms, bow[d], out)
     return out
+
+
+@device_template
+def carried_forces(
+    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, modes: Modes,
+    q: JointVector, v: JointVector, mass_matrix: JointMatrix, torque: JointVector,
+    arms: ArmMatrix, bow: TendonVector,
+) -> TendonVector:  # fmt: skip
+    """Return the force [N] that each sliding gear is given, by its motor less the rotor.
+
+    Friction under load is taken on the side of the motor here. That changes how much the gear
+    carries, and not on which side: what is left of it after dry friction is a sum of the motor's
+    and the load's part, each times an inertia, over one that alone knows of the side.
+    """
+    unknown = TendonVector()
+    before = drive
+    before.carried = unknown
+    m = mass_matrix
+    push = torque
+    force = TendonVector()
+    felt = TendonVector()
+    for d in range(TENDONS):
+        if modes.tendon_sticks[d] == real(0.0):
+            flow = flow_at(mechanism, world, p, before, d, q, v, modes.tendon[d])
+            inertia = rotor_inertia(mechanism, world, p, d)
+            force[d] = flow.motor_force[0]
+            felt[d] = inertia
+            for i in range(JOINTS):
+                passed = flow.pull[0] - flow.pull_gain * inertia * bow[d]
+                push[i] = push[i] + arms[d, i] * passed
+                for j in range(JOINTS):
+                    m[i, j] = m[i, j] + arms[d, i] * arms[d, j] * flow.pull_gain * inertia
+    for j in range(JOINTS):
+        if modes.joint_sticks[j] > real(0.0):
+            push[j] = real(0.0)
+            for i in range(JOINTS):
+                m[i, j] = real(0.0)
+                m[j, i] = real(0.0)
+            m[j, j] = real(1.0)
+    acceleration = inverse(m) * push
+    for d in range(TENDONS):
+        rate = bow[d]
+        for j in range(JOINTS):
+            rate = rate + arms[d, j] * acceleration[j]
+        force[d] = force[d] - felt[d] * rate
+    return force
 
 
 @device_template

@@ -99,7 +99,7 @@ class ControlLoop:
         effects: Sequence[str] = (),
         delay_steps: int = 64,
         query: ForceQuery | None = None,
-        network: NetworkForm = "twin",
+        network: NetworkForm = "fused",
         device: Any = None,
     ) -> None:
         if not 0.1 <= rate <= 10_000.0:

@@ -49,7 +49,7 @@ def rollout_of(
         effects: Effects that the kernels hold; by default those of the model.
         unknown: Numbers of benches that candidates may replace.
         time_step: Longest step [s].
-        network: How a force network runs, ``torchscript`` or ``twin``.
+        network: How a force network runs, ``torchscript`` or ``fused``.
         trust: Whether to trust its file from now on.
         free_spools: As for `Rollout`.
         device: Warp device.
@@ -99,7 +99,7 @@ def replay(
         recordings: Recordings of any benches.
         model: Actuator and effects with their numbers.
         time_step: Longest step [s].
-        network: How a force network runs, ``torchscript`` or ``twin``.
+        network: How a force network runs, ``torchscript`` or ``fused``.
         trust: Whether to trust its file from now on.
 
     Raises:

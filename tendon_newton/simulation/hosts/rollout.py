@@ -24,6 +24,7 @@ from tendon_newton.errors import (
 )
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.worlds import build_model
+from tendon_newton.scheduler import THREADS_VARIABLE
 from tendon_newton.simulation.hosts.timeline import Timeline, make_timeline
 from tendon_newton.simulation.kernels.position_kernels import POSITION_EFFECTS, POSITION_STEP
 from tendon_newton.simulation.model.assembly import KernelSet, kernel_set
@@ -46,8 +47,6 @@ TIME_STEP = 1.25e-4
 Measured in tests/physics/test_accuracy.py; 0.25 ms leaves 0.0077 N on a finger with dry friction
 at its stops.
 """
-THREADS_VARIABLE = "TENDON_NEWTON_THREADS"
-"""Environment variable with the number of threads on a CPU; all cores by default."""
 CHUNKS_PER_THREAD = 4
 """Launches per thread, so that a slow one does not leave the other thread idle."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -20,7 +20,7 @@ from tendon_newton.simulation.kernels import position_kernels, rollout_kernels
 from tendon_newton.simulation.kernels.position_kernels import POSITION_EFFECTS
 from tendon_newton.simulation.model.kernel_types import kernel_types
 from tendon_newton.simulation.model.structure import JOINT_STAGES, Structure
-from tendon_newton.simulation.tendons import measured_force, routes, stages
+from tendon_newton.simulation.tendons import measured_force, pipeline, routes, stages
 
 STAGE_TEMPLATES = {
     Stage.PERIOD: stages.scalar_stage,
@@ -138,6 +138,7 @@ def assemble(
         specialiser.bind("actuator_force", specialiser.function(measured_force.true_tension))
         specialiser.bind("armature", specialiser.function(measured_force.no_armature))
         specialiser.bind("clock_effects", specialiser.function(measured_force.reading_instant))
+    bind_duty(specialiser, structure)
     chain = planar_chain if structure.planar else spatial_chain
     specialiser.bind("chain_terms", specialiser.function(chain.chain_terms))
     if structure.routes.spans:
@@ -150,6 +151,16 @@ def assemble(
         specialiser.bind("contact_terms", specialiser.function(contacts.contact_terms))
         specialiser.bind("contact_memory", specialiser.function(contacts.contact_memory))
     return Assembly(structure=structure, types=types, specialiser=specialiser)
+
+
+def bind_duty(specialiser: Specialiser, structure: Structure) -> None:
+    """Bind what a servo gives as a share of all that it has: a motor's duty, else its force."""
+    actuator = find_actuator(structure.actuator)
+    asked, given = pipeline.duty_of_force, pipeline.force_of_duty
+    if structure.driven_by == "command" and actuator.modulated:
+        asked, given = actuator.duty, actuator.driven
+    specialiser.bind("asked_duty", specialiser.function(asked))
+    specialiser.bind("driven_force", specialiser.function(given))
 
 
 def bind_routes(specialiser: Specialiser, *, taped: bool) -> None:
@@ -168,18 +179,17 @@ def bind_stages(specialiser: Specialiser, structure: Structure) -> None:
     for stage in Stage:
         hooks = [(effect.name, structure.hook(effect, stage)) for effect in effects]
         acting = [(name, hook) for name, hook in hooks if hook]
-        keeping = [
-            (effect.name, effect.renewal())
-            for effect in effects
-            if effect.memory is stage and structure.remembers(effect)
-        ]
+        keepers = [e for e in effects if e.memory is stage and structure.remembers(e)]
+        keeping = [(e.name, renewal) for e in keepers for renewal in e.renewals()]
+        places = [place for e in keepers for place in structure.memories[e.name]]
         apply = STAGE_TEMPLATES.get(stage, stages.tendon_stage)
         renew = stages.joint_memory if stage in JOINT_STAGES else stages.tendon_memory
         specialiser.bind(
             f"{stage.value}_effects", stage_function(specialiser, apply, acting, structure)
         )
         specialiser.bind(
-            f"{stage.value}_memory", stage_function(specialiser, renew, keeping, structure)
+            f"{stage.value}_memory",
+            stage_function(specialiser, renew, keeping, structure, places),
         )
 
 
@@ -202,11 +212,26 @@ def bind_position_stages(specialiser: Specialiser, structure: Structure) -> None
 
 
 def stage_function(
-    specialiser: Specialiser, template: Any, hooks: list[tuple[str, Any]], structure: Structure
+    specialiser: Specialiser,
+    template: Any,
+    hooks: list[tuple[str, Any]],
+    structure: Structure,
+    places: Sequence[int] = (),
 ) -> Any:
-    """Bind a stage's template to the device functions of some effects."""
+    """Bind a stage's template to the device functions of some effects.
+
+    Args:
+        specialiser: Binds it.
+        template: Of the stage.
+        hooks: Device functions with the names of their effects.
+        structure: Has the effects.
+        places: Where each function's result goes in a world's memory, if it is remembered.
+    """
     child = specialiser.child()
     child.bind("FUNCTIONS", tuple(child.function(hook) for _, hook in hooks))
     child.bind("OFFSETS", tuple(structure.offsets[name] for name, _ in hooks))
-    child.bind("MEMORIES", tuple(structure.memories.get(name, -1) for name, _ in hooks))
+    own = [(*structure.memories.get(name, ()), -1, -1) for name, _ in hooks]
+    child.bind("MEMORIES", tuple(first for first, *_ in own))
+    child.bind("SECOND_MEMORIES", tuple(second for _, second, *_ in own))
+    child.bind("PLACES", tuple(places))
     return child.function(template)

@@ -47,6 +47,7 @@ def kernel_types(structure: Structure) -> dict[str, Any]:
     t["MOVES"] = structure.moves()
     t["DRY_OFFSETS"] = structure.dry_offsets
     t["MAY_HOLD"] = bool(structure.dry_offsets) or structure.uses(Stage.SPEED)
+    t["HAS_DUTY"] = structure.uses(Stage.DUTY)
     t["HAS_MEMORY"] = bool(with_memory) or t["TOUCHES"]
     t["MEMORY_OFFSETS"] = tuple(structure.offsets[effect.name] for effect in with_memory)
     t["MEMORY_NULLS"] = tuple(effect.parameters[0].null for effect in with_memory)
@@ -198,6 +199,7 @@ def inner_structs(t: dict[str, Any], planar: bool) -> dict[str, Any]:
             "greatest_speed": tendons,
             "slack": tendons,
             "string": real,
+            "carried": tendons,
         },
         "Reading": {"angle": tendons, "angle_rate": tendons, "force": tendons},
         "Cell": {"force": tendons, "due": wp.int32},
@@ -224,6 +226,8 @@ def inner_structs(t: dict[str, Any], planar: bool) -> dict[str, Any]:
             "command": real,
             "error": real,
             "tension": real,
+            "force_limit": real,
+            "carried": real,
             "nominal_radius": real,
             "spool_radius": real,
             "inverse_radius": real,
@@ -237,6 +241,8 @@ def inner_structs(t: dict[str, Any], planar: bool) -> dict[str, Any]:
         },
         "Flow": {
             "angle": jet,
+            "error": jet,
+            "duty": jet,
             "motor_force": jet,
             "tension": jet,
             "pull": jet,

@@ -93,22 +93,26 @@ class Structure:
         )
 
     @property
-    def memories(self) -> dict[str, int]:
+    def memories(self) -> dict[str, tuple[int, ...]]:
         """Where each effect with internal state keeps its numbers in a world's memory."""
         at = 0
         table = {}
         for effect in self.declarations:
             if self.remembers(effect):
-                table[effect.name] = at
-                at += self.coordinate_count if effect.memory in JOINT_STAGES else self.tendon_count
+                size = self.memory_size(effect)
+                table[effect.name] = tuple(at + size * i for i in range(len(effect.renewals())))
+                at += size * len(effect.renewals())
         return table
+
+    def memory_size(self, effect: type[Effect]) -> int:
+        """Return how many joints or tendons an effect has a memory of."""
+        return self.coordinate_count if effect.memory in JOINT_STAGES else self.tendon_count
 
     @property
     def cell_memory(self) -> int:
         """Where lagging load cells keep their readings in a world's memory, behind all effects."""
-        kept = [effect.memory for effect in self.declarations if self.remembers(effect)]
-        per_joint = sum(stage in JOINT_STAGES for stage in kept)
-        return per_joint * self.coordinate_count + (len(kept) - per_joint) * self.tendon_count
+        kept = [effect for effect in self.declarations if self.remembers(effect)]
+        return sum(self.memory_size(effect) * len(effect.renewals()) for effect in kept)
 
     @property
     def held_memory(self) -> int:

@@ -52,7 +52,7 @@ class MujocoRollout:
         recordings: R recordings of it.
         model: Actuator and effects with their numbers.
         time_step: Step [s]; shortened so that the instants of a force network fall on its grid.
-        network: How a force network runs, ``torchscript`` or ``twin``.
+        network: How a force network runs, ``torchscript`` or ``fused``.
         trust: Whether to trust its file from now on.
         device: Warp device.
     """

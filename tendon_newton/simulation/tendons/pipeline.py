@@ -1,6 +1,6 @@
 r"""The stages between a command and the tendon's pull, and between a joint's state and its torque.
 
-    clock -> error -> [actuator] -> [servo's limit] -> motor force -> tension
+    clock -> error -> duty -> [actuator] -> [servo's limit] -> motor force -> tension
           -> [a string cannot push] -> transmission -> mechanism
     mechanism -> radius -> stretch -> angle -> error
 
@@ -45,6 +45,11 @@ radius_effects: Any = None
 stretch_effects: Any = None
 angle_effects: Any = None
 error_effects: Any = None
+error_memory: Any = None
+duty_effects: Any = None
+duty_memory: Any = None
+asked_duty: Any = None
+driven_force: Any = None
 motor_force_effects: Any = None
 motor_force_memory: Any = None
 tension_effects: Any = None
@@ -54,6 +59,8 @@ spring_effects: Any = None
 damping_effects: Any = None
 ROUTED = False
 """Whether any tendon's moment arms follow from its path."""
+HAS_DUTY = False
+"""Whether any effect acts on the share of all it has which a servo gives."""
 HAS_ROTOR = False
 """Whether a rotor's inertia stands between the motor and the load cell."""
 FREE_SPOOL = False
@@ -113,6 +120,7 @@ def tendon_state(
     tendon.voltage = drive.voltage
     tendon.enabled = drive.enabled
     tendon.slack = drive.slack[d]
+    tendon.carried = drive.carried[d]
     tendon.command = drive.command[d]
     tendon.nominal_radius = mechanism.spool_radius[world][d]
     tendon.spool_radius = radius_effects(tendon.nominal_radius, p)
@@ -174,9 +182,28 @@ def servo_flow(
     error = Jet(tendon.command, real(0.0), real(0.0)) - flow.angle
     acting = tendon
     acting.error = error[0]
-    force = clip(actuator_force(error_effects(error, acting, p), acting, p), -limit, limit)
+    flow.error = error_effects(error, acting, p)
+    if wp.static(HAS_DUTY):
+        acting.force_limit = wp.min(limit, real(HELD))
+        flow.duty = duty_effects(asked_duty(flow.error, acting, p), acting, p)
+        force = clip(driven_force(flow.duty, acting, p), -limit, limit)
+    else:
+        force = clip(actuator_force(flow.error, acting, p), -limit, limit)
     flow.motor_force = motor_force_effects(force * tendon.enabled, acting, p)
     return flow
+
+
+@device_template
+def duty_of_force(error: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
+    """Return the share of its limit that a servo's force would be [1]."""
+    limit = tendon.force_limit
+    return clip(actuator_force(error, tendon, p), -limit, limit) * (real(1.0) / limit)
+
+
+@device_template
+def force_of_duty(duty: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
+    """Return the force [N] that is a share of a servo's limit."""
+    return duty * tendon.force_limit
 
 
 @device_template
@@ -200,11 +227,15 @@ def rotor_flow(flow: Flow, tendon: Tendon, p: ParameterVector, least: real) -> F
     """Follow the motor's force through gear and guides, and how much of the rotor they pass on.
 
     What the motor gives may be negative where a string still pulls, as its rotor slows down. So
-    friction is taken as of a pulling force, and who knows the acceleration decides on slack.
+    friction is taken as of a pulling force, and who knows the acceleration decides on slack. A gear
+    of a shaft is loaded on the side of what it carries, which may be all rotor, as in a fall with
+    the motor off; where that is not known, on the side of the motor.
     """
     out = flow
     motor = flow.motor_force
     probe = motor[0]
+    if tendon.carried != real(0.0):
+        probe = tendon.carried
     if least == real(0.0):
         probe = wp.max(motor[0], real(PULLING))
     gear = gear_line(probe, tendon, p)
@@ -254,6 +285,8 @@ def flow_memory(
     """Renew what the effects along one tendon remember."""
     tendon = tendon_state(mechanism, world, p, drive, d, q, v, side)
     flow = tendon_flow(mechanism, world, p, d, tendon)
+    memory = error_memory(flow.error, tendon, p, memory)
+    memory = duty_memory(flow.duty, tendon, p, memory)
     memory = motor_force_memory(flow.motor_force, tendon, p, memory)
     return tension_memory(flow.tension, tendon, p, memory)
 

@@ -24,19 +24,24 @@ OFFSETS: tuple[int, ...] = ()
 """Where their parameters start."""
 MEMORIES: tuple[int, ...] = ()
 """Where their memories start, -1 for none."""
+SECOND_MEMORIES: tuple[int, ...] = ()
+"""Where the second of two memories starts, -1 for none."""
+PLACES: tuple[int, ...] = ()
+"""Where the results of functions that renew a memory start."""
 
 
 @device_template
-def own_values(p: ParameterVector, offset: int, remembered: real) -> Values:
+def own_values(p: ParameterVector, offset: int, remembered: real, second: real) -> Values:
     """Return what is an effect's own; the parameter vector ends in two zeros of padding."""
-    return Values(p[offset], p[offset + 1], p[offset + 2], remembered)
+    return Values(p[offset], p[offset + 1], p[offset + 2], remembered, second)
 
 
 @device_template
 def scalar_stage(signal: real, p: ParameterVector) -> real:
     """Apply effects to a number that neither position nor speed decides."""
     for i in range(wp.static(len(FUNCTIONS))):
-        signal = wp.static(FUNCTIONS[i])(signal, own_values(p, wp.static(OFFSETS[i]), real(0.0)))
+        values = own_values(p, wp.static(OFFSETS[i]), real(0.0), real(0.0))
+        signal = wp.static(FUNCTIONS[i])(signal, values)
     return signal
 
 
@@ -44,7 +49,7 @@ def scalar_stage(signal: real, p: ParameterVector) -> real:
 def timed_stage(signal: real, time: real, p: ParameterVector) -> real:
     """Apply effects to a number at an instant [s]."""
     for i in range(wp.static(len(FUNCTIONS))):
-        values = own_values(p, wp.static(OFFSETS[i]), real(0.0))
+        values = own_values(p, wp.static(OFFSETS[i]), real(0.0), real(0.0))
         signal = wp.static(FUNCTIONS[i])(signal, time, values)
     return signal
 
@@ -53,7 +58,7 @@ def timed_stage(signal: real, time: real, p: ParameterVector) -> real:
 def joint_number_stage(signal: real, joint: Joint, p: ParameterVector) -> real:
     """Apply effects to a number of one joint."""
     for i in range(wp.static(len(FUNCTIONS))):
-        values = own_values(p, wp.static(OFFSETS[i]), real(0.0))
+        values = own_values(p, wp.static(OFFSETS[i]), real(0.0), real(0.0))
         signal = wp.static(FUNCTIONS[i])(signal, joint, values)
     return signal
 
@@ -65,7 +70,10 @@ def joint_stage(torque: Jet, joint: Joint, p: ParameterVector) -> Jet:
         remembered = real(0.0)
         if wp.static(MEMORIES[i] >= 0):
             remembered = joint.memory[wp.static(MEMORIES[i]) + joint.index]
-        values = own_values(p, wp.static(OFFSETS[i]), remembered)
+        second = real(0.0)
+        if wp.static(SECOND_MEMORIES[i] >= 0):
+            second = joint.memory[wp.static(SECOND_MEMORIES[i]) + joint.index]
+        values = own_values(p, wp.static(OFFSETS[i]), remembered, second)
         torque = wp.static(FUNCTIONS[i])(torque, joint, values)
     return torque
 
@@ -77,7 +85,10 @@ def tendon_stage(signal: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
         remembered = real(0.0)
         if wp.static(MEMORIES[i] >= 0):
             remembered = tendon.memory[wp.static(MEMORIES[i]) + tendon.index]
-        values = own_values(p, wp.static(OFFSETS[i]), remembered)
+        second = real(0.0)
+        if wp.static(SECOND_MEMORIES[i] >= 0):
+            second = tendon.memory[wp.static(SECOND_MEMORIES[i]) + tendon.index]
+        values = own_values(p, wp.static(OFFSETS[i]), remembered, second)
         signal = wp.static(FUNCTIONS[i])(signal, tendon, values)
     return signal
 
@@ -89,9 +100,12 @@ def joint_memory(
     """Renew what effects remember of one joint."""
     out = memory
     for i in range(wp.static(len(FUNCTIONS))):
-        slot = wp.static(MEMORIES[i]) + joint.index
-        values = own_values(p, wp.static(OFFSETS[i]), joint.memory[slot])
-        out[slot] = wp.static(FUNCTIONS[i])(torque, joint, values)
+        remembered = joint.memory[wp.static(MEMORIES[i]) + joint.index]
+        second = real(0.0)
+        if wp.static(SECOND_MEMORIES[i] >= 0):
+            second = joint.memory[wp.static(SECOND_MEMORIES[i]) + joint.index]
+        values = own_values(p, wp.static(OFFSETS[i]), remembered, second)
+        out[wp.static(PLACES[i]) + joint.index] = wp.static(FUNCTIONS[i])(torque, joint, values)
     return out
 
 
@@ -102,7 +116,10 @@ def tendon_memory(
     """Renew what effects remember of one tendon."""
     out = memory
     for i in range(wp.static(len(FUNCTIONS))):
-        slot = wp.static(MEMORIES[i]) + tendon.index
-        values = own_values(p, wp.static(OFFSETS[i]), tendon.memory[slot])
-        out[slot] = wp.static(FUNCTIONS[i])(signal, tendon, values)
+        remembered = tendon.memory[wp.static(MEMORIES[i]) + tendon.index]
+        second = real(0.0)
+        if wp.static(SECOND_MEMORIES[i] >= 0):
+            second = tendon.memory[wp.static(SECOND_MEMORIES[i]) + tendon.index]
+        values = own_values(p, wp.static(OFFSETS[i]), remembered, second)
+        out[wp.static(PLACES[i]) + tendon.index] = wp.static(FUNCTIONS[i])(signal, tendon, values)
     return out

@@ -90,8 +90,13 @@ def tension_now(
                 arms = tendon_arms(mechanism, world, drive)
                 bow = tendon_bow(drive)
                 rate = excursion(arms, d, acceleration) + bow[d]
-                felt = sliding.tension_gain * rotor_inertia(mechanism, world, p, d)
-                tension = tension - felt * rate
+                inertia = rotor_inertia(mechanism, world, p, d)
+                tension = tension - sliding.tension_gain * inertia * rate
+                if wp.static(not FREE_SPOOL):
+                    loaded = drive
+                    loaded.carried[d] = sliding.motor_force[0] - inertia * rate
+                    sliding = flow_at(mechanism, world, p, loaded, d, q, v, modes.tendon[d])
+                    tension = sliding.tension[0] - sliding.tension_gain * inertia * rate
         else:
             least = flow_at(mechanism, world, p, drive, d, q, v, modes.least_side[d])
             most = flow_at(mechanism, world, p, drive, d, q, v, modes.most_side[d])

@@ -169,7 +169,7 @@ def test_a_key_moves_the_spool_slowly() -> None:
     from hardware.control.goals import FixedGoal
     from hardware.control.pilot import JogPilot
     from hardware.servos.host_position_loop import HostPositionLoop
-    from tendon_newton.cli.deploy import JOG_DUTY, JOG_GAIN
+    from tendon_newton.workflows.deployment import JOG_DUTY, JOG_GAIN
 
     goal = FixedGoal(0.0, (-3.0, 6.0), 0.1)
     for _ in range(10):
@@ -270,7 +270,9 @@ def test_a_second_signal_does_not_wait_for_the_tendon() -> None:
 def test_what_ended_a_run_is_said_last(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Where the log cannot be listed either, that is told before; the file is named."""
     from hardware.errors import SafetyStop
-    from tendon_newton.cli.deploy import DeployConfig, conclude
+    from tendon_newton.cli.terminal import Terminal
+    from tendon_newton.workflows.deployment import conclude
+    from tendon_newton.workflows.options import DeployOptions
     from tests.faults.injections import load
 
     out = tmp_path / "gone"
@@ -280,6 +282,7 @@ def test_what_ended_a_run_is_said_last(tmp_path: Path, capsys: pytest.CaptureFix
     outcome = flight.fly()
     (out / "run.mcap").unlink()
     out.rmdir()
+    options = DeployOptions(policy=Path("a.onnx"), port="virtual", out=out)
     with pytest.raises(SafetyStop, match="the tension must stay below 30 N"):
-        conclude(DeployConfig(policy=Path("a.onnx"), port="virtual", out=out), outcome)
+        conclude(options, outcome, Terminal())
     assert f"!! {out / 'dataset.toml'}: cannot be written" in capsys.readouterr().out

@@ -63,7 +63,7 @@ def test_an_estimate_looks_at_the_latest_window(tmp_path: Path) -> None:
 def test_a_network_of_train_force_can_guard(tmp_path: Path) -> None:
     """The file that `train-force` writes gives the tension of the network itself."""
     from tendon_newton.actuators.networks.onnx_file import write_onnx as write_force_onnx
-    from train.actuator.network_sets import build_network
+    from tendon_newton.force_networks import build_network
 
     torch.manual_seed(0)
     network = build_network("mlp", of_set="paper", window=30).eval()

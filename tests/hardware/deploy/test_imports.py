@@ -20,6 +20,7 @@ MEMORY_MAX = 150.0
         "hardware.safety_rules.force_estimate",
         "tendon_newton.cli.deploy",
         "tendon_newton.cli.plot",
+        "tendon_newton.workflows.deployment",
         "tendon_newton.data.cards.policy_card",
         "tendon_newton.data.cards.policy_observation",
     ],

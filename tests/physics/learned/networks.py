@@ -15,9 +15,9 @@ from tendon_newton.data.cards.force_network_card import (
     Training,
 )
 from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.force_networks import build_network
 from tendon_newton.force_networks.force_network import ForceNetwork
 from tests.physics.runs import RADIUS
-from train.actuator.network_sets import build_network
 
 WINDOW = 30
 RATE = 20.0  # Hz

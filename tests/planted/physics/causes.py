@@ -21,12 +21,32 @@ class Causes:
     """Greatest motor force, either way [N]; 0 is the servo's own limit."""
     speed_limit: float = 0.0
     """Greatest speed of the motor, either way [rad/s]; 0 is none."""
+    goal_rate: float = 0.0
+    """Greatest speed of the goal that the servo makes of its command [rad/s]; 0 is none."""
+    goal_acceleration: float = 0.0
+    """Its greatest acceleration [rad/s^2]; 0 is none."""
+    starting_duty: float = 0.0
+    """Share of all it has that the servo gives on top of any demand [1]."""
+    overload: float = 1.0
+    """Share of all it has beyond which the servo is overloaded [1]."""
+    protective: float = 1.0
+    """Share that it gives while it protects itself [1]."""
+    protection_time: float = 0.0
+    """Time of overload after which it does [s]; 0 is never."""
     viscous: float = 0.0
     """Viscous friction of the motor [N s/rad]."""
     viscous_curvature: float = 0.0
     """Share by which the viscous friction has grown at 20 rad/s [1]."""
     coulomb: float = 0.0
     """Force at which the motor's bristles give way [N]."""
+    winding: float = 0.0
+    """What that is more while the string is wound in [N]."""
+    unwinding: float = 0.0
+    """The same while it is paid out [N]."""
+    dahl: float = 0.0
+    """Force of further bristles, softer than those of the gear [N]."""
+    dahl_travel: float = 1e-3
+    """Travel over which it builds up to 63 % [m]."""
     static: float = 0.0
     """What they hold beyond that at rest [N]."""
     stribeck_speed: float = 1.0

@@ -58,8 +58,9 @@ def _motor_force(causes: Causes, drive: Drive, radius: float, angle: float) -> f
     error = _beyond(drive.command - angle, causes.backlash / 2.0)
     error = drive.gain * causes.gain_scale * _beyond(error, causes.deadband)
     if drive.servo is not None:
+        error += float(np.sign(error)) * causes.starting_duty / drive.servo.duty_per_rad
         return drive.servo.force_at_rest(error, radius)
-    force = GAIN * error
+    force = GAIN * error + float(np.sign(error)) * causes.starting_duty * FORCE_LIMIT
     force += causes.cogging * np.sin(causes.cogging_rate * angle + causes.cogging_phase)
     away = (angle - causes.dead_spot_at) / causes.dead_spot_width
     force *= 1.0 - causes.dead_spot * np.exp(-(away**2))

@@ -10,7 +10,7 @@ import warp as wp
 from tests.planted.physics.kernel_bench import acceleration, contact, relaxed
 from tests.planted.physics.kernel_line import first_line, line_after, motor_angle, tension
 from tests.planted.physics.kernel_plant import HALF, ONE, PI, ZERO, Plant, bend_after
-from tests.planted.physics.kernel_servo import Line
+from tests.planted.physics.kernel_servo import Line, goal_after
 
 SIMULTANEOUS = wp.constant(wp.float64(1.0e-6))  # [steps] rounding of delay / step
 
@@ -138,6 +138,10 @@ def drive(
         s.speed = wp.dot(p.arm, v)
         mean, just, jumps = heard(due, command, i, held_row, count, now)
         held_row += jumps
+        if p.goal_rate + p.goal_acceleration > ZERO:
+            just = s.goal
+            s = goal_after(p, s, mean)
+            mean = HALF * (just + s.goal)
         s.rate = s.half_rate + HALF * p.step * s.turning
         s.gain = ONE - p.gain_drift * now * p.step
         if p.disturbed != 0:

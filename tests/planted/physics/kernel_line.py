@@ -12,6 +12,7 @@ from tests.planted.physics.kernel_servo import (
     lagging,
     loaded_friction,
     motor_force,
+    overloaded_after,
     source_angle,
     taut_angle,
     viscous_friction,
@@ -46,7 +47,7 @@ def stretched(p: Plant, s: Line, command: wp.float64) -> wp.float64:
     """Tension at which a tendon that stretches and an ideal source agree [N]: kept in a bracket."""
     rounds = ROUNDS
     per_newton = p.load + p.holding + TWO * (p.gear_load + p.gear_static)
-    if p.coulomb + p.excess + s.dry + per_newton != ZERO:
+    if p.coulomb + p.winding + p.unwinding + p.excess + s.dry + per_newton != ZERO:
         rounds = STUCK_ROUNDS
     share = ONE
     if p.lag_share < ONE:
@@ -106,11 +107,13 @@ def moved_rotor(p: Plant, before: Line, command: wp.float64, pull: wp.float64) -
     s = before
     motor = lagging(p, s, motor_force(p, s, command, s.angle + p.offset, s.rate))
     kept = viscous_friction(p, s.rate) + dry_friction(p, s, p.radius * s.rate) * s.gear
+    kept += p.dahl * s.dahl
     kept += loaded_friction(p, motor, pull, s.gear, p.radius * s.rate)
     s.turning = (motor - kept - pull) * p.radius / p.rotor
     s.half_rate += p.step * s.turning
     s.angle += p.step * s.half_rate
     s.gear = bend_after(s.gear, p.step * p.radius * s.half_rate, p.bristle)
+    s.dahl = bend_after(s.dahl, p.step * p.radius * s.half_rate, p.dahl_travel)
     return s
 
 
@@ -126,9 +129,12 @@ def line_after(
         angle = source_angle(p, s, command, pull)
         rate = s.speed / p.radius
     target = motor_force(p, s, command, angle, rate)
+    if p.protection_time > ZERO:
+        s.overloaded = overloaded_after(p, s, command - angle)
     if p.rotor > ZERO:
         s = moved_rotor(p, before, command, pull)
     else:
+        s.dahl = bend_after(s.dahl, gear_slip(p, s, pull), p.dahl_travel)
         s.gear = bend_after(s.gear, gear_slip(p, s, pull), p.bristle)
         s.slid = slip + p.step * s.mount_speed
     if p.lag_share < ONE:
@@ -153,6 +159,7 @@ def first_line(p: Plant, command: wp.float64) -> Line:
     s.tension = p.start_tension
     s.mount = p.mount_compliance * p.start_tension
     s.gain = ONE
+    s.goal = command
     s.weakness = p.fade * p.start_tension * p.start_tension
     play = HALF * p.backlash * wp.sign(p.start_tension)
     s.angle = (s.excursion + p.slack) / p.radius + play

@@ -52,9 +52,19 @@ class Plant:
     deadband: wp.float64
     lag_share: wp.float64  # of the way that the motor force goes in one step; 1 is no lag
     speed_limit: wp.float64
+    goal_rate: wp.float64  # 0 is none
+    goal_acceleration: wp.float64  # 0 is none
+    starting_duty: wp.float64
+    overload: wp.float64
+    protective: wp.float64
+    protection_time: wp.float64  # 0 is never
     viscous: wp.float64
     curvature: wp.float64
     coulomb: wp.float64
+    winding: wp.float64
+    unwinding: wp.float64
+    dahl: wp.float64
+    dahl_travel: wp.float64
     excess: wp.float64
     stribeck_speed: wp.float64
     load: wp.float64

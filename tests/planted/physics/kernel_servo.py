@@ -16,6 +16,7 @@ class Line:
     speed: wp.float64  # [m/s]
     gear: wp.float64  # bend of the gear's bristles, as a share of their greatest, a step ago
     slid: wp.float64  # [m] of the mechanism's end and the mount since then
+    dahl: wp.float64  # the same of the softer bristles
     guide: wp.float64  # of those between string and guides
     motor: wp.float64  # [N] lagging motor force, half a step ago
     weakness: wp.float64  # of a motor that fades [1]
@@ -28,6 +29,9 @@ class Line:
     rate: wp.float64  # [rad/s]
     half_rate: wp.float64  # [rad/s] half a step ago
     turning: wp.float64  # [rad/s^2]
+    goal: wp.float64  # [rad] that the servo makes of its command
+    goal_rate: wp.float64  # [rad/s]
+    overloaded: wp.float64  # [s] so far, negative where it pays out
 
 
 @wp.func
@@ -43,9 +47,10 @@ def motor_force(
 ) -> wp.float64:
     """Force of the motor [N] at an angle [rad] and a rate [rad/s], limited either way."""
     error = s.gain * beyond(command - angle, p.deadband)
-    force = p.gain * error
+    force = effort(p, s, p.gain * error / p.limit) * p.limit
     if p.rotor > ZERO:
-        duty = wp.clamp(p.duty_per_rad * error, -p.greatest_duty, p.greatest_duty)
+        duty = effort(p, s, p.duty_per_rad * error)
+        duty = wp.clamp(duty, -p.greatest_duty, p.greatest_duty)
         current = (duty * p.supply - p.torque_constant * rate) / p.resistance
         force = p.torque_constant * current / p.radius
     if p.cogging != ZERO:
@@ -59,6 +64,58 @@ def motor_force(
         force = wp.clamp(force, -p.limit, p.limit)
     force /= ONE + p.sag * wp.abs(force)
     return force / (ONE + s.weakness)
+
+
+@wp.func
+def effort(p: Plant, s: Line, demand: wp.float64) -> wp.float64:
+    """Share of all it has that a servo gives [1] where its loop asks for that much."""
+    share = demand
+    if demand != ZERO:
+        share += wp.sign(demand) * p.starting_duty
+    if protects_itself(p, s) and demand * s.overloaded > ZERO:
+        share = wp.clamp(share, -p.protective, p.protective)
+    return share
+
+
+@wp.func
+def protects_itself(p: Plant, s: Line) -> wp.bool:
+    """Whether an overload has lasted too long."""
+    return p.protection_time > ZERO and wp.abs(s.overloaded) >= p.protection_time
+
+
+@wp.func
+def overloaded_after(p: Plant, s: Line, error: wp.float64) -> wp.float64:
+    """Time of overload [s] a step later, at a position error [rad]."""
+    error = s.gain * beyond(error, p.deadband)
+    share = p.gain * error / p.limit
+    if p.rotor > ZERO:
+        share = p.duty_per_rad * error
+    if share * s.overloaded >= ZERO and protects_itself(p, s):
+        return s.overloaded
+    if wp.abs(effort(p, s, share)) <= p.overload:
+        return ZERO
+    if share * s.overloaded < ZERO:
+        return wp.sign(share) * p.step
+    return s.overloaded + wp.sign(share) * p.step
+
+
+@wp.func
+def goal_after(p: Plant, s: Line, command: wp.float64) -> Line:
+    """Goal of a servo a step later: it may speed up and turn no faster than its profile says."""
+    out = s
+    far = command - s.goal
+    rate = far / p.step
+    if p.goal_acceleration > ZERO:
+        # the speed from which it can still brake, less what it gains within a step
+        brake = p.goal_acceleration * p.step
+        may = wp.sqrt(wp.float64(2.0) * p.goal_acceleration * wp.abs(far) + brake * brake) - brake
+        rate = wp.sign(far) * wp.min(may, wp.abs(rate))
+        rate = wp.clamp(rate, s.goal_rate - brake, s.goal_rate + brake)
+    if p.goal_rate > ZERO:
+        rate = wp.clamp(rate, -p.goal_rate, p.goal_rate)
+    out.goal_rate = rate
+    out.goal = s.goal + p.step * rate
+    return out
 
 
 @wp.func
@@ -86,7 +143,10 @@ def viscous_friction(p: Plant, rate: wp.float64) -> wp.float64:
 @wp.func
 def dry_friction(p: Plant, s: Line, speed: wp.float64) -> wp.float64:
     """Force at which the gear's bristles give way at this speed [N], load aside."""
-    return p.coulomb + s.dry + at_low_speed(p, p.excess, speed)
+    side = p.winding
+    if s.gear < ZERO:
+        side = p.unwinding
+    return p.coulomb + side + s.dry + at_low_speed(p, p.excess, speed)
 
 
 @wp.func
@@ -137,6 +197,7 @@ def given(p: Plant, s: Line, command: wp.float64, pull: wp.float64) -> wp.float6
     motor = lagging(p, s, motor)
     bend = bend_after(s.gear, gear_slip(p, s, pull), p.bristle)
     left = motor - viscous_friction(p, rate) - dry_friction(p, s, s.speed) * bend
+    left -= p.dahl * bend_after(s.dahl, gear_slip(p, s, pull), p.dahl_travel)
     sense = wp.sign(left)
     backwards = wp.min(bend * sense, ZERO)
     toothed = gear_load(p, s.speed)

@@ -79,6 +79,12 @@ def _fill_servo(plant: Plant, bench: Bench, causes: Causes, step: float) -> None
     plant.viscous, plant.curvature = causes.viscous, causes.viscous_curvature
     plant.coulomb, plant.excess, plant.load = causes.coulomb, causes.static, causes.load
     plant.holding = causes.holding
+    plant.winding, plant.unwinding = causes.winding, causes.unwinding
+    plant.dahl = causes.dahl
+    plant.dahl_travel = causes.dahl_travel * bench.spool_radius / SPOOL_RADIUS
+    plant.goal_rate, plant.goal_acceleration = causes.goal_rate, causes.goal_acceleration
+    plant.starting_duty, plant.overload = causes.starting_duty, causes.overload
+    plant.protective, plant.protection_time = causes.protective, causes.protection_time
     plant.gear_load, plant.gear_static = causes.gear_load, causes.gear_static
     plant.stribeck_speed = causes.stribeck_speed
     # a direct drive's gear slips by the angle at which a spool's slips by that travel

@@ -105,6 +105,47 @@ def load_stribeck_friction(rng: np.random.Generator, size: float) -> Planted:
     )
 
 
+def command_rate_limit(rng: np.random.Generator, size: float) -> Planted:
+    """A goal that moves at 4 to 9 rad/s at most."""
+    return single("limit", "goal_rate", float(rng.uniform(4.0, 9.0)) / size**0.5)
+
+
+def acceleration_limit(rng: np.random.Generator, size: float) -> Planted:
+    """A goal that speeds up by 25 to 60 rad/s^2, to 8 to 14 rad/s."""
+    limit, speed = float(rng.uniform(25.0, 60.0)) / size, float(rng.uniform(8.0, 14.0))
+    return planted({"limit": limit, "speed": speed}, goal_acceleration=limit, goal_rate=speed)
+
+
+def starting_duty(rng: np.random.Generator, size: float) -> Planted:
+    """A servo that adds 2 to 5 % of its force to any demand."""
+    return single("duty", "starting_duty", size * float(rng.uniform(0.02, 0.05)))
+
+
+def overload_cut(rng: np.random.Generator, size: float) -> Planted:
+    """A servo that gives 12 to 18 % after 0.3 to 0.6 s at more than 25 to 30 %."""
+    numbers = {
+        "duty": float(rng.uniform(0.25, 0.30)),
+        "fraction": float(rng.uniform(0.12, 0.18)) / size,
+        "time": float(rng.uniform(0.3, 0.6)),
+    }
+    names = ("overload", "protective", "protection_time")
+    return planted(numbers, **dict(zip(names, numbers.values(), strict=True)))
+
+
+def asymmetric_friction(rng: np.random.Generator, size: float) -> Planted:
+    """Dry friction of 0.4 to 0.7 N on the way in, two to three times that on the way out."""
+    winding = size * float(rng.uniform(0.4, 0.7))
+    unwinding = winding * float(rng.uniform(2.0, 3.0))
+    values = {"winding": winding, "unwinding": unwinding}
+    return planted(values, **values)
+
+
+def hysteresis(rng: np.random.Generator, size: float) -> Planted:
+    """Bristles of 0.7 to 1.5 N that bend by 0.3 to 1 mm."""
+    force, travel = size * float(rng.uniform(0.7, 1.5)), float(rng.uniform(3e-4, 1e-3))
+    return planted({"force": force, "travel": travel}, dahl=force, dahl_travel=travel)
+
+
 ACTUATOR: Mapping[str, Draw] = MappingProxyType(
     {
         "gain_error": gain_error,
@@ -123,5 +164,11 @@ ACTUATOR: Mapping[str, Draw] = MappingProxyType(
         "holding_friction": holding_friction,
         "voltage_sag": voltage_sag,
         "torque_fade": torque_fade,
+        "command_rate_limit": command_rate_limit,
+        "acceleration_limit": acceleration_limit,
+        "starting_duty": starting_duty,
+        "overload_cut": overload_cut,
+        "asymmetric_friction": asymmetric_friction,
+        "hysteresis": hysteresis,
     }
 )

@@ -16,8 +16,7 @@ from tendon_newton.data.cards.force_network_card import (
     Training,
     TrainingRecording,
 )
-from tendon_newton.force_networks.force_network import parameter_count
-from train.actuator.network_sets import build_network
+from tendon_newton.force_networks import build_network
 
 
 def card_of(kind: str = "mlp", **changes: Any) -> ForceNetworkCard:
@@ -25,7 +24,7 @@ def card_of(kind: str = "mlp", **changes: Any) -> ForceNetworkCard:
     values: dict[str, Any] = {
         "kind": kind,
         "network_set": "paper",
-        "parameter_count": parameter_count(build_network(kind, of_set="paper", window=30)),
+        "parameter_count": 6801,
         "window": 30,
         "rate": 20.0,
         "force_limit": 21.0,

@@ -11,15 +11,12 @@ import torch
 from torch import Tensor, nn
 
 from tendon_newton.actuators.networks.artifact import load_network, read_card
-from tendon_newton.actuators.networks.onnx_file import write_onnx
 from tendon_newton.data.cards.force_network_card import PLAIN_HOLD, ForceNetworkCard
 from tendon_newton.data.files.trust import content_hash, trust_content, trust_file, trusted_hashes
 from tendon_newton.errors import InvalidNetworkFile, UntrustedNetworkFile
 from tendon_newton.mechanisms.asset_library import asset_folder
 from tests.train.actuator.network_files import card_of, with_card, write_file, write_foreign
-from train.actuator.network_sets import build_network
 
-KINDS = ("mlp", "rnn", "transformer")
 PACKAGED = tuple((asset_folder() / "networks").glob("*.safetensors"))
 
 
@@ -34,53 +31,6 @@ class Constant(nn.Module):
     def forward(self, window: Tensor) -> Tensor:
         """Return the same for every window."""
         return torch.full((window.shape[0], self.columns), self.value)
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_a_file_gives_back_its_card_and_its_network(tmp_path: Path, kind: str) -> None:
-    """The card survives word by word, and the weights bit by bit, under readable names."""
-    path = write_file(tmp_path / "network.pt", kind)
-    file = load_network(path)
-    assert file.card == read_card(path) == card_of(kind)
-    torch.manual_seed(0)
-    network = build_network(kind, of_set="paper", window=30)
-    own, read = network.state_dict(), file.module.state_dict()
-    assert own.keys() == read.keys()
-    assert all(torch.equal(own[name], read[name]) for name in own)
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_onnx_says_what_torch_says_for_any_number_of_worlds(tmp_path: Path, kind: str) -> None:
-    """One file, its card in the metadata; equal to rounding for 1 and for 33 worlds."""
-    import onnxruntime
-
-    torch.manual_seed(0)
-    network, path = build_network(kind, of_set="paper", window=30).eval(), tmp_path / "n.onnx"
-    write_onnx(path, network, card_of(kind))
-    assert [file.name for file in tmp_path.glob("n.*")] == ["n.onnx"]
-    session = onnxruntime.InferenceSession(path)
-    text = session.get_modelmeta().custom_metadata_map["card"]
-    assert ForceNetworkCard.from_json(text) == card_of(kind)
-    for worlds in (1, 33):
-        windows = torch.randn(worlds, 30, 3)
-        (tension,) = session.run(None, {"window": windows.numpy()})
-        np.testing.assert_allclose(tension, network(windows).detach().numpy(), atol=1e-5)
-
-
-def test_a_streaming_onnx_file_keeps_its_state_outside(tmp_path: Path) -> None:
-    """Thirty calls with the state handed on are one window."""
-    import onnxruntime
-
-    torch.manual_seed(0)
-    network = build_network("rnn", of_set="paper", window=30).eval()
-    write_onnx(tmp_path / "n.onnx", network, card_of("rnn", streaming=True))
-    session = onnxruntime.InferenceSession(tmp_path / "n.onnx")
-    windows, state = torch.randn(5, 30, 3), np.zeros((5, 64), dtype=np.float32)
-    tension = np.zeros(5)
-    for k in range(30):
-        samples = windows[:, k].numpy()
-        tension, state = session.run(None, {"sample": samples, "state": state})
-    np.testing.assert_allclose(tension, network(windows).detach().numpy(), atol=1e-5)
 
 
 def test_a_strange_file_does_not_run_until_it_is_trusted(
@@ -218,7 +168,8 @@ def test_a_foreign_file_is_refused(
         ("schema", 2, "schema must be 1; it is 2"),
         ("units", ["deg", "rad", "rad/s", "N"], "units must be"),
         ("inputs", ["theta", "theta_d", "theta_dot"], "inputs must be"),
-        ("kind", "lstm", "kind must be one of mlp, rnn, transformer; it is 'lstm'"),
+        ("kind", "gru", "kind must be one of lstm, mlp, rnn, transformer; it is 'gru'"),
+        ("kind", "../mlp", "kind must be a name in small letters"),
         ("window", 20, "must take windows of 20 samples"),
         ("window", 0, "window must be 1 to 10000 samples"),
         ("window", 29.5, "must be a whole number"),

@@ -3,15 +3,9 @@
 import pytest
 import torch
 
-from tendon_newton.actuators.networks.artifact import torchscript
-from tendon_newton.errors import UnknownName
+from tendon_newton.force_networks import SETS, build_network
 from tendon_newton.force_networks.force_network import ForceNetwork, parameter_count
-from tendon_newton.force_networks.rnn import Rnn
 from tendon_newton.force_networks.transformer import Transformer
-from train.actuator.network_sets import NETWORK_SETS, build_network
-
-EVERY = [(of_set, kind) for of_set, kinds in NETWORK_SETS.items() for kind in kinds]
-every_network = pytest.mark.parametrize(("of_set", "kind"), EVERY)
 
 
 def made(kind: str, of_set: str = "paper", window: int = 30) -> ForceNetwork:
@@ -44,28 +38,6 @@ def test_the_networks_have_the_published_sizes(of_set: str, kind: str, count: in
     assert parameter_count(build_network(kind, of_set=of_set, window=30)) == count
 
 
-def test_matched_networks_differ_by_less_than_a_fifth() -> None:
-    """Numbers of parameters within 20 % of each other, as the paper asks for."""
-    counts = [
-        parameter_count(build_network(kind, of_set="matched", window=30))
-        for kind in NETWORK_SETS["matched"]
-    ]
-    assert max(counts) < 1.2 * min(counts)
-
-
-@every_network
-def test_torchscript_says_what_the_module_says(of_set: str, kind: str) -> None:
-    """Scripted and eager networks agree to rounding, for windows and for flattened ones."""
-    network = made(kind, of_set)
-    with torchscript(), torch.no_grad():
-        scripted = torch.jit.script(network)
-        expected = network(windows())
-        assert expected.shape == (64,)
-        torch.testing.assert_close(scripted(windows()), expected, rtol=1e-6, atol=1e-5)
-        torch.testing.assert_close(scripted(windows().flatten(1)), expected, rtol=1e-6, atol=1e-5)
-        assert scripted(windows(0)).shape == (0,)
-
-
 def test_a_network_is_given_numbers_about_one() -> None:
     """Mean and scale are those of the training data: every input comes in about 0 and of size 1."""
     torch.manual_seed(3)
@@ -80,22 +52,7 @@ def test_a_network_is_given_numbers_about_one() -> None:
     torch.testing.assert_close(network.tension(standard), force, rtol=1e-5, atol=1e-5)
 
 
-@every_network
-def test_normalisation_travels_inside(of_set: str, kind: str) -> None:
-    """Inputs and tension in other units, with the statistics to match, change nothing but units."""
-    network = made(kind, of_set).double()
-    scale, shift = torch.tensor([10.0, 3.0, 0.2]).double(), torch.tensor([1.0, -2.0, 4.0]).double()
-    with torch.no_grad():
-        expected = network(windows().double())
-        network.input_mean.mul_(scale).add_(shift)
-        network.input_scale.mul_(scale)
-        network.force_mean.mul_(1000.0)
-        network.force_scale.mul_(1000.0)
-        got = network(windows().double() * scale + shift)
-    torch.testing.assert_close(got, 1000.0 * expected, rtol=1e-9, atol=1e-9)
-
-
-@pytest.mark.parametrize("of_set", list(NETWORK_SETS))
+@pytest.mark.parametrize("of_set", SETS)
 def test_the_last_query_is_enough(of_set: str) -> None:
     """Computing only the last sample of the last layer gives the same tension to 1e-6 of it."""
     network = made("transformer", of_set)
@@ -154,40 +111,3 @@ def test_order_matters_to_a_transformer() -> None:
     with torch.no_grad():
         there, back = network(windows()), network(windows().flip(1))
     assert not torch.allclose(there, back, atol=1e-3)
-
-
-def test_streaming_equals_a_window_of_the_same_samples() -> None:
-    """Thirty steps from the initial state are one window of thirty samples, at each of them."""
-    network = made("rnn")
-    assert isinstance(network, Rnn)
-    state, seen = network.initial_state(64), []
-    with torch.no_grad():
-        for k in range(30):
-            tension, state = network.step(windows()[:, k], state)
-            seen.append(tension)
-        torch.testing.assert_close(seen[-1], network(windows()), rtol=1e-6, atol=1e-5)
-        torch.testing.assert_close(
-            torch.stack(seen, dim=1), network.sequence(windows()), rtol=1e-6, atol=1e-5
-        )
-
-
-def test_a_masked_reset_forgets_in_those_worlds_alone() -> None:
-    """Worlds in the mask go on as from a fresh start, bit for bit, and the others as before."""
-    network = made("rnn")
-    assert isinstance(network, Rnn)
-    mask = torch.arange(64) % 3 == 0
-    with torch.no_grad():
-        _, state = network.step(windows()[:, 0], network.initial_state(64))
-        reset = network.reset_state(state, mask)
-        got, _ = network.step(windows()[:, 1], reset)
-        fresh, _ = network.step(windows()[:, 1], network.initial_state(64))
-        kept, _ = network.step(windows()[:, 1], state)
-    assert torch.equal(got, torch.where(mask, fresh, kept))
-
-
-def test_an_unknown_network_is_named() -> None:
-    """The message lists what there is."""
-    with pytest.raises(UnknownName, match="mlp, rnn, transformer"):
-        build_network("lstm", of_set="paper", window=30)
-    with pytest.raises(UnknownName, match="authors, matched, paper"):
-        build_network("mlp", of_set="papers", window=30)

@@ -11,14 +11,11 @@ import torch
 from safetensors.torch import load, save
 
 from tendon_newton.actuators.networks.artifact import load_network, read_card
-from tendon_newton.data.files.trust import trust_file
 from tendon_newton.errors import InvalidNetworkFile
+from tendon_newton.force_networks import build_network
 from tendon_newton.force_networks.weights_file import write_weights
 from tests.train.actuator.network_files import card_of
 from train.actuator.models import load_networks
-from train.actuator.network_sets import NETWORK_SETS, build_network
-
-NETWORKS = [(of_set, kind) for of_set, kinds in NETWORK_SETS.items() for kind in kinds]
 
 
 def written(path: Path, kind: str = "transformer", of_set: str = "paper", **changes: Any) -> Path:
@@ -27,23 +24,6 @@ def written(path: Path, kind: str = "transformer", of_set: str = "paper", **chan
     network = build_network(kind, of_set=of_set, window=30)
     write_weights(path, network.eval(), card_of(kind, **changes))
     return path
-
-
-@pytest.mark.parametrize(("of_set", "kind"), NETWORKS)
-def test_weights_give_the_same_forces_and_need_no_trust(
-    tmp_path: Path, own_trust: Path, of_set: str, kind: str
-) -> None:
-    """Bit by bit, as a TorchScript module with all that the simulation calls."""
-    file = load_network(written(tmp_path / "network.safetensors", kind, of_set))
-    torch.manual_seed(0)
-    network = build_network(kind, of_set=of_set, window=30).eval()
-    windows = torch.randn(7, 30, 3)
-    with torch.no_grad():
-        assert torch.equal(file.module(windows), network(windows))
-        if kind == "transformer":
-            assert torch.equal(file.module.last_query(windows), network.last_query(windows))
-    assert file.card == card_of(kind)
-    assert not trust_file().exists()
 
 
 def test_a_folder_gives_each_network_once_and_without_code(tmp_path: Path) -> None:

@@ -112,7 +112,7 @@ def test_a_checkpoint_of_another_training_is_refused(tmp_path: Path) -> None:
         train(replace(config, environment=worlds), tmp_path)
     (file,) = (tmp_path / "checkpoints").glob("*.pt")
     file.write_bytes(file.read_bytes()[:1000])
-    with pytest.raises(InvalidPolicyFile, match=r"000002\.pt: a checkpoint of a training"):
+    with pytest.raises(InvalidPolicyFile, match=r"000002\.pt: the checkpoint of a training"):
         train(config, tmp_path)
 
 

@@ -6,11 +6,12 @@ from pathlib import Path
 
 import pytest
 
+from hardware.control.operator import SilentOperator
 from hardware.deployment.deploy_log import policy_span
 from tendon_newton.cli import main
-from tendon_newton.cli.deploy import DeployConfig
-from tendon_newton.cli.deploy import main as deploy
 from tendon_newton.data.model_file import load_model, write_model
+from tendon_newton.workflows.deployment import drive
+from tendon_newton.workflows.options import DeployOptions
 from tests.physics.runs import ideal_model
 from tests.train.policy.small import short_training
 from tests.train.policy.test_training import train
@@ -31,15 +32,16 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Path:
     policy = export_policy(learned, train(config, learned), config).onnx
     # nothing but numbers that other tests compile as well
     write_model(folder / "model.toml", replace(ideal_model(), fit=("gain",)))
-    deploy(
-        DeployConfig(
+    drive(
+        DeployOptions(
             policy=policy,
             port="virtual:finger:0:friction",
             goals="stairs",
             duration=STAIRS,
             out=folder / "deployments",
             faster_than_real_time=True,
-        )
+        ),
+        SilentOperator(),
     )
     return folder
 

@@ -11,8 +11,8 @@ from tendon_newton.data.model_file import Model, NamedValues
 from tests.train.reproduction.tiny import SETTINGS
 from train.reproduction.closed_loop import replayed
 from train.reproduction.correction import train_correction
-from train.reproduction.hybrid import hybrid_of
 from train.reproduction.physical import starting_model
+from train.reproduction.steps.hybrid_stage import hybrid_of
 from train.reproduction.unit import Unit, of_benches
 
 LEARNED = NamedValues(name="learned", values={"file": "net.pt", "spool_radius": 0.0125})

@@ -2,31 +2,32 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import shutil
 from collections.abc import Mapping
-from contextlib import nullcontext
 from dataclasses import asdict, replace
 from pathlib import Path
 
 import pytest
+import warp as wp
 
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import NamedValues, load_model, write_model
-from tendon_newton.errors import UnknownName
+from tendon_newton.errors import InvalidDataset, UnknownName
+from tendon_newton.scheduler import InTurn, JobOptions, open_executor
 from tests.train.reproduction.tiny import SETTINGS, TinyBench
 from train.actuator.fitting.run import train_to_file
-from train.reproduction.outcome import Outcome, mean_interval, row, write_outcome
+from train.reproduction.networks import anew_if_other
+from train.reproduction.outcome import Outcome, mean_interval, row
 from train.reproduction.physical import starting_model
-from train.reproduction.pieces import Workers
 from train.reproduction.report import rows_table, write_report
-from train.reproduction.reproduction import MODELS, Reproduction
+from train.reproduction.reproduction import MODELS, NotDone, Reproduction
 from train.reproduction.settings import POLICIES, find_settings
 from train.reproduction.steps import policy_stage
-from train.reproduction.steps.stages import STAGES, ready_before, run_stages, settled, with_needs
+from train.reproduction.steps.stages import STAGES, Stage, run_stages, with_needs
 from train.reproduction.steps.tip_stage import SINES
-from train.reproduction.training_anew import anew_if_other
 from train.reproduction.unit import Unit, of_benches
 
 ONLY = ("ramp", "tip")
@@ -46,7 +47,9 @@ def reproduced(
 ) -> tuple[Reproduction, Mapping[str, Outcome]]:
     """Run two stages and what they need, on recordings that are there."""
     shutil.copytree(recorded, out / "data" / "unit_0")
-    reproduction = Reproduction(settings=SETTINGS, out=out, bench=TinyBench(), causes=causes)
+    reproduction = Reproduction(
+        settings=SETTINGS, out=out, bench=TinyBench(), causes=causes, executor=InTurn()
+    )
     return reproduction, run_stages(reproduction, ONLY)
 
 
@@ -71,25 +74,25 @@ def test_the_same_seed_gives_the_same_numbers(recorded: Path, causes: Path, tmp_
     assert "# The paper's results, reproduced (tiny)" in text
     assert "**The bench is virtual.**" in text
     assert "| tip, sinusoid about 0.2 rad | Transformer, RMSE | 8.61 mm |" in text
-    assert "Not run: parts, force" in text
+    assert "Not run: force" in text
     for outcome in found.values():
         for figure in outcome.figures:
             assert "Virtual bench, no measurement." in figure.caption
 
-    assert not any((first.out / "stages").glob("tip_*"))  # its pieces went with its end
     told: list[str] = []
-    later = Reproduction(
-        settings=SETTINGS, out=first.out, bench=TinyBench(), causes=causes, tell=told.append
-    )
-    assert run_stages(later, ONLY)["tip"] == found["tip"]
+    later = replace(first, tell=told.append)
+    assert run_stages(later, ONLY) == found
     assert told == []  # nothing was done again
+    assert run_stages(later, ["ramp"]) == found  # and all that is there is told
 
 
 def test_a_fitted_model_is_a_file_for_other_verbs(
     recorded: Path, causes: Path, tmp_path: Path
 ) -> None:
     """The physical model of a bench has the causes that were given, and fitted numbers."""
-    reproduction = Reproduction(settings=SETTINGS, out=tmp_path, folders=(recorded,), causes=causes)
+    reproduction = Reproduction(
+        settings=SETTINGS, out=tmp_path, folders=(recorded,), causes=causes, executor=InTurn()
+    )
     run_stages(reproduction, ["diagnosis"])
     model = load_model(tmp_path / "models" / "unit_0" / "physical.toml")
     assert [effect.name for effect in model.effects] == ["load_dependent_friction"]
@@ -97,77 +100,36 @@ def test_a_fitted_model_is_a_file_for_other_verbs(
     assert 0.5 < float(model.actuator.values["torque_constant"]) < 3.0
 
 
-def test_stages_take_turns_where_there_are_several_processes(
-    recorded: Path, tmp_path: Path
-) -> None:
-    """Stages in threads of their own find what they find one after the other."""
-    found = []
-    for name, workers in (("one", None), ("two", Workers(2))):
-        reproduction = Reproduction(
-            settings=SETTINGS, out=tmp_path / name, folders=(recorded,), workers=workers
-        )
-        found.append(run_stages(reproduction, ["ramp"]))
-    assert list(found[0]) == ["recordings", "ramp"]
-    assert found[0] == found[1]
-
-
 @pytest.mark.slow
-def test_several_processes_give_the_same_numbers(recorded: Path, tmp_path: Path) -> None:
-    """Networks that two processes train, beside a stage that is read here, are those of one."""
+def test_two_processes_give_the_same_numbers(recorded: Path, tmp_path: Path) -> None:
+    """Networks that two processes train, beside another stage, are those of one."""
     found = []
-    for name, workers in (("one", None), ("two", Workers(2))):
-        with workers or nullcontext():
+    for name, options in (("one", JobOptions()), ("two", JobOptions(jobs=2))):
+        with open_executor(options) as executor:
             reproduction = Reproduction(
-                settings=SETTINGS, out=tmp_path / name, folders=(recorded,), workers=workers
+                settings=SETTINGS, out=tmp_path / name, folders=(recorded,), executor=executor
             )
-            found.append(run_stages(reproduction, ["networks"]))
+            found.append(run_stages(reproduction, ["networks", "ramp"]))
     assert found[0] == found[1]
 
 
-def test_only_a_bench_whose_files_changed_is_read_again(recorded: Path, tmp_path: Path) -> None:
-    """Reading takes seconds, and a run that goes on needs no bench that it only counts."""
-    folders = tuple(tmp_path / name for name in ("a", "b"))
-    for folder in folders:
-        shutil.copytree(recorded, folder)
-    told: list[str] = []
-
-    def counted() -> Outcome:
-        reproduction = Reproduction(
-            settings=SETTINGS, out=tmp_path / "out", folders=folders, tell=told.append
-        )
-        return run_stages(reproduction, ["recordings"])["recordings"]
-
-    first = counted()
-    assert counted() == first
-    assert told == ["  a: reading", "  b: reading"]
-    listing = folders[1] / "recordings" / "dataset.toml"
-    listing.write_text(listing.read_text() + "# read again\n")
-    changed = counted()
-    assert told[2:] == ["  b: reading"]
-    assert changed.text == first.text
-    assert changed.numbers["b"]["sha256"] != first.numbers["b"]["sha256"]
-
-
-def test_an_old_outcome_is_not_mixed_with_a_new_one(recorded: Path, tmp_path: Path) -> None:
-    """What stands on a diagnosis is read again only as long as that diagnosis is the same."""
-    reproduction = Reproduction(settings=SETTINGS, out=tmp_path, folders=(recorded,))
-    found: dict[str, Outcome] = {}
-
-    def write(name: str, text: str) -> None:
-        found[name] = Outcome(text=text)
-        key = reproduction.key(name, STAGES[name].needs)
-        write_outcome(reproduction.outcome_file(name), found[name], key)
-
-    for name in ("networks", "diagnosis", "hybrids", "tip"):
-        write(name, "old")
-    assert settled(reproduction, "tip", False, found) == Outcome(text="old")
-    write("diagnosis", "new")
-    assert settled(reproduction, "networks", False, found) == Outcome(text="old")
-    assert settled(reproduction, "hybrids", False, found) is None
-    assert settled(reproduction, "tip", False, found) is None
-    write("hybrids", "new")
-    assert settled(reproduction, "tip", False, found) is None
-    assert settled(reproduction, "tip", False, {**found, "hybrids": None}) is None
+def test_results_of_other_inputs_are_not_mixed_in(recorded: Path, tmp_path: Path) -> None:
+    """Whatever decides a result, when it changes everything is done again; else nothing is."""
+    folder = tmp_path / "bench"
+    shutil.copytree(recorded, folder)
+    whole = Reproduction(
+        settings=SETTINGS, out=tmp_path / "out", folders=(folder,), executor=InTurn()
+    )
+    counted = [run_stages(replace(whole), ["ramp"]) for _ in range(2)]
+    assert counted[0] == counted[1]
+    first = {path: path.stat().st_mtime_ns for path in whole.results.iterdir()}
+    listing = folder / "recordings" / "dataset.toml"
+    listing.write_text(listing.read_text() + "# changed\n")
+    for other in (replace(whole), replace(whole, settings=replace(SETTINGS, seed=1))):
+        found = run_stages(replace(other, executor=None), ["ramp"])
+        assert found == {}  # what is there was made from something else
+        run_stages(other, ["ramp"])
+        assert not first.keys() & set(other.results.iterdir())
 
 
 def test_a_network_whose_data_changed_is_trained_anew(unit: Unit, tmp_path: Path) -> None:
@@ -194,13 +156,54 @@ def test_a_network_whose_data_changed_is_trained_anew(unit: Unit, tmp_path: Path
     assert "this training began with data" in line
 
 
-def test_an_interrupted_stage_goes_on_with_its_next_piece(recorded: Path, tmp_path: Path) -> None:
-    """A piece that is kept is read; another one is done, and its result is as a file has it."""
+def test_an_interrupted_stage_goes_on_with_its_next_job(recorded: Path, tmp_path: Path) -> None:
+    """A result that is kept is read; another job is done, and its result is as a file has it."""
     reproduction = Reproduction(
-        settings=SETTINGS, out=tmp_path, folders=(recorded,), pieces=tmp_path / "pieces"
+        settings=SETTINGS, out=tmp_path, folders=(recorded,), executor=InTurn()
     )
-    assert reproduction.each(noted, ["a"]) == [["a", 1]]
-    assert reproduction.each(noted, ["a", "b"]) == [["a", 1], ["b", 2]]
+    assert asyncio.run(reproduction.each(noted, ["a"])) == [["a", 1]]
+    assert asyncio.run(reproduction.each(noted, ["a", "b"])) == [["a", 1], ["b", 2]]
+    with pytest.raises(NotDone):
+        asyncio.run(replace(reproduction, executor=None).each(noted, ["c"]))
+
+
+def test_jobs_simulate_on_the_cpu(tmp_path: Path) -> None:
+    """Also where Warp would take a GPU by itself; afterwards it does so again."""
+    before = str(wp.get_device())
+    reproduction = Reproduction(settings=SETTINGS, out=tmp_path, executor=InTurn())
+    assert asyncio.run(reproduction.each(default_device, [0], keep=False)) == ["cpu"]
+    assert str(wp.get_device()) == before
+
+
+def default_device(reproduction: Reproduction, item: int) -> str:
+    """Return where Warp puts an array that is not told."""
+    return str(wp.zeros(1, dtype=float).device)
+
+
+def test_a_stage_that_fails_takes_along_those_that_need_it_alone(tmp_path: Path) -> None:
+    """Others end and keep what they found; then the error is raised."""
+    ended: list[str] = []
+
+    def stage(name: str, *needs: str) -> Stage:
+        async def run(reproduction: Reproduction) -> Outcome:
+            if name == "bad":
+                raise InvalidDataset("no such recording")
+            await asyncio.sleep(0.0)
+            ended.append(name)
+            return Outcome()
+
+        return Stage(title=name, run=run, needs=needs)
+
+    stages = {
+        "recordings": stage("recordings"),
+        "bad": stage("bad"),
+        "lost": stage("lost", "bad"),
+        "good": stage("good"),
+    }
+    reproduction = Reproduction(settings=SETTINGS, out=tmp_path, executor=InTurn())
+    with pytest.raises(InvalidDataset, match="no such recording"):
+        run_stages(reproduction, (), stages)
+    assert ended == ["recordings", "good"]
 
 
 def noted(reproduction: Reproduction, name: str) -> tuple[str, int]:
@@ -222,9 +225,15 @@ def test_given_policies_climb_on_every_bench(recorded: Path, tmp_path: Path) -> 
         policy.touch()
     settings = replace(SETTINGS, units=(0, 4))
     reproduction = Reproduction(
-        settings=settings, out=tmp_path / "out", bench=TinyBench(), policies=policies
+        settings=settings,
+        out=tmp_path / "out",
+        bench=TinyBench(),
+        policies=policies,
+        executor=InTurn(),
     )
-    found, _, less = policy_stage.run(reproduction).rows
+    for unit in reproduction.units:
+        unit.folder.mkdir(parents=True)
+    found, _, less = asyncio.run(policy_stage.run(reproduction)).rows
     assert (found.measure, found.paper) == ("ideal source, 4.2 N/rad, tip RMSE", 24.0)
     assert (found.low, found.high, found.count) == pytest.approx((12.0, 16.0, 2))
     assert (less.measure, less.paper, less.ours) == (
@@ -233,7 +242,7 @@ def test_given_policies_climb_on_every_bench(recorded: Path, tmp_path: Path) -> 
         pytest.approx(0.0),
     )
     given = Reproduction(settings=SETTINGS, out=tmp_path, folders=(recorded,), policies=policies)
-    assert policy_stage.run(given).rows == ()
+    assert asyncio.run(policy_stage.run(given)).rows == ()
 
 
 def test_a_policy_learns_by_the_recipe_of_its_model(tmp_path: Path) -> None:
@@ -251,7 +260,7 @@ def test_a_policy_learns_by_the_recipe_of_its_model(tmp_path: Path) -> None:
 
 
 def test_policies_of_a_cpu_are_marked_as_shortened(tmp_path: Path) -> None:
-    """A GPU's have the 26 million steps of docs/policies.md, on three seeds."""
+    """A GPU's have the 26 million steps of docs/lab/policies.md, on three seeds."""
     words = {
         name: policy_stage.differs_in(
             Reproduction(settings=replace(SETTINGS, policies=effort), out=tmp_path)
@@ -267,20 +276,12 @@ def test_policies_of_a_cpu_are_marked_as_shortened(tmp_path: Path) -> None:
 
 
 def test_stages_bring_what_they_need() -> None:
-    """The tip needs all models; what compares parts of the data needs their networks too."""
+    """The tip needs all models, the ramp none."""
     assert with_needs(["tip"]) == {"tip", "networks", "diagnosis", "hybrids"}
-    assert with_needs(["spring"]) == {"spring", "parts", *with_needs(["tip"])} - {"tip"}
+    assert with_needs(["ramp"]) == {"ramp"}
     with pytest.raises(UnknownName, match="did you mean 'tip'"):
         with_needs(["tips"])
     assert set(STAGES) == with_needs(tuple(STAGES))
-
-
-def test_stages_that_can_begin_together_do_so_in_their_order() -> None:
-    """The diagnosis, the longest piece of a quick run, is not kept waiting by trainings."""
-    assert ready_before("networks") == ["recordings", "diagnosis"]
-    assert ready_before("parts") == ["recordings", "diagnosis", "networks"]
-    assert ready_before("hybrids") == []
-    assert ready_before("policies") == ["tip"]
 
 
 def test_an_unknown_stage_is_one_line(

@@ -13,13 +13,10 @@ from train.reproduction.steps.diagnosis_stage import scope_text
 from train.reproduction.unit import (
     Unit,
     beginning,
-    free_only,
     interleaved,
-    is_blocked,
     kind_of,
     of_benches,
     representative,
-    shortened,
 )
 
 
@@ -60,23 +57,8 @@ def test_a_missing_experiment_is_named(unit: Unit) -> None:
         unit.find("finger", "stairs")
 
 
-def test_shortened_data_keeps_every_bench_in_proportion(unit: Unit) -> None:
-    """Half of the minutes are half of each bench's, from two recordings or more."""
-    whole = unit.dataset
-    minutes = sum(r.duration for r in whole.train) / 60.0
-    half = shortened(whole, 0.5 * minutes)
-    for bench in ("finger", "spring_weak", "spring_strong"):
-        own, all_of_it = ([r for r in part.train if r.bench == bench] for part in (half, whole))
-        assert len(own) >= 2
-        share = sum(r.duration for r in own) / sum(r.duration for r in all_of_it)
-        assert share == pytest.approx(0.5, abs=0.02)  # a row each
-    assert shortened(whole, 2.0 * minutes) is whole
-
-
 def test_parts_are_what_their_names_say(unit: Unit) -> None:
-    """Blocked recordings and benches are left out; a beginning starts where its whole starts."""
-    assert any(is_blocked(r) for r in unit.dataset.train)
-    assert not any(is_blocked(r) for r in free_only(unit.dataset).train)
+    """Other benches are left out; a beginning starts where its whole starts."""
     assert {r.bench for r in of_benches(unit.dataset, ["finger"]).train} == {"finger"}
     part = beginning(unit.dataset.train[0], 2.0)
     assert part.sample_count == pytest.approx(160, abs=1)

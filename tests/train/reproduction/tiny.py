@@ -35,7 +35,6 @@ SETTINGS = ReproductionSettings(
     diagnosis_kinds=1,
     refit_seconds=4.0,
     refit_kinds=1,
-    curve_minutes=(1.0,),
     time_step=1.0e-3,
 )
 

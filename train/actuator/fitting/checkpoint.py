@@ -24,21 +24,21 @@ RECIPE = 1
 """Number of the recipe: how windows are changed, errors weighed and weights moved, which no config
 says. Whoever changes that raises it; a test knows the numbers that belong to this one."""
 FREE_KEYS = ("device", "threads", "patience", "force_limit")
-"""What may change when a training goes on."""
+"""Settings that may change when a training goes on."""
 TOLERANCE = 1.15
-"""Validation errors that differ by less are the same [1]: a handful of recordings cannot tell them
-apart (seven of them were 11 % wrong about which of two trainings does better on 49 others), and of
-two such epochs the later one, at the lower learning rate, is the better bet."""
+"""Ratio up to which validation errors count as the same [1]. A handful of recordings cannot tell
+them apart: seven were 11 % wrong about which of two trainings does better on 49 others. Of two such
+epochs the later one, at the lower learning rate, is the better bet."""
 
 Weights = dict[str, Tensor]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Checkpoint:
-    """How far a training has come."""
+    """Weights, errors and random state of a training so far."""
 
     epoch: int = 0
-    """Epochs done."""
+    """Number of finished epochs."""
     best_error: float = float("inf")
     """Lowest mean absolute validation error [N]."""
     kept_epoch: int = 0
@@ -67,7 +67,7 @@ class Checkpoint:
 
 @dataclass(frozen=True, kw_only=True)
 class TrainingState:
-    """What changes while a network is trained."""
+    """Network, descent and draws, which change in a training."""
 
     network: ForceNetwork
     descent: Descent
@@ -106,8 +106,8 @@ def load_checkpoint(path: Path, settings: Mapping[str, Any], state: TrainingStat
 
     Args:
         path: Where the checkpoint would be.
-        settings: What decides the training; the checkpoint must have been written under the same.
-        state: What is brought there.
+        settings: Settings of the training; the checkpoint must have been written under the same.
+        state: Training that takes on the checkpoint.
 
     Raises:
         InvalidNetworkFile: The file is damaged or belongs to another training.
@@ -128,7 +128,7 @@ def load_checkpoint(path: Path, settings: Mapping[str, Any], state: TrainingStat
         raise
     except Exception as error:  # torch's reader of damaged bytes fails in any way
         raise InvalidNetworkFile(
-            f"{path}: a checkpoint of a training; it is damaged or of another version "
+            f"{path}: the checkpoint of a training is damaged or of another version "
             f"({type(error).__name__}); delete it to start again"
         ) from error
 

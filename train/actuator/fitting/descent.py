@@ -26,7 +26,7 @@ class Descent:
     leaves the Transformer with a train error of 0.39 N, where Adam alone leaves 0.55 N.
 
     Args:
-        network: What is trained.
+        network: Network that is trained.
         learning_rate: The highest of Adam.
     """
 
@@ -49,7 +49,7 @@ class Descent:
         """Take one step down.
 
         Args:
-            loss: What is to get smaller.
+            loss: Number to be made smaller.
             share: Share of all steps that were taken before this one [1].
         """
         for optimizer, rate in zip(self._optimizers, self._rates, strict=True):
@@ -73,8 +73,8 @@ class Descent:
 def cycle(share: float) -> float:
     """Return the learning rate after a share of all steps, in parts of the highest [1].
 
-    It rises along a line and falls to nothing along a cosine (Smith and Topin, Super-convergence,
-    2018, without their last part).
+    The rate rises along a line and falls to nothing along a cosine (Smith and Topin,
+    Super-convergence, 2018, without their last part).
     """
     if share < WARM_UP:
         return share / WARM_UP

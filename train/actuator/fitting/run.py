@@ -38,7 +38,7 @@ def train_to_file(
 
     Args:
         dataset: Recordings, split.
-        config: What decides the training.
+        config: Settings of the training.
         out: Folder for the files.
         report: Called after every epoch.
         export: Whether to write the network's files; they need Warp and ONNX installed.
@@ -79,7 +79,7 @@ class TrainingLog:
     A machine that trains for another one may have no TensorBoard; it writes none.
 
     Args:
-        folder: Where its files go.
+        folder: Folder of the network's files.
     """
 
     def __init__(self, folder: Path) -> None:

@@ -1,7 +1,7 @@
 """Train many force networks with one command.
 
 The command is ``python -m train.actuator.fitting.sweep DATASET --out DIR``. Each network is one
-process of ``train_to_file``; what is finished is skipped, and what was interrupted goes on, so that
+job; what is finished is skipped, and what was interrupted goes on, so that
 the same command can be given again, here or on another machine. A machine without Warp and ONNX
 trains with ``--no-export``; the same command without it, given where the two are installed, then
 writes the network files from the checkpoints.
@@ -10,10 +10,9 @@ writes the network files from the checkpoints.
 from __future__ import annotations
 
 import logging
-import multiprocessing
 import time
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Annotated
@@ -21,9 +20,11 @@ from typing import Annotated
 import tyro
 
 from tendon_newton.data.dataset import Dataset, load_dataset
+from tendon_newton.force_networks import FORCE_NETWORKS, SETS, SetName, kinds_in
+from tendon_newton.scheduler import JobOptions, completed
 from train.actuator.fitting.run import train_to_file
 from train.actuator.fitting.training import Progress
-from train.actuator.training_config import Kind, Purpose, SetName, TrainingConfig
+from train.actuator.training_config import Kind, Purpose, TrainingConfig
 
 LOG = logging.getLogger(__name__)
 REPORT_EVERY = 10
@@ -38,10 +39,10 @@ class SweepConfig:
     """Folder with dataset.toml and its recordings."""
     out: Path
     """Folder for the files of all networks."""
-    networks: tuple[Kind, ...] = ("mlp", "rnn", "transformer")
+    networks: tuple[Kind, ...] = tuple(FORCE_NETWORKS)
     """Families."""
-    sets: tuple[SetName, ...] = ("paper", "authors", "matched")
-    """Sets of sizes."""
+    sets: tuple[SetName, ...] = SETS
+    """Sets of sizes; a family that has none in a set is left out there."""
     purpose: Purpose = "prediction"
     """What they are for: forces along measured motion, or the loop of a simulation."""
     seeds: tuple[int, ...] = (0, 1, 2)
@@ -58,8 +59,8 @@ class SweepConfig:
     """Samples that a network sees."""
     device: str = "cpu"
     """cpu or cuda."""
-    workers: int = 1
-    """Networks trained at the same time."""
+    jobs: tyro.conf.OmitArgPrefixes[JobOptions] = field(default_factory=JobOptions)
+    """Where networks are trained."""
     export: bool = True
     """Whether to write the network files; they need Warp and ONNX installed."""
 
@@ -67,7 +68,7 @@ class SweepConfig:
         """Yield what is to be trained."""
         for seed in self.seeds:
             for of_set in self.sets:
-                for network in self.networks:
+                for network in (kind for kind in self.networks if kind in kinds_in(of_set)):
                     yield TrainingConfig(
                         network=network,
                         set=of_set,
@@ -88,7 +89,7 @@ def main(config: SweepConfig) -> None:
     trainings = list(config.trainings())
     begun = time.monotonic()
     jobs = [(config, training) for training in trainings]
-    for done, name in enumerate(run_jobs(jobs, config.workers), start=1):
+    for done, (_, name) in enumerate(completed(run_job, jobs, config.jobs), start=1):
         pace = (time.monotonic() - begun) / done
         LOG.info(
             "%s finished: %d of %d, about %.0f min left",
@@ -99,18 +100,9 @@ def main(config: SweepConfig) -> None:
         )
 
 
-def run_jobs(jobs: Sequence[tuple[SweepConfig, TrainingConfig]], workers: int) -> Iterator[str]:
-    """Run the trainings, several at a time, and yield the names of those that finish."""
-    if workers == 1:
-        yield from map(run_job, jobs)
-        return
-    # CUDA cannot be used in a forked process
-    with multiprocessing.get_context("spawn").Pool(workers, initializer=log_to_terminal) as pool:
-        yield from pool.imap_unordered(run_job, jobs)
-
-
 def run_job(job: tuple[SweepConfig, TrainingConfig]) -> str:
     """Train one network."""
+    log_to_terminal()
     config, training = job
 
     def report(progress: Progress) -> None:

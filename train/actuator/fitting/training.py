@@ -1,7 +1,7 @@
 """Train a force network: mean squared error, one cycle, watched by whole held-out recordings.
 
 Held-out error is the mean absolute one. Where a motor sticks for longer than a window, nothing in
-the window tells the force; a few such seconds would decide a mean square, and stop a training that
+the window tells the force. A few such seconds would decide a mean square, and stop a training that
 still gets better everywhere else.
 """
 
@@ -18,8 +18,8 @@ import torch
 from torch import Tensor
 
 from tendon_newton.errors import InvalidParameter
-from tendon_newton.force_networks.rnn import Rnn
-from tendon_newton.force_networks.transformer import Transformer
+from tendon_newton.force_networks import build_network
+from tendon_newton.force_networks.recurrent_network import RecurrentNetwork
 from train.actuator.fitting.checkpoint import (
     Checkpoint,
     TrainingState,
@@ -27,7 +27,6 @@ from train.actuator.fitting.checkpoint import (
     save_checkpoint,
     training_settings,
 )
-from train.actuator.network_sets import build_network
 from train.actuator.samples.changed_windows import changed_batch
 from train.actuator.samples.servo_law import ServoLaw, fit_servo_law
 from train.actuator.samples.window_tensors import WindowTensors, to_device
@@ -47,12 +46,12 @@ cannot know what happened before them."""
 
 @dataclass(frozen=True, kw_only=True)
 class Progress:
-    """What there is to say after an epoch."""
+    """Figures of a training after an epoch."""
 
     epoch: int
-    """Epochs done."""
+    """Number of finished epochs."""
     epochs: int
-    """Most epochs."""
+    """Greatest number of epochs."""
     train_rmse: float
     """Over the epoch's windows, while the weights changed [N]."""
     validation_error: float
@@ -75,7 +74,7 @@ def train_network(
     """Train a network, or go on where a checkpoint stopped.
 
     Args:
-        config: What decides the training.
+        config: Settings of the training.
         fit: Windows that give gradients.
         validation: Windows of other recordings, that say when to stop.
         checkpoint: Written after every epoch.
@@ -132,11 +131,11 @@ def run_epoch(
     """Take one step per batch of an epoch's windows; return the error [N] that they had.
 
     Args:
-        state: What changes.
+        state: Network and optimiser, which change.
         data: All windows.
-        config: How they are drawn.
+        config: Settings of the drawing.
         done: Epochs before this one.
-        law: How the servo answers to its shaft.
+        law: Law of the servo's answer to its shaft.
     """
     network, total, count = state.network, 0.0, 0
     network.train()
@@ -167,11 +166,10 @@ def tension_errors(
 ) -> Tensor:
     """Return predicted minus measured tension [N] of some windows, at one sample or several."""
     if streaming:
-        assert isinstance(network, Rnn)
+        assert isinstance(network, RecurrentNetwork)
         known = targets.shape[1] // UNKNOWN_PAST
         return (network.sequence(windows) - targets)[:, known:]
-    predict = network.last_query if isinstance(network, Transformer) else network
-    return predict(windows) - targets[:, -1]
+    return network.last_query(windows) - targets[:, -1]
 
 
 def validation_error(network: ForceNetwork, data: WindowTensors, *, streaming: bool) -> float:

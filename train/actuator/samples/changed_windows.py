@@ -1,7 +1,7 @@
-"""What a training makes of the windows that it draws, each time anew.
+"""Changes of the windows that a training draws, each time anew.
 
-For predictions: motors that stick are asked for something else, angles and commands get another
-zero and other noise, and in the first part of the training motion departs from its recording. For
+For predictions, motors that stick are asked for something else, and angles and commands get another
+zero and other noise. In the first part of the training motion departs from its recording. For
 simulations motion departs to the end.
 """
 
@@ -34,10 +34,10 @@ def changed_batch(
 
     Args:
         data: All windows.
-        chosen: Which of them.
-        config: What they are for.
+        chosen: Places of the drawn windows.
+        config: Settings of the training, with its purpose.
         share: Share of the training that is done [1].
-        law: How the servo answers to its shaft.
+        law: Law of the servo's answer to its shaft.
         generator: Draws, on the CPU.
     """
     windows, targets = data.batch(chosen), data.targets(chosen)

@@ -1,11 +1,11 @@
 """Windows that leave the recorded motion, with the force that the servo gives there.
 
 Along a recording a bench's force is a function of where its mechanism is, and a network may learn
-that in place of the servo: it is right on every test, and in a simulation it says that wherever the
-mechanism is, there it would stay; held by another hand than in training, it is wrong on a test too.
-So some of the windows that are drawn are moved off their recording; what the servo makes of this,
-its law says. A network for predictions learns the servo first in this way, and in the end what the
-law leaves out, from recordings alone.
+that function in place of the servo. Such a network is right on every test. In a simulation it lets
+the mechanism stay anywhere, and against another hand than in training it is wrong on a test too. So
+some of the windows that are drawn are moved off their recording; what the servo makes of this, its
+law says. A network for predictions learns the servo first in this way, and in the end what the law
+leaves out, from recordings alone.
 """
 
 from __future__ import annotations
@@ -52,9 +52,9 @@ def departed(
 
     Args:
         windows: theta_d [rad], theta [rad], theta_dot [rad/s], shape (W, window, 3).
-        law: How the servo answers to its shaft.
+        law: Law of the servo's answer to its shaft.
         rate: Samples per second [Hz].
-        share: Of the windows that depart [1].
+        share: Share of the windows that depart [1].
         generator: Draws, on the CPU, the same on every device.
 
     Returns:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class ForceData:
-    """What a network is trained on, and what it is measured on."""
+    """Windows for training and recordings for measuring a network."""
 
     fold: Fold
     fit: Windows

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from tendon_newton.data.recording import Recording
 
 HOLDS = (1.0, 2.0, 3.0)
-"""How long the paper's test steps are held [s]."""
+"""Times for which the paper's test steps are held [s]."""
 HOLD_TOLERANCE = 0.1
 """Share by which a hold may be off [1]: commands fall on rows, and rows can be lost."""
 RUN_NUMBER = re.compile(r"[_-]?\d+$")
@@ -23,13 +23,13 @@ RUN_NUMBER = re.compile(r"[_-]?\d+$")
 
 @dataclass(frozen=True, kw_only=True)
 class Experiment:
-    """What a recording is compared with."""
+    """Kind of a test recording in the paper's protocol."""
 
     bench: str
     kind: str
     """``steps``, or the recording's name without bench and number."""
     hold: float | None = None
-    """How long a step is held [s]."""
+    """Time for which a step is held [s]."""
 
     @property
     def label(self) -> str:

@@ -1,7 +1,7 @@
-"""How a servo answers to its shaft, read off the recordings that a network is trained on.
+"""The answer of a servo to its shaft, read off the recordings that a network is trained on.
 
-A network that has only seen a bench move as it moves by itself cannot tell what of a force is the
-servo's and what the mechanism's: on a spring both agree on every row. Rows of several benches can.
+A network that has only seen a bench move by itself cannot tell the servo's part of a force from the
+mechanism's. On a spring both agree on every row. Rows of several benches can.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class ServoLaw:
 
 
 NO_LAW = ServoLaw()
-"""Of a servo of which nothing is known."""
+"""Law of a servo of which nothing is known."""
 
 
 def fit_servo_law(windows: Windows) -> ServoLaw:

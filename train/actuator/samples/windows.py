@@ -9,8 +9,8 @@ from tendon_newton.data.recording import Array, Indices, Mask, Recording
 from tendon_newton.errors import InvalidDataset, InvalidRecording
 
 TOLERANCE = 0.6
-"""Farthest that a row may lie from the instant of a sample, in median steps of the recording [1]:
-half a step is the farthest where no row is missing, the rest is for uneven sampling."""
+"""Farthest that a row may lie from the instant of a sample, in median steps of the recording [1].
+Half a step is the farthest where no row is missing; the rest is for uneven sampling."""
 REST_SPEED = 0.05
 """Speed up to which a servo is at rest [rad/s]: two steps of a DYNAMIXEL X speed register
 (0.229 rev/min, e-manual)."""
@@ -18,7 +18,7 @@ REST_SPEED = 0.05
 
 @dataclass(frozen=True, kw_only=True)
 class WindowShape:
-    """How much of the past a network sees."""
+    """Length and rate of the window that a network sees."""
 
     window: int = 30
     """Samples in a window."""
@@ -112,8 +112,8 @@ def window_rows(recording: Recording, shape: WindowShape) -> Indices:
     """Return the rows of every window of a recording, shape (W, window).
 
     A sample is the row nearest to its instant. A window is left out if some sample has no row
-    within the tolerance, if a step of its rows is longer than a sample lasts, or if the motor was
-    off in it.
+    within the tolerance, or if the motor was off in it. So is a window with a step between rows
+    that is longer than a sample lasts.
     """
     time = recording.time
     step, interval = float(np.median(np.diff(time))), 1.0 / shape.rate

@@ -1,1 +1,1 @@
-"""How well force networks predict held-out recordings."""
+"""Errors of force networks on held-out recordings."""

@@ -26,16 +26,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Result:
-    """One model on one experiment."""
+    """Errors of one model on one experiment."""
 
     model: str
     family: str
     experiment: Experiment
     score: Score
     force_lag: Lag | None
-    """How much later the predicted force is than the measured one, where forces move."""
+    """Delay of the predicted force behind the measured one, where forces move."""
     change_lag: Lag | None
-    """How much later its changes are."""
+    """Delay of its changes."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,7 +53,7 @@ class FamilyResult:
     """Mean over the seeds; so is its standard error, for all see the same recordings."""
     change_lag: Lag | None
     count: int
-    """Seeds."""
+    """Number of seeds."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,9 +62,9 @@ class Evaluation:
 
     models: tuple[Compared, ...]
     results: tuple[Result, ...]
-    """Of every model on every experiment."""
+    """Results of every model on every experiment."""
     pooled: dict[str, Score]
-    """Of every model over all rows of all test recordings."""
+    """Score of every model over all rows of all test recordings."""
     noise_floor: float | None
     """Standard deviation of the load cell's noise [N], estimated from the test recordings."""
 

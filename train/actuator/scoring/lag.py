@@ -1,7 +1,7 @@
-"""How much later a predicted force is than the measured one, and how sure that is.
+"""The delay of a predicted force behind the measured one, with its standard error.
 
 Two answers, since a wrong size can look like a wrong time. The shift at which the *forces*
-correlate best also moves where a prediction is wrong for a while: a release that is guessed too
+correlate best also moves where a prediction is wrong for a while. A release that is guessed too
 steep by 3 N runs ahead of a slow one, although no edge of it does. The shift at which their
 *changes* over a tenth of a second correlate best hangs on the moments at which a force turns.
 """
@@ -23,8 +23,8 @@ STEP = 0.0125
 REACH = 80
 """Farthest that one force is shifted against the other, in steps: a second."""
 CHANGE = 4
-"""Half of the time over which a change is taken, in steps: a tenth of a second in all, two readings
-of a load cell of 20 Hz, between which the log has a line."""
+"""Half of the time over which a change is taken, in steps. A tenth of a second in all are two
+readings of a load cell of 20 Hz, between which the log has a line."""
 BLOCK = 80
 """Steps that are drawn together: errors of a force last for about a second."""
 DRAWS = 200
@@ -35,7 +35,7 @@ LEAST_MOTION = 0.1
 
 @dataclass(frozen=True, kw_only=True)
 class Lag:
-    """How much later a prediction is than the measurement."""
+    """Delay of a prediction behind the measurement."""
 
     shift: float
     """[s]; negative where the prediction runs ahead."""

@@ -1,4 +1,4 @@
-"""How far a prediction is from a measurement."""
+"""Errors of a prediction against a measurement."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Score:
     bias: float
     """Mean of measured minus predicted [N]."""
     rows: int
-    """Rows compared."""
+    """Number of compared rows."""
 
 
 def score(predictions: Sequence[Prediction]) -> Score:

@@ -1,7 +1,7 @@
 """A force network without a load cell: train recordings whose force their motion implies.
 
-The lines of all benches are found first, from encoders and tip alone; each then says what its
-spool must have felt, and a network learns that as it would learn a measurement.
+The lines of all benches are found first, from encoders and tip alone. Each line then implies the
+force at its spool, and a network learns that force as it would learn a measurement.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class ImpliedForces:
     dataset: Dataset
     """Its train recordings have the implied force in place of any that was measured [N]."""
     lines: tuple[Line, ...]
-    """One per bench."""
+    """Line of each bench."""
 
 
 def imply_forces(
@@ -50,7 +50,7 @@ def imply_forces(
 
     Args:
         dataset: Recordings, split.
-        config: How long the lines are fitted.
+        config: Length of the fit of the lines.
         report: Called now and then with steps done and loss.
 
     Raises:

@@ -27,8 +27,8 @@ SURE = 0.6
 """Error in standard deviations beyond which a row's weight falls [1], so that what a line or servo
 does now and then does not move a bench's numbers."""
 ERRORS = (0.3, 0.6)
-"""Standard deviations of the witness [N] to start with, winding in and driven back. They are found
-too: a gear that is driven back holds anything within friction's band."""
+"""Standard deviations of the witness [N] to start with, winding in and driven back. The fit finds
+both too: a gear that is driven back holds anything within friction's band."""
 TENSION = (7.0, 5.0)
 """Offset and scale of what the witness gives [N], so that it starts in the middle of 0 to 21 N."""
 LEARNING_RATES = (1.0e-2, 2.0e-2)
@@ -37,7 +37,7 @@ LEARNING_RATES = (1.0e-2, 2.0e-2)
 
 @dataclass(frozen=True, kw_only=True)
 class LineFit:
-    """How long lines are fitted."""
+    """Steps, seed and threads of the fit of lines."""
 
     steps: int = 800
     seed: int = 0
@@ -74,7 +74,7 @@ def fit_lines(
 
     Args:
         motions: Recordings without force.
-        config: How long.
+        config: Length of the fit.
         report: Called now and then with steps done and loss.
 
     Raises:

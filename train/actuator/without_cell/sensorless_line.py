@@ -5,10 +5,10 @@ r"""The tendon as its own load cell.
 
 On a slider, of which only the spool is seen, ``kappa`` is its spring in series with the line. On a
 finger the tip tells the joint angles, ``a`` are the moment arms and ``kappa`` is the stiffness of
-the line alone: springs, damping, weight and whatever blocks the finger do not enter. ``s`` is what
-the line had to be wound in before it was taut, ``psi`` how much more the spool feels than the
-mechanism (capstan friction at the guide), and ``d`` the direction of winding. The camera that sees
-the tip may be off by a constant, which ``q`` is freed of.
+the line alone. Springs, damping, weight and obstacles do not enter. ``s`` is the length wound in
+before the line was taut, and ``d`` the direction of winding. ``psi`` is the share by which the
+spool feels more than the mechanism (capstan friction at the guide). The camera that sees the tip
+may be off by a constant, which ``q`` is freed of.
 
 Left out: mass and damping of a slider (0.4 N at 0.08 m/s and 5 N s/m), an eccentric encoder.
 """
@@ -41,11 +41,11 @@ SLACK_SPREAD = 2.4e-4
 ARM_SPREAD = 0.03
 """Of a printed moment arm [1]: 0.2 mm in 8 mm."""
 CAMERA_SPREAD = 5.0e-4
-"""Of where a camera sees a tip [m], along x and along z, all along a bench's recordings."""
+"""Spread of a camera's offset [m], along x and along z, all along a bench's recordings."""
 GUIDE_FRICTION, GUIDE_SPREAD = 0.05, 0.03
 """Capstan exponent of a guide [1]: 0.1 of braid on PTFE over 30 degrees."""
 FINGER_FRICTION, FINGER_SPREAD = 0.08, 0.04
-"""The same with a finger behind it [1], whose joints bend the line further, by up to 3 rad."""
+"""Capstan exponent with a finger behind the guide [1]: joints bend the line by up to 3 rad more."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,14 +58,14 @@ class LinePrior:
     friction: float
     """psi [1]"""
     friction_spread: float
-    """Its standard deviation [1]."""
+    """Standard deviation of psi [1]."""
     arms: tuple[float, ...] = ()
     """Moment arms [m]; none on a slider."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Line:
-    """One bench's tendon."""
+    """Tendon of one bench, with the numbers that are to be found."""
 
     bench: str
     stiffness: float
@@ -77,7 +77,7 @@ class Line:
     arms: tuple[float, ...] = ()
     """Moment arms [m]; none on a slider."""
     camera: tuple[float, ...] = ()
-    """By what x and z of the tip are seen off their place [m]; none on a slider."""
+    """Offset of the camera in x and z [m]; none on a slider."""
 
     def tension(self, motion: Motion) -> Array:
         """Return the tension that a motion implies [N], shape (T,); a line never pushes."""

@@ -18,20 +18,21 @@ if TYPE_CHECKING:
     from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
 TURN = 0.01
-"""Turn of the spool over which a line comes to slip the other way through its guide [rad]: 0.1 mm
-of line, about its stretch when the guide's friction changes sides, and six counts of an encoder."""
+"""Turn of the spool over which a line comes to slip the other way through its guide [rad]. The turn
+is 0.1 mm of line and six counts of an encoder: about the stretch when the guide's friction changes
+sides."""
 PROBE = (0.3, 0.4)
 """Posture at which a finger's own kinematics are compared with a planar one's [rad]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Motion:
-    """One recording without its force."""
+    """Motion of one recording, without its force."""
 
     recording: Recording
     """Has no ``force``."""
     mechanism: Mechanism
-    """Of its bench, with the recording's own numbers."""
+    """Mechanism of the bench, with the recording's own numbers."""
     wound: Array
     """Line on the spool [m], shape (T,)."""
     joints: Array

@@ -1,7 +1,7 @@
 """Rows that tell how the lines of benches differ: those in which the servo's gear slides.
 
-Where it sticks, the servo has no say in the force; and a servo seen for long, or across a reversal,
-would tell by its motion on which bench it is.
+Where the gear sticks, the servo has no say in the force. And a servo seen for long, or across a
+reversal, would tell by its motion on which bench it is.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def sliding_rows(motions: Sequence[Motion], benches: Sequence[str]) -> SlidingRo
     if not len(table):
         raise InvalidDataset(
             f"without a load cell benches are compared where the servo turns one way at "
-            f"{SLIDING:g} rad/s or more for 0.1 s; in none of {len(motions)} recordings it does"
+            f"{SLIDING:g} rad/s or more for 0.1 s; none of {len(motions)} recordings has one"
         )
     turning = table[:, -1]
     table = (table - table.mean(axis=0)) / np.maximum(table.std(axis=0), 1.0e-6)

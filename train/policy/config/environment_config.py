@@ -1,4 +1,4 @@
-"""What decides the environment that a policy learns in."""
+"""Settings of the environment in which a policy learns."""
 
 from dataclasses import dataclass
 from math import pi
@@ -27,19 +27,20 @@ class EnvironmentConfig:
     finger: str = "finger"
     """Finger with a tip and tendons that close it: a name under assets/, or a USD file."""
     force: str = "ideal"
-    """What the servo pulls with: ideal, a model file (.toml), or a force network (.safetensors)."""
+    """Force model of the servo: ideal, a model file (.toml), or a force network (.safetensors)."""
     randomise: tuple[str, ...] = ("joint_friction", "link_mass", "spool_radius", "joint_spring")
-    """What differs between worlds and is drawn anew for each episode: the names of the default;
-    effects, whose numbers are drawn about the model's own (gain_error: the force times a factor
-    about 1); diagnosis.json files, whose causes are drawn from their 95 % intervals; or none."""
+    """Numbers that differ between worlds and are drawn anew for each episode. Names are those of
+    the default, or effects, whose numbers are drawn about the model's own (gain_error: the force
+    times a factor about 1). Causes of diagnosis.json files are drawn from their 95 % intervals;
+    none draws nothing."""
     spread: float = 0.3
     """Most that a randomised number differs from its nominal value, as a share of it."""
     joint_friction: float = 0.1
     """Dry friction about which joint_friction is drawn, as a share of the torque of a joint's
     spring at the end of its range; a model's own joint_dry_friction counts instead."""
     obstacle: ObstacleChoice = "none"
-    """What is in the finger's way: none, or a sphere, a box or a plane that the tip meets at an
-    angle drawn like a goal; its size, stiffness and friction are drawn too."""
+    """Obstacle in the finger's way: none, or a sphere, a box or a plane that the tip meets at an
+    angle drawn like a goal. Its size, stiffness and friction are drawn too."""
     obstacle_chance: float = 0.5
     """Share of the episodes with an obstacle [1]."""
     rate: float = RATE
@@ -54,11 +55,12 @@ class EnvironmentConfig:
     """Chance that a step ends with a new goal [1]."""
     command_range: tuple[float, float] = (-1.2, 2.0 * pi)
     """Least and greatest command of a servo that closes [rad]; of one that opens, counted from its
-    angle in the closed finger. Below zero, so that the servo pays the tendon out to its end, and at
-    some speed: a gear does not move within 0.3 rad of a command, a worn one within 0.8."""
+    angle in the closed finger. The range begins below zero, so that the servo pays the tendon out
+    to its end, and at some speed. A gear does not move within 0.3 rad of a command, a worn one
+    within 0.8."""
     pay_out: tuple[float, float] = (0.0, 0.05)
     """The pay-out rule [rad]: commands go below the first angle only while the motor stands beyond
-    the second, so that it stops at home and the tendon does not hang loose. A command range that
+    the second. So the motor stops at home and the tendon does not hang loose. A command range that
     begins higher has no rule."""
     action_clip: float = 3.0
     """Greatest offset of the command from the motor [rad]: at 4.2 N/rad the finger needs 2.5 rad to

@@ -1,4 +1,4 @@
-"""What decides the training of a policy."""
+"""Settings of the training of a policy."""
 
 from __future__ import annotations
 
@@ -44,24 +44,24 @@ class PolicyTrainingConfig:
     epochs: int = 1
     """Times that an iteration learns from each step."""
     learning_rate: float = 5.0e-4
-    """Of Adam."""
+    """Learning rate of Adam."""
     learning_rate_end: float | None = None
-    """What it falls to, evenly from checkpoint to checkpoint; it stays by default. The less a
+    """Last learning rate, reached evenly from checkpoint to checkpoint; none keeps it. The less a
     policy explores, the more a change of its weights does to the probability of an action."""
     schedule: Literal["fixed", "adaptive"] = "fixed"
     """Whether the learning rate stays, or follows how far an update moves the policy."""
     clip: float = 0.2
     """Most that an update may change the probability of an action, as a share."""
     discount: float = 0.95
-    """What a reward is worth one step earlier."""
+    """Worth of a reward one step earlier [1]."""
     trace: float = 0.95
-    """How far an advantage looks ahead before it asks the critic (the lambda of GAE)."""
+    """Weight of later steps in an advantage, before the critic's part (the lambda of GAE) [1]."""
     exploration: float = 0.7
     """Standard deviation of the actions in training [rad]; it is given, and not learned. Less than
     what breaks a gear's friction loose hardly moves a finger, and teaches nothing."""
     exploration_end: float | None = None
-    """What it falls to [rad], evenly from checkpoint to checkpoint, so that the policy learns to be
-    precise at last; it stays by default."""
+    """Last exploration [rad], reached evenly from checkpoint to checkpoint, so that the policy gets
+    precise at last; none keeps it."""
     gradient_limit: float = 1.0
     """Longest gradient of an update."""
     hidden: tuple[int, ...] = (128, 64, 32)

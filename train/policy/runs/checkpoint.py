@@ -15,7 +15,7 @@ from train.policy.config.training_config import PolicyTrainingConfig
 from train.policy.runs.curve import CurvePoint, curve_table, read_curve
 
 FREE_KEYS = ("iterations", "checkpoint_every", "device", "threads")
-"""What may change when a training goes on."""
+"""Settings that may change when a training goes on."""
 
 
 def training_settings(config: PolicyTrainingConfig, files: Mapping[str, str]) -> dict[str, Any]:
@@ -49,9 +49,9 @@ def load_checkpoint(
 
     Args:
         folder: Where the checkpoints are.
-        settings: What decides the training; the checkpoint must have been written under the same.
+        settings: Settings of the training; the checkpoint must have been written under the same.
         algorithm: rsl-rl's; it gets the weights and the optimiser's state.
-        device: Where they go.
+        device: Torch device of the state.
 
     Returns:
         The learning curve up to there.
@@ -73,7 +73,7 @@ def load_checkpoint(
         raise
     except Exception as error:  # torch's reader of damaged bytes fails in any way
         raise InvalidPolicyFile(
-            f"{path}: a checkpoint of a training; it is damaged or of another version "
+            f"{path}: the checkpoint of a training is damaged or of another version "
             f"({type(error).__name__}); delete it to go on from the one before"
         ) from error
 
@@ -84,7 +84,7 @@ def load_start(file: Path, algorithm: Any, device: str) -> None:
     Args:
         file: The checkpoint.
         algorithm: rsl-rl's.
-        device: Where the weights go.
+        device: Torch device of the weights.
 
     Raises:
         InvalidPolicyFile: The file is no checkpoint, or its networks have other layers.

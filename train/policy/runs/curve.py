@@ -14,10 +14,10 @@ from torch import Tensor
 
 @dataclass(frozen=True, kw_only=True)
 class CurvePoint:
-    """One iteration."""
+    """Figures of one iteration."""
 
     iteration: int
-    """Iterations done."""
+    """Number of finished iterations."""
     samples: int
     """Policy steps learned from, in all."""
     tip_error: float
@@ -35,7 +35,7 @@ class CurvePoint:
 
 @dataclass(frozen=True, kw_only=True)
 class Progress:
-    """What there is to say after an iteration."""
+    """Figures of a training after an iteration."""
 
     point: CurvePoint
     iterations: int
@@ -44,6 +44,18 @@ class Progress:
     """Policy steps of all worlds per second."""
     seconds_left: float
     """At this pace [s]."""
+
+    @property
+    def text(self) -> str:
+        """The figures as a line."""
+        point, left = self.point, self.seconds_left
+        time = f"{left:.0f} s" if left < 120.0 else f"{left / 60.0:.0f} min"
+        diverged = f"   {point.diverged} worlds diverged" if point.diverged else ""
+        return (
+            f"iteration {point.iteration:4d} of {self.iterations}   "
+            f"tip error {1e3 * point.tip_error:5.1f} mm   reward {point.reward:8.4f}   "
+            f"{self.steps_per_second:,.0f} steps/s   {time} left{diverged}"
+        )
 
 
 class CurveLogger:

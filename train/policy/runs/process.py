@@ -16,9 +16,9 @@ class Process:
     """One of the processes, or the only one."""
 
     rank: int
-    """Its number among all."""
+    """Number of the process among all."""
     local_rank: int
-    """Its number on its machine."""
+    """Number of the process on its machine."""
     count: int
     """Processes in all."""
 

@@ -51,10 +51,10 @@ def train_policy(
     """Train a policy, or go on where a checkpoint stopped.
 
     The worlds begin anew after each checkpoint, with draws that follow from the seed and the number
-    of iterations: a training that was interrupted and went on is the same as one that was not.
+    of iterations. So an interrupted training that goes on is the same as one without a break.
 
     Args:
-        config: What decides the training.
+        config: Settings of the training.
         out: Folder for checkpoints and the TensorBoard log.
         report: Called after every iteration, in the first process.
         start: Checkpoint of another training whose weights this one begins with.

@@ -1,4 +1,4 @@
-"""What a policy did on stairs on a bench, read from the log of its deployment."""
+"""Motion of a policy on stairs on a bench, read from the log of its deployment."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ def climb_on_bench(
 ) -> Climb:
     """Return what a deployment's log says of a climb.
 
-    The tip is the one that the log holds. Without one it is where the finger of the asset would
-    have it with this much of the first tendon wound in, which says nothing about a finger that is
-    held. Of several servos the climb shows the first.
+    The tip is the one that the log holds. Without one the tip is computed: the asset's finger with
+    this much of the first tendon wound in. Such a tip says nothing about a finger that is held. Of
+    several servos the climb shows the first.
 
     Args:
-        policy: Its name.
+        policy: Name of the policy.
         log: The deployment's log.
         steps: Stamp [s], motor angles [rad], goal [rad] and commands [rad] of each step, shape
             (T, 2 D + 2).
         mechanism: The nominal finger.
-        spool_radius: Of the bench [m].
+        spool_radius: Spool radius of the bench [m].
 
     Raises:
         InvalidRecording: The log holds no steps.

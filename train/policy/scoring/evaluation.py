@@ -43,11 +43,11 @@ class RunnablePolicy:
 
 @dataclass(frozen=True, kw_only=True)
 class Climb:
-    """What one policy did on stairs of goals; the first world is the nominal one."""
+    """Motion of one policy on stairs of goals; the first world is the nominal one."""
 
     policy: str
     place: str
-    """Where it climbed, in words."""
+    """Simulation or bench of the climb, in words."""
     time: Array
     """Instants of the policy's steps [s], shape (T,)."""
     goal: Array
@@ -57,7 +57,7 @@ class Climb:
     tip_angle: Array
     """Goal angle that the tip is at [rad], shape (T, W)."""
     goal_point: Array
-    """Where it should be [m], shape (T, 3)."""
+    """Goal point of the tip [m], shape (T, 3)."""
     command: Array
     """Desired angles of the first motor [rad], shape (T, W)."""
     motor_position: Array
@@ -82,7 +82,7 @@ def climb_stairs(
         goals: Goal angle of each step [rad], shape (T,).
         config: Its finger, force, numbers to randomise and number of worlds; the first world is
             nominal.
-        seed: Of the numbers of the other worlds.
+        seed: Seed of the numbers of the other worlds.
 
     Raises:
         InvalidParameter: A policy has another rate than the stairs.
@@ -155,7 +155,7 @@ def make_worlds(config: EnvironmentConfig, seed: int) -> tuple[ControlLoop, Mech
         max_step=config.max_step,
         precision="float64",
         effects=further_effects(ranges),
-        network=force.form,
+        network="fused",
         device="cpu",
     )
     others = torch.ones(config.worlds, dtype=torch.bool)

@@ -1,4 +1,4 @@
-"""What a climb is worth: errors of the tip, in all and stair by stair."""
+"""Scores of a climb: errors of the tip, in all and stair by stair."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SETTLED = 0.5
 
 @dataclass(frozen=True, kw_only=True)
 class StairScore:
-    """One stair, in the nominal world."""
+    """Errors on one stair, in the nominal world."""
 
     goal: float
     """Goal angle [rad]."""
@@ -36,7 +36,7 @@ class StairScore:
 
 @dataclass(frozen=True, kw_only=True)
 class ClimbScore:
-    """One policy's climb."""
+    """Errors of one policy on all stairs."""
 
     policy: str
     place: str
@@ -65,7 +65,7 @@ def score(climb: Climb, reachable: Array) -> ClimbScore:
     """Measure a climb.
 
     Args:
-        climb: What a policy did.
+        climb: Motion of a policy on the stairs.
         reachable: Least error at which the finger can rest at each row's goal [m], shape (T,).
     """
     error = climb.error[:, 0]

@@ -41,9 +41,9 @@ class Divergence:
     step: int
     """Steps of the environment before it."""
     goal: float
-    """Its goal angle [rad]."""
+    """Goal angle of the world [rad]."""
     action: tuple[float, ...]
-    """What the policy had asked of each servo [rad]; may be no number."""
+    """Action of the policy for each servo [rad]; may be no number."""
 
     def __str__(self) -> str:
         """Say it in words."""
@@ -62,8 +62,8 @@ class FingerEnvironment(VecEnv):
     matter here: all draws come from `seed`, and each world has its own.
 
     Args:
-        config: What decides it.
-        seed: Of all that is drawn.
+        config: Finger, force model, goals and rewards.
+        seed: Seed of all draws.
         device: Torch device.
     """
 
@@ -89,7 +89,7 @@ class FingerEnvironment(VecEnv):
             max_step=config.max_step,
             precision=config.precision,
             effects=further_effects(ranges),
-            network=self.force.form,
+            network="fused",
             device=str(wp.device_from_torch(self.device)),
         )
         self._draws = WorldDraws(config.worlds, self.device)
@@ -97,7 +97,7 @@ class FingerEnvironment(VecEnv):
             self.loop, ranges, joint_friction=config.joint_friction, draws=self._draws
         )
         self.obstacle: ObstaclePlacer | None = None
-        """What puts something in the fingers' way, where the config asks for it."""
+        """Placer of the obstacles, where the config asks for some."""
         if config.obstacle != "none":
             self.obstacle = ObstaclePlacer(
                 self.loop,
@@ -142,7 +142,7 @@ class FingerEnvironment(VecEnv):
         """Begin anew in all worlds, at various ages of their episodes.
 
         Args:
-            seed: Of all that is drawn from now on; the draws go on without one.
+            seed: Seed of all draws from now on; the draws go on without one.
         """
         if seed is not None:
             self._draws.manual_seed(seed)

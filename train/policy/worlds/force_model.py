@@ -1,4 +1,4 @@
-"""What pulls the finger in training: the ideal source, a model file, or a force network."""
+"""Force models of a training: the ideal source, a model file, or a force network."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 
-from tendon_newton.actuators.networks.artifact import load_network, read_card
-from tendon_newton.actuators.networks.query import NetworkForm, network_file
+from tendon_newton.actuators.networks.artifact import load_network
+from tendon_newton.actuators.networks.query import network_file
 from tendon_newton.data.files.trust import content_hash
 from tendon_newton.data.model_file import Model, NamedValues, load_model
 from tendon_newton.effects import Stage, find_effect
@@ -29,21 +29,13 @@ class ForceModel:
     """The ideal source, or a file's name."""
     model: Model
     sha256: str | None
-    """Of the model file, where there is one."""
+    """Hash of the model file, where there is one."""
     files: Mapping[str, str]
     """Name -> SHA-256 of each file that was read."""
 
     def __post_init__(self) -> None:
         """Protect the table."""
         object.__setattr__(self, "files", MappingProxyType(dict(self.files)))
-
-    @property
-    def form(self) -> NetworkForm:
-        """How its network runs: Transformers as kernels of ours, all others as their module."""
-        if "file" not in self.model.actuator.values:
-            return "torchscript"
-        card = read_card(network_file(self.model))
-        return "twin" if card.kind == "transformer" else "torchscript"
 
 
 def open_force_model(force: str, mechanism: Mechanism) -> ForceModel:

@@ -1,4 +1,4 @@
-"""Where the tip of a finger shall be: the goal point of every goal angle."""
+"""Goal points of a finger's tip: one for every goal angle."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class GoalPath:
 
     Args:
         mechanism: A finger with a tip.
-        device: Where the table lives.
+        device: Torch device of the table.
 
     Raises:
         InvalidParameter: The bench is no such finger.
@@ -63,7 +63,7 @@ class GoalPath:
 
         Args:
             angles: Those of a servo that closes [rad].
-            spool_radius: Of all spools [m].
+            spool_radius: Radius of all spools [m].
         """
         tendons, closing = self._mechanism.tendons, closing_tendons(self._mechanism)
         starts = [

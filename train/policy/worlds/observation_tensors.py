@@ -14,7 +14,7 @@ class ObservationTensors:
     Args:
         worlds: Number of policies W.
         history: Samples in an observation.
-        device: Where the tensors live.
+        device: Torch device of the tensors.
         servos: Number of servos D of each.
     """
 

@@ -31,7 +31,7 @@ FINGER_POINTS = 12
 TRIES = 8
 """Draws until an obstacle does; after that the episode has none."""
 FAR = np.array([0.0, 0.0, -10.0])
-"""Where it is until it is drawn [m]."""
+"""Place of the obstacle until it is drawn [m]."""
 
 
 def with_obstacle(mechanism: Mechanism, shape: ObstacleChoice) -> Mechanism:
@@ -55,18 +55,18 @@ def with_obstacle(mechanism: Mechanism, shape: ObstacleChoice) -> Mechanism:
 class ObstaclePlacer:
     """Puts the obstacle of each world where the tip would meet it, or takes it away.
 
-    The tip would meet it at a goal angle that is drawn like a goal; its size, stiffness and
-    friction and how far it lies to the side are drawn too. Where it would overlap the open finger
-    it is drawn again.
+    The tip would meet the obstacle at a goal angle that is drawn like a goal. Its size, stiffness,
+    friction and distance to the side are drawn too. An obstacle that would overlap the open finger
+    is drawn again.
 
     Args:
         loop: Worlds of a mechanism `with_obstacle`.
-        shape: What it is.
+        shape: Shape of the obstacle.
         path: The way of the tip.
         goals: Least and greatest goal angle [rad].
         chance: Share of the episodes with it [1].
         spread: Most that its stiffness and friction differ from their defaults, as a share [1].
-        draws: Where the numbers come from, on the device of the worlds.
+        draws: Source of the numbers, on the device of the worlds.
     """
 
     def __init__(

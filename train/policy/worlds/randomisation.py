@@ -1,4 +1,4 @@
-"""What differs between the worlds of a training, drawn anew for each episode."""
+"""Numbers that differ between the worlds of a training, drawn anew for each episode."""
 
 from __future__ import annotations
 
@@ -41,14 +41,14 @@ class NumberRange:
     owner: str
     """An effect, or the bench."""
     name: str
-    """Its parameter, or a name of `BENCH_NUMBERS`."""
+    """Parameter of the effect, or a name of `BENCH_NUMBERS`."""
     low: float
     """Least value; a factor for a number of the bench."""
     high: float
 
     @property
     def label(self) -> str:
-        """How a card names it."""
+        """Name of the number on a card."""
         return self.name if self.owner == BENCH else f"{self.owner}.{self.name}"
 
 
@@ -56,8 +56,8 @@ def ranges_of(config: EnvironmentConfig, model: Model) -> tuple[NumberRange, ...
     """Return what a config randomises.
 
     Args:
-        config: What is asked for.
-        model: What pulls; effects are drawn about its own numbers.
+        config: Names to randomise, and their spread.
+        model: Force model; effects are drawn about its own numbers.
 
     Raises:
         UnknownName: A word that is no number, no effect and no file.
@@ -86,8 +86,8 @@ def effect_ranges(effect: str, model: Model, spread: float) -> list[NumberRange]
     """Return ranges about an effect's numbers in a model; a scale that it lacks is drawn about 1.
 
     Args:
-        effect: Its name.
-        model: What pulls.
+        effect: Name of the effect.
+        model: Force model with the effect's numbers.
         spread: Most that a number differs, as a share of it.
     """
     own = next((e.values for e in model.effects if e.name == effect), {})
@@ -140,10 +140,10 @@ class Randomiser:
 
     Args:
         loop: The worlds.
-        ranges: What differs.
+        ranges: Numbers that differ, and their ranges.
         joint_friction: Dry friction that `joint_friction` is drawn about [1], where the model has
             none of its own.
-        draws: Where the numbers come from, on the device of the worlds.
+        draws: Source of the numbers, on the device of the worlds.
     """
 
     def __init__(

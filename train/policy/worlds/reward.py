@@ -1,4 +1,4 @@
-r"""What a policy is paid for each step.
+r"""The reward of a policy for each step.
 
 .. math:: r = -w_g \lVert p_{goal} - p_{tip} \rVert - \sum_d ( w_s \lvert a_t - a_{t-1} \rvert
     + w_v (r \dot\theta)^2 + w_e a_t^2 )
@@ -27,11 +27,11 @@ def step_reward(
     """Return the reward of a step, shape (W,).
 
     Args:
-        config: Its weights are the prices.
+        config: Weights of the terms.
         tip_error: Distance between tip and goal after the step [m].
         action: Actions applied [rad], shape (W, D).
         action_change: Against the step before [rad], shape (W, D).
-        tendon_speed: Of the wound tendons [m/s], shape (W, D).
+        tendon_speed: Speed of the wound tendons [m/s], shape (W, D).
     """
     price = config.goal_weight * tip_error
     price = price + config.smooth_weight * action_change.abs().sum(dim=-1)

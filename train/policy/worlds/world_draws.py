@@ -23,9 +23,9 @@ class WorldDraws:
     Source: Steele, Lea and Flood, Fast splittable pseudorandom number generators (2014).
 
     Args:
-        worlds: Their number W.
+        worlds: Number of worlds W.
         device: Torch device.
-        seed: Of all sequences.
+        seed: Seed of all sequences.
     """
 
     def __init__(self, worlds: int, device: torch.device | str = "cpu", *, seed: int = 0) -> None:
@@ -40,7 +40,7 @@ class WorldDraws:
         """Return numbers from 0 up to 1 for each world, shape (W, *shape).
 
         Args:
-            *shape: Of one world's numbers.
+            *shape: Shape of one world's numbers.
             worlds: Mask of the worlds that draw, shape (W,); all unless given. The others' numbers
                 mean nothing, and they come again when they do draw.
         """

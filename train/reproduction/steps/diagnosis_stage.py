@@ -24,14 +24,14 @@ from train.reproduction.unit import RECORDINGS, representative
 GIVEN = "The causes were given, and not looked for."
 
 
-def run(reproduction: Reproduction) -> Outcome:
+async def run(reproduction: Reproduction) -> Outcome:
     """Diagnose the first bench, and the others or their numbers."""
     settings, units = reproduction.settings, reproduction.units
     looked_at = range(len(units)) if settings.diagnoses_each_unit else range(1)
     if reproduction.causes is not None:
         looked_at = range(0)
-    found = reproduction.each(diagnosed, looked_at)
-    models = reproduction.each(fitted, list(enumerate(sources(found, len(units)))))
+    found = await reproduction.each(diagnosed, looked_at)
+    models = await reproduction.each(fitted, list(enumerate(sources(found, len(units)))))
     truth = true_effects(units[0].folder / RECORDINGS)
     first = found[0] if found else {"json": [], "text": GIVEN, "rivals": {}}
     model = reproduction.model(units[0], "physical")
@@ -79,8 +79,9 @@ def scope_text(settings: ReproductionSettings) -> str:
 def sources(found: Sequence[Mapping[str, Any]], count: int) -> list[int]:
     """Return for each bench the one whose causes are fitted to it.
 
-    That is itself. Where its own recordings do not suffice to name a cause, it is one of those
-    with the causes that were named most often: the benches are units of one product.
+    As a rule the source is the bench itself. Where its own recordings do not suffice to name a
+    cause, the source is one of those with the causes named most often. The benches are units of one
+    product.
     """
     named = [cause_names(each) for each in found]
     told = Counter(causes for causes in named if causes)
@@ -92,7 +93,7 @@ def fitted(reproduction: Reproduction, item: tuple[int, int]) -> dict[str, dict[
     """Fit the numbers of the causes to a bench, write its physical model, and return them.
 
     Args:
-        reproduction: It has the recordings.
+        reproduction: Run with the recordings.
         item: The bench, and the one whose causes are taken.
     """
     settings, unit = reproduction.settings, reproduction.units[item[0]]

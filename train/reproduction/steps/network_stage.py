@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from train.actuator.training_config import Kind
+from train.reproduction.networks import Aim, train
 from train.reproduction.outcome import Outcome
 from train.reproduction.reproduction import Reproduction
-from train.reproduction.trainings import Aim, train
 
 TEXT = """\
 The first kind is trained three times on every bench: along measured motion, for the loop of a
@@ -17,7 +17,7 @@ would give and the motor stands still. In a simulation what this one adds is hel
 queries; stiffness, back-EMF and friction act at every step."""
 
 
-def run(reproduction: Reproduction) -> Outcome:
+async def run(reproduction: Reproduction) -> Outcome:
     """Train what is missing: every kind on the first bench, one kind on the others."""
     kinds = reproduction.settings.kinds
     aims: tuple[Aim, ...] = ("prediction", "simulation", "correction")
@@ -28,7 +28,8 @@ def run(reproduction: Reproduction) -> Outcome:
         for aim in (aims if kind == kinds[0] else aims[:1])
     ]
     numbers: dict[str, dict[str, Any]] = {unit.name: {} for unit in reproduction.units}
-    for (place, kind, aim), own in zip(items, reproduction.each(trained, items), strict=True):
+    found = await reproduction.each(trained, items)
+    for (place, kind, aim), own in zip(items, found, strict=True):
         numbers[reproduction.units[place].name][f"{kind} {aim}"] = own
     return Outcome(numbers=numbers, text=TEXT)
 

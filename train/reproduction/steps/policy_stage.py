@@ -13,10 +13,10 @@ from train.policy.config.environment_config import EnvironmentConfig
 from train.policy.config.training_config import PolicyTrainingConfig
 from train.policy.runs.export import export_policy
 from train.policy.runs.training import train_policy
+from train.reproduction.networks import anew_if_other
 from train.reproduction.outcome import Outcome, Row, mean_interval, row
 from train.reproduction.reproduction import BEST, IDEALS, MODELS, Reproduction
 from train.reproduction.settings import POLICIES, POLICY_STEPS, PolicyEffort
-from train.reproduction.training_anew import anew_if_other
 
 PAPER_STAIRS = {"ideal": 24.0, "network": 12.0}
 """[mm]"""
@@ -29,7 +29,7 @@ Errors = Mapping[str, Sequence[float]]
 """Name of a policy or its model -> tip error on each bench [mm]."""
 
 
-def run(reproduction: Reproduction) -> Outcome:
+async def run(reproduction: Reproduction) -> Outcome:
     """Let every policy climb the stairs on every bench."""
     if reproduction.bench is None or not reproduction.is_virtual:
         return Outcome(text="Policies climb on a bench; here there are recordings alone.")
@@ -42,14 +42,14 @@ def run(reproduction: Reproduction) -> Outcome:
             for place, model in enumerate(TRAINED_ON)
             for number, seed in enumerate(effort.seeds)
         ]
-        files = reproduction.each(trained, items)
+        files = await reproduction.each(trained, items)
         policies = {
             model: tuple(f for f, item in zip(files, items, strict=True) if item[1] == model)
             for model in TRAINED_ON
         }
     else:
         return Outcome(text="None was given, and none is trained in a quick run; see `--policy`.")
-    errors = climbed(reproduction, policies)
+    errors = await climbed(reproduction, policies)
     return Outcome(
         rows=(*rows_of(errors, differs_in(reproduction)), *reduction_rows(errors)),
         numbers={"tip_error_mm": errors},
@@ -57,7 +57,7 @@ def run(reproduction: Reproduction) -> Outcome:
     )
 
 
-def climbed(
+async def climbed(
     reproduction: Reproduction, policies: Mapping[str, Sequence[str]]
 ) -> dict[str, list[float]]:
     """Return the tip error on each bench [mm], the mean of all policies of one name."""
@@ -65,7 +65,7 @@ def climbed(
     items = [
         (name, file, place) for name in policies for file in policies[name] for place in places
     ]
-    found = zip(items, reproduction.each(climb, items), strict=True)
+    found = zip(items, await reproduction.each(climb, items), strict=True)
     by_name: dict[str, list[list[float]]] = {name: [[] for _ in places] for name in policies}
     for (name, _, place), error in found:
         by_name[name][place].append(error)
@@ -86,7 +86,7 @@ def trained(reproduction: Reproduction, item: tuple[int, str, int]) -> str:
     """Train a policy against one of the first bench's models and return its file.
 
     Args:
-        reproduction: It has the model.
+        reproduction: Run with the model.
         item: Number of the policy, which chooses among several GPUs; its model; its seed.
     """
     number, model, seed = item
@@ -109,7 +109,7 @@ def trained(reproduction: Reproduction, item: tuple[int, str, int]) -> str:
 def training_of(
     effort: PolicyEffort, model: str, force: str, seed: int, device: str
 ) -> PolicyTrainingConfig:
-    """Return how a policy is trained: the recipe of docs/policies.md.
+    """Return how a policy is trained: the recipe of docs/lab/policies.md.
 
     An ideal source is wrong by so much that its policies are better where the finger differs
     between worlds, as in the paper.

@@ -40,9 +40,9 @@ class Ramp:
     """m_eff x'' [N]."""
 
 
-def run(reproduction: Reproduction) -> Outcome:
+async def run(reproduction: Reproduction) -> Outcome:
     """Measure the gap on every bench and draw it on the first."""
-    found = reproduction.each(measured, range(len(reproduction.units)))
+    found = await reproduction.each(measured, range(len(reproduction.units)))
     gaps, refitted, inertia = (list(values) for values in zip(*found, strict=True))
     shares = [100.0 * i / g for i, g in zip(inertia, gaps, strict=True)]
     where = "ramp of 1.5 rad/s, strong spring"

@@ -4,20 +4,16 @@ from __future__ import annotations
 
 from typing import Any
 
-from train.reproduction.outcome import Outcome, read_outcome
+from train.reproduction.outcome import Outcome
 from train.reproduction.reproduction import Reproduction
 
 
-def run(reproduction: Reproduction) -> Outcome:
+async def run(reproduction: Reproduction) -> Outcome:
     """Record what is missing and say what is there."""
     if reproduction.bench is not None and reproduction.is_virtual:
-        reproduction.each(record, range(len(reproduction.settings.units)))
-    units, before = reproduction.units, read_outcome(reproduction.outcome_file("recordings"), "")
-    known = {} if before is None else before.numbers
-    numbers = {unit.name: known.get(unit.name, {}) for unit in units}
-    new = [p for p, u in enumerate(units) if numbers[u.name].get("sha256") != u.sha256]
-    for place, own in zip(new, reproduction.each(minutes, new), strict=True):
-        numbers[units[place].name] = own
+        await reproduction.each(record, range(len(reproduction.settings.units)), keep=False)
+    found = await reproduction.each(minutes, range(len(reproduction.units)))
+    numbers = {unit.name: own for unit, own in zip(reproduction.units, found, strict=True)}
     lines = ["| bench | train [min] | test [min] |", "|---|---|---|"]
     lines += [
         f"| {name} | {own['train_min']:.1f} | {own['test_min']:.1f} |"

@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+import asyncio
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from shutil import rmtree
-from threading import Event
 
 from tendon_newton.errors import unknown_name
-from train.reproduction.outcome import Outcome, read_outcome, write_outcome
-from train.reproduction.reproduction import Reproduction
+from train.reproduction.outcome import Outcome
+from train.reproduction.reproduction import NotDone, Reproduction
 from train.reproduction.steps import (
-    contact_stage,
-    curve_stage,
     diagnosis_stage,
     force_stage,
     hybrid_stage,
     network_stage,
-    part_stage,
     policy_stage,
     ramp_stage,
     recording_stage,
-    spring_stage,
     tip_stage,
 )
 
@@ -33,113 +27,76 @@ class Stage:
 
     title: str
     """Heading in the report."""
-    run: Callable[[Reproduction], Outcome]
+    run: Callable[[Reproduction], Awaitable[Outcome]]
+    """Waits for its jobs, and says what they have found."""
     needs: tuple[str, ...] = ()
     """Stages whose files it reads."""
 
 
 RECORDINGS = "recordings"
 MODELS = ("networks", "diagnosis", "hybrids")
-ON_PARTS = ("parts", *MODELS)
 STAGES: dict[str, Stage] = {
     RECORDINGS: Stage(title="Recordings", run=recording_stage.run),
     "diagnosis": Stage(title="What the diagnosis finds", run=diagnosis_stage.run),
     "networks": Stage(title="Force networks", run=network_stage.run),
-    "parts": Stage(title="Force networks on parts of the data", run=part_stage.run),
     "hybrids": Stage(
         title="Physics and network together", run=hybrid_stage.run, needs=("networks", "diagnosis")
     ),
     "ramp": Stage(title="The gap on an open-loop ramp", run=ramp_stage.run),
     "force": Stage(title="Force along measured motion", run=force_stage.run, needs=("networks",)),
     "tip": Stage(title="The tip in closed loop", run=tip_stage.run, needs=MODELS),
-    "curve": Stage(title="How much data", run=curve_stage.run, needs=ON_PARTS),
-    "spring": Stage(title="A spring that was never seen", run=spring_stage.run, needs=ON_PARTS),
-    "contact": Stage(title="Contact that was never seen", run=contact_stage.run, needs=ON_PARTS),
     "policies": Stage(title="Policies", run=policy_stage.run, needs=MODELS),
 }
 
 
-def run_stages(reproduction: Reproduction, only: Sequence[str] = ()) -> dict[str, Outcome]:
-    """Run stages, and those that they need, or read what they found before.
+def run_stages(
+    reproduction: Reproduction, only: Sequence[str] = (), stages: Mapping[str, Stage] = STAGES
+) -> dict[str, Outcome]:
+    """Run stages and those that they need; of others, tell what an earlier run found.
 
-    With several processes, stages that do not need each other are under way at the same time; one
-    that fails takes along those that need it, and no others.
+    Jobs of stages that do not need each other are under way at the same time; a stage that fails
+    takes along those that need it, and no others.
 
     Args:
         reproduction: What to run them on.
         only: Names of stages; all of them if none.
+        stages: All that there are; one stands behind those that it needs.
 
     Returns:
-        What is there of every stage, in the order of the table.
+        What is there of every stage, in their order.
+
+    Raises:
+        UnknownName: No such stage.
     """
-    wanted = with_needs(only or tuple(STAGES))
-    found: dict[str, Outcome | None] = {}
-    workers = reproduction.workers
-    if workers is None:
-        for name in STAGES:
-            found[name] = settled(reproduction, name, name in wanted, found)
-    else:
-        under_way: dict[str, Future[None]] = {}
-        begun = {name: Event() for name in STAGES}
-
-        def settle(name: str) -> None:
-            """Settle a stage as soon as those that it needs are, when it is its turn."""
-            for need in (RECORDINGS, *STAGES[name].needs):
-                if need != name:
-                    under_way[need].result()
-            for earlier in ready_before(name):
-                begun[earlier].wait()
-            with workers.turn:
-                begun[name].set()
-                found[name] = settled(reproduction, name, name in wanted, found)
-
-        with ThreadPoolExecutor(len(STAGES)) as threads:
-            for name in STAGES:
-                under_way[name] = threads.submit(settle, name)
-        for future in under_way.values():
-            future.result()
-    return {name: outcome for name in STAGES if (outcome := found[name]) is not None}
+    wanted = {RECORDINGS} | with_needs(only or tuple(stages), stages)
+    found = asyncio.run(settled(reproduction, wanted, stages))
+    return {name: outcome for name, outcome in found.items() if outcome is not None}
 
 
-def ready_before(name: str) -> list[str]:
-    """Return the stages that can begin when one can, and stand before it in the table.
+async def settled(
+    reproduction: Reproduction, wanted: set[str], stages: Mapping[str, Stage]
+) -> dict[str, Outcome | None]:
+    """Return what every stage found; None where there is nothing and none is wanted."""
+    tasks: dict[str, asyncio.Task[Outcome | None]] = {}
 
-    Its order is that of their pieces, so that what takes longest is not begun last.
-    """
-    names = list(STAGES)
-    return [n for n in names[: names.index(name)] if STAGES[n].needs == STAGES[name].needs]
+    async def settle(name: str) -> Outcome | None:
+        needs = [n for n in (RECORDINGS, *stages[name].needs) if n != name]
+        if None in await asyncio.gather(*(tasks[need] for need in needs)):
+            return None
+        own = reproduction if name in wanted else replace(reproduction, executor=None)
+        try:
+            outcome = await stages[name].run(own)
+        except NotDone:
+            return None
+        return outcome if name in wanted or outcome.numbers else None
 
-
-def settled(
-    reproduction: Reproduction, name: str, wanted: bool, found: Mapping[str, Outcome | None]
-) -> Outcome | None:
-    """Return what a stage found, now or before; None where there is nothing and none is wanted.
-
-    Args:
-        reproduction: What to run it on.
-        name: Of the stage.
-        wanted: Whether it is run if need be.
-        found: What the stages that it needs found.
-    """
-    stage, path = STAGES[name], reproduction.outcome_file(name)
-    if name == RECORDINGS:  # it says itself what is there already
-        outcome = stage.run(reproduction)
-        write_outcome(path, outcome, "")
-        return outcome
-    if any(found[need] is None for need in stage.needs):
-        return None
-    key = reproduction.key(name, stage.needs)
-    outcome = read_outcome(path, key)
-    if outcome is None and wanted:
-        reproduction.tell(f"{name}: {stage.title}")
-        pieces = path.with_name(f"{name}_{key[:16]}")
-        outcome = stage.run(replace(reproduction, pieces=pieces))
-        write_outcome(path, outcome, key)
-        rmtree(pieces, ignore_errors=True)
-    return outcome
+    for name in stages:
+        tasks[name] = asyncio.create_task(settle(name))
+    await asyncio.wait(tasks.values())  # all end before the first error is raised
+    return {name: task.result() for name, task in tasks.items()}
 
 
-def with_needs(names: Sequence[str]) -> set[str]:
+def with_needs(names: Sequence[str], stages: Mapping[str, Stage] = STAGES) -> set[str]:
     """Return stages and all that they need.
 
     Raises:
@@ -147,7 +104,7 @@ def with_needs(names: Sequence[str]) -> set[str]:
     """
     found: set[str] = set()
     for name in names:
-        if name not in STAGES:
-            raise unknown_name("stage", name, STAGES)
-        found |= {name} | with_needs(STAGES[name].needs)
+        if name not in stages:
+            raise unknown_name("stage", name, stages)
+        found |= {name} | with_needs(stages[name].needs, stages)
     return found

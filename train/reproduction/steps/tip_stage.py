@@ -1,8 +1,8 @@
 """The sim-to-real experiment: one sinusoid on the bench and in simulation, and the tips' distance.
 
 The paper's sinusoid has an amplitude of pi/2 at 0.5 Hz; its centre is not said. About pi/2 no
-command is negative, but by its data sheet the motor hardly follows at the paper's duty; about
-0.2 rad the ideal source opens the finger fully, which is what the paper shows.
+command is negative, but by its data sheet the motor hardly follows at the paper's duty. About 0.2
+rad the ideal source opens the finger fully, as in the paper.
 """
 
 from __future__ import annotations
@@ -39,10 +39,10 @@ Signals = list[list[float]]
 """Height of the tip [mm], angle [rad] and tension [N] at every row."""
 
 
-def run(reproduction: Reproduction) -> Outcome:
+async def run(reproduction: Reproduction) -> Outcome:
     """Replay both sinusoids with every model on every bench."""
     items = [(place, model) for place in range(len(reproduction.units)) for model in MODELS]
-    found = reproduction.each(tip_errors, items)
+    found = await reproduction.each(tip_errors, items)
     errors: Errors = {
         kind: {
             model: [own[kind] for (_, name), own in zip(items, found, strict=True) if name == model]

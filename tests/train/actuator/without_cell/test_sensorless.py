@@ -154,7 +154,7 @@ def test_servos_that_rest_tell_nothing() -> None:
         )
         for log in pulled_logs("sine", duration=6.0)
     ]
-    with pytest.raises(InvalidDataset, match="in none of 3 recordings it does"):
+    with pytest.raises(InvalidDataset, match="none of 3 recordings has one"):
         imply_forces(dataset_of(tuple(logs)), FEW)
 
 

@@ -1,0 +1,71 @@
+"""The operator at a terminal: what verbs that drive a bench ask, say and show."""
+
+from __future__ import annotations
+
+import sys
+import time
+from types import TracebackType
+from typing import TYPE_CHECKING, Self
+
+from tendon_newton.errors import InvalidParameter
+
+if TYPE_CHECKING:
+    from hardware.control.operator import Progress
+
+
+class Terminal:
+    """The operator at a terminal, or a log file in their place."""
+
+    def __init__(self) -> None:
+        self.lively = sys.stdout.isatty()
+        self.period = 0.2 if self.lively else 10.0
+        self.next = 0.0
+        self.line = False
+
+    def __enter__(self) -> Self:
+        """Begin."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Leave the line of figures."""
+        self.end_line()
+
+    def ask(self, text: str) -> None:
+        """Ask, and wait for Enter."""
+        self.end_line()
+        if not sys.stdin.isatty():
+            raise InvalidParameter(f"someone at a terminal must be asked: {text}")
+        input(f"\n>> {text}\n>> Enter when done, Ctrl-C to end. ")
+
+    def announce(self, text: str) -> None:
+        """Say what comes next."""
+        self.end_line()
+        print(text, flush=True)
+
+    def tell(self, text: str) -> None:
+        """Say it so that it is seen."""
+        self.end_line()
+        print(f"!! {text}", flush=True)
+
+    def show(self, progress: Progress) -> None:
+        """Show the figures on one line that changes, or now and then a new one."""
+        now = time.monotonic()
+        if now < self.next:
+            return
+        self.next = now + self.period
+        if self.lively:
+            print(f"\r{progress.text:100s}", end="", flush=True)
+            self.line = True
+        else:
+            print(progress.text, flush=True)
+
+    def end_line(self) -> None:
+        """Go to a new line where figures stand on this one."""
+        if self.line:
+            print()
+        self.line = False

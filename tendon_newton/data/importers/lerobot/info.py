@@ -1,0 +1,114 @@
+"""``meta/info.json`` of a LeRobotDataset: which joint stands where."""
+
+import json
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tendon_newton.data.files.text_file import SIZE_LIMIT, finite_number, read_text
+from tendon_newton.errors import InvalidRecording, listed, shown
+
+INFO = Path("meta") / "info.json"
+COMMAND, STATE = "action", "observation.state"
+SUFFIX = ".pos"
+"""What LeRobot hangs on the name of a joint whose position is meant."""
+JOINT_LIMIT = 64
+"""More joints than a humanoid has."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointPlace:
+    """Where a joint stands in the lists of a row."""
+
+    name: str
+    """Without LeRobot's suffix; fit for a file's name."""
+    command: int
+    """Place in ``action``."""
+    state: int
+    """Place in ``observation.state``."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class LeRobotInfo:
+    """What the importer needs of the file."""
+
+    rate: float
+    """Rows per second that were asked for [Hz]."""
+    robot: str
+    """Type of the robot; empty where none is stated."""
+    joints: tuple[JointPlace, ...]
+    """Joints that are both commanded and measured."""
+
+
+def read_info(folder: Path) -> LeRobotInfo:
+    """Read and check the file.
+
+    Raises:
+        InvalidRecording: It is none, or no joint is both commanded and measured.
+    """
+    path = folder / INFO
+    promise = "a LeRobotDataset describes itself in a JSON file"
+    text = read_text(path, InvalidRecording, promise, size_limit=SIZE_LIMIT)
+    try:
+        table = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise InvalidRecording(f"{path}: {promise}: {error}") from error
+    features = table.get("features") if isinstance(table, dict) else None
+    if not isinstance(features, dict):
+        raise InvalidRecording(f"{path}: {promise} with a table 'features'; it has none")
+    rate = finite_number(table.get("fps"))
+    if rate is None or rate <= 0.0:
+        raise InvalidRecording(f"{path}: fps must be positive; it is {shown(table.get('fps'))}")
+    commands, states = (names_of(path, features, key) for key in (COMMAND, STATE))
+    joints = tuple(
+        JointPlace(name=name, command=commands.index(name), state=states.index(name))
+        for name in commands
+        if name in states
+    )
+    if not joints:
+        raise InvalidRecording(
+            f"{path}: a joint must stand in {COMMAND} and in {STATE}; they name "
+            f"{listed(commands)} and {listed(states)}"
+        )
+    robot = table.get("robot_type")
+    return LeRobotInfo(rate=rate, robot=robot if isinstance(robot, str) else "", joints=joints)
+
+
+def names_of(path: Path, features: dict[str, Any], key: str) -> list[str]:
+    """Return the names of a feature's entries, or made-up ones where there are none."""
+    feature = features.get(key)
+    if not isinstance(feature, dict):
+        raise InvalidRecording(
+            f"{path}: features must hold {key!r}; there are {listed(map(str, features))}"
+        )
+    names = feature.get("names")
+    if isinstance(names, dict) and len(names) == 1:  # {"motors": [...]}
+        (names,) = names.values()
+    if names is None:
+        names = [f"joint_{place}" for place in range(length_of(path, feature, key))]
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise InvalidRecording(f"{path}: names of {key} must be a list; they are {shown(names)}")
+    plain = [re.sub(r"[^\w-]", "_", name.removesuffix(SUFFIX)) for name in names]
+    if not 0 < len(plain) <= JOINT_LIMIT or len(set(plain)) < len(plain) or "" in plain:
+        raise InvalidRecording(
+            f"{path}: {key} must have 1 to {JOINT_LIMIT} entries with names that differ; they are "
+            f"{listed(names)}"
+        )
+    return plain
+
+
+def length_of(path: Path, feature: dict[str, Any], key: str) -> int:
+    """Return how many entries a feature without names has."""
+    shape = feature.get("shape")
+    if (
+        not isinstance(shape, list)
+        or len(shape) != 1
+        or not isinstance(shape[0], int)
+        or not 0 < shape[0] <= JOINT_LIMIT
+    ):
+        raise InvalidRecording(
+            f"{path}: {key} without names must have a shape of one number, up to {JOINT_LIMIT}; "
+            f"it is {shown(shape)}"
+        )
+    return shape[0]

@@ -1,0 +1,49 @@
+"""Dry friction that differs between winding in and winding out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tendon_newton.data.parameters import Parameter
+from tendon_newton.device_code.placeholders import Jet, Values, real
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.effects.base import Effect
+
+
+class AsymmetricFriction(Effect):
+    r"""A constant force against the tendon's motion for each of its two directions.
+
+    .. math:: F = F_m - F_C(s)\,s, \qquad F_C = F_{in} \text{ for } s > 0,\ F_{out} \text{ else}
+
+    Source: Armstrong-Helouvry et al., A survey of models, analysis tools and compensation methods
+    for the control of machines with friction (1994), section 2.2: gears whose flanks differ.
+    Validity: as for coulomb_friction.
+    Signature: that of coulomb_friction with half the sum of both, beside a constant force of half
+    their difference while the tendon moves.
+    Confused with: coulomb_friction, which it contains; load_cell_bias and gravity_misalignment,
+    which stay at rest.
+    """
+
+    name = "asymmetric_friction"
+    side = "actuator"
+    dry = ("winding", "unwinding")
+    includes = ("coulomb_friction",)
+    parameters = (
+        Parameter(
+            name="winding", unit="N", null=0.0, nominal=0.8, lower=0.0, upper=8.0,
+            source="as for coulomb_friction",
+        ),
+        Parameter(
+            name="unwinding", unit="N", null=0.0, nominal=0.4, lower=0.0, upper=8.0,
+            source="as for coulomb_friction",
+        ),
+    )  # fmt: skip
+
+    @staticmethod
+    @device_template
+    def tension(force: Jet, tendon: Any, values: Values) -> Jet:
+        """F = F_m - F_C(s) s."""
+        level = values[0]
+        if tendon.direction < real(0.0):
+            level = values[1]
+        return force - Jet(level * tendon.direction, real(0.0), real(0.0))

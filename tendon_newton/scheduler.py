@@ -1,0 +1,160 @@
+"""Many jobs that do not need each other: in turn, on the cores of this machine, or on a cluster.
+
+A job is a function of a module and its arguments; arguments and result are pickled. Trainings,
+diagnoses and climbs are such jobs: each takes a core for minutes.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from dataclasses import dataclass
+from multiprocessing import get_context
+from typing import Any, TypeVar
+
+from tendon_newton.errors import InvalidParameter, MissingDependency
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+THREADS_VARIABLE = "TENDON_NEWTON_THREADS"
+"""Environment variable with the threads that a process's simulations take; all cores by default."""
+LIBRARY_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+"""The same of the libraries; more than one per process would only wait for each other."""
+MOST_JOBS = 1024
+CONNECTION_LIMIT = 30.0
+"""Time in which a scheduler must answer [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class JobOptions:
+    """Where jobs are done."""
+
+    jobs: int = 1
+    """Processes side by side; the cores are shared among them."""
+    scheduler: str | None = None
+    """Address of a Dask scheduler, tcp://HOST:8786, whose workers do the jobs in place of processes
+    here. They must see the same folders under the same names, and take one job at a time
+    (dask worker ADDRESS --nthreads 1)."""
+
+    def __post_init__(self) -> None:
+        """Refuse numbers of processes that no computer has."""
+        if not 1 <= self.jobs <= MOST_JOBS:
+            raise InvalidParameter(f"jobs must be 1 to {MOST_JOBS} processes; they are {self.jobs}")
+
+
+class InTurn(Executor):
+    """Does each job here when it is submitted."""
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Return a future that is done."""
+        future: Future[Any] = Future()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
+class OnCluster(Executor):
+    """Gives jobs to the workers of a cluster, each of which has one core for it.
+
+    Args:
+        inner: What sends them.
+    """
+
+    def __init__(self, inner: Executor) -> None:
+        self._inner = inner
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Send a job."""
+        return self._inner.submit(on_one_core, fn, *args, **kwargs)
+
+
+@contextmanager
+def open_executor(options: JobOptions) -> Iterator[Executor]:
+    """Open what does the jobs; those that have not begun are dropped when the block ends.
+
+    Raises:
+        MissingDependency: A scheduler is named, and Dask is not installed.
+        InvalidParameter: No scheduler answers there.
+    """
+    if options.scheduler is not None:
+        with cluster(options.scheduler) as executor:
+            yield executor
+        return
+    if options.jobs == 1:
+        yield InTurn()
+        return
+    # a fresh interpreter each, as neither Warp's state nor CUDA's survives a fork
+    pool = ProcessPoolExecutor(
+        options.jobs,
+        mp_context=get_context("spawn"),
+        initializer=share_cores,
+        initargs=(options.jobs,),
+    )
+    try:
+        yield pool
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def cluster(address: str) -> Iterator[Executor]:
+    """Connect to the workers of a Dask scheduler."""
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise MissingDependency(
+            "--scheduler needs the package 'distributed', which is not installed; "
+            "pip install 'tendon-newton[cluster]'"
+        ) from error
+    try:
+        client = Client(address, timeout=CONNECTION_LIMIT, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise InvalidParameter(f"no Dask scheduler answers at {address}: {error}") from error
+    try:
+        yield OnCluster(client.get_executor(pure=False))
+    finally:
+        client.close()
+
+
+def completed(
+    work: Callable[[Item], Result], items: Sequence[Item], options: JobOptions
+) -> Iterator[tuple[Item, Result]]:
+    """Yield each item with its result as the jobs end; one that fails ends all.
+
+    Args:
+        work: The job, a function of a module.
+        items: What it is done to.
+        options: Where.
+    """
+    if options == JobOptions():
+        for item in items:  # one at a time, so that the first result is there before the last
+            yield item, work(item)
+        return
+    with open_executor(options) as executor:
+        futures = {executor.submit(work, item): item for item in items}
+        for future in as_completed(futures):
+            yield futures[future], future.result()
+
+
+def on_one_core(work: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
+    """Do a job in a process that others started, whose neighbours have the other cores."""
+    share_cores(core_count())
+    return work(*args, **kwargs)
+
+
+def share_cores(jobs: int) -> None:
+    """Take this process's share of the cores, before it loads what asks for them."""
+    os.environ[THREADS_VARIABLE] = str(max(1, core_count() // jobs))
+    for name in LIBRARY_THREADS:
+        os.environ[name] = "1"
+
+
+def core_count() -> int:
+    """Return how many cores this process may use, which are not always all of the computer."""
+    own = getattr(os, "sched_getaffinity", None)
+    return len(own(0)) if own else os.cpu_count() or 1

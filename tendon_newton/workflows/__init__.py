@@ -1,0 +1,1 @@
+"""What takes several packages: recording, deploying, climbing, refreshing, reproducing."""

@@ -1,0 +1,173 @@
+"""Let policies climb the paper's stairs, in simulation and on a bench, and score them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from hardware.control.goals import stairs
+from hardware.control.operator import Operator
+from hardware.control.policy_runner import load_policy
+from hardware.deployment.deploy_log import step_table
+from tendon_newton.data.files.result_folder import make_folder
+from tendon_newton.errors import InvalidParameter
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.workflows.deployment import drive
+from tendon_newton.workflows.options import (
+    BenchPorts,
+    ClimbOptions,
+    DeployOptions,
+    FurtherLoadCells,
+)
+from train.policy.config.environment_config import EnvironmentConfig
+from train.policy.scoring.bench_climb import climb_on_bench
+from train.policy.scoring.evaluation import Climb, RunnablePolicy, climb_stairs, reachable_error
+from train.policy.scoring.evaluation_figure import draw_climbs
+from train.policy.scoring.evaluation_scores import ClimbScore, score, to_markdown
+from train.policy.worlds.force_model import trust_force
+
+BENCH_DURATION = 16.5
+"""Length of the paper's stairs: eleven of 1.5 s [s]."""
+NO_OTHERS = FurtherLoadCells()
+"""Of a bench with one servo."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Comparison:
+    """Climbs of all policies, what they are worth, and the files that say so."""
+
+    scores: tuple[ClimbScore, ...]
+    text: str
+    """The table in Markdown."""
+    files: tuple[Path, ...]
+
+
+def compare_policies(options: ClimbOptions, operator: Operator) -> Comparison:
+    """Let policies climb, and write ``evaluation.json``, ``evaluation.md`` and ``climb.png``.
+
+    Args:
+        options: Which ones, and where.
+        operator: Who stands at the bench, if there is one.
+
+    Raises:
+        InvalidParameter: Nothing is named that could be compared.
+    """
+    policies = load_policies(options)
+    out = make_folder(options.out)
+    climbs = [
+        *climbs_in_simulation(options, policies),
+        *climbs_on_bench(options, policies, out, operator),
+    ]
+    if not climbs:
+        raise InvalidParameter("nothing to compare: name a --force, a --port or --logs")
+    mechanism = load_mechanism(options.finger)
+    scores = tuple(score(climb, reachable_error(mechanism, climb.goal)) for climb in climbs)
+    table = {
+        "dwell_s": options.dwell,
+        "policies": {p.name: json.loads(p.card.to_json()) for p in policies},
+        "climbs": [each.to_json() for each in scores],
+    }
+    text = to_markdown(scores)
+    files = (out / "evaluation.json", out / "evaluation.md")
+    for file, content in zip(files, (json.dumps(table, indent=1) + "\n", text), strict=True):
+        file.write_text(content, encoding="utf-8")
+    if options.plots:
+        files = (*files, draw_climbs(climbs, scores, out / "climb.png"))
+    return Comparison(scores=scores, text=text, files=files)
+
+
+def load_policies(options: ClimbOptions) -> list[RunnablePolicy]:
+    """Load the policies, and name each after its file, or after its folder where that says more."""
+    if not options.policies:
+        raise InvalidParameter("name the files of one or more policies to evaluate")
+    if not 0.1 <= options.dwell <= 1000.0:
+        raise InvalidParameter(f"dwell must be 0.1 to 1000 s; it is {options.dwell}")
+    if options.trust:
+        for force in options.force:
+            trust_force(force)
+    stems = [path.stem for path in options.policies]
+    policies = []
+    for path in options.policies:
+        alone = stems.count(path.stem) == 1 and path.stem != "policy"
+        loaded = load_policy(path, trust=options.trust)
+        name = path.stem if alone else path.resolve().parent.name
+        policies.append(RunnablePolicy(name=name, card=loaded.card, run=loaded.run))
+    return policies
+
+
+def climbs_in_simulation(options: ClimbOptions, policies: Sequence[RunnablePolicy]) -> list[Climb]:
+    """Let the policies climb under each force model."""
+    climbs = []
+    for force in options.force:
+        worlds = EnvironmentConfig(
+            finger=options.finger, force=force, worlds=options.worlds, randomise=options.randomise
+        )
+        goals = stairs(options.dwell)
+        count = round((goals.end + options.dwell) * worlds.rate)
+        levels = np.array([goals.value((k + 0.5) / worlds.rate) for k in range(count)])
+        climbs += climb_stairs(policies, levels, worlds, seed=options.seed)
+    return climbs
+
+
+def climbs_on_bench(
+    options: ClimbOptions, policies: Sequence[RunnablePolicy], out: Path, operator: Operator
+) -> list[Climb]:
+    """Let the policies climb on a bench, where there is one, and read the logs that are given."""
+    logs = [(path.stem, path, policies[0]) for path in options.logs]
+    if options.port is not None:
+        folder, bench = out / "deployments", Path(options.finger).stem
+        for path, policy in zip(options.policies, policies, strict=True):
+            log = climbed(
+                options, path, folder, operator, further=options, bench=bench, trust=options.trust
+            )
+            logs.append((policy.name, log, policy))
+    mechanism = load_mechanism(options.finger)
+    return [
+        climb_on_bench(name, log, step_table(log), mechanism, policy.card.spool_radius)
+        for name, log, policy in logs
+    ]
+
+
+def climbed(
+    ports: BenchPorts,
+    policy: Path,
+    folder: Path,
+    operator: Operator,
+    *,
+    further: FurtherLoadCells = NO_OTHERS,
+    bench: str | None = None,
+    trust: bool = False,
+) -> Path:
+    """Deploy a policy on the paper's stairs and return its log.
+
+    Args:
+        ports: Where the bench is.
+        policy: File of the policy.
+        folder: Where the log goes.
+        operator: Who stands at the bench.
+        further: Load cells of further servos.
+        bench: Name of the bench; unless given the virtual one that the port names, or finger.
+        trust: Trust the policy's TorchScript file from now on.
+    """
+    options = DeployOptions(
+        policy=policy,
+        port=ports.port,
+        bench=bench,
+        goals="stairs",
+        duration=BENCH_DURATION,
+        out=folder,
+        split="test",
+        trust=trust,
+        load_cell_port=ports.load_cell_port,
+        calibration=ports.calibration,
+        further_load_cell_ports=further.further_load_cell_ports,
+        further_calibrations=further.further_calibrations,
+        faster_than_real_time=ports.faster_than_real_time,
+    )
+    log = drive(options, operator).path
+    assert log is not None
+    return log

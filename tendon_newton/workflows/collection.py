@@ -1,0 +1,89 @@
+"""Record a plan or a single run on the bench that options name."""
+
+from __future__ import annotations
+
+from hardware.benches.bench_address import BenchAddress, DriveAddress
+from hardware.collection.collect_plan import SINGLE_RUNS, Collection, collect, free_name
+from hardware.collection.collect_settings import CollectSettings
+from hardware.collection.excitation_plan import PlannedRun, find_plan
+from hardware.control.operator import Operator
+from hardware.safety_rules.limits import SafetyLimits
+from hardware.stop_request import StopRequest
+from tendon_newton.workflows.options import BenchOptions, CollectOptions
+
+
+def record(options: CollectOptions, operator: Operator) -> Collection:
+    """Record what is missing, and return what came of it.
+
+    Args:
+        options: What to record, and where.
+        operator: Who stands at the bench.
+    """
+    plan = planned(options)
+    settings = CollectSettings(
+        rate=options.rate,
+        command_rate=options.command_rate,
+        limits=SafetyLimits(force=options.force_limit, temperature=options.temperature_limit),
+        seed=options.seed,
+        notes=options.notes,
+    )
+    address = address_of(
+        options,
+        plan[0].bench,
+        port=options.port,
+        load_cell_rate=options.virtual_load_cell_rate,
+    )
+    title = options.plan or SINGLE_RUNS
+    with StopRequest() as stop:
+        return collect(address, plan, settings, options.out, operator, stop, title=title)
+
+
+def address_of(
+    options: BenchOptions,
+    bench: str,
+    *,
+    port: str,
+    load_cell_rate: int,
+    further: tuple[DriveAddress, ...] = (),
+) -> BenchAddress:
+    """Return where a bench is.
+
+    Args:
+        options: They say what stands on it.
+        bench: Name under ``assets/``.
+        port: Serial port of the servos, or the word for a virtual bench.
+        load_cell_rate: Readings per second of the load cell [Hz].
+        further: Further servos.
+    """
+    return BenchAddress(
+        bench=bench,
+        further=further,
+        port=port,
+        load_cell_port=options.load_cell_port,
+        load_cell=options.load_cell,
+        calibration=options.calibration,
+        servo=options.servo,
+        identifier=options.servo_id,
+        baud=options.baud,
+        retries=options.retries,
+        load_cell_rate=load_cell_rate,
+        lockstep=options.faster_than_real_time,
+    )
+
+
+def planned(options: CollectOptions) -> tuple[PlannedRun, ...]:
+    """Return what is to be recorded."""
+    if options.plan is not None:
+        return find_plan(options.plan)
+    words = [options.bench, options.excitation, options.obstacle]
+    stem = "_".join(word for word in words if word != "free")
+    return (
+        PlannedRun(
+            name=free_name(options.out, stem),
+            bench=options.bench,
+            excitation=options.excitation,
+            duration=options.duration,
+            split=options.split,
+            obstacle=options.obstacle,
+        ),
+    )

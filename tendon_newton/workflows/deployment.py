@@ -1,0 +1,264 @@
+"""Let a policy drive a bench that options name, and keep its log as a recording."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import closing
+from math import pi
+from pathlib import Path
+
+from hardware.benches.bench import Bench, open_bench
+from hardware.benches.bench_address import BenchAddress, DriveAddress
+from hardware.collection.collect_plan import free_name, mount
+from hardware.control.goals import FixedGoal, Goals, open_goals
+from hardware.control.keyboard import Keyboard
+from hardware.control.operator import Operator
+from hardware.control.pilot import JogPilot, PolicyPilot
+from hardware.control.policy_runner import Policy, load_policy
+from hardware.deployment.deploy import Deployment, DeployOutcome, deploy
+from hardware.deployment.deploy_replay import DIFFERENCE, replay_log
+from hardware.deployment.deploy_settings import DeploySettings, loops_of, refuse_mismatch
+from hardware.safety_rules.force_estimate import ForceEstimate, load_estimate
+from hardware.safety_rules.limits import SafetyLimits
+from hardware.safety_rules.safety_limits import limits_for
+from hardware.servos import SERVOS
+from hardware.servos.host_position_loop import HostPositionLoop
+from hardware.stop_request import StopRequest
+from hardware.virtual_bench.process import DEFAULT_BENCH, WORD
+from tendon_newton.data.dataset import list_recording
+from tendon_newton.data.files.result_folder import make_folder
+from tendon_newton.errors import InvalidParameter, InvalidRecording, TendonNewtonError, unknown_name
+from tendon_newton.mechanisms.asset_library import asset_files
+from tendon_newton.workflows.collection import address_of
+from tendon_newton.workflows.options import DeployOptions
+
+JOG_RANGE = (-pi, 2.0 * pi)
+"""Spool angles that a hand may reach [rad]: a tendon that begins too tight is let out."""
+JOG_STEP = 0.1
+"""By which a key moves the spool [rad]: 1.25 mm of tendon."""
+JOG_GAIN, JOG_DUTY = 1.0, 0.25
+"""Stiffness [1/rad] and greatest duty [1] of the loop under a hand: a press of a key overcomes the
+gear's friction, and at standstill it pulls some 18 N at most."""
+ROWS_MIN = 80
+"""Rows of a log that is worth listing: a second."""
+
+
+def drive(options: DeployOptions, operator: Operator) -> DeployOutcome:
+    """Let a policy, or a hand at the keys, drive the bench; its log becomes a recording.
+
+    Args:
+        options: Which policy, and which bench.
+        operator: Who stands at the bench.
+
+    Raises:
+        InvalidParameter: Options contradict each other.
+        InvalidPolicyFile: The policy is none, or not one for this bench.
+        TendonNewtonError: What ended the run against the operator's will, told last.
+    """
+    policy = read_policy(options)
+    address = bench_address(options, 1 if policy is None else policy.card.servo_count)
+    settings = settings_of(options, policy)
+    if policy is not None:
+        refuse_mismatch(policy.card, settings, address)
+        pilot = PolicyPilot(policy)
+    else:
+        pilot = JogPilot(settings.policy_rate, settings.loop.position_range)
+    with (
+        closing(goals_of(options, policy, settings)) as goals,
+        StopRequest() as stop,
+        open_bench(address, operator.tell) as bench,
+    ):
+        get_ready(bench, operator)
+        deployment = Deployment(
+            bench=bench,
+            pilot=pilot,
+            settings=settings,
+            goals=goals,
+            policy=policy,
+            estimate=estimate_of(options),
+        )
+        with Keyboard() as keyboard:
+            if options.goals == "keyboard" and not keyboard.there and options.duration is None:
+                operator.tell("No terminal: no keys move the goal; a signal ends the run.")
+            outcome = deploy(deployment, free_log(options), keyboard, operator, stop)
+    conclude(options, outcome, operator)
+    return outcome
+
+
+def replay(options: DeployOptions, operator: Operator) -> None:
+    """Give a policy the observations of a log again, and tell how its actions compare.
+
+    Raises:
+        InvalidRecording: They are others.
+    """
+    policy, path = read_policy(options), options.replay
+    assert policy is not None
+    assert path is not None
+    report = replay_log(policy, path)
+    operator.announce(f"{path}: {report.text}")
+    if not report.same:
+        raise InvalidRecording(
+            f"{path}: the policy must want what stands in its log within {DIFFERENCE:g} rad; it "
+            "does not: another file, or another engine"
+        )
+
+
+def read_policy(options: DeployOptions) -> Policy | None:
+    """Load the policy, or refuse words that contradict each other."""
+    if options.jog and (options.policy is not None or options.replay is not None):
+        raise InvalidParameter("--jog moves the spool by hand; it takes neither policy nor replay")
+    if options.jog and options.further_servo_ids:
+        raise InvalidParameter("--jog moves one servo by hand; name it with --servo-id alone")
+    if not options.jog and options.policy is None:
+        raise InvalidParameter("a deployment needs --policy FILE, or --jog to move by hand")
+    if options.port is None and options.replay is None:
+        raise InvalidParameter("a deployment needs --port; without hardware: --port virtual")
+    if options.policy is None:
+        return None
+    return load_policy(options.policy, trust=options.trust)
+
+
+def bench_of(options: DeployOptions) -> str:
+    """Return the bench's name under assets."""
+    kind, *named = (options.port or "").split(":")
+    return options.bench or (named[0] if kind == WORD and named else "") or DEFAULT_BENCH
+
+
+def bench_address(options: DeployOptions, servos: int) -> BenchAddress:
+    """Return where the bench is, with as many servos as the policy drives."""
+    bench = bench_of(options)
+    if bench not in (assets := asset_files()):
+        raise unknown_name("bench", bench, assets)
+    return address_of(
+        options,
+        bench,
+        port=options.port or "",
+        load_cell_rate=options.load_cell_rate,
+        further=further_drives(options, servos),
+    )
+
+
+def further_drives(options: DeployOptions, servos: int) -> tuple[DriveAddress, ...]:
+    """Return where the servos behind the first are, with their load cells."""
+    own = range(options.servo_id + 1, options.servo_id + servos)
+    identifiers = options.further_servo_ids or tuple(own)
+    ports, calibrations = options.further_load_cell_ports, options.further_calibrations
+    for words, given in (("load-cell-ports", ports), ("calibrations", calibrations)):
+        if len(given) not in (0, len(identifiers)):
+            raise InvalidParameter(
+                f"--further-{words} has one for each of {len(identifiers)} further servos; "
+                f"{len(given)} are given"
+            )
+    return tuple(
+        DriveAddress(
+            identifier=identifier,
+            load_cell_port=ports[place] if ports else None,
+            calibration=calibrations[place] if calibrations else None,
+        )
+        for place, identifier in enumerate(identifiers)
+    )
+
+
+def settings_of(options: DeployOptions, policy: Policy | None) -> DeploySettings:
+    """Return rates and limits; the command range is the policy's, or a hand's."""
+    if options.servo not in SERVOS:
+        raise unknown_name("servo", options.servo, SERVOS)
+    by_hand = HostPositionLoop(
+        gain=JOG_GAIN, duty_limit=JOG_DUTY, offset=0.0, position_range=JOG_RANGE
+    )
+    loop, *further = (by_hand,) if policy is None else loops_of(policy.card)
+    limits = limits_for(
+        SERVOS[options.servo],
+        bench_limits(options, jog=policy is None),
+        clip=JOG_RANGE[1] if policy is None else policy.card.action_clip,
+        load_cell_rate=float(options.load_cell_rate),
+    )
+    return DeploySettings(
+        rate=options.rate,
+        policy_rate=options.policy_rate,
+        spool_radius=options.spool_radius,
+        loop=loop,
+        further_loops=tuple(further),
+        limits=limits,
+        duration=options.duration,
+        dry=options.dry_run,
+        unwind=policy is not None,
+        notes=options.notes,
+    )
+
+
+def bench_limits(options: DeployOptions, *, jog: bool) -> SafetyLimits:
+    """Return force, temperature and window; a hand may let the tendon out beyond home."""
+    low, high = SafetyLimits().position
+    return SafetyLimits(
+        force=options.force_limit,
+        temperature=options.temperature_limit,
+        position=(JOG_RANGE[0] - 0.5 if jog else low, high),
+    )
+
+
+def goals_of(options: DeployOptions, policy: Policy | None, settings: DeploySettings) -> Goals:
+    """Return where goals come from; a hand's goal is the spool angle."""
+    if policy is None:
+        return FixedGoal(0.0, settings.loop.position_range, JOG_STEP)
+    return open_goals(options.goals, policy.card.goal_range, options.goals_key)
+
+
+def estimate_of(options: DeployOptions) -> ForceEstimate | None:
+    """Return what estimates the tension, if anything."""
+    if options.force_network is None:
+        return None
+
+    return load_estimate(options.force_network, options.policy_rate)
+
+
+def get_ready(bench: Bench, operator: Operator) -> None:
+    """Ask for the bench to be made ready; without a terminal say what is taken for granted."""
+    if sys.stdin.isatty():
+        mount(bench, operator)
+    elif not bench.address.virtual:
+        operator.tell("Home is where the spool stands now: the tendon must be just taut.")
+    for drive in bench.drives:
+        if drive.load_cell is None or drive.calibration is None:
+            of = f" of servo {drive.servo.identifier}" if bench.further else ""
+            operator.tell(f"No calibrated load cell: the tension{of} is not measured.")
+
+
+def free_log(options: DeployOptions) -> Path:
+    """Return a path for the log that nothing has yet."""
+    folder = make_folder(options.out)
+    stem = "jog" if options.policy is None else options.policy.stem
+    return folder / f"{free_name(folder, stem)}.mcap"
+
+
+def conclude(options: DeployOptions, outcome: DeployOutcome, operator: Operator) -> None:
+    """Say what came of it, and list the log as a recording; what ended it is raised last."""
+    trips = ", ".join(f"{name} {count}" for name, count in outcome.trips.items()) or "none"
+    operator.announce(
+        f"{outcome.path}: {outcome.rows} rows, {outcome.missed} missed, {outcome.steps} steps; "
+        f"ended: {outcome.ended}\npacing: {outcome.pacing.text}\nsafety rules: {trips}"
+    )
+    try:
+        if outcome.path is not None and outcome.rows >= ROWS_MIN and not options.dry_run:
+            enlist(options, outcome.path.name)
+    except TendonNewtonError as error:
+        if outcome.fault is None:
+            raise
+        operator.tell(str(error))
+    if outcome.fault is not None:
+        raise outcome.fault
+
+
+def enlist(options: DeployOptions, file: str) -> None:
+    """List a log as a recording of its folder."""
+    slow = options.calibration is not None or (options.port or "").startswith("virtual")
+    list_recording(
+        options.out,
+        file,
+        bench=bench_of(options),
+        split=options.split,
+        start="first_row",
+        load_cell_rate=float(options.load_cell_rate)
+        if slow and options.load_cell_rate < 0.9 * options.rate
+        else None,
+    )

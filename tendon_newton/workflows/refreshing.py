@@ -1,0 +1,261 @@
+"""From the logs of a worn bench to a corrected model and a policy that knows it."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import numpy as np
+
+from hardware.control.goals import stairs
+from hardware.control.operator import Operator
+from hardware.control.policy_runner import load_policy
+from hardware.deployment.deploy_log import policy_span, step_table
+from tendon_newton import __version__
+from tendon_newton.data.files.result_folder import make_folder
+from tendon_newton.data.files.trust import content_hash
+from tendon_newton.data.model_file import load_model, write_model
+from tendon_newton.diagnosis.reporting.report import Origin, write_report
+from tendon_newton.diagnosis.result import write_diagnosis
+from tendon_newton.effects import find_effect
+from tendon_newton.errors import InvalidParameter
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.workflows.climbing import climbed
+from tendon_newton.workflows.options import RefreshOptions
+from train.policy.scoring.bench_climb import climb_on_bench
+from train.policy.scoring.evaluation import Climb, RunnablePolicy, climb_stairs, reachable_error
+from train.policy.scoring.evaluation_figure import draw_climbs
+from train.policy.scoring.evaluation_scores import ClimbScore, score
+from train.policy.worlds.force_model import file_hash
+from train.refresh.drift import SUSPECTS, find_drift, growth, model_error
+from train.refresh.ledger import Ledger
+from train.refresh.logs import fitted_parts, log_files, logs_as_dataset, read_logs, taut_parts
+from train.refresh.outcome import (
+    AGREES,
+    Drift,
+    TipFigure,
+    headline,
+    judge_drift,
+    read_drift,
+    write_page,
+)
+from train.refresh.retraining import find_training, retrain
+from train.refresh.slip import SLIP, SLIPS, taut_from, with_slip
+from train.refresh.tuning import tune
+from train.refresh.turning import slip_since
+
+
+def refresh(options: RefreshOptions, operator: Operator) -> Drift:
+    """Find the drift, correct the model, train on, and say what came of it.
+
+    Args:
+        options: Logs, model and policy, and where the results go.
+        operator: Told how it goes, and asked where a bench must be made ready.
+
+    Raises:
+        InvalidParameter: There is nothing to train.
+        UnknownName: A suspect is no effect.
+    """
+    if options.iterations < 1:
+        raise InvalidParameter(f"iterations must be 1 or more; they are {options.iterations}")
+    for name in options.suspects:
+        find_effect(name)
+    ledger = open_ledger(options, make_folder(options.out))
+    drift = find(options, ledger, operator)
+    operator.announce(f"\n{headline(drift)}")
+    for cause in drift.causes:
+        operator.announce(f"  {cause.name:26s} {', '.join(cause.numbers)}   ({cause.words})")
+    figures: list[TipFigure] = []
+    picture = None
+    if drift.verdict != AGREES or options.anyway:
+        correct(options, drift, ledger, operator)
+        train(options, ledger, operator)
+        figures, picture = compare(options, ledger, operator)
+    finish(options, drift, figures, ledger, picture, operator)
+    return drift
+
+
+def open_ledger(options: RefreshOptions, out: Path) -> Ledger:
+    """Return how far an earlier call came; other inputs are refused."""
+
+    def hashes(paths: tuple[Path, ...]) -> dict[str, str]:
+        return {str(path): content_hash(path.read_bytes()) for path in log_files(paths)}
+
+    inputs = {
+        "logs": hashes(options.logs),
+        "reference": hashes(options.reference),
+        "model": file_hash(options.model),
+        "policy": file_hash(find_training(options.policy).checkpoint),
+        "suspects": options.suspects,
+        "port": options.port,
+    }
+    return Ledger(out / "refresh.json", inputs)
+
+
+def find(options: RefreshOptions, ledger: Ledger, operator: Operator) -> Drift:
+    """Hold the logs against the model."""
+    if (done := ledger.done("drift")) is not None:
+        return read_drift(done)
+    model, logs = load_model(options.model), read_logs(options.logs, policy_span)
+    later = fitted_parts(logs)
+    suspects = options.suspects or tuple(SUSPECTS)
+    folder = make_folder(options.out / "diagnosis")
+    operator.announce("reading benches and compiling kernels ...")
+    dataset = logs_as_dataset(options.logs[0], logs, taut_from(later, model))
+    earlier, grown, slip = None, None, None
+    if options.reference:
+        new = read_logs(options.reference, policy_span)
+        reference = logs_as_dataset(options.out, new)
+        earlier = model_error(reference.test, model)
+        grown = growth(dataset, reference, model)
+        slip = slip_since(fitted_parts(new), later) if SLIP in suspects else None
+    diagnosis, evidence = find_drift(
+        dataset,
+        model,
+        suspects=suspects,
+        progress=lambda text: operator.announce(f"{text} ..."),
+    )
+    write_diagnosis(folder / "diagnosis.json", diagnosis)
+    write_model(folder / "model.toml", diagnosis.model)
+    write_report(folder / "report.html", diagnosis, evidence, Origin())
+    drift = judge_drift(diagnosis, earlier, grown=grown, slip=slip)
+    ledger.finish("drift", asdict(drift))
+    return drift
+
+
+def correct(options: RefreshOptions, drift: Drift, ledger: Ledger, operator: Operator) -> None:
+    """Put what was found into the model; where nothing was, fit all its numbers to the logs."""
+    if ledger.done("model") is not None:
+        return
+    operator.announce("correcting the model ...")
+    logs = fitted_parts(read_logs(options.logs, policy_span))
+    model = load_model(options.model)
+    if any(cause.name in SLIPS for cause in drift.causes):
+        new = read_logs(options.reference, policy_span) if options.reference else ()
+        corrected, how = with_slip(logs, model, fitted_parts(new)), "slip"
+    elif drift.causes:  # all else was right when the bench was new
+        corrected, how = load_model(options.out / "diagnosis" / "model.toml"), "cause"
+    else:
+        corrected, how = tune(taut_parts(logs, taut_from(logs, model)), model).model, "all"
+    write_model(options.out / "model.toml", corrected)
+    ledger.finish("model", {"fitted": how})
+
+
+def train(options: RefreshOptions, ledger: Ledger, operator: Operator) -> None:
+    """Train the policy on."""
+    done = ledger.done("training")
+    if done is not None and done["iterations"] == options.iterations:
+        return
+    begin = time.monotonic()
+    exported = retrain(
+        find_training(options.policy),
+        options.out / "model.toml",
+        make_folder(options.out / "training"),
+        iterations=options.iterations,
+        device=options.device,
+        report=lambda progress: operator.announce(f"  {progress.text}"),
+    )
+    spent = time.monotonic() - begin + (done or {"seconds": 0.0})["seconds"]
+    ledger.finish(
+        "training",
+        {
+            "iterations": options.iterations,
+            "seconds": spent,
+            "samples": exported.card.training.samples,
+        },
+    )
+
+
+def compare(
+    options: RefreshOptions, ledger: Ledger, operator: Operator
+) -> tuple[list[TipFigure], Path]:
+    """Measure the old and the new policy, before and after, simulated and on the bench."""
+    mechanism = load_mechanism(find_training(options.policy).config.environment.finger)
+    climbs = [*simulated(options), *logged(options), *deployed_anew(options, ledger, operator)]
+    scores: list[ClimbScore] = [score(c, reachable_error(mechanism, c.goal)) for c in climbs]
+    stairs = [k for k, c in enumerate(climbs) if c.time[-1] < 1.1 * climbs[0].time[-1]]
+    picture = draw_climbs(
+        [climbs[k] for k in stairs], [scores[k] for k in stairs], options.out / "climb.png"
+    )
+    figures = [TipFigure(policy=s.policy, where=s.place, rmse=s.rmse) for s in scores]
+    ledger.finish("figures", [asdict(figure) for figure in figures])
+    return figures, picture
+
+
+def simulated(options: RefreshOptions) -> list[Climb]:
+    """Let both policies climb the stairs on the old and on the corrected model."""
+    earlier = find_training(options.policy).config.environment
+    goals = stairs()
+    count = round((goals.end + 1.5) * earlier.rate)
+    levels = np.array([goals.value((k + 0.5) / earlier.rate) for k in range(count)])
+    old, new = options.policy, options.out / "training" / "policy.onnx"
+    climbs: list[Climb] = []
+    for name, file, force, place in (
+        ("old", old, options.model, "simulation, as the model had it"),
+        ("old", old, options.out / "model.toml", "simulation, corrected"),
+        ("new", new, options.out / "model.toml", "simulation, corrected"),
+    ):
+        loaded = load_policy(file)
+        policy = RunnablePolicy(name=name, card=loaded.card, run=loaded.run)
+        worlds = replace(earlier, force=str(force), worlds=1, randomise=("none",))
+        climbs += [replace(c, place=place) for c in climb_stairs([policy], levels, worlds)]
+    return climbs
+
+
+def logged(options: RefreshOptions) -> list[Climb]:
+    """Read what the old policy did on the bench, before and now."""
+    return [
+        *(climb_of(options, "old", log, "before") for log in log_files(options.reference)),
+        *(climb_of(options, "old", log, "now") for log in log_files(options.logs)),
+    ]
+
+
+def deployed_anew(options: RefreshOptions, ledger: Ledger, operator: Operator) -> list[Climb]:
+    """Let the new policy climb on the bench, once for each length of its training."""
+    if options.port is None:
+        return []
+    done = ledger.done("bench")
+    if done is None or done["iterations"] != options.iterations:
+        new = options.out / "training" / "policy.onnx"
+        log = climbed(options, new, options.out / "deployments", operator)
+        ledger.finish("bench", {"iterations": options.iterations, "log": str(log)})
+    return [climb_of(options, "new", Path(ledger.done("bench")["log"]), "now")]
+
+
+def climb_of(options: RefreshOptions, policy: str, log: Path, when: str) -> Climb:
+    """Read a climb from a log."""
+    mechanism = load_mechanism(find_training(options.policy).config.environment.finger)
+    radius = load_policy(options.policy).card.spool_radius
+    climb = climb_on_bench(policy, log, step_table(log), mechanism, radius)
+    return replace(climb, place=f"{climb.place}, {when}: {log.name}")
+
+
+def finish(
+    options: RefreshOptions,
+    drift: Drift,
+    figures: list[TipFigure],
+    ledger: Ledger,
+    picture: Path | None,
+    operator: Operator,
+) -> None:
+    """Write the page and say where everything is."""
+    facts = {
+        "logs": ", ".join(map(str, options.logs)),
+        "model": str(options.model),
+        "policy": str(options.policy),
+        "program": f"tendon-newton {__version__}",
+    }
+    trained = ledger.done("training")
+    if trained is not None:
+        facts["training"] = (
+            f"{trained['iterations']} iterations, {trained['samples']:,} steps, "
+            f"{trained['seconds']:.0f} s on {options.device}"
+        )
+    write_page(options.out / "refresh.html", drift, figures, facts, picture)
+    for figure in figures:
+        operator.announce(f"  {figure.policy:4s} {1e3 * figure.rmse:6.1f} mm RMS   {figure.where}")
+    operator.announce(f"\nwrote {options.out / 'refresh.html'}")
+    if trained is not None:
+        operator.announce(f"  corrected model  {options.out / 'model.toml'}")
+        operator.announce(f"  new policy       {options.out / 'training' / 'policy.onnx'}")

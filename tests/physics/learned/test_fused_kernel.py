@@ -1,0 +1,145 @@
+"""The fused kernel of a force network against the network itself."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import pytest
+import torch
+
+from tendon_newton.actuators.networks.artifact import load_network, write_network
+from tendon_newton.actuators.networks.fused_query import FusedQuery, forces_of
+from tendon_newton.actuators.networks.history import History
+from tendon_newton.actuators.networks.query import open_query, query_of
+from tendon_newton.actuators.networks.torchscript import StreamingQuery, TorchScriptQuery
+from tendon_newton.errors import UnknownName
+from tendon_newton.force_networks.transformer import Transformer
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.simulation.hosts.control_loop import ControlLoop
+from tests.conftest import SEED
+from tests.physics.learned.networks import (
+    LIMIT,
+    RATE,
+    WINDOW,
+    force_network,
+    learned_model,
+    write_force_network,
+)
+
+WINDOWS = 10_000
+
+
+def random_samples(count: int, device: str = "cpu") -> History:
+    """Return a history of servos about the usual samples, each ring at another place."""
+    rng = np.random.default_rng(SEED)
+    mean, spread = np.array([2.4, 0.7, 0.0]), np.array([2.1, 0.5, 0.9])
+    history = History(count, WINDOW, device)
+    samples = mean[:, None] + spread[:, None] * rng.normal(size=(WINDOW, 3, count))
+    history.ring.assign(samples.astype(np.float32))
+    history.newest.assign(rng.integers(0, WINDOW, count).astype(np.int32))
+    return history
+
+
+@pytest.fixture(autouse=True)
+def trusting(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Keep the list of trusted files out of the user's own."""
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_the_fused_kernel_is_the_module(seed: int) -> None:
+    """Over 10,000 random windows to 1e-4 N; float32 sums in another order leave 1e-5."""
+    network = force_network(seed=seed)
+    for bias in network.parameters():
+        bias.data += 0.05 * torch.randn(bias.shape)  # no bias or gain stays at 0 or 1
+    fused = FusedQuery(network, rate=RATE, limit=LIMIT, device="cpu")
+    module = TorchScriptQuery(network, window=WINDOW, rate=RATE, limit=LIMIT)
+    history = random_samples(WINDOWS)
+    expected = forces_of(module, history)
+    assert float(expected.std()) > 0.1
+    assert forces_of(fused, history) == pytest.approx(expected, rel=0.0, abs=1e-4)
+
+
+def test_a_loop_with_the_fused_kernel_is_one_with_the_module(tmp_path: Path) -> None:
+    """One second in closed loop, from the same file, worlds in lanes that are not full."""
+    model = learned_model(str(write_force_network(tmp_path / "force.pt", force_network())))
+    commands = 1.0 + 3.0 * torch.rand(20, 3, 1, generator=torch.Generator().manual_seed(SEED))
+    read = {}
+    for form in ("fused", "torchscript"):
+        loop = ControlLoop(load_mechanism("finger"), model, 3, network=form, device="cpu")
+        assert loop.held is not None
+        assert loop.held.is_warp_only == (form == "fused")
+        loop.reset(commands[0])
+        read[form] = torch.stack([loop.step(c).motor_position.clone() for c in commands])
+    torch.testing.assert_close(read["fused"], read["torchscript"], rtol=0.0, atol=1e-4)
+
+
+@pytest.mark.gpu
+@pytest.mark.parametrize("of_set", ["paper", "authors"])
+def test_the_fused_kernel_on_cuda_is_the_module(of_set: str) -> None:
+    """As above, also where the last servo has a warp or a block for itself."""
+    network = force_network(of_set=of_set)
+    for bias in network.parameters():
+        bias.data += 0.05 * torch.randn(bias.shape)
+    network = network.to("cuda")
+    fused = FusedQuery(network, rate=RATE, limit=LIMIT, device="cuda:0")
+    module = TorchScriptQuery(network, window=WINDOW, rate=RATE, limit=LIMIT)
+    for count in (1, 13, WINDOWS):
+        history = random_samples(count, "cuda:0")
+        expected = forces_of(module, history)
+        assert forces_of(fused, history) == pytest.approx(expected, rel=0.0, abs=1e-4)
+
+
+def test_only_a_transformer_has_a_fused_kernel(tmp_path: Path) -> None:
+    """Every other kind runs as TorchScript, quietly, and a Transformer of other layers says why."""
+    torch.manual_seed(0)
+    path = write_force_network(tmp_path / "deep.pt", Transformer(WINDOW, layers=3))
+    with pytest.warns(UserWarning, match="runs as TorchScript: it is no Transformer of 2 layers"):
+        query = open_query(learned_model(str(path)), "fused", "cpu")
+    assert isinstance(query, TorchScriptQuery)
+    path = write_force_network(tmp_path / "mlp.pt", force_network("mlp"), "mlp")
+    assert isinstance(open_query(learned_model(str(path)), "fused", "cpu"), TorchScriptQuery)
+    with pytest.raises(UnknownName, match="fused"):
+        open_query(learned_model(str(path)), "fuse", "cpu")
+
+
+@pytest.mark.parametrize("purpose", ["prediction", "simulation"])
+def test_a_network_that_was_not_made_for_simulations_is_named_once(
+    purpose: Literal["prediction", "simulation"], tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """With the cure, however often it is opened; one that was made for them raises no word."""
+    path = tmp_path / f"{purpose}.pt"
+    write_force_network(path, force_network())
+    file = load_network(path)
+    write_network(path, file.module, replace(file.card, purpose=purpose))
+    for _ in range(2):
+        open_query(learned_model(str(path)), "torchscript", "cpu")
+    warned = [r.getMessage() for r in caplog.records if r.levelname == "WARNING"]
+    assert len(warned) == (purpose == "prediction")
+    assert all("train-force --purpose simulation" in words for words in warned)
+
+
+def test_a_recurrent_network_goes_on_where_it_was(tmp_path: Path) -> None:
+    """Streaming, a sample at a time is the whole sequence; a servo that begins anew forgets."""
+    path = write_force_network(tmp_path / "f.pt", force_network("rnn"), "rnn", streaming=True)
+    query = query_of(load_network(path), "fused", "cpu")
+    assert isinstance(query, StreamingQuery)
+    network = force_network("rnn")
+    long = torch.randn(2, WINDOW + 15, 3, generator=torch.Generator().manual_seed(SEED))
+    state, expected = network.initial_state(2), []
+    with torch.no_grad():
+        for sample in long.unbind(dim=1):
+            force, state = network.step(sample, state)
+            expected.append(force.clamp(max=LIMIT))
+    history = History(2, WINDOW, "cpu")
+    for k in range(16):
+        shown = long[:, k : k + WINDOW].permute(1, 2, 0).contiguous()
+        history.ring.assign(shown.numpy())
+        history.newest.fill_(WINDOW - 1)
+        found = forces_of(query, history)
+        assert found == pytest.approx(expected[WINDOW - 1 + k].numpy(), abs=1e-5)
+    query.forget(torch.tensor([False, True]))
+    with torch.no_grad():
+        again = network(long[:, 15:])[1]
+    assert float(forces_of(query, history)[1]) == pytest.approx(float(again), abs=1e-5)

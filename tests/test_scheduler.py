@@ -1,0 +1,195 @@
+"""Jobs in turn, in processes of this machine, and on the workers of a cluster."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from tendon_newton.cli import main
+from tendon_newton.errors import InvalidParameter, TendonNewtonError
+from tendon_newton.scheduler import (
+    THREADS_VARIABLE,
+    InTurn,
+    JobOptions,
+    completed,
+    core_count,
+    open_executor,
+)
+from tests.train.actuator.without_cell.servo_logs import write_servo_dataset
+from tests.train.reproduction.tiny import TinyBench
+from train.actuator.fitting.sweep import SweepConfig
+from train.actuator.fitting.sweep import main as train_all
+
+
+def squared(number: int) -> tuple[int, str | None, int]:
+    """Return a square, the threads that a simulation would take, and the process."""
+    time.sleep(0.1)  # so that one process does not take all
+    return number**2, os.environ.get(THREADS_VARIABLE), os.getpid()
+
+
+def refuse(number: int) -> int:
+    """Fail at one number."""
+    if number == 2:
+        raise InvalidParameter("number must not be 2")
+    return number
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """Address of a Dask scheduler with two workers on this machine."""
+    pytest.importorskip("distributed", reason="pip install 'tendon-newton[cluster]'")
+    folder = tmp_path_factory.mktemp("cluster")
+    file = folder / "scheduler.json"
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
+    scheduler = ["scheduler", "--port", "0", "--no-dashboard", "--host", "127.0.0.1"]
+    worker = ["worker", "--nworkers", "2", "--nthreads", "1", "--no-dashboard"]
+    processes = [
+        subprocess.Popen(
+            [sys.executable, "-m", "dask", *words, "--scheduler-file", str(file)],
+            cwd=folder,
+            env=environment,
+            stderr=subprocess.DEVNULL,
+        )
+        for words in (scheduler, worker)
+    ]
+    try:
+        for _ in range(300):
+            if file.is_file() and file.read_text():
+                break
+            time.sleep(0.1)
+        yield json.loads(file.read_text())["address"]
+    finally:
+        for process in reversed(processes):
+            process.terminate()
+            process.wait(timeout=30)
+
+
+def test_jobs_in_turn_come_one_at_a_time() -> None:
+    """The first result is there before the second job begins, in this process."""
+    began = []
+
+    def job(number: int) -> int:
+        began.append(number)
+        return number
+
+    results = completed(job, [3, 4], JobOptions())
+    assert next(results) == (3, 3)
+    assert began == [3]
+    assert list(results) == [(4, 4)]
+
+
+def test_processes_share_the_cores() -> None:
+    """Each result comes with its item; no process is this one, and each has its share of cores."""
+    found = dict(completed(squared, [3, 4, 5], JobOptions(jobs=2)))
+    assert {item: result[0] for item, result in found.items()} == {3: 9, 4: 16, 5: 25}
+    assert {result[1] for result in found.values()} == {str(max(1, core_count() // 2))}
+    assert os.getpid() not in {result[2] for result in found.values()}
+
+
+def test_workers_of_a_cluster_do_the_same(cluster: str) -> None:
+    """Both of two workers take jobs, each in one thread."""
+    options = JobOptions(scheduler=cluster)
+    found = dict(completed(squared, [3, 4, 5, 6], options))
+    assert {item: result[0] for item, result in found.items()} == {3: 9, 4: 16, 5: 25, 6: 36}
+    assert {result[1] for result in found.values()} == {"1"}
+    processes = {result[2] for result in found.values()}
+    assert len(processes) == 2
+    assert os.getpid() not in processes
+
+
+def test_an_exam_is_taken_by_a_cluster(cluster: str, tmp_path: Path) -> None:
+    """The verb's own jobs travel: each dataset gets its answer, here why there is none."""
+    folder, out = tmp_path / "exam", tmp_path / "out"
+    (folder / "truth").mkdir(parents=True)
+    for name in ("one", "two"):
+        (folder / name).mkdir()
+        (folder / name / "dataset.toml").touch()
+        truth = {"id": name, "family": "clean", "effects": []}
+        (folder / "truth" / f"{name}.json").write_text(json.dumps(truth))
+    assert main(["exam", str(folder), "--out", str(out), "--scheduler", cluster]) == 0
+    assert "dataset.toml" in (out / "one" / "error.txt").read_text()
+    assert (out / "two" / "error.txt").is_file()
+
+
+def test_a_sweep_is_trained_by_a_cluster(cluster: str, tmp_path: Path) -> None:
+    """The networks are those that one process trains."""
+    folder = write_servo_dataset(tmp_path / "data", duration=6.0)
+    sweep = SweepConfig(
+        dataset=folder,
+        out=tmp_path / "here",
+        networks=("mlp",),
+        sets=("matched",),
+        seeds=(0, 1),
+        epochs=1,
+        windows_per_epoch=512,
+        export=False,
+    )
+    train_all(sweep)
+    options = JobOptions(scheduler=cluster)
+    train_all(replace(sweep, out=tmp_path / "there", jobs=options))
+    for name in ("mlp-matched-0.json", "mlp-matched-1.json"):
+        here, there = ((tmp_path / where / name).read_text() for where in ("here", "there"))
+        assert here == there
+
+
+def test_a_reproduction_runs_on_a_cluster(cluster: str, tmp_path: Path) -> None:
+    """A stage's jobs travel with all that it needs; its figures and results are in OUT."""
+    bench = tmp_path / "bench"
+    TinyBench().record(0, bench, seed=0, most=None)
+    words = ["--recordings", str(bench), "--only", "ramp", "--quick"]
+    for where, options in (("here", []), ("there", ["--scheduler", cluster])):
+        assert main(["reproduce", "--out", str(tmp_path / where), *words, *options]) == 0
+    rows = [
+        json.loads((tmp_path / where / "reproduction.json").read_text())["stages"]
+        for where in ("here", "there")
+    ]
+    assert rows[0] == rows[1]
+    assert rows[0]["ramp"]["rows"]
+
+
+@pytest.mark.parametrize("options", [JobOptions(), JobOptions(jobs=2)])
+def test_an_error_of_a_job_is_raised(options: JobOptions) -> None:
+    """As it is, whoever did the job."""
+    with pytest.raises(InvalidParameter, match="must not be 2"):
+        list(completed(refuse, [1, 2, 3], options))
+
+
+def test_an_error_waits_in_its_future() -> None:
+    """What does jobs in turn is an executor like others."""
+    with open_executor(JobOptions()) as executor:
+        assert isinstance(executor, InTurn)
+        future = executor.submit(refuse, 2)
+        assert isinstance(future.exception(), InvalidParameter)
+        assert executor.submit(refuse, 1).result() == 1
+
+
+@pytest.mark.parametrize("jobs", [0, 1025])
+def test_there_is_at_least_one_process(jobs: int) -> None:
+    """The message says how many there may be."""
+    with pytest.raises(InvalidParameter, match="1 to 1024 processes"):
+        JobOptions(jobs=jobs)
+
+
+def test_a_scheduler_that_is_not_there_is_one_line() -> None:
+    """No traceback of a library: an address that nobody answers, or a package that is missing."""
+    options = JobOptions(scheduler="tcp://127.0.0.1:1")
+    with (
+        pytest.raises(TendonNewtonError, match=r"127\.0\.0\.1:1|'distributed'"),
+        open_executor(options),
+    ):
+        pass
+
+
+def test_only_cores_that_a_process_may_use_count() -> None:
+    """A list of cores that it was given (taskset) is shared, not the whole computer."""
+    assert 1 <= core_count() <= (os.cpu_count() or 1)
+    if hasattr(os, "sched_getaffinity"):
+        assert core_count() == len(os.sched_getaffinity(0))
