@@ -43,6 +43,12 @@ SHAFT = {**PWM, "spool_radius": 1.0, "armature": 0.002}
 BENCHES = ("finger", "spring_weak", "spring_strong", "thumb", "pendulum")
 TYPICAL: dict[str, dict[str, float]] = {
     "command_delay": {"delay": 0.03},
+    "command_rate_limit": {"limit": 3.0},
+    "acceleration_limit": {"limit": 40.0, "speed": 4.0},
+    "starting_duty": {"duty": 0.03},
+    "overload_cut": {"duty": 0.2, "fraction": 0.1, "time": 0.2},
+    "asymmetric_friction": {"winding": 0.7, "unwinding": 0.3},
+    "hysteresis": {"force": 0.6, "travel": 0.0005},
     "sample_period_error": {"scale": 1.1},
     "spool_radius_error": {"scale": 1.2},
     "position_offset": {"angle": 0.1},
@@ -84,7 +90,8 @@ TYPICAL: dict[str, dict[str, float]] = {
     "load_cell_drift": {"rate": 0.05},
 }
 """A number for each effect that shows on the standard commands."""
-ACTUATORS = {"ideal": IDEAL, "pwm_servo": PWM, "learned": LEARNED}
+TORQUE = {"kp": 0.05, "kd": 0.002, "max_torque": 0.25, "armature": 2.0e-4, "spool_radius": 0.0125}
+ACTUATORS = {"ideal": IDEAL, "pwm_servo": PWM, "pd_torque": TORQUE, "learned": LEARNED}
 
 
 def model_of(bench: str, actuator: str, *effects: str) -> Model:
@@ -92,7 +99,7 @@ def model_of(bench: str, actuator: str, *effects: str) -> Model:
     values: dict[str, Any] = dict(ACTUATORS[actuator])
     if bench == "pendulum" and actuator == "pwm_servo":
         values = dict(SHAFT)
-    if bench == "pendulum" and actuator == "ideal":
+    elif bench == "pendulum":
         values["spool_radius"] = 1.0
     return Model(
         actuator=NamedValues(name=actuator, values=values),
@@ -105,7 +112,7 @@ def cases(target: str, *, quick: bool) -> list[tuple[str, str, tuple[str, ...]]]
     plain = [
         (bench, actuator, ())
         for bench in BENCHES
-        for actuator in ACTUATORS
+        for actuator in ("ideal", "pwm_servo", "pd_torque", "learned")
         if (bench, actuator) != ("pendulum", "learned")
     ]
     if quick:

@@ -79,21 +79,40 @@ def add_servo(spec: Any, tendon: Tendon, model: Model, sign: float, offset: floa
     if model.actuator.name == "ideal":
         set_affine(actuator, values["gain"] * scale * radius, shift, lost)
         return
+    spec.tendon(tendon.name).armature = values["armature"] / radius**2
+    if model.actuator.name == "pd_torque":
+        top = min(values["max_torque"], limit * radius)
+        actuator.forcerange = [-top if tendon.direct else 0.0, top]
+        set_affine(actuator, values["kp"] * scale, shift, values["kd"] + lost)
+        return
+    add_dc_motor(actuator, values, scale, shift, lost)
+
+
+def add_dc_motor(
+    actuator: Any, values: dict[str, float], scale: float, shift: float, lost: float
+) -> None:
+    """Make an actuator a DC motor behind a position loop.
+
+    MuJoCo's own motor asks for a torque and adds what its back-EMF takes, so that the loop's gain
+    is one of torque and its damping that of the back-EMF; its voltage is limited then. It knows
+    neither an angle's zero nor viscous friction: with these the limit of the duty is left out.
+
+    Args:
+        actuator: The actuator.
+        values: Numbers of a `pwm_servo`.
+        scale: What its gain is multiplied by [1].
+        shift: Motor angle [rad] at which the tendon has no length.
+        lost: Viscous friction [N m s/rad].
+    """
     constant, resistance = values["torque_constant"], values["resistance"]
     supply = values["supply_voltage"]
     gain = values["duty_per_rad"] * scale * supply * constant / resistance
     brake = constant**2 / resistance
-    spec.tendon(tendon.name).armature = values["armature"] / radius**2
-    if shift == 0.0 and lost == 0.0:
-        top = values["max_duty"] * supply
-        actuator.set_to_dcmotor(
-            [constant, constant],
-            resistance,
-            controller=[gain, 0.0, brake, 0.0, 0.0, top],
-            ctrlspec=1,
-        )
+    if shift or lost:
+        set_affine(actuator, gain, shift, brake + lost)
         return
-    set_affine(actuator, gain, shift, brake + lost)
+    controller = [gain, 0.0, brake, 0.0, 0.0, values["max_duty"] * supply]
+    actuator.set_to_dcmotor([constant, constant], resistance, controller=controller, ctrlspec=1)
 
 
 def set_affine(actuator: Any, gain: float, shift: float, damping: float) -> None:
@@ -113,8 +132,13 @@ def add_delay(actuator: Any, delay: float, step: float) -> None:
 
 def add_friction(row: Any, model: Model) -> None:
     """Give a tendon the dry friction of its servo's gear, as far as it is one number [N]."""
-    row.frictionloss = number(model, "coulomb_friction", "force") + number(
-        model, "stribeck_friction", "coulomb_force"
+    winding, unwinding = (
+        number(model, "asymmetric_friction", way) for way in ("winding", "unwinding")
+    )
+    row.frictionloss = (
+        number(model, "coulomb_friction", "force")
+        + number(model, "stribeck_friction", "coulomb_force")
+        + 0.5 * (winding + unwinding)
     )
     row.solimp_friction = FRICTION_SHAPE
     row.solref_friction = (FRICTION_TIME, 1.0)

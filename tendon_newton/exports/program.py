@@ -27,6 +27,7 @@ TENDON_STAGES = (
     Stage.STRETCH,
     Stage.ANGLE,
     Stage.ERROR,
+    Stage.DUTY,
     Stage.MOTOR_FORCE,
     Stage.TENSION,
     Stage.ENCODER,
@@ -44,6 +45,8 @@ WORLD_STAGES = (
     Stage.CELL_LAG,
     Stage.CELL,
 )
+REMEMBERING = ("error", "duty", "motor_force", "tension")
+"""Stages along a tendon after which effects renew what they remember."""
 IMPORT = re.compile(r"^(?:from|import) [^\n(]*(?:\([^)]*\))?\n", re.MULTILINE)
 DOCSTRING = re.compile(r'\A"""(.*?)"""\n', re.DOTALL)
 
@@ -69,24 +72,34 @@ class Pieces:
 
     def add(self, effect: type[Effect], values: tuple[float, ...], *, free_spool: bool) -> None:
         """Add one effect with its numbers to every stage in which it acts."""
-        place = -1
+        places: tuple[int, ...] = ()
         replaced = effect.spool_stages if free_spool else ()
         if effect.memory is not None and effect.memory not in replaced:
             owner = Stage.SPRING if effect.memory is Stage.SPRING else Stage.TENSION
-            place = self.memories.get(owner, 0)
-            self.memories[owner] = place + 1
-            self._put(f"remember_{effect.memory.value}", effect.renewal(), effect, values, place)
+            first = self.memories.get(owner, 0)
+            places = tuple(range(first, first + len(effect.renewals())))
+            self.memories[owner] = first + len(places)
+            for renewal, place in zip(effect.renewals(), places, strict=True):
+                name = f"{effect.name}_{renewal.__name__}"
+                self._put(f"remember_{effect.memory.value}", renewal, name, values, places, place)
         for stage in Stage:
             hook = effect.hook(stage)
             if hook is not None and stage not in replaced:
-                self._put(stage.value, hook, effect, values, place)
+                self._put(stage.value, hook, f"{effect.name}_{stage.value}", values, places)
 
     def _put(
-        self, stage: str, function: Any, effect: type[Effect], values: tuple[float, ...], place: int
+        self,
+        stage: str,
+        function: Any,
+        name: str,
+        values: tuple[float, ...],
+        places: tuple[int, ...],
+        result: int = -1,
     ) -> None:
-        name = self.code.carry(function, f"{effect.name}_{stage}")
+        carried = self.code.carry(function, name)
         padded = (*values, *(0.0,) * (3 - len(values)))
-        piece = f"Piece({name}, {literal(padded)}, {place})"
+        first, second = (*places, -1, -1)[:2]
+        piece = f"Piece({carried}, {literal(padded)}, {first}, {second}, {result})"
         self.stages.setdefault(stage, []).append(piece)
 
     def text(self, stages: tuple[str, ...]) -> str:
@@ -118,7 +131,12 @@ def program_text(
     actuator = find_actuator(model.actuator.name)
     force = pieces.code.carry(actuator.force, "actuator_force")
     hold = pieces.code.carry(hold_answer, "hold_answer") if actuator.held else "None"
-    tendon_stages = (*(s.value for s in TENDON_STAGES), "remember_motor_force", "remember_tension")
+    duty = "None"
+    if actuator.modulated:
+        asked = pieces.code.carry(actuator.duty, "actuator_duty")
+        duty = f"({asked}, {pieces.code.carry(actuator.driven, 'actuator_driven')})"
+    remembering = tuple(f"remember_{stage}" for stage in REMEMBERING)
+    tendon_stages = (*(s.value for s in TENDON_STAGES), *remembering)
     world_stages = (*(s.value for s in WORLD_STAGES), "remember_spring")
     memories = pieces.memories.get(Stage.TENSION, 0)
     rows = [{**servo, "memories": memories} for servo in servos]
@@ -144,7 +162,7 @@ def program_text(
             f"TENDON_STAGES = {pieces.text(tendon_stages)}",
             f"WORLD_STAGES = {pieces.text(world_stages)}",
             f"SPRING_MEMORIES = {pieces.memories.get(Stage.SPRING, 0)}\n\n",
-            MAKE.format(force=force, hold=hold, network=opened),
+            MAKE.format(force=force, duty=duty, hold=hold, network=opened),
         ]
     )
 
@@ -176,7 +194,7 @@ import numpy as np
 """
 MAKE = '''def make_hook(model: Any, data: Any) -> Hook:
     """Return the hook of a MuJoCo model that holds the exported bodies and tendons."""
-    servos = [Servo(row, TENDON_STAGES, {force}, {hold}) for row in SERVOS]
+    servos = [Servo(row, TENDON_STAGES, {force}, {duty}, {hold}) for row in SERVOS]
     return Hook(model, data, servos, JOINTS, WORLD_STAGES, SPRING_MEMORIES, {network})
 
 

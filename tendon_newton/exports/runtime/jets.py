@@ -86,11 +86,27 @@ class Piece(NamedTuple):
     """Its parameters, padded to three."""
     memory: int = -1
     """Where what it remembers stands, -1 where it remembers nothing."""
+    second: int = -1
+    """The same of the second of two numbers."""
+    place: int = -1
+    """Where the result goes of a function that renews a memory."""
+
+
+def own_values(piece: Piece, memory: Any) -> tuple[float, ...]:
+    """Return an effect's parameters and what it remembers."""
+    first = memory[piece.memory] if piece.memory >= 0 else 0.0
+    second = memory[piece.second] if piece.second >= 0 else 0.0
+    return (*piece.values, first, second)
 
 
 def staged(signal: Any, pieces: list[Piece], *arguments: Any, memory: Any = None) -> Any:
     """Let the effects of a stage act one after the other."""
-    for function, values, place in pieces:
-        remembered = memory[place] if place >= 0 else 0.0
-        signal = function(signal, *arguments, (*values, remembered))
+    for piece in pieces:
+        signal = piece.function(signal, *arguments, own_values(piece, memory))
     return signal
+
+
+def renew(signal: Any, pieces: list[Piece], owner: Any, memory: Any, out: Any) -> None:
+    """Write into `out` what effects remember once a stage has left a signal."""
+    for piece in pieces:
+        out[piece.place] = piece.function(signal, owner, own_values(piece, memory))

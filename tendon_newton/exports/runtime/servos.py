@@ -10,7 +10,7 @@ import math
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
-from tendon_newton.exports.runtime.jets import Jet, Piece, clip, staged
+from tendon_newton.exports.runtime.jets import Jet, Piece, clip, renew, staged
 
 HOLDING = 4.0
 """What a motor at its greatest speed holds against, in shares of its greatest force [1]."""
@@ -57,6 +57,8 @@ class Now(NamedTuple):
     lead: float = 0.0
     """How far a rotor's spool leads its mechanism [m]."""
     lead_rate: float = 0.0
+    carried: float = 0.0
+    """What a shaft carries [N m], where it is known."""
     voltage: float = 0.0
     """Supply [V]; zero stands for the model's own."""
     enabled: float = 1.0
@@ -69,13 +71,17 @@ class Servo:
         numbers: What the model says of it.
         stages: Effects of each stage.
         force: The actuator's own function.
+        duty: Its functions to a duty cycle and from it; None of one without a duty.
         hold: By how much a force network's force answers to the shaft; None of an equation.
     """
 
-    def __init__(self, numbers: Any, stages: dict[str, list[Piece]], force: Any, hold: Any) -> None:
+    def __init__(
+        self, numbers: Any, stages: dict[str, list[Piece]], force: Any, duty: Any, hold: Any
+    ) -> None:
         self.numbers = numbers
         self.stages = stages
         self.force = force
+        self.duty = duty
         self.hold = hold
         self.p = list(numbers["actuator"]["values"])
         self.radius = staged(numbers["spool_radius"], stages["radius"])
@@ -117,20 +123,46 @@ class Servo:
             direction=min(max(side, -1.0), 1.0),
             inverse_radius=1.0 / self.radius,
             angle_rate=Jet(velocity, 0.0, 1.0) * (1.0 / self.radius),
+            force_limit=self.limit,
             error=0.0,
             tension=0.0,
+            carried=now.carried,
         )
 
     def motor_flow(self, tendon: Any) -> tuple[Jet, Jet]:
         """Return the motor's angle [rad] and its force [N]."""
+        signals = self.motor_signals(tendon)
+        return signals[0], signals[-1]
+
+    def motor_signals(self, tendon: Any) -> tuple[Jet, Jet, Jet, Jet]:
+        """Return angle [rad], error acted on [rad], duty [1] and force [N] of the motor."""
         stages, memory = self.stages, self.memory
         length = staged(Jet(tendon.wound, 1.0), stages["stretch"], tendon, memory=memory)
         angle = staged(length * tendon.inverse_radius, stages["angle"], tendon)
         error = Jet(tendon.command) - angle
         tendon.error = error[0]
-        asked = self.force(staged(error, stages["error"], tendon), tendon, self.p)
-        given = clip(asked, -self.limit, self.limit) * tendon.enabled
-        return angle, staged(given, stages["motor_force"], tendon, memory=memory)
+        error = staged(error, stages["error"], tendon, memory=memory)
+        duty = Jet(0.0)
+        if stages["duty"]:
+            duty = staged(self.asked_duty(error, tendon), stages["duty"], tendon, memory=memory)
+            force = self.driven(duty, tendon)
+        else:
+            force = self.force(error, tendon, self.p)
+        given = clip(force, -self.limit, self.limit) * tendon.enabled
+        return angle, error, duty, staged(given, stages["motor_force"], tendon, memory=memory)
+
+    def asked_duty(self, error: Jet, tendon: Any) -> Jet:
+        """Return the share of all it has that the servo asks for [1]."""
+        if self.duty is not None:
+            return self.duty[0](error, tendon, self.p)
+        asked = clip(self.force(error, tendon, self.p), -self.limit, self.limit)
+        return asked * (1.0 / self.limit)
+
+    def driven(self, duty: Jet, tendon: Any) -> Jet:
+        """Return the force [N] of such a share."""
+        if self.duty is not None:
+            return self.duty[1](duty, tendon, self.p)
+        return duty * self.limit
 
     def flow(self, now: Now, side: float) -> Flow:
         """Follow the signal from encoder to mechanism while the string moves with it."""
@@ -141,6 +173,8 @@ class Servo:
         stages, memory = self.stages, self.memory
         if self.rotor:
             probe = max(motor[0], PULLING) if self.least == 0.0 else motor[0]
+            if now.carried != 0.0:
+                probe = now.carried
             gear = self.gear_line(probe, tendon)
             value = gear[0] + gear[1] * (motor[0] - probe)
             tension = Jet(value, gear[1] * motor[1], gear[1] * motor[2] + gear[2])
@@ -211,13 +245,17 @@ class Servo:
 
     def renewed(self, now: Now, side: float) -> list[float]:
         """Return what the effects remember after a step that slid on a side."""
-        out = list(self.memory)
+        out, stages = list(self.memory), self.stages
         tendon = self.tendon_at(now, side)
-        angle, motor = self.motor_flow(tendon)
+        angle, error, duty, motor = self.motor_signals(tendon)
         tendon.error = tendon.command - angle[0]
-        tension = staged(motor, self.stages["tension"], tendon, memory=self.memory)
+        tension = staged(motor, stages["tension"], tendon, memory=self.memory)
         tension = Jet(max(tension[0], self.least), tension[1], tension[2])
-        for stage, signal in (("motor_force", motor), ("tension", tension)):
-            for remember, values, place in self.stages[f"remember_{stage}"]:
-                out[place] = remember(signal, tendon, (*values, self.memory[place]))
+        for stage, signal in (
+            ("error", error),
+            ("duty", duty),
+            ("motor_force", motor),
+            ("tension", tension),
+        ):
+            renew(signal, stages[f"remember_{stage}"], tendon, self.memory, out)
         return out

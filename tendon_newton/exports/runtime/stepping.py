@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import mujoco
 import numpy as np
 
-from tendon_newton.exports.runtime.jets import Jet, staged
+from tendon_newton.exports.runtime.jets import Jet, renew, staged
 from tendon_newton.exports.runtime.resting import Rest, balance
 from tendon_newton.exports.runtime.servos import Flow, Now, Servo
 
@@ -140,6 +140,7 @@ class Hook:
         self.slack = [servo.elastic for servo in self.servos]
         self.strain = [[0.0] * self.spring_memories for _ in self.joints]
         self.bow = [0.0] * len(self.servos)
+        self.carried = [0.0] * len(self.servos)
         self.next_query = 0.0
         for servo in self.servos:
             servo.memory = [0.0] * len(servo.memory)
@@ -222,6 +223,7 @@ class Hook:
                     velocity=rate[d],
                     lead=float(self.lead[d]),
                     lead_rate=float(self.lead_rate[d]),
+                    carried=self.carried[d],
                     voltage=self.voltage,
                     enabled=self.enabled,
                 )
@@ -339,7 +341,11 @@ class Hook:
             tension = low.tension[0] + shares[-1] * (high.tension[0] - low.tension[0])
             if servo.rotor:
                 gain = low.tension_gain + shares[-1] * (high.tension_gain - low.tension_gain)
-                tension -= gain * servo.inertia * (arms[d] @ self.data.qacc + self.bow[d])
+                rate = float(arms[d] @ self.data.qacc) + self.bow[d]
+                tension -= gain * servo.inertia * rate
+                slides = span <= 0.0 or not 0.0 < shares[-1] < 1.0
+                if servo.numbers["direct"]:
+                    self.carried[d] = low.motor[0] - servo.inertia * rate if slides else 0.0
             out.append(tension)
         return out, shares
 
@@ -404,8 +410,7 @@ class Hook:
     def renew_strain(self, joint: Any) -> None:
         """Renew what effects remember of a joint."""
         kept = self.strain[joint.index]
-        for remember, values, place in self.stages["remember_spring"]:
-            kept[place] = remember(Jet(0.0), joint, (*values, kept[place]))
+        renew(Jet(0.0), self.stages["remember_spring"], joint, list(kept), kept)
 
     def move_spool(self, d: int, servo: Servo, now: Now, h: float) -> None:
         """Turn a spool whose string is slack or stretches; catch one that has wound it in."""
@@ -450,12 +455,14 @@ class Hook:
 
     def solved_tension(self) -> list[float]:
         """Return the true tensions [N] just after a command, which MuJoCo solves for."""
-        nows = self.now_of(0.0)
-        holds = self.prepare(nows, self.model.opt.timestep)
-        mujoco.mj_fwdActuation(self.model, self.data)
-        mujoco.mj_fwdAcceleration(self.model, self.data)
-        mujoco.mj_fwdConstraint(self.model, self.data)
-        tension, _ = self.tensions(nows, holds)
+        tension: list[float] = []
+        for _ in range(2 if any(s.rotor and s.numbers["direct"] for s in self.servos) else 1):
+            nows = self.now_of(0.0)  # the second knows what a shaft carries
+            holds = self.prepare(nows, self.model.opt.timestep)
+            mujoco.mj_fwdActuation(self.model, self.data)
+            mujoco.mj_fwdAcceleration(self.model, self.data)
+            mujoco.mj_fwdConstraint(self.model, self.data)
+            tension, _ = self.tensions(nows, holds)
         return [max(t, s.least) for t, s in zip(tension, self.servos, strict=True)]
 
     def read(self) -> Reading:
