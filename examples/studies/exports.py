@@ -1,6 +1,6 @@
 """How far exported models stray from our own simulation: each bench, actuator and effect.
 
-    python -m examples.studies.exports [mujoco ...] [--quick]
+    python -m examples.studies.exports [mujoco ...]
 
 Effects have a number that shows, the standard commands of an export, and our own solver at steps of
 50 us as the truth. The results go to exports.json beside this file; docs/export.md shows them.
@@ -11,17 +11,19 @@ from __future__ import annotations
 import json
 import sys
 import tempfile
-import time
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.recording import Recording
 from tendon_newton.device_code.quiet import quiet_warp
 from tendon_newton.effects import EFFECTS
 from tendon_newton.exports import EXPORTS
-from tendon_newton.exports.departure import departure, replayed, standard_runs
-from tendon_newton.simulation.hosts.replay import bench_of, replay
+from tendon_newton.exports.departure import Departure, departure, replayed, standard_runs
+from tendon_newton.simulation.hosts.replay import bench_of, rollout_of
+from tendon_newton.simulation.hosts.rollout import Trajectory
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
 
 RESULTS = Path(__file__).with_suffix(".json")
@@ -107,55 +109,65 @@ def model_of(bench: str, actuator: str, *effects: str) -> Model:
     )
 
 
-def cases(target: str, *, quick: bool) -> list[tuple[str, str, tuple[str, ...]]]:
-    """Return (bench, actuator, effects) of every run for a target."""
-    plain = [
-        (bench, actuator, ())
+def cases(target: str) -> list[tuple[str, str, tuple[str, ...]]]:
+    """Return (bench, actuator, effects of which each is tried alone) for a target."""
+    held = tuple(name for name, kind in EXPORTS[target].coverage.items() if kind != "none")
+    return [
+        (bench, actuator, held if bench == "finger" and actuator in ("ideal", "pwm_servo") else ())
         for bench in BENCHES
-        for actuator in ("ideal", "pwm_servo", "pd_torque", "learned")
-        if (bench, actuator) != ("pendulum", "learned")
+        for actuator in ACTUATORS
+        if (bench, actuator) != ("pendulum", "learned")  # it has no string whose force was learned
     ]
-    if quick:
-        return [("finger", "ideal", ())]
-    held = [name for name, kind in EXPORTS[target].coverage.items() if kind != "none"]
-    single = [("finger", actuator, (name,)) for name in held for actuator in ("ideal", "pwm_servo")]
-    return [*plain, *single]
 
 
-def run_case(target: str, bench: str, actuator: str, effects: tuple[str, ...]) -> dict[str, Any]:
-    """Export one model, replay it, and return how far each way of running it strays."""
-    model = model_of(bench, actuator, *effects)
-    mechanism = bench_of(bench, model)
-    runs = standard_runs(mechanism, spool_radius_of(model))
-    ours = replay(runs, model, time_step=TRUTH_STEP)
-    row: dict[str, Any] = {"bench": bench, "actuator": actuator, "effects": list(effects)}
-    if effects:
-        without = replay(runs, replace(model, effects=()), time_step=TRUTH_STEP)
-        cost = departure(mechanism, without, ours)
-        row["cost"] = [1e3 * cost.angle, cost.force]
+def truths(
+    bench: str, actuator: str, effects: tuple[str, ...], runs: list[Recording]
+) -> list[list[Trajectory]]:
+    """Return our own simulation without effects, then with each of them, by one kernel."""
+    plain = model_of(bench, actuator)
+    rollout = rollout_of(bench_of(bench, plain), runs, plain, effects=effects, time_step=TRUTH_STEP)
+    models = [plain, *(model_of(bench, actuator, effect) for effect in effects)]
+    return rollout.run(np.stack([rollout.base_vectors(model) for model in models]))
+
+
+def strays(
+    target: str, model: Model, runs: list[Recording], ours: list[Trajectory]
+) -> dict[str, list[float]]:
+    """Return how far each way of running an export strays [mrad, N]."""
+    mechanism = bench_of(runs[0].bench, model)
+    out = {}
     with tempfile.TemporaryDirectory() as folder:
         exported = EXPORTS[target].write(Path(folder), mechanism, model)
         for way in exported.replays:
-            strays = departure(
-                mechanism, replayed(EXPORTS[target], exported, way, model, runs), ours
-            )
-            row[way] = [1e3 * strays.angle, strays.force]
-    return row
+            theirs = replayed(EXPORTS[target], exported, way, model, runs)
+            out[way] = in_units(departure(mechanism, theirs, ours))
+    return out
+
+
+def in_units(found: Departure) -> list[float]:
+    """Return a departure in [mrad, N]."""
+    return [round(1e3 * found.angle, 4), round(found.force, 5)]
 
 
 def main(words: list[str]) -> None:
     """Run the cases of some targets and keep the numbers."""
     quiet_warp()
-    names = [word for word in words if not word.startswith("-")] or list(EXPORTS)
     kept = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.exists() else {}
-    for target in names:
-        rows = []
-        for bench, actuator, effects in cases(target, quick="--quick" in words):
-            begun = time.perf_counter()
-            row = run_case(target, bench, actuator, effects)
-            rows.append(row)
-            print(target, row, f"{time.perf_counter() - begun:.0f} s", flush=True)
-            if "--quick" not in words:
+    for target in words or list(EXPORTS):
+        rows: list[dict[str, Any]] = []
+        for bench, actuator, effects in cases(target):
+            plain = model_of(bench, actuator)
+            mechanism = bench_of(bench, plain)
+            runs = standard_runs(mechanism, spool_radius_of(plain))
+            known = truths(bench, actuator, effects, runs)
+            for effect, ours in zip((None, *effects), known, strict=True):
+                model = plain if effect is None else model_of(bench, actuator, effect)
+                row: dict[str, Any] = {"bench": bench, "actuator": actuator, "effect": effect}
+                if effect is not None:
+                    row["worth"] = in_units(departure(mechanism, known[0], ours))
+                row |= strays(target, model, runs, ours)
+                rows.append(row)
+                print(target, row, flush=True)
                 kept[target] = rows
                 RESULTS.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
 

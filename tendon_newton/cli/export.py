@@ -33,8 +33,8 @@ class ExportConfig:
 
 def main(config: ExportConfig) -> None:
     """Write the files and say how far they stray."""
-    from tendon_newton.cli.output import make_folder
     from tendon_newton.data.dataset import load_dataset
+    from tendon_newton.data.files.result_folder import make_folder
     from tendon_newton.data.model_file import load_model
     from tendon_newton.device_code.quiet import quiet_warp
     from tendon_newton.errors import InvalidParameter

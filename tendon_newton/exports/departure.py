@@ -16,8 +16,8 @@ from tendon_newton.exports.base import Exported, ExportTarget
 from tendon_newton.mechanisms.geometry.kinematics import tip_position
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.overrides import override_mechanism
-from tendon_newton.simulation.hosts.replay import bench_of, replay
-from tendon_newton.simulation.hosts.rollout import Trajectory
+from tendon_newton.simulation.hosts.replay import bench_of, rollout_of
+from tendon_newton.simulation.hosts.rollout import TIME_STEP, Trajectory, rollout_groups
 
 STANDARD_SPAN = (0.1, 0.8)
 """Share of a bench's range between which the standard commands move."""
@@ -135,13 +135,39 @@ def with_numbers(model: Model, recording: Recording) -> Model:
     return replace(model, actuator=replace(model.actuator, values=values))
 
 
-def cost_of(
-    mechanism: Mechanism,
+def with_and_without(
     model: Model,
-    effect: str,
     recordings: Sequence[Recording],
-    full: Sequence[Trajectory],
-) -> Departure:
-    """Return how far our own simulation strays without an effect."""
-    fewer = tuple(entry for entry in model.effects if entry.name != effect)
-    return departure(mechanism, replay(recordings, replace(model, effects=fewer)), full)
+    effects: Sequence[str],
+    *,
+    time_step: float = TIME_STEP,
+    trust: bool = False,
+) -> tuple[list[Trajectory], dict[str, list[Trajectory]]]:
+    """Return our own simulation of recordings, and what it is without each of some effects.
+
+    Args:
+        model: Actuator and effects.
+        recordings: Recordings with commands.
+        effects: Effects of the model that are left out, one at a time.
+        time_step: Longest step [s].
+        trust: Whether to trust a force network's file from now on.
+    """
+    full: dict[int, Trajectory] = {}
+    fewer: dict[str, dict[int, Trajectory]] = {name: {} for name in effects}
+    for members in rollout_groups(recordings):
+        group = [recordings[i] for i in members]
+        bench = bench_of(group[0].bench, model)
+        rollout = rollout_of(bench, group, model, time_step=time_step, trust=trust)
+        base = rollout.base_vectors(model)
+        null = rollout.table.null_vector()
+        candidates = [base]
+        for name in effects:
+            columns = list(rollout.table.columns(name))
+            candidates.append(base.copy())
+            candidates[-1][:, columns] = null[columns]
+        first, *others = rollout.run(np.stack(candidates))
+        full.update(zip(members, first, strict=True))
+        for name, runs in zip(effects, others, strict=True):
+            fewer[name].update(zip(members, runs, strict=True))
+    order = range(len(recordings))
+    return [full[i] for i in order], {name: [fewer[name][i] for i in order] for name in effects}

@@ -14,13 +14,12 @@ from tendon_newton.errors import InvalidOutput
 from tendon_newton.exports.base import Exported, ExportTarget
 from tendon_newton.exports.departure import (
     Departure,
-    cost_of,
     departure,
     replayed,
     standard_runs,
+    with_and_without,
 )
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
-from tendon_newton.simulation.hosts.replay import replay
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
 
 PAGE, NUMBERS = "README.md", "replay.json"
@@ -58,9 +57,9 @@ def measure(
         trust: Whether to trust a force network's file from now on.
     """
     runs = list(recordings) or standard_runs(mechanism, spool_radius_of(model))
-    ours = replay(runs, model, trust=trust)
     left_out = sorted({name for names in exported.left_out.values() for name in names})
-    worth = {name: cost_of(mechanism, model, name, runs, ours) for name in left_out}
+    ours, without = with_and_without(model, runs, left_out, trust=trust)
+    worth = {name: departure(mechanism, fewer, ours) for name, fewer in without.items()}
     return Fidelity(
         runs=tuple(run.name for run in runs),
         replays={
@@ -81,11 +80,8 @@ def write_page(folder: Path, title: str, exported: Exported, fidelity: Fidelity)
     Raises:
         InvalidOutput: A file cannot be written.
     """
-    page = "\n".join(
-        [f"# {title}", "", *files_part(exported), "## How to load it", "", exported.loading]
-        + fidelity_part(fidelity)
-        + costs_part(fidelity)
-    )
+    lines = [f"# {title}", "", *files_part(exported), "## How to load it", "", exported.loading]
+    page = "\n".join([*lines, *fidelity_part(fidelity), *costs_part(fidelity)])
     numbers: dict[str, Any] = {
         "runs": fidelity.runs,
         "replay": {way: asdict(d) for way, d in fidelity.replays.items()},

@@ -19,7 +19,7 @@ class Network:
     """
 
     def __init__(self, path: Path, rate: float, window: int, streaming: bool) -> None:
-        import onnxruntime  # noqa: PLC0415 - only a model with a network needs it
+        import onnxruntime  # here, since only a model with a network needs it
 
         options = onnxruntime.SessionOptions()
         options.intra_op_num_threads = 1

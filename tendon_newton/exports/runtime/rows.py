@@ -69,7 +69,9 @@ def read_commands(path: Path, count: int) -> dict[str, Any]:
         lines = list(csv.DictReader(file))
     names = ["theta_d"] if count == 1 else [f"theta_d_{d}" for d in range(count)]
     if len(lines) < 2 or not {"t", *names} <= set(lines[0]):
-        raise SystemExit(f"{path} must have two rows or more with the columns t, {', '.join(names)}")
+        raise SystemExit(
+            f"{path} must have two rows or more with the columns t, {', '.join(names)}"
+        )
     columns = {name: np.array([float(line[name]) for line in lines]) for name in ("t", *names)}
     return {"t": columns["t"], "theta_d": np.array([columns[name] for name in names]).T}
 

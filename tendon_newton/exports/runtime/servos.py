@@ -213,7 +213,9 @@ class Servo:
         tendon.error = tendon.command - angle[0]
         tension = self.string * max(now.lead, 0.0) if self.elastic else 0.0
         gear = self.gear_line(max(tension, PULLING), tendon)
-        taken = max(tension, PULLING) + (tension - gear[0]) / gear[1]
+        taken = 0.0  # inside a gap nothing is in touch
+        if gear[1] > 0.0:
+            taken = max(tension, PULLING) + (tension - gear[0]) / gear[1]
         if side * tendon.direction > 1.5:
             return angle, -self.holding * tendon.direction, tension
         return angle, motor[0] - taken, tension

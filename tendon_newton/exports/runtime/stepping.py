@@ -280,7 +280,7 @@ class Hook:
 
     def prepare(self, nows: list[Now], h: float) -> list[Hold]:
         """Give MuJoCo the forces of the step to come; `mj_step1` has been called."""
-        data, model = self.data, self.model
+        data = self.data
         applied = self.joint_torques(h)
         arms = self.moment_arms = self.arms()
         holds = []
@@ -398,9 +398,7 @@ class Hook:
                     elapsed=h,
                 )
                 least, most = (servo.renewed(now, side) for side in holds[d].sides)
-                servo.memory = [
-                    a + shares[d] * (b - a) for a, b in zip(least, most, strict=True)
-                ]
+                servo.memory = [a + shares[d] * (b - a) for a, b in zip(least, most, strict=True)]
         for joint, place, dof in zip(self.joints, self.places, self.dofs, strict=True):
             joint.position = float(self.data.qpos[place])
             joint.velocity = float(self.data.qvel[dof])
