@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-import mujoco
 import numpy as np
 
+from tendon_newton.exports.runtime.engine import mujoco
 from tendon_newton.exports.runtime.servos import SETTLED, Now, Servo
 
 SETTLING_STEPS = 400

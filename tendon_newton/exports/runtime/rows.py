@@ -8,9 +8,9 @@ import math
 from pathlib import Path
 from typing import Any
 
-import mujoco
 import numpy as np
 
+from tendon_newton.exports.runtime.engine import mujoco
 from tendon_newton.exports.runtime.stepping import Hook
 
 LONGEST_STEP = 1.0e-4

@@ -7,9 +7,9 @@ from collections import deque
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
-import mujoco
 import numpy as np
 
+from tendon_newton.exports.runtime.engine import mujoco
 from tendon_newton.exports.runtime.jets import Jet, renew, staged
 from tendon_newton.exports.runtime.resting import Rest, balance
 from tendon_newton.exports.runtime.servos import Flow, Now, Servo
