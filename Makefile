@@ -1,11 +1,11 @@
 # One door to everything; `make help` lists it.
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo check test nightly bench
+.PHONY: help setup demo check test nightly bench docs
 
 BIN := .venv/bin
 STAMP := .venv/.installed
-EXTRAS := sim,train,hardware,cluster,ros,lerobot,view,dev
+EXTRAS := sim,train,hardware,cluster,ros,lerobot,view,docs,dev
 
 # The first interpreter that runs and is supported; override with `make setup PYTHON=...`.
 SUPPORTED := import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))
@@ -29,8 +29,7 @@ $(STAMP): $(BIN)/python pyproject.toml constraints.txt requirements-hashes.txt
 	@touch $@
 
 demo: setup  ## find the friction that a bundled dataset hides; the report is in build/demo
-	$(BIN)/tendon-newton diagnose examples/hidden_friction \
-		--model examples/hidden_friction/model.toml --out build/demo
+	$(BIN)/tendon-newton demo --out build/demo
 
 check: setup  ## lint, format, types, layers
 	$(BIN)/ruff check
@@ -55,3 +54,6 @@ nightly: setup  ## run the long exams: slow tests, mutations, 10,000 damaged fil
 bench: setup  ## measure speed; results per machine in build/benchmarks
 	OMP_NUM_THREADS=1 $(BIN)/pytest tests/benchmarks -o addopts="--strict-markers" \
 		--benchmark-only --benchmark-storage=file://./build/benchmarks --benchmark-autosave
+
+docs: setup  ## build the documentation as a site: build/site/index.html
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet

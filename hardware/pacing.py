@@ -90,10 +90,10 @@ class Ticker:
         )
 
     def percentile(self, fraction: float) -> float:
-        """Return the lateness that a fraction of the ticks stays below [s]."""
+        """Return the lateness that a fraction of the ticks does not exceed [s], to a bin above."""
         below = 0
         for place, count in enumerate(self.histogram):
             below += count
             if below >= fraction * self.ticks:
-                return (place + 1) * BIN
-        return BINS * BIN
+                return min((place + 1) * BIN, self.worst)
+        return self.worst

@@ -36,6 +36,10 @@ class InvalidDiagnosis(TendonNewtonError):
     """A ``diagnosis.json`` breaks what the format promises."""
 
 
+class NothingToSeparate(TendonNewtonError):
+    """A diagnosis told all its causes apart, or names none."""
+
+
 class InvalidAsset(TendonNewtonError):
     """A bench's USD asset lacks something or contradicts itself."""
 
@@ -46,6 +50,10 @@ class UnknownName(TendonNewtonError):
 
 class InvalidParameter(TendonNewtonError):
     """A number lies outside what it can mean."""
+
+
+class InvalidDeviceCode(TendonNewtonError):
+    """A device function asks a struct for what it does not have."""
 
 
 class InvalidNetworkFile(TendonNewtonError):

@@ -41,6 +41,7 @@ from train.reproduction.physical import starting_model
 EXAMPLE = Path(__file__).parents[1] / "examples" / "hidden_friction"
 SIGNALS = ("command", "motor_position", "motor_velocity", "force", "tip")
 NO_DATASET = {
+    "demo": "is diagnose, on the recordings that come along",
     "experiment": "reads a diagnosis",
     "asset": "reads an asset",
     "train-policy": "reads a model and, if told, the intervals of a diagnosis",

@@ -16,7 +16,8 @@ import warp as wp
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
 from tendon_newton.force_networks import build_network
-from tendon_newton.gradients.differentiable_learned import DifferentiableLearnedRollout
+from tendon_newton.gradients.differentiable import DifferentiableRollout
+from tendon_newton.gradients.network_course import TapedNetwork
 from tendon_newton.gradients.trajectory_gradient import simulate_with_gradients
 from tendon_newton.mechanisms.loading import load_mechanism
 
@@ -39,13 +40,11 @@ model = Model(
     actuator=NamedValues(name="learned", values={"spool_radius": 0.0125}),
     effects=(NamedValues(name="viscous_friction", values={"coefficient": 0.1}),),
 )
-rollout = DifferentiableLearnedRollout(
+rollout = DifferentiableRollout(
     load_mechanism("finger"),
     [recording],
     model,
-    network=network,
-    window=30,
-    rate=20.0,
+    network=TapedNetwork(module=network, window=30, rate=20.0),
     time_step=1.0e-3,
 )
 target = torch.tensor(0.8 + 0.2 * np.sin(2.0 * np.pi * time))[:, None]

@@ -26,8 +26,9 @@ from tendon_newton.data.cards.force_network_card import PLAIN_HOLD, HoldLaw
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array
 from tendon_newton.mechanisms.loading import load_mechanism
-from tendon_newton.simulation.hosts.learned_rollout import LearnedRollout
+from tendon_newton.simulation.hosts.network_source import NetworkSource
 from tendon_newton.simulation.hosts.replay import simulated_recording
+from tendon_newton.simulation.hosts.rollout import Rollout
 from train.actuator.ideal import PAPER_GAIN, SERVO_LIMIT
 from train.reproduction.closed_loop import Replayed, replayed
 from train.reproduction.networks import learned_model
@@ -120,10 +121,11 @@ def in_loop(unit: Unit, file: NetworkFile, every: int, hold: HoldLaw) -> list[Re
         limit=SERVO_LIMIT,
         hold=hold,
     )
-    rollout = LearnedRollout(
+    rollout = Rollout(
         load_mechanism("finger"),
         recordings,
-        query=query,
+        actuator="learned",
+        force=NetworkSource(query),
         spool_radius=SPOOL_RADIUS,
         time_step=TIME_STEP,
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
@@ -14,6 +14,7 @@ from hardware.benches.bench_address import BenchAddress
 from hardware.collection.collect import RunOutcome, record_run
 from hardware.collection.collect_settings import CollectSettings
 from hardware.collection.excitation_plan import BY_HAND, OBSTACLES, PlannedRun
+from hardware.collection.starting_model import leave_model, starting_model
 from hardware.control.operator import Operator
 from hardware.errors import ServoAlert
 from hardware.stop_request import StopRequest
@@ -74,13 +75,14 @@ def collect(
         InvalidOutput: The folder holds another plan, or the same with other settings.
         TendonNewtonError: A bench cannot be opened, or a fault ended a run.
     """
-    out.mkdir(parents=True, exist_ok=True)
-    claim(out, title, address, settings)
+    facts = shared_facts(title, address, settings)
+    refuse_others(out, facts)
     done = {AGAIN.sub("", Path(file).stem) for file in listed_files(out)}
     waiting = [run for run in plan if run.name not in done]
     outcomes: list[RunOutcome] = []
     for name, group in groupby(waiting, key=lambda run: run.bench):
         with open_bench(replace(address, bench=name), operator.tell) as bench:
+            begin(out, facts, bench, settings)
             mount(bench, operator)
             if bench.controls is not None:
                 bench.controls.plant_file(out / f"plant_{name}.toml")
@@ -182,8 +184,8 @@ def mount(bench: Bench, operator: Operator) -> None:
         )
 
 
-def claim(out: Path, title: str, address: BenchAddress, settings: CollectSettings) -> None:
-    """Note what a folder's recordings have in common, or refuse to mix others among them."""
+def shared_facts(title: str, address: BenchAddress, settings: CollectSettings) -> dict[str, Any]:
+    """Return what all recordings of a folder have in common."""
     facts: dict[str, Any] = {"plan": title, "virtual": address.virtual}
     if title != SINGLE_RUNS:
         facts |= {
@@ -192,12 +194,16 @@ def claim(out: Path, title: str, address: BenchAddress, settings: CollectSetting
             "rate_hz": settings.rate,
             "command_rate_hz": settings.commands,
         }
+    return facts
+
+
+def refuse_others(out: Path, facts: Mapping[str, Any]) -> None:
+    """Refuse to mix recordings of another kind among those that a folder lists."""
+    if not listed_files(out):
+        return
     path = out / COLLECTION_FILE
     if not path.exists():
-        if listed_files(out):
-            raise InvalidOutput(f"{out}: holds a dataset of another origin; give another folder")
-        write_toml(path, facts)
-        return
+        raise InvalidOutput(f"{out}: holds a dataset of another origin; give another folder")
     there = read_toml(path, InvalidOutput, "a collection is a TOML file")
     for key, value in facts.items():
         if there.get(key) != value:
@@ -205,3 +211,16 @@ def claim(out: Path, title: str, address: BenchAddress, settings: CollectSetting
                 f"{out}: its recordings have {key} = {shown(there.get(key))}; asked for is "
                 f"{shown(value)}: take them up with the same settings or give another folder"
             )
+
+
+def begin(out: Path, facts: Mapping[str, Any], bench: Bench, settings: CollectSettings) -> None:
+    """Make the folder of a bench that answers, with what its recordings share and its model."""
+    out.mkdir(parents=True, exist_ok=True)
+    write_toml(out / COLLECTION_FILE, facts)
+    model = starting_model(
+        bench.servo.spec,
+        settings.loop,
+        voltage=bench.servo.read_health().voltage,
+        spool_radius=settings.spool_radius,
+    )
+    leave_model(out, model)

@@ -28,6 +28,8 @@ class CollectSettings:
     """Limits that end a run."""
     seed: int = 0
     """Seed of the excitations' draws."""
+    spool_radius: float = 0.0125
+    """Radius of the bench's spool [m], for the model beside the recordings."""
     notes: str = ""
     """Words of the operator to keep with the log."""
 
@@ -43,6 +45,10 @@ class CollectSettings:
             )
         if not 0.0 <= self.settle <= 60.0:
             raise InvalidParameter(f"the rest must be 0 to 60 s; it is {self.settle:g} s")
+        if not 1e-4 <= self.spool_radius <= 0.5:
+            raise InvalidParameter(
+                f"a spool's radius must be 0.0001 to 0.5 m; it is {self.spool_radius:g} m"
+            )
 
     @property
     def commands(self) -> float:

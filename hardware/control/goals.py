@@ -28,7 +28,7 @@ PIECE = 4096
 STEP = math.pi / 60.0
 """Angle by which an arrow key moves the goal [rad]: 3 degrees."""
 STAIR, DWELL = math.pi / 10.0, 1.5
-"""Height [rad] and length [s] of the paper's stairs."""
+"""Height [rad] and length [s] of the paper's stairs; the last goal of a file is held as long."""
 
 
 class Goals(Protocol):
@@ -36,6 +36,8 @@ class Goals(Protocol):
 
     notes: list[str]
     """Messages for the operator; the teller empties the list."""
+    length: float | None
+    """Time after which no more goals come [s]; None where nothing says so."""
 
     def value(self, now: float) -> float:
         """Return the goal [rad] at a time since the start [s]."""
@@ -76,6 +78,7 @@ class FixedGoal:
 
     def __init__(self, value: float, bounds: tuple[float, float], step: float = STEP) -> None:
         self.notes: list[str] = []
+        self.length: float | None = None
         self._bounds = bounds
         self._step = step
         self._value = min(max(value, bounds[0]), bounds[1])
@@ -103,10 +106,14 @@ class TimedGoals:
     Args:
         instants: When each begins to hold [s], from 0 on, increasing.
         values: The goals [rad].
+        last: Time that the last one is held [s].
     """
 
-    def __init__(self, instants: Sequence[float], values: Sequence[float]) -> None:
+    def __init__(
+        self, instants: Sequence[float], values: Sequence[float], last: float = DWELL
+    ) -> None:
         self.notes: list[str] = []
+        self.length: float | None = instants[-1] + last
         self._instants = list(instants)
         self._values = list(values)
 
@@ -129,7 +136,7 @@ class TimedGoals:
 def stairs(dwell: float = DWELL) -> TimedGoals:
     """Return the paper's stairs: from 0 to pi/2 and back by pi/10, resting on each."""
     levels = [STAIR * level for level in (*range(6), *range(4, -1, -1))]
-    return TimedGoals([dwell * place for place in range(len(levels))], levels)
+    return TimedGoals([dwell * place for place in range(len(levels))], levels, dwell)
 
 
 def read_goals(path: Path) -> TimedGoals:
@@ -169,6 +176,7 @@ class LineGoals:
 
     def __init__(self, value: float = 0.0, number: int | None = None) -> None:
         self.notes: list[str] = []
+        self.length: float | None = None
         self._number = sys.stdin.fileno() if number is None else number
         self._value = value
         self._rest = b""

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
+from math import inf
 
 from hardware.benches.bench import Bench
 from hardware.collection.run_loop import FLUSH_PERIOD
@@ -41,6 +42,9 @@ SHOW_PERIOD = 0.1
 TELL_PERIOD = 2.0
 """Time before the operator is told of the same rule again [s]."""
 COMPLETE = "it has its full length"
+BUSY = "loop_overrun"
+"""Rule that a computer with other work breaks again and again; the operator is told once."""
+BUSY_HINT = ". A virtual bench waits for this computer with --faster-than-real-time"
 UNWIND_DUTY = -0.15
 """Duty that lets the tendon out [1]: 1 rad/s at most."""
 UNWIND_MARGIN = 0.05
@@ -285,12 +289,22 @@ class DeployLoop:
         ends = trip.action in ("unwind", "off") and trip.reason != COMPLETE
         if ends and self.ending is None:
             self.ending = trip
-        known = (trip.rule.name, trip.servo, trip.action)
-        if now >= self._told.get(known, -1.0):
-            self._told[known] = now + TELL_PERIOD
-            self.operator.tell(f"{trip.action.upper()}: {trip.reason}")
+        self._tell(trip, now)
         if self._log is not None:
             self._log.trip(trip)
+
+    def _tell(self, trip: Trip, now: float) -> None:
+        """Tell the operator, but not again and again; a run that is over is no alarm."""
+        if trip.reason == COMPLETE:
+            self.operator.announce("The run has its full length; the tendon is let out.")
+            return
+        known = (trip.rule.name, trip.servo, trip.action)
+        if now < self._told.get(known, -1.0):
+            return
+        busy = trip.rule.name == BUSY
+        self._told[known] = inf if busy else now + TELL_PERIOD
+        hint = BUSY_HINT if busy and self.bench.address.virtual else ""
+        self.operator.tell(f"{trip.action.upper()}: {trip.reason}{hint}")
 
     def _note(self, tick: int, begin: float) -> None:
         """Log how long a tick took; a log that is not written beside the loop is handed on."""

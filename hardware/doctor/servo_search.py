@@ -10,6 +10,7 @@ from hardware.errors import ServoSilent
 from hardware.servos import registers as r
 from hardware.servos.base import ServoCounters
 from hardware.servos.bus import Bus
+from hardware.servos.servo_port import PortHandler
 
 RATES = (1_000_000, 57_600, 2_000_000, 3_000_000, 4_000_000, 115_200)
 """Rates at which servos are looked for, likeliest first [1/s]."""
@@ -21,12 +22,17 @@ RESTART_PAUSE = 0.5
 """Time that a restarted servo is left alone [s]; it takes some tenths."""
 
 
+def port_name(port: str | PortHandler) -> str:
+    """Return what a port is called in messages."""
+    return port if isinstance(port, str) else "the virtual bench"
+
+
 def find_servos(
-    port: str, clock: Clock, show: Callable[[str], None]
+    port: str | PortHandler, clock: Clock, show: Callable[[str], None]
 ) -> tuple[int, dict[int, int]] | None:
     """Return the first rate [1/s] at which servos answer, and their models by ID."""
     for rate in RATES:
-        show(f"looking for servos on {port} at {rate} baud")
+        show(f"looking for servos on {port_name(port)} at {rate} baud")
         bus = Bus(port, identifier=1, baud=rate, clock=clock, counters=ServoCounters(), retries=0)
         bus.open()
         try:
@@ -38,7 +44,9 @@ def find_servos(
     return None
 
 
-def set_baud(port: str, baud: int, clock: Clock, show: Callable[[str], None]) -> Observation:
+def set_baud(
+    port: str | PortHandler, baud: int, clock: Clock, show: Callable[[str], None]
+) -> Observation:
     """Set the rate of the only servo on a port, which it keeps.
 
     Raises:
@@ -49,7 +57,7 @@ def set_baud(port: str, baud: int, clock: Clock, show: Callable[[str], None]) ->
     if found is None or len(found[1]) != 1 or baud not in codes:
         listed = ", ".join(str(rate) for rate in codes)
         raise ServoSilent(
-            f"{port}: one servo must answer to be set to one of {listed} baud; "
+            f"{port_name(port)}: one servo must answer to be set to one of {listed} baud; "
             f"asked for {baud}, and {len(found[1]) if found else 0} answer"
         )
     (identifier,) = found[1]
@@ -76,7 +84,7 @@ def set_baud(port: str, baud: int, clock: Clock, show: Callable[[str], None]) ->
 
 
 def set_identifier(
-    port: str, identifier: int, clock: Clock, show: Callable[[str], None]
+    port: str | PortHandler, identifier: int, clock: Clock, show: Callable[[str], None]
 ) -> Observation:
     """Set the ID of the only servo on a port, which it keeps: on one bus each has its own.
 
@@ -86,8 +94,8 @@ def set_identifier(
     found = find_servos(port, clock, show)
     if found is None or len(found[1]) != 1 or not 0 <= identifier <= LAST_IDENTIFIER:
         raise ServoSilent(
-            f"{port}: one servo must answer to be given an ID of 0 to {LAST_IDENTIFIER}; asked for "
-            f"{identifier}, and {len(found[1]) if found else 0} answer"
+            f"{port_name(port)}: one servo must answer to be given an ID of 0 to "
+            f"{LAST_IDENTIFIER}; asked for {identifier}, and {len(found[1]) if found else 0} answer"
         )
     rate, (before,) = found[0], found[1]
     for each in (before, identifier):
@@ -109,7 +117,9 @@ def set_identifier(
     )
 
 
-def reboot_servos(port: str, clock: Clock, show: Callable[[str], None]) -> Observation:
+def reboot_servos(
+    port: str | PortHandler, clock: Clock, show: Callable[[str], None]
+) -> Observation:
     """Restart all servos on a port, which clears their alerts and switches their motors off.
 
     Raises:
@@ -117,7 +127,7 @@ def reboot_servos(port: str, clock: Clock, show: Callable[[str], None]) -> Obser
     """
     found = find_servos(port, clock, show)
     if found is None:
-        raise ServoSilent(f"{port}: a servo must answer to be restarted; none does")
+        raise ServoSilent(f"{port_name(port)}: a servo must answer to be restarted; none does")
     rate, models = found
     for identifier in models:
         bus = Bus(

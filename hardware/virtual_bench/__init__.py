@@ -7,7 +7,7 @@ real time.
 from hardware.virtual_bench.faults import FaultEvent, Faults
 from hardware.virtual_bench.lockstep import LockstepBench
 from hardware.virtual_bench.physics.constants import BENCH_SEEDS
-from hardware.virtual_bench.process import VirtualPorts, open_virtual
+from hardware.virtual_bench.process import VirtualPorts, lockstep_of, open_virtual
 
 __all__ = [
     "BENCH_SEEDS",
@@ -15,5 +15,6 @@ __all__ = [
     "Faults",
     "LockstepBench",
     "VirtualPorts",
+    "lockstep_of",
     "open_virtual",
 ]

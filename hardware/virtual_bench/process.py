@@ -16,6 +16,7 @@ from typing import Any
 from hardware.virtual_bench.emulation.plant import PlantState
 from hardware.virtual_bench.emulation.truth import write_plant_file
 from hardware.virtual_bench.faults import FaultEvent, Faults
+from hardware.virtual_bench.lockstep import LockstepBench
 from hardware.virtual_bench.memory.control_table import XC330_T288_T
 from hardware.virtual_bench.physics.unit import BENCHES, draw_unit
 from hardware.virtual_bench.physics.wear import NEW, WEARS, worn
@@ -68,6 +69,12 @@ def parse_wear(word: str) -> str:
             f"A virtual bench is worn in one of the ways {listed(WEARS)}; got {word!r}"
         )
     return wear[0] if wear else NEW
+
+
+def lockstep_of(word: str) -> LockstepBench:
+    """Return the bench that a word such as ``virtual:finger:3`` names, as fast as its user."""
+    bench, seed = parse_word(word)
+    return LockstepBench(bench, seed, wear=parse_wear(word))
 
 
 class VirtualPorts:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from tendon_newton.actuators.base import Actuator
 from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, ParameterVector, real
+from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
 
 
@@ -35,7 +34,7 @@ class Ideal(Actuator):
 
     @staticmethod
     @device_template
-    def force(error: Jet, tendon: Any, p: ParameterVector) -> Jet:
+    def force(error: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
         """F = P (theta_d - theta)."""
         return error * p[0]
 

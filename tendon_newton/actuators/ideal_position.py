@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 from tendon_newton.actuators.base import Actuator
 from tendon_newton.device_code.placeholders import Jet, ParameterVector, real
+from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
 
 
@@ -32,7 +32,7 @@ class IdealPosition(Actuator):
 
     @staticmethod
     @device_template
-    def force(error: Jet, tendon: Any, p: ParameterVector) -> Jet:
+    def force(error: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
         """None is known."""
         return Jet(real(0.0), real(0.0), real(0.0))
 

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import warp as wp
 
 from tendon_newton.actuators.base import Actuator
 from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import TENDONS, Jet, ParameterVector, real
+from tendon_newton.device_code.placeholders import HELD_MEMORY, TENDONS, Jet, ParameterVector, real
+from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
-
-HELD_MEMORY = 0
-"""Where the held forces stand in a world's memory; what each is reckoned from stands behind."""
 
 AT_REST = 1.0e6
 """Time [s] since the last instant, beyond which a world has come to rest for good."""
@@ -83,7 +79,7 @@ class Learned(Actuator):
 
     @staticmethod
     @device_template
-    def force(error: Jet, tendon: Any, p: ParameterVector) -> Jet:
+    def force(error: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
         """F = s (F_k - K (theta - theta_k) - D (theta_dot - theta_dot_k)); at rest F = s F_k."""
         place = wp.static(HELD_MEMORY) + tendon.index
         held = Jet(tendon.memory[place], real(0.0), real(0.0))

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 from tendon_newton.actuators.base import Actuator
 from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, ParameterVector, real
+from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
 
 
@@ -29,22 +29,42 @@ class PdTorque(Actuator):
     rotor = True
     parameters = (
         Parameter(
-            name="kp", unit="N m/rad", null=0.0, nominal=20.0, lower=0.0, upper=2.0e4,
+            name="kp",
+            unit="N m/rad",
+            null=0.0,
+            nominal=20.0,
+            lower=0.0,
+            upper=2.0e4,
             source="20 to 100 N m/rad for legs of 12 to 30 kg; thousands for arms and carts",
         ),
         Parameter(
-            name="kd", unit="N m s/rad", null=0.0, nominal=0.5, lower=0.0, upper=2.0e3,
+            name="kd",
+            unit="N m s/rad",
+            null=0.0,
+            nominal=0.5,
+            lower=0.0,
+            upper=2.0e3,
             source="0.5 to 2 N m s/rad are usual beside it",
         ),
         Parameter(
-            name="max_torque", unit="N m", null=0.0, nominal=20.0, lower=0.01, upper=1000.0,
+            name="max_torque",
+            unit="N m",
+            null=0.0,
+            nominal=20.0,
+            lower=0.01,
+            upper=1000.0,
             source="24 N m of a Go1's hip; a few hundred in humanoids",
         ),
         Parameter(
-            name="armature", unit="kg m2", null=0.0, nominal=0.005, lower=0.0, upper=1.0,
+            name="armature",
+            unit="kg m2",
+            null=0.0,
+            nominal=0.005,
+            lower=0.0,
+            upper=1.0,
             source="rotor inertia of some 1e-4 kg m2 times the square of a gear ratio of 6 to 10",
         ),
-    )  # fmt: skip
+    )
 
     @classmethod
     def static_force(cls, values: Mapping[str, float | str], error: float, radius: float) -> float:
@@ -54,7 +74,7 @@ class PdTorque(Actuator):
 
     @staticmethod
     @device_template
-    def force(error: Jet, tendon: Any, p: ParameterVector) -> Jet:
+    def force(error: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
         """F = clip(k_p (theta_d - theta) - k_d theta_dot) / r."""
         torque = error * p[0] - tendon.angle_rate * p[1]
         if torque[0] > p[2]:

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 from tendon_newton.actuators.base import Actuator
 from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, ParameterVector, real
+from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
 
 
 @device_template
-def motor_force(duty: Jet, tendon: Any, p: ParameterVector) -> Jet:
+def motor_force(duty: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
     """Return the force [N] of a motor at a duty, which the firmware limits."""
     limited = duty
     if duty[0] > p[1]:
@@ -111,19 +111,19 @@ class PwmServo(Actuator):
 
     @staticmethod
     @device_template
-    def force(error: Jet, tendon: Any, p: ParameterVector) -> Jet:
+    def force(error: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
         """F = k_t (u V - k_t theta_dot) / (R r)."""
         return motor_force(error * p[0], tendon, p)
 
     @staticmethod
     @device_template
-    def duty(error: Jet, tendon: Any, p: ParameterVector) -> Jet:
+    def duty(error: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
         """Return u = k_u (theta_d - theta)."""
         return error * p[0]
 
     @staticmethod
     @device_template
-    def driven(duty: Jet, tendon: Any, p: ParameterVector) -> Jet:
+    def driven(duty: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
         """F = k_t (u V - k_t theta_dot) / (R r)."""
         return motor_force(duty, tendon, p)
 

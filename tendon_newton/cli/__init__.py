@@ -3,12 +3,15 @@
 import importlib
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, nullcontext, redirect_stdout
+from pathlib import Path
 from typing import Any, get_type_hints
 
 from tendon_newton.errors import MissingDependency, TendonNewtonError, unknown_name
 
 VERBS: dict[str, str] = {
+    "demo": "tendon_newton.cli.demo",
     "import": "tendon_newton.cli.import_",
     "simulate": "tendon_newton.cli.simulate",
     "diagnose": "tendon_newton.cli.diagnose",
@@ -33,6 +36,8 @@ VERBS: dict[str, str] = {
 
 VERBOSE_OPTION = "--verbose"
 VERBOSE_WORDS = "with any verb: also prints what the libraries beneath say of themselves"
+QUIET_OPTION = "--quiet"
+QUIET_WORDS = "with any verb: prints errors and warnings alone; the exit code tells the rest"
 
 # exit codes of the shell's conventions: 2 misuse, 128 + 2 interrupted, 128 + 13 broken pipe
 EXIT_MISUSE = 2
@@ -102,16 +107,20 @@ def run_verb(verb: str, words: list[str]) -> int:
     if VERBOSE_OPTION in words:
         os.environ["TENDON_NEWTON_VERBOSE"] = "1"  # the processes that a verb starts read it too
         words = [word for word in words if word != VERBOSE_OPTION]
+    quiet = QUIET_OPTION in words
+    words = [word for word in words if word != QUIET_OPTION]
     module: Any = importlib.import_module(VERBS[verb])
     config_type = get_type_hints(module.main)["config"]
     config = tyro.cli(
         config_type,
         args=words,
         prog=f"tendon-newton {verb}",
-        description=f"{module.__doc__}\n{VERBOSE_OPTION} {VERBOSE_WORDS}.",
+        description=f"{module.__doc__}\n{VERBOSE_OPTION} {VERBOSE_WORDS}.\n"
+        f"{QUIET_OPTION} {QUIET_WORDS}.",
     )
     try:
-        module.main(config)
+        with silence() if quiet else nullcontext():
+            module.main(config)
     except ModuleNotFoundError as error:
         if error.name is None or error.name.startswith("tendon_newton"):
             raise
@@ -120,6 +129,13 @@ def run_verb(verb: str, words: list[str]) -> int:
             "pip install 'tendon-newton[sim]' has everything but training"
         ) from error
     return 0
+
+
+@contextmanager
+def silence() -> Iterator[None]:
+    """Let nothing that is printed come out; what is written to the error stream does."""
+    with Path(os.devnull).open("w", encoding="utf-8") as nowhere, redirect_stdout(nowhere):
+        yield
 
 
 def overview() -> str:
@@ -137,6 +153,7 @@ def overview() -> str:
             "",
             "  --version  print the version",
             f"  {VERBOSE_OPTION}  {VERBOSE_WORDS}",
+            f"  {QUIET_OPTION}    {QUIET_WORDS}",
         ]
     )
 

@@ -69,7 +69,7 @@ class Check:
     """Check an asset: USD's own validators, units, masses, joints, springs, tendons."""
 
     asset: tyro.conf.Positional[str]
-    """Name under assets/, or path of a USD file."""
+    """Name under assets/, or path of a USD file or of an asset's folder."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,7 +77,7 @@ class Show:
     """Draw excursion, moment arms, closing force, postures and a view in space into a PNG file."""
 
     asset: tyro.conf.Positional[str]
-    """Name under assets/, or path of a USD file."""
+    """Name under assets/, or path of a USD file or of an asset's folder."""
     out: Path | None = None
     """Picture to write; <name>.png in the current folder by default."""
     window: bool = False

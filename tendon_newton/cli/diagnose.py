@@ -27,10 +27,10 @@ class DiagnoseConfig:
 
     dataset: Annotated[Path, tyro.conf.Positional]
     """Folder with dataset.toml and its recordings; test recordings only report the error."""
-    model: Path
-    """Model file to start from."""
     out: Path
     """Folder for the results; made if it is not there."""
+    model: Path | None = None
+    """Model file to start from; by default model.toml beside the recordings."""
     hold_out: float | None = None
     """Share of each recording, from its end, that only reports the error: for a dataset without
     test recordings, such as one long log of a deployment."""
@@ -44,7 +44,7 @@ def main(config: DiagnoseConfig) -> None:
 
     quiet_warp()
     dataset = read_dataset(config)
-    model = load_model(config.model)
+    model = load_model(model_file(config))
     out = make_folder(config.out)
 
     from tendon_newton.diagnosis.diagnose import diagnose
@@ -63,6 +63,21 @@ def main(config: DiagnoseConfig) -> None:
     print(f"  extended model  {out / 'model.toml'}")
     print(f"  for programs    {out / 'diagnosis.json'}")
     print(f"  for USD         {', '.join(map(str, layers))}")
+
+
+def model_file(config: DiagnoseConfig) -> Path:
+    """Return the model file to start from: the one that is named, or the dataset's own."""
+    from tendon_newton.errors import InvalidModelFile
+
+    if config.model is not None:
+        return config.model
+    beside = config.dataset / "model.toml"
+    if not beside.is_file():
+        raise InvalidModelFile(
+            f"{beside}: a diagnosis starts from a model; there is none. Name one with --model, or "
+            "write this file: the verbs collect and import do, docs/model_file.md tells how"
+        )
+    return beside
 
 
 def read_dataset(config: DiagnoseConfig) -> Dataset:
@@ -95,13 +110,14 @@ VERDICTS = {
 
 def summary(diagnosis: Diagnosis) -> str:
     """Return the result as a table for a terminal."""
+    from tendon_newton.data.parameters import with_unit
     from tendon_newton.diagnosis.reporting.report_doubts import doubts
 
     force = diagnosis.scale
     lines = ["", VERDICTS[diagnosis.verdict], ""]
     for effect in diagnosis.effects:
         numbers = ", ".join(
-            f"{name} = {p.value:.4g} {p.unit} [{p.ci95[0]:.4g}, {p.ci95[1]:.4g}]"
+            f"{name} = {with_unit(f'{p.value:.4g}', p.unit)} [{p.ci95[0]:.4g}, {p.ci95[1]:.4g}]"
             for name, p in effect.parameters.items()
         )
         lines.append(f"  {effect.name:26s} {numbers}")

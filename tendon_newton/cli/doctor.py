@@ -12,8 +12,8 @@ something must be mended before data is worth taking.
 
 from __future__ import annotations
 
+import os
 import sys
-from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 EXIT_FIX = 1
 """Exit code where something must be mended."""
+COLOURS = {"good": 32, "note": 33, "fix": 31}
+"""Green, yellow and red, by ANSI's numbers; the words stand there too."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,32 +46,30 @@ class Doctor:
 
 def main(config: Doctor) -> None:
     """Examine, print, and leave with code 1 where something must be mended."""
-    from hardware.clock import MonotonicClock
+    from hardware.clock import Clock, MonotonicClock
     from hardware.doctor import examine
     from hardware.doctor.servo_search import reboot_servos, set_baud, set_identifier
 
-    clock = MonotonicClock()
-    port, cell_port, ours = config.port, config.load_cell_port, frozenset[int]()
-    with ExitStack() as stack:
-        if port is not None and port.split(":")[0] == "virtual":
-            from hardware.virtual_bench import open_virtual
+    clock: Clock = MonotonicClock()
+    port, cell_port = config.port, config.load_cell_port
+    if port is not None and port.split(":")[0] == "virtual":
+        from hardware.virtual_bench import lockstep_of
 
-            ports = stack.enter_context(open_virtual(port))
-            port, cell_port = ports.servo_port, ports.load_cell_port
-            ours = frozenset({ports.process_id})
-        changes = config.reboot or config.set_baud is not None or config.set_id is not None
-        if port is None and changes:
-            raise InvalidParameter("--port must name the servo's port to change it; it does not")
-        if port is not None and config.reboot:
-            show_observation(reboot_servos(port, clock, show))
-        if port is not None and config.set_baud is not None:
-            show_observation(set_baud(port, config.set_baud, clock, show))
-        if port is not None and config.set_id is not None:
-            show_observation(set_identifier(port, config.set_id, clock, show))
-        count = 0
-        for observation in examine(port, cell_port, clock=clock, ours=ours, show=show):
-            show_observation(observation)
-            count += observation.verdict == "fix"
+        twin = lockstep_of(port)
+        clock, port, cell_port = twin.clock, twin.servo_port(), twin.load_cell_stream()
+    changes = config.reboot or config.set_baud is not None or config.set_id is not None
+    if port is None and changes:
+        raise InvalidParameter("--port must name the servo's port to change it; it does not")
+    if port is not None and config.reboot:
+        show_observation(reboot_servos(port, clock, show))
+    if port is not None and config.set_baud is not None:
+        show_observation(set_baud(port, config.set_baud, clock, show))
+    if port is not None and config.set_id is not None:
+        show_observation(set_identifier(port, config.set_id, clock, show))
+    count = 0
+    for observation in examine(port, cell_port, clock=clock, show=show):
+        show_observation(observation)
+        count += observation.verdict == "fix"
     print(f"{count or 'nothing'} to mend")
     if count:
         raise SystemExit(EXIT_FIX)
@@ -78,9 +78,17 @@ def main(config: Doctor) -> None:
 def show_observation(observation: Observation) -> None:
     """Print one row, and the remedy below it."""
     clear()
-    print(f"{observation.verdict:5} {observation.subject:22} {observation.found}")
+    verdict = coloured(f"{observation.verdict:5}", COLOURS[observation.verdict])
+    print(f"{verdict} {observation.subject:22} {observation.found}")
     if observation.remedy:
         print(f"      {'':22} -> {observation.remedy}")
+
+
+def coloured(text: str, colour: int) -> str:
+    """Return a text in a colour of the terminal; plain in a file, or where NO_COLOR is set."""
+    if not sys.stdout.isatty() or os.environ.get("NO_COLOR"):
+        return text
+    return f"\033[{colour}m{text}\033[0m"
 
 
 def show(text: str) -> None:

@@ -22,7 +22,8 @@ class ExperimentConfig:
     imitator may refit its numbers as far as the data at hand leave them open; what it still cannot
     imitate counts. Writes FILE (CSV: t, theta_d), and beside it .toml (bench, repeats and what is
     expected of every run that was tried) and .png. Record the command on that bench, add the
-    recording to the dataset with split = "train", and diagnose again.
+    recording to the dataset with split = "train", and diagnose again. Where the diagnosis told all
+    its causes apart the verb says so and writes nothing.
     """
 
     diagnosis: Annotated[Path, tyro.conf.Positional]
@@ -41,7 +42,7 @@ def main(config: ExperimentConfig) -> None:
     """Find the run and write it."""
     from tendon_newton.data.files.result_folder import make_folder
     from tendon_newton.device_code.quiet import quiet_warp
-    from tendon_newton.errors import InvalidOutput, InvalidParameter
+    from tendon_newton.errors import InvalidOutput, InvalidParameter, NothingToSeparate
 
     if not 2.0 <= config.duration <= 120.0:
         raise InvalidParameter(f"--duration must be 2 to 120 s; it is {config.duration:g}")
@@ -57,7 +58,11 @@ def main(config: ExperimentConfig) -> None:
     )
     from tendon_newton.exam.open_class_file import read_open_class
 
-    question = read_open_class(config.diagnosis, config.cause)
+    try:
+        question = read_open_class(config.diagnosis, config.cause)
+    except NothingToSeparate as answer:
+        print(f"no run is needed: {answer}")
+        return
     make_folder(config.out.parent)
     names = [explanation.cause for explanation in question.explanations]
     print(f"  simulating {', '.join(names)} ...", flush=True)

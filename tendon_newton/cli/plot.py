@@ -3,7 +3,8 @@
   tendon-newton plot deployments/policy_0.mcap
 
 writes deployments/policy_0.svg, which every browser shows: goal and tip, spool and command,
-tension, and how late the loop was. The verb needs neither matplotlib nor a display.
+tension, and how late the loop was: median, least and greatest. The verb needs neither matplotlib
+nor a display.
 """
 
 from __future__ import annotations
@@ -26,13 +27,15 @@ class PlotConfig:
 
 def main(config: PlotConfig) -> None:
     """Draw it."""
-    from hardware.deployment.deploy_plot import draw, panels_of
+    from hardware.deployment.deploy_plot import panels_of, title_of
+    from hardware.deployment.svg_panels import draw
     from tendon_newton.errors import InvalidOutput, InvalidParameter
 
     out = config.out or config.log.with_suffix(".svg")
     if out.suffix != ".svg":
         raise InvalidParameter(f"{out}: the picture is an SVG file, named .svg")
-    picture = draw(panels_of(config.log), config.log.name)
+    panels = panels_of(config.log)
+    picture = draw(panels, title_of(config.log, panels))
     try:
         out.write_text(picture, encoding="utf-8")
     except OSError as error:

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from types import TracebackType
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Self, TextIO
 
 from tendon_newton.errors import InvalidParameter
 
 if TYPE_CHECKING:
     from hardware.control.operator import Progress
+
+
+def audible() -> TextIO:
+    """Return where the operator hears what must not go unseen, with --quiet too."""
+    unheard = getattr(sys.stdout, "name", None) == os.devnull
+    return sys.stderr if unheard else sys.stdout
 
 
 class Terminal:
@@ -40,7 +47,9 @@ class Terminal:
         self.end_line()
         if not sys.stdin.isatty():
             raise InvalidParameter(f"someone at a terminal must be asked: {text}")
-        input(f"\n>> {text}\n>> Enter when done, Ctrl-C to end. ")
+        print(f"\n>> {text}\n>> Enter when done, Ctrl-C to end. ", end="", file=audible())
+        audible().flush()
+        input()
 
     def announce(self, text: str) -> None:
         """Say what comes next."""
@@ -50,7 +59,7 @@ class Terminal:
     def tell(self, text: str) -> None:
         """Say it so that it is seen."""
         self.end_line()
-        print(f"!! {text}", flush=True)
+        print(f"!! {text}", flush=True, file=audible())
 
     def show(self, progress: Progress) -> None:
         """Show the figures on one line that changes, or now and then a new one."""

@@ -1,19 +1,19 @@
 """Train a policy for a finger by reinforcement learning in simulation.
 
-On a GPU, the paper's budget of 105 million steps:
-  tendon-newton train-policy --device cuda --out policies/ideal
+The paper's budget of 105 million steps, minutes on a GPU and most of a day on a CPU:
+  tendon-newton train-policy --out policies/ideal
 
 On a diagnosed model, within its intervals, or on a force network:
   tendon-newton train-policy --force found/model.toml --randomise found/diagnosis.json --out policy
-  tendon-newton train-policy --force networks/paper-0.safetensors --device cuda --out policy
+  tendon-newton train-policy --force networks/paper-0.safetensors --out policy
 
 With a ball in the way of half of the episodes, to learn holding:
-  tendon-newton train-policy --obstacle sphere --device cuda --out holding
+  tendon-newton train-policy --obstacle sphere --out holding
 
 On four GPUs of one machine:
   torchrun --nproc-per-node 4 -m tendon_newton train-policy --device cuda --out policy
 
-A try on a CPU, in some minutes:
+A GPU is used where torch finds one. A try on a CPU, in some minutes:
   tendon-newton train-policy --worlds 256 --steps 32 --epochs 4 --learning-rate 1e-3 --out try
 
 OUT gets policy.onnx and policy.pt, each with its card, policy.json with the learning curve, a
@@ -25,10 +25,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import tyro
 
 from train.policy.config.training_config import PolicyTrainingConfig
+
+if TYPE_CHECKING:
+    from train.policy.runs.forecast import Forecast
+
+LONG = 1800.0
+"""Time from which on a shorter training is proposed [s]."""
+TRY = "--worlds 256 --steps 32 --epochs 4 --learning-rate 1e-3"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,7 +68,12 @@ def main(config: TrainPolicyConfig) -> None:
     if config.trust:
         trust_force(own.environment.force)
     out = make_folder(config.out)
-    trained = train_policy(own, out, report=lambda p: print(f"  {p.text}", flush=True))
+    trained = train_policy(
+        own,
+        out,
+        report=lambda p: print(f"  {p.text}", flush=True),
+        expect=show_forecast,
+    )
     for divergence in trained.environment.divergences:
         print(f"  {divergence}")
     if Process.own().rank > 0:
@@ -71,5 +84,21 @@ def main(config: TrainPolicyConfig) -> None:
         last = trained.points[-1]
         print(
             f"{last.samples:,} steps; tip error while exploring {1e3 * last.tip_error:.1f} mm; "
-            f"next: tendon-newton evaluate-policy {exported.onnx} --out comparison"
+            f"next: tendon-newton evaluate-policy {exported.onnx}{finger_words(own)} "
+            "--out comparison"
         )
+
+
+def show_forecast(expected: Forecast) -> None:
+    """Say what the training will take, and what takes less."""
+    print(f"  {expected.text}", flush=True)
+    if expected.seconds > LONG:
+        print(f"  a try in some minutes: {TRY}", flush=True)
+
+
+def finger_words(training: PolicyTrainingConfig) -> str:
+    """Return the option that names a finger which is no asset by name."""
+    from tendon_newton.mechanisms.asset_library import asset_files
+
+    finger = training.environment.finger
+    return "" if finger in asset_files() else f" --finger {finger}"

@@ -125,3 +125,8 @@ class Parameter:
     def holding(self, value: float) -> Parameter:
         """Return it with a range that holds a value which a model states [unit]."""
         return replace(self, lower=min(self.lower, value), upper=max(self.upper, value))
+
+
+def with_unit(value: str, unit: str) -> str:
+    """Return a number with its unit behind it; a pure number has none."""
+    return value if unit == "1" else f"{value} {unit}"

@@ -1,7 +1,7 @@
-"""Placeholders of the device templates, with the types that a reader and a type checker may assume.
+"""Types and constants of the device templates, with what a reader and a type checker may assume.
 
 `Specialiser` replaces each of them: `real` by float32 or float64, the vectors by their sizes in the
-mechanism at hand.
+mechanism at hand. `structs` declares what is made of them, `slots` the functions.
 """
 
 from __future__ import annotations
@@ -33,76 +33,206 @@ class Placeholder(Any):
     """Stands for a type that only a `Specialiser` knows; a type checker lets it do anything."""
 
 
-real = Placeholder
-"""Scalar of the simulation."""
-Vec2 = Placeholder
-Vec3 = Placeholder
-Mat33 = Placeholder
-Jet = Placeholder
-"""Value and derivatives by position and velocity of a force [N], torque [N m] or angle [rad]."""
-Values = Placeholder
-"""An effect's own parameters in the order of its declaration, padded with zeros to three; last, the
-two numbers that it may remember."""
-MemoryVector = Placeholder
-"""What the effects remember, one number per tendon or joint of each that does, shape (S,)."""
-JointVector = Placeholder
-"""One number per joint, shape (J,)."""
-JointMatrix = Placeholder
-"""Shape (J, J)."""
-PlaneMatrix = Placeholder
-"""One vector of the plane of motion per joint, shape (J, 2)."""
-SpaceMatrix = Placeholder
-"""One vector of space per joint, shape (J, 3)."""
-TurnMatrix = Placeholder
-"""One rotation of space per joint, shape (3 J, 3)."""
-TendonVector = Placeholder
-"""One number per tendon, shape (D,)."""
-ArmMatrix = Placeholder
-"""Moment arms [m] or [1], shape (D, J)."""
-RowVector = Placeholder
-"""One number per row in which dry friction may hold a tendon, shape (R,): the rows of the spools,
-then, where spools have coordinates of their own, those of the strings in their guides."""
-RowMatrix = Placeholder
-"""Their directions among the coordinates [m] or [1], shape (R, J)."""
-ParameterVector = Placeholder
-"""The actuator's parameters, then each effect's, shape (P,)."""
+class real(Placeholder):  # noqa: N801 - a scalar, as `float` is
+    """Scalar of the simulation."""
 
-JOINTS = 2
-"""Number of joints J."""
-TENDONS = 1
-"""Number of tendons D."""
-LINKS = 2
+
+class Vec2(Placeholder):
+    """Vector of a plane."""
+
+
+class Vec3(Placeholder):
+    """Vector of space."""
+
+
+class Mat33(Placeholder):
+    """Matrix of space, shape (3, 3)."""
+
+
+class Place(Placeholder):
+    """Vector of the space in which the chain moves: `Vec2` in a plane, else `Vec3`."""
+
+
+class LinkInertia(Placeholder):
+    """Inertia of a link [kg m2]: `real` about the normal of a plane, else `Mat33`."""
+
+
+class Jet(Placeholder):
+    """Value and derivatives by position and velocity of a force [N], torque [N m] or angle [rad].
+
+    A tendon's jet is differentiated by the string that is wound in, l [m], and its rate [m/s]; a
+    joint's by the joint's position [rad, m] and velocity. Sums, differences and multiples of jets
+    carry the derivatives along.
+    """
+
+
+class Values(Placeholder):
+    """An effect's own parameters in the order of its declaration, padded with zeros to three.
+
+    `values[3]` is what the effect remembers, `values[4]` the second of two such numbers.
+    """
+
+
+class MemoryVector(Placeholder):
+    """What a world remembers, one number per tendon or joint of each effect that does, (S,)."""
+
+
+class JointVector(Placeholder):
+    """One number per coordinate, shape (J,): the joints, then spools that move on their own."""
+
+
+class JointMatrix(Placeholder):
+    """Shape (J, J)."""
+
+
+class PlaneMatrix(Placeholder):
+    """One vector of the plane of motion per joint, shape (J, 2)."""
+
+
+class SpaceMatrix(Placeholder):
+    """One vector of space per joint, shape (J, 3)."""
+
+
+class TurnMatrix(Placeholder):
+    """One rotation of space per joint, shape (3 J, 3)."""
+
+
+class CapsuleMatrix(Placeholder):
+    """One vector of space per capsule, shape (C, 3)."""
+
+
+class TendonVector(Placeholder):
+    """One number per tendon, shape (D,)."""
+
+
+class ArmMatrix(Placeholder):
+    """Moment arms [m] or [1], shape (D, J)."""
+
+
+class BendMatrix(Placeholder):
+    """Second derivatives of the tendons' excursions by the joints, shape (D J, J)."""
+
+
+class WayVector(Placeholder):
+    """Place of each joint on the way to an end of a span, shape (J,); see `routes`."""
+
+
+class RowVector(Placeholder):
+    """One number per row in which dry friction may hold a tendon, shape (R,).
+
+    First the rows of the spools; where spools have coordinates of their own, then those of the
+    strings in their guides.
+    """
+
+
+class RowMatrix(Placeholder):
+    """Directions of these rows among the coordinates [m] or [1], shape (R, J)."""
+
+
+class ParameterVector(Placeholder):
+    """The actuator's parameters, then each effect's, then two zeros, shape (P,)."""
+
+
+class Constant:
+    """Stands for a number or a table that only a `Specialiser` knows."""
+
+
+def constant() -> Any:
+    """Declare a constant; its declaration says of which type it is."""
+    return Constant()
+
+
+JOINTS: int = constant()
+"""Number of coordinates J."""
+LINKS: int = constant()
 """Number of the mechanism's own joints; J counts the spools that have a coordinate as well."""
-ROWS = 1
+TENDONS: int = constant()
+"""Number of tendons D."""
+ROWS: int = constant()
 """Number of rows R."""
+PARENT: tuple[int, ...] = constant()
+"""Parent of each coordinate, -1 for the base."""
+REVOLUTE: tuple[bool, ...] = constant()
+"""Whether each coordinate turns."""
+MOVES: tuple[tuple[bool, ...], ...] = constant()
+"""Whether coordinate j carries link k."""
+PLANAR: bool = constant()
+"""Whether the chain moves in one plane."""
+FREE_SPOOL: bool = constant()
+"""Whether each spool has a coordinate of its own."""
+HAS_ROTOR: bool = constant()
+"""Whether a rotor's inertia stands between the motor and the load cell."""
+MAY_HOLD: bool = constant()
+"""Whether any effect of the kernel holds a tendon at a speed."""
+HAS_DUTY: bool = constant()
+"""Whether any effect acts on the share of all it has which a servo gives."""
+DRY_OFFSETS: tuple[int, ...] = constant()
+"""Where the strengths of the tendons' dry frictions stand among the parameters."""
+REST: float = constant()
+"""Speed below which a dry friction may stick [m/s, rad/s]."""
+STRIDE: float = constant()
+"""Longest step towards an equilibrium [rad, m]."""
 
+FUNCTIONS: tuple[Any, ...] = constant()
+"""Device functions of the effects of a stage."""
+OFFSETS: tuple[int, ...] = constant()
+"""Where their parameters start."""
+MEMORIES: tuple[int, ...] = constant()
+"""Where their memories start, -1 for none."""
+SECOND_MEMORIES: tuple[int, ...] = constant()
+"""Where the second of two memories starts, -1 for none."""
+PLACES: tuple[int, ...] = constant()
+"""Where the results of functions that renew a memory start."""
 
-def struct_type(name: str, fields: dict[str, Any]) -> Any:
-    """Make a Warp struct whose field types are known only when a kernel is assembled."""
-    return wp.struct(type(name, (), {"__annotations__": fields, "__module__": __name__}))
+HAS_MEMORY: bool = constant()
+"""Whether any effect of the kernel has internal state."""
+MEMORY_SIZE: int = constant()
+"""Numbers S in a world's memory."""
+MEMORY_OFFSETS: tuple[int, ...] = constant()
+"""Where the first parameters of the effects with memory stand."""
+MEMORY_NULLS: tuple[float, ...] = constant()
+"""Their null values."""
+HOLDS_FORCE: bool = constant()
+"""Whether the actuator's force is decided outside the kernel and held."""
+HELD_MEMORY: int = constant()
+"""Where the held forces stand in a world's memory; what each is reckoned from stands behind."""
+HAS_SLOW_CELL: bool = constant()
+"""Whether any effect of the kernel makes the load cell late or lag."""
+CELL_MEMORY: int = constant()
+"""Where the lagging cells' readings stand in a world's memory."""
 
+ROUTED: bool = constant()
+"""Whether any tendon's moment arms follow from its path."""
+HOLDS_ROUTED: bool = constant()
+"""Whether such a tendon may be held at a speed."""
+POINT_BODY: Any = constant()
+"""Link of each path point, -1 for the base."""
+FIRST_SPAN: tuple[int, ...] = constant()
+"""First span of each tendon, and the number of all spans."""
+SPAN_TABLE: Any = constant()
+"""Start, end and pulley of each span among the path points; -1 for no pulley."""
+START_WAY: Any = constant()
+"""Way from who looks at a span to its start; see `routes`."""
+END_WAY: Any = constant()
+"""The same to its end."""
 
-def bindings(
-    joints: int, tendons: int, parameters: int, memories: int, precision: Any
-) -> dict[str, Any]:
-    """Return what the placeholders stand for, for J joints, D tendons, P parameters, S memories."""
-    vector, matrix = wp.types.vector, wp.types.matrix
-    return {
-        "real": precision,
-        "Vec2": vector(length=2, dtype=precision),
-        "Vec3": vector(length=3, dtype=precision),
-        "Mat33": matrix(shape=(3, 3), dtype=precision),
-        "Jet": vector(length=3, dtype=precision),
-        "Values": vector(length=5, dtype=precision),
-        "MemoryVector": vector(length=max(memories, 1), dtype=precision),
-        "JointVector": vector(length=joints, dtype=precision),
-        "JointMatrix": matrix(shape=(joints, joints), dtype=precision),
-        "PlaneMatrix": matrix(shape=(joints, 2), dtype=precision),
-        "SpaceMatrix": matrix(shape=(joints, 3), dtype=precision),
-        "TurnMatrix": matrix(shape=(3 * joints, 3), dtype=precision),
-        "TendonVector": vector(length=tendons, dtype=precision),
-        "ArmMatrix": matrix(shape=(tendons, joints), dtype=precision),
-        "ParameterVector": vector(length=max(parameters, 1), dtype=precision),
-        "JOINTS": joints,
-        "TENDONS": tendons,
-    }
+TOUCHES: bool = constant()
+"""Whether links may meet obstacles."""
+CARRIES: Any = constant()
+"""1 where a joint carries a link, else 0, shape (J, J)."""
+CONTACTS: int = constant()
+"""Number of contacts that may be."""
+CONTACT_TABLE: Any = constant()
+"""Capsule, obstacle, place on the capsule, shape of the obstacle and link of each contact."""
+CONTACT_MEMORY: int = constant()
+"""Where the contacts' stretches stand in a world's memory."""
+CAPSULES: int = constant()
+"""Number of capsules C."""
+CAPSULE_LINK: tuple[int, ...] = constant()
+"""Link that carries each capsule."""
+HAS_SPHERE: bool = constant()
+"""Whether any obstacle is a sphere."""
+HAS_BOX: bool = constant()
+"""Whether any obstacle is a box."""
+HAS_PLANE: bool = constant()
+"""Whether any obstacle is a plane."""

@@ -1,59 +1,141 @@
 """Device code written once, compiled for any precision, joint count and list of effects.
 
-A device function is plain Python marked with `device_template`. It speaks of placeholders (`real`,
-`JointVector`, `JOINTS`, ...; see `placeholders`). A `Specialiser` binds them, and every template
-that the function calls in turn, and hands the result to Warp.
+A device function is plain Python marked with `device_template`. It speaks of declarations: types
+and constants (`placeholders`), structs (`structs`) and functions that are chosen later (`slots`).
+A `Specialiser` puts in what each stands for, and every template that the function calls in turn,
+and hands the result to Warp.
 """
 
 from __future__ import annotations
 
 import hashlib
 import inspect
+import sys
 import types
 from collections.abc import Callable, Mapping
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar, get_args, get_origin
 
 import warp as wp
 
+from tendon_newton.device_code.field_check import check_fields
+
 Function = TypeVar("Function", bound=Callable[..., Any])
-_MARK = "__device_template__"
+Declaration = TypeVar("Declaration", bound=type)
+_TEMPLATE = "__device_template__"
+_STRUCT = "__device_struct__"
 
 
 def device_template(function: Function) -> Function:
-    """Mark a function as device code with placeholders, to be bound by a `Specialiser`."""
-    setattr(function, _MARK, True)
+    """Mark a function as device code with declarations, to be bound by a `Specialiser`."""
+    setattr(function, _TEMPLATE, True)
     return function
 
 
 def is_device_template(value: Any) -> bool:
     """Tell whether something is device code with placeholders."""
-    return getattr(value, _MARK, False) is True
+    return getattr(value, _TEMPLATE, False) is True
+
+
+def device_struct(declaration: Declaration) -> Declaration:
+    """Mark a class as the declaration of a struct."""
+    setattr(declaration, _STRUCT, True)
+    return declaration
+
+
+def is_struct(value: Any) -> bool:
+    """Tell whether a value is the declaration of a struct."""
+    return isinstance(value, type) and _STRUCT in vars(value)
+
+
+class Bindings:
+    """What each declaration stands for; structs follow from their fields.
+
+    Args:
+        values: Type, constant or Warp function of each declaration.
+    """
+
+    def __init__(self, values: Mapping[Any, Any]) -> None:
+        self._declared: dict[int, Any] = {}
+        self._values: dict[int, Any] = {}
+        self._structs: dict[type, Any] = {}
+        for declaration, value in values.items():
+            self[declaration] = value
+
+    def __setitem__(self, declaration: Any, value: Any) -> None:
+        self._declared[id(declaration)] = declaration  # kept, so that no other gets its id
+        self._values[id(declaration)] = value
+
+    def __getitem__(self, declaration: Any) -> Any:
+        """Return what a declaration stands for; what is none, and what nothing binds, is itself."""
+        if is_struct(declaration):
+            if declaration not in self._structs:
+                self._structs[declaration] = self._struct(declaration)
+            return self._structs[declaration]
+        return self._values.get(id(declaration), declaration)
+
+    def copy(self) -> Bindings:
+        """Return the same bindings, which may get more; structs are shared."""
+        copy = Bindings({})
+        copy._declared, copy._values = dict(self._declared), dict(self._values)
+        copy._structs = self._structs
+        return copy
+
+    def annotations(self, annotated: Any, scope: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the annotations of a function or class with every declaration replaced."""
+        bound = _Resolved(self, scope)
+        return {
+            name: eval(value, {}, bound) if isinstance(value, str) else value
+            for name, value in inspect.get_annotations(annotated).items()
+        }
+
+    def _struct(self, declaration: type) -> Any:
+        """Make the Warp struct of a declaration."""
+        scope = vars(sys.modules[declaration.__module__])
+        fields = {}
+        for name, kind in self.annotations(declaration, scope).items():
+            conditions: list[Any] = []
+            if get_origin(kind) is Annotated:
+                kind, *conditions = get_args(kind)
+            if all(conditions):
+                fields[name] = kind
+        name = declaration.__name__
+        return wp.struct(
+            type(name, (), {"__annotations__": fields, "__module__": declaration.__module__})
+        )
+
+
+class _Resolved(dict[str, Any]):
+    """Names of a module, each as what it stands for once it is asked for."""
+
+    def __init__(self, bindings: Bindings, scope: Mapping[str, Any]) -> None:
+        super().__init__()
+        self._bindings, self._scope = bindings, scope
+
+    def __missing__(self, name: str) -> Any:
+        return self._bindings[self._scope[name]]
 
 
 class Specialiser:
-    """Binds placeholders in device templates; one per kernel, whose functions are shared inside it.
+    """Binds declarations in device templates; one per kernel, whose functions are shared inside it.
 
     Args:
-        bindings: Placeholder name -> type, constant or Warp function.
-        inline: Whether functions are inlined. The adjoint of a call repeats its forward pass at
-            every depth; inlined, the compiler finds the repetition, and takes far longer to do so.
+        bindings: What the declarations stand for.
     """
 
-    def __init__(self, bindings: Mapping[str, Any], *, inline: bool = False) -> None:
-        self._bindings = dict(bindings)
-        self._inline = inline
+    def __init__(self, bindings: Bindings) -> None:
+        self._bindings = bindings.copy()
         self._functions: dict[types.CodeType, Any] = {}
         self._sources: list[str] = []
 
     def child(self) -> Specialiser:
         """Return one with the same bindings, which may get more; its sources count here too."""
-        child = Specialiser(self._bindings, inline=self._inline)
+        child = Specialiser(self._bindings)
         child._sources = self._sources
         return child
 
-    def bind(self, name: str, value: Any) -> None:
-        """Bind one more placeholder, before the templates that use it."""
-        self._bindings[name] = value
+    def bind(self, declaration: Any, value: Any) -> None:
+        """Say what one more declaration stands for, before the templates that use it."""
+        self._bindings[declaration] = value
 
     def function(self, template: Callable[..., Any], *, inline: bool | None = None) -> Any:
         """Return the Warp function of a template under the bindings.
@@ -65,8 +147,7 @@ class Specialiser:
         """
         code = template.__code__
         if code not in self._functions:
-            hint = True if self._inline and inline is None else inline
-            decorator: Any = wp.func(inline=hint)
+            decorator: Any = wp.func(inline=inline)
             self._functions[code] = decorator(self._bind(template))
         return self._functions[code]
 
@@ -91,27 +172,27 @@ class Specialiser:
             options: As for `warp.kernel`.
         """
         bound = self._bind(template)
-        digest = hashlib.sha256(
-            "\n".join([identity, str(self._inline), *self._sources]).encode()
-        ).hexdigest()[:12]
+        digest = hashlib.sha256("\n".join([identity, *self._sources]).encode()).hexdigest()[:12]
         name = f"{template.__name__}_{digest}"
         decorator: Any = wp.kernel
         return decorator(bound, name=name, module="unique", **options)
 
     def _bind(self, template: Callable[..., Any]) -> types.FunctionType:
-        """Copy a function with globals in which every placeholder and template is bound."""
+        """Copy a function with globals in which every declaration and template is bound."""
+        check_fields(template, is_struct)
         scope = dict(template.__globals__)
-        scope.update(self._bindings)
         for name in template.__code__.co_names:
-            if is_device_template(scope.get(name)):
-                scope[name] = self.function(scope[name])
+            if name in scope:
+                scope[name] = self._bound(scope[name])
         bound = types.FunctionType(template.__code__, scope, template.__name__)
-        bound.__annotations__ = {
-            key: eval(value, scope) if isinstance(value, str) else value
-            for key, value in template.__annotations__.items()
-        }
+        bound.__annotations__ = self._bindings.annotations(template, template.__globals__)
         bound.__module__ = template.__module__
         bound.__qualname__ = template.__qualname__
         bound.__doc__ = template.__doc__
         self._sources.append(inspect.getsource(template))
         return bound
+
+    def _bound(self, value: Any) -> Any:
+        """Return what a global of a template stands for."""
+        found = self._bindings[value]
+        return self.function(found) if is_device_template(found) else found

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import warp as wp
 
 from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values, real
+from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect, Stage
 
@@ -73,18 +73,28 @@ class AccelerationLimit(Effect):
     includes = ("command_rate_limit",)
     parameters = (
         Parameter(
-            name="limit", unit="rad/s2", null=math.inf, nominal=40.0, lower=0.2, upper=1.0e3,
+            name="limit",
+            unit="rad/s2",
+            null=math.inf,
+            nominal=40.0,
+            lower=0.2,
+            upper=1.0e3,
             source="39 rad/s2 ends the register of an STS3215; Dynamixel X has up to 10,000",
         ),
         Parameter(
-            name="speed", unit="rad/s", null=math.inf, nominal=5.0, lower=0.2, upper=100.0,
+            name="speed",
+            unit="rad/s",
+            null=math.inf,
+            nominal=5.0,
+            lower=0.2,
+            upper=100.0,
             source="as for command_rate_limit",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template
-    def error(error: Jet, tendon: Any, values: Values) -> Jet:
+    def error(error: Jet, tendon: Tendon, values: Values) -> Jet:
         """Reckon the error from the goal in place of the command."""
         out = error
         if values[0] < real(UNLIMITED):
@@ -94,7 +104,7 @@ class AccelerationLimit(Effect):
 
     @staticmethod
     @device_template
-    def remember(error: Jet, tendon: Any, values: Values) -> real:
+    def remember(error: Jet, tendon: Tendon, values: Values) -> real:
         """The goal."""
         out = tendon.command
         if values[0] < real(UNLIMITED):
@@ -104,7 +114,7 @@ class AccelerationLimit(Effect):
 
     @staticmethod
     @device_template
-    def remember_second(error: Jet, tendon: Any, values: Values) -> real:
+    def remember_second(error: Jet, tendon: Tendon, values: Values) -> real:
         """Its rate."""
         out = real(0.0)
         if values[0] < real(UNLIMITED):

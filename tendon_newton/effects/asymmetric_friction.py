@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values, real
+from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
 
@@ -30,18 +29,28 @@ class AsymmetricFriction(Effect):
     includes = ("coulomb_friction",)
     parameters = (
         Parameter(
-            name="winding", unit="N", null=0.0, nominal=0.8, lower=0.0, upper=8.0,
+            name="winding",
+            unit="N",
+            null=0.0,
+            nominal=0.8,
+            lower=0.0,
+            upper=8.0,
             source="as for coulomb_friction",
         ),
         Parameter(
-            name="unwinding", unit="N", null=0.0, nominal=0.4, lower=0.0, upper=8.0,
+            name="unwinding",
+            unit="N",
+            null=0.0,
+            nominal=0.4,
+            lower=0.0,
+            upper=8.0,
             source="as for coulomb_friction",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template
-    def tension(force: Jet, tendon: Any, values: Values) -> Jet:
+    def tension(force: Jet, tendon: Tendon, values: Values) -> Jet:
         """F = F_m - F_C(s) s."""
         level = values[0]
         if tendon.direction < real(0.0):

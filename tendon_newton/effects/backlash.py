@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values, real
+from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
 
@@ -41,7 +40,7 @@ class Backlash(Effect):
 
     @staticmethod
     @device_template
-    def angle(angle: Jet, tendon: Any, values: Values) -> Jet:
+    def angle(angle: Jet, tendon: Tendon, values: Values) -> Jet:
         """The drive rests on its command inside the gap."""
         half = real(0.5) * values[0]
         out = angle
@@ -56,7 +55,7 @@ class Backlash(Effect):
 
     @staticmethod
     @device_template
-    def tension(force: Jet, tendon: Any, values: Values) -> Jet:
+    def tension(force: Jet, tendon: Tendon, values: Values) -> Jet:
         """Nothing is in touch inside the gap."""
         out = force
         if values[0] > real(0.0) and tendon.error == real(0.0):

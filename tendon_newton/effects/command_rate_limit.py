@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import warp as wp
 
 from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values, real
+from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect, Stage
 
@@ -43,14 +43,19 @@ class CommandRateLimit(Effect):
     memory = Stage.ERROR
     parameters = (
         Parameter(
-            name="limit", unit="rad/s", null=math.inf, nominal=5.0, lower=0.2, upper=100.0,
+            name="limit",
+            unit="rad/s",
+            null=math.inf,
+            nominal=5.0,
+            lower=0.2,
+            upper=100.0,
             source="hobby servos turn at 3 to 12 rad/s; slow profiles are a tenth of it",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template
-    def error(error: Jet, tendon: Any, values: Values) -> Jet:
+    def error(error: Jet, tendon: Tendon, values: Values) -> Jet:
         """Reckon the error from the goal in place of the command."""
         out = error
         if values[0] < real(UNLIMITED):
@@ -60,6 +65,6 @@ class CommandRateLimit(Effect):
 
     @staticmethod
     @device_template
-    def remember(error: Jet, tendon: Any, values: Values) -> real:
+    def remember(error: Jet, tendon: Tendon, values: Values) -> real:
         """The goal."""
         return goal_after(values[3], tendon.command, tendon.elapsed, values)

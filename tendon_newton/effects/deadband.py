@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values, real
+from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
 
@@ -39,7 +38,7 @@ class Deadband(Effect):
 
     @staticmethod
     @device_template
-    def error(error: Jet, tendon: Any, values: Values) -> Jet:
+    def error(error: Jet, tendon: Tendon, values: Values) -> Jet:
         """Take the band off either side of the error."""
         out = Jet(real(0.0), real(0.0), real(0.0))
         if error[0] > values[0]:

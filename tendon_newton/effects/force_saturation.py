@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import warp as wp
 
 from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values, real
+from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
 
@@ -40,7 +40,7 @@ class ForceSaturation(Effect):
 
     @staticmethod
     @device_template
-    def motor_force(force: Jet, tendon: Any, values: Values) -> Jet:
+    def motor_force(force: Jet, tendon: Tendon, values: Values) -> Jet:
         """Cut the force off at the limit, where it does not depend on anything any more."""
         out = force
         if wp.abs(force[0]) > values[0]:

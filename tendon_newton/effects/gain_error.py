@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values
+from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
 
@@ -39,6 +38,6 @@ class GainError(Effect):
 
     @staticmethod
     @device_template
-    def error(error: Jet, tendon: Any, values: Values) -> Jet:
+    def error(error: Jet, tendon: Tendon, values: Values) -> Jet:
         """Scale the error that the gain multiplies."""
         return error * values[0]

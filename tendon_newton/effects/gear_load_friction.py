@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values, real
+from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
 
@@ -49,7 +48,7 @@ class GearLoadFriction(Effect):
 
     @staticmethod
     @device_template
-    def tension(force: Jet, tendon: Any, values: Values) -> Jet:
+    def tension(force: Jet, tendon: Tendon, values: Values) -> Jet:
         """F = F_m (1 - K s') / (1 + K s')."""
         opposing = values[0] * tendon.direction
         if force[0] < real(0.0):

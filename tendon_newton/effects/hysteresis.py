@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import warp as wp
 
 from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values, real
+from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect, Stage
 
 
 @device_template
-def bent(before: real, tendon: Any, values: Values) -> Jet:
+def bent(before: real, tendon: Tendon, values: Values) -> Jet:
     """Return the friction [N], which was `before`, after the step's travel, and its slope [N/m]."""
     mean = tendon.velocity - real(0.5) * tendon.acceleration * tendon.elapsed
     travel = mean * tendon.elapsed
@@ -50,18 +49,28 @@ class Hysteresis(Effect):
     memory = Stage.TENSION
     parameters = (
         Parameter(
-            name="force", unit="N", null=0.0, nominal=0.8, lower=0.0, upper=8.0,
+            name="force",
+            unit="N",
+            null=0.0,
+            nominal=0.8,
+            lower=0.0,
+            upper=8.0,
             source="as for coulomb_friction",
         ),
         Parameter(
-            name="travel", unit="m", null=5.0e-4, nominal=5.0e-4, lower=2.0e-5, upper=2.0e-2,
+            name="travel",
+            unit="m",
+            null=5.0e-4,
+            nominal=5.0e-4,
+            lower=2.0e-5,
+            upper=2.0e-2,
             source="from a tenth of a degree of a spool of 12.5 mm to the gear of a worn servo",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template
-    def tension(force: Jet, tendon: Any, values: Values) -> Jet:
+    def tension(force: Jet, tendon: Tendon, values: Values) -> Jet:
         """F = F_m - F_h."""
         out = force
         if values[0] > real(0.0):
@@ -70,7 +79,7 @@ class Hysteresis(Effect):
 
     @staticmethod
     @device_template
-    def remember(force: Jet, tendon: Any, values: Values) -> real:
+    def remember(force: Jet, tendon: Tendon, values: Values) -> real:
         """The friction."""
         out = real(0.0)
         if tendon.elapsed < real(1.0e6):

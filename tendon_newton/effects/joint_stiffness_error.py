@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values
+from tendon_newton.device_code.structs import Joint
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
 
@@ -39,6 +38,6 @@ class JointStiffnessError(Effect):
 
     @staticmethod
     @device_template
-    def spring(torque: Jet, joint: Any, values: Values) -> Jet:
+    def spring(torque: Jet, joint: Joint, values: Values) -> Jet:
         """Scale the spring's torque."""
         return torque * values[0]

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values, real
+from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
 
@@ -48,7 +47,7 @@ class Obstruction(Effect):
 
     @staticmethod
     @device_template
-    def transmission(force: Jet, tendon: Any, values: Values) -> Jet:
+    def transmission(force: Jet, tendon: Tendon, values: Values) -> Jet:
         """Lose what the contact takes."""
         depth = tendon.length - values[1] * tendon.nominal_radius
         out = force

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import warp as wp
 
 from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values, real
+from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect, Stage
 
@@ -34,22 +33,37 @@ class OverloadCut(Effect):
     memory = Stage.DUTY
     parameters = (
         Parameter(
-            name="duty", unit="1", null=1.0, nominal=0.8, lower=0.05, upper=1.0,
+            name="duty",
+            unit="1",
+            null=1.0,
+            nominal=0.8,
+            lower=0.05,
+            upper=1.0,
             source="80 of 100 from the factory",
         ),
         Parameter(
-            name="fraction", unit="1", null=1.0, nominal=0.2, lower=0.0, upper=1.0,
+            name="fraction",
+            unit="1",
+            null=1.0,
+            nominal=0.2,
+            lower=0.0,
+            upper=1.0,
             source="20 of 100 from the factory",
         ),
         Parameter(
-            name="time", unit="s", null=2.0, nominal=2.0, lower=0.05, upper=2.55,
+            name="time",
+            unit="s",
+            null=2.0,
+            nominal=2.0,
+            lower=0.05,
+            upper=2.55,
             source="200 of 255 units of 10 ms from the factory",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template
-    def duty(duty: Jet, tendon: Any, values: Values) -> Jet:
+    def duty(duty: Jet, tendon: Tendon, values: Values) -> Jet:
         """Cut the duty on the side that was overloaded."""
         out = duty
         above = duty[0] * wp.sign(values[3]) > values[1]
@@ -59,7 +73,7 @@ class OverloadCut(Effect):
 
     @staticmethod
     @device_template
-    def remember(duty: Jet, tendon: Any, values: Values) -> real:
+    def remember(duty: Jet, tendon: Tendon, values: Values) -> real:
         """The time [s] for which the load has lasted, with the sign of its side."""
         lasted = values[3]
         cut = wp.abs(lasted) >= values[2]

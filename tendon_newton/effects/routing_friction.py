@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import warp as wp
 
 from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values, real
+from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
 
@@ -45,7 +44,7 @@ class RoutingFriction(Effect):
 
     @staticmethod
     @device_template
-    def transmission(force: Jet, tendon: Any, values: Values) -> Jet:
+    def transmission(force: Jet, tendon: Tendon, values: Values) -> Jet:
         """T_out = T_in exp(-mu s); a pushing drive loses as well."""
         left = real(1.0)
         if values[0] > real(0.0):

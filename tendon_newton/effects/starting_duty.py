@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values, real
+from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
 
@@ -29,14 +28,19 @@ class StartingDuty(Effect):
     side = "actuator"
     parameters = (
         Parameter(
-            name="duty", unit="1", null=0.0, nominal=0.016, lower=0.0, upper=0.3,
+            name="duty",
+            unit="1",
+            null=0.0,
+            nominal=0.016,
+            lower=0.0,
+            upper=0.3,
             source="Feetech memory table: 0 to 1,000 thousandths, 16 from the factory",
         ),
-    )  # fmt: skip
+    )
 
     @staticmethod
     @device_template
-    def duty(duty: Jet, tendon: Any, values: Values) -> Jet:
+    def duty(duty: Jet, tendon: Tendon, values: Values) -> Jet:
         """Add the least duty on the side of the demand."""
         out = duty
         if duty[0] > real(0.0):

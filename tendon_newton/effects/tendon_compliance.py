@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import warp as wp
 
 from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.first_order_lag import lagged, share_kept
 from tendon_newton.device_code.placeholders import Jet, Values, real
+from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect, Stage
 
@@ -56,7 +56,7 @@ class TendonCompliance(Effect):
 
     @staticmethod
     @device_template
-    def stretch(length: Jet, tendon: Any, values: Values) -> Jet:
+    def stretch(length: Jet, tendon: Tendon, values: Values) -> Jet:
         """Add the stretch under the tension before this step."""
         out = length
         if values[3] != real(0.0):
@@ -65,7 +65,7 @@ class TendonCompliance(Effect):
 
     @staticmethod
     @device_template
-    def tension(force: Jet, tendon: Any, values: Values) -> Jet:
+    def tension(force: Jet, tendon: Tendon, values: Values) -> Jet:
         """Solve for the tension that stretches the tendon by as much as it lets the servo turn."""
         stiffness = values[0]
         if wp.isinf(stiffness):
@@ -80,6 +80,6 @@ class TendonCompliance(Effect):
 
     @staticmethod
     @device_template
-    def remember(force: Jet, tendon: Any, values: Values) -> real:
+    def remember(force: Jet, tendon: Tendon, values: Values) -> real:
         """The tension."""
         return force[0]

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import warp as wp
 
 from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values, real
+from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect, Stage
 
@@ -46,7 +45,7 @@ class TendonSlack(Effect):
 
     @staticmethod
     @device_template
-    def angle(angle: Jet, tendon: Any, values: Values) -> Jet:
+    def angle(angle: Jet, tendon: Tendon, values: Values) -> Jet:
         """The angle of a taut tendon."""
         out = angle
         if values[0] > real(0.0):
@@ -55,7 +54,7 @@ class TendonSlack(Effect):
 
     @staticmethod
     @device_template
-    def encoder(angle: Jet, tendon: Any, values: Values) -> Jet:
+    def encoder(angle: Jet, tendon: Tendon, values: Values) -> Jet:
         """Without tension the spool rests on its command between the loose and the taut end."""
         out = angle
         loose = angle[0] - values[0] / tendon.spool_radius

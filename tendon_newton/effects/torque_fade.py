@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.first_order_lag import share_kept
 from tendon_newton.device_code.placeholders import Jet, Values, real
+from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect, Stage
 
@@ -61,7 +60,7 @@ class TorqueFade(Effect):
 
     @staticmethod
     @device_template
-    def motor_force(force: Jet, tendon: Any, values: Values) -> Jet:
+    def motor_force(force: Jet, tendon: Tendon, values: Values) -> Jet:
         """F = F_m / (1 + rho)."""
         faded = force[0] / (real(1.0) + values[3])
         return force * (
@@ -70,6 +69,6 @@ class TorqueFade(Effect):
 
     @staticmethod
     @device_template
-    def remember(force: Jet, tendon: Any, values: Values) -> real:
+    def remember(force: Jet, tendon: Tendon, values: Values) -> real:
         """Return rho after the force that was held."""
         return weakness(values[3], force[0], tendon.elapsed, values)

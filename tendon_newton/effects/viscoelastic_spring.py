@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.first_order_lag import lagged, share_kept
 from tendon_newton.device_code.placeholders import Jet, Values, real
+from tendon_newton.device_code.structs import Joint
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect, Stage
 
@@ -51,7 +50,7 @@ class ViscoelasticSpring(Effect):
 
     @staticmethod
     @device_template
-    def spring(torque: Jet, joint: Any, values: Values) -> Jet:
+    def spring(torque: Jet, joint: Joint, values: Values) -> Jet:
         """Add the branch's torque."""
         stiffness = values[0] * joint.stiffness
         place = lagged(values[3], joint.position, joint.velocity, joint.elapsed, values[1])
@@ -61,6 +60,6 @@ class ViscoelasticSpring(Effect):
 
     @staticmethod
     @device_template
-    def remember(torque: Jet, joint: Any, values: Values) -> real:
+    def remember(torque: Jet, joint: Joint, values: Values) -> real:
         """The dashpot's place."""
         return lagged(values[3], joint.position, joint.velocity, joint.elapsed, values[1])

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import warp as wp
 
 from tendon_newton.data.parameters import Parameter
 from tendon_newton.device_code.placeholders import Jet, Values, real
+from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
 
@@ -40,7 +39,7 @@ class VoltageSag(Effect):
 
     @staticmethod
     @device_template
-    def motor_force(force: Jet, tendon: Any, values: Values) -> Jet:
+    def motor_force(force: Jet, tendon: Tendon, values: Values) -> Jet:
         """F = F_m / (1 + sag |F_m|)."""
         out = force
         if values[0] > real(0.0):

@@ -20,7 +20,13 @@ from tendon_newton.diagnosis.diagnosis_file import (
     state_estimate,
 )
 from tendon_newton.diagnosis.explanation import Explanation, OpenClass, Setting, model_without
-from tendon_newton.errors import InvalidDiagnosis, TendonNewtonError, listed, shown
+from tendon_newton.errors import (
+    InvalidDiagnosis,
+    NothingToSeparate,
+    TendonNewtonError,
+    listed,
+    shown,
+)
 from tendon_newton.identification.noise_floor import NoiseFloor
 
 FILE = "diagnosis.json"
@@ -34,14 +40,15 @@ def read_open_class(folder: Path, cause: str | None = None) -> OpenClass:
         cause: The named cause, of several; by default the first that stands for a class.
 
     Raises:
-        InvalidDiagnosis: There is no such class, or a file is broken.
+        NothingToSeparate: There is no such class.
+        InvalidDiagnosis: The cause stands for none, or a file is broken.
     """
     path = folder / FILE
     table = read_json(path, InvalidDiagnosis, PROMISE)
     stated = state_diagnosis(table, str(path))
     classes = [effect.name for effect in stated.effects if effect.indistinguishable_from]
     if not classes:
-        raise InvalidDiagnosis(
+        raise NothingToSeparate(
             f"{path}: an experiment separates causes that a diagnosis could not tell apart; it "
             f"names {listed([e.name for e in stated.effects])}, and leaves none of them open"
         )

@@ -14,7 +14,7 @@ from typing import Any
 
 from tendon_newton.device_code.templates import is_device_template
 
-PROVIDED = ("Jet", "Values", "real", "wp", "Any", "TENDONS", "ParameterVector")
+PROVIDED = ("Jet", "Values", "real", "wp", "Any", "TENDONS", "HELD_MEMORY", "ParameterVector")
 """Names that the program has of its own."""
 
 

@@ -153,7 +153,7 @@ def program_text(
             IMPORTS,
             runtime_text(),
             "\n# ---- the model's actuator and effects, as they stand in the catalogue\n",
-            "TENDONS = 1\n",
+            "TENDONS = 1\nHELD_MEMORY = 0\n",
             pieces.code.text(),
             "\n# ---- the model's numbers\n",
             f"FOLDER = Path(__file__).resolve().parent\nSPAN = {literal(span)}",

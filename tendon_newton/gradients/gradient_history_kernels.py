@@ -2,104 +2,79 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (
     TENDONS,
     DeviceArray,
     DeviceGrid,
-    JointVector,
-    MemoryVector,
     ParameterVector,
-    Placeholder,
     TendonVector,
     Vec3,
-    real,
 )
+from tendon_newton.device_code.structs import Commands, Drive, Mechanism, Query, StateRows
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.gradients.substep_kernels import row_drive, with_command
 from tendon_newton.simulation.dynamics.modes import choose_modes
+from tendon_newton.simulation.kernels.command_log import just_after_row, log_of
 from tendon_newton.simulation.kernels.history_kernels import all_present, servo_sample, with_held
-from tendon_newton.simulation.kernels.rollout_kernels import acting_row
 from tendon_newton.simulation.tendons.pipeline import excursion, flow_at
 from tendon_newton.simulation.tendons.routes import located, tendon_arms
 
-Commands = Placeholder
-Drive = Placeholder
-Mechanism = Placeholder
-period_effects: Any = None
-
 
 @device_template
-def query_drive(
+def query_state(
     mechanism: Mechanism,
-    i: int,
     p: ParameterVector,
     commands: Commands,
-    row: int,
-    memory: MemoryVector,
+    query: Query,
+    states: StateRows,
+    i: int,
 ) -> Drive:
-    """Return what acts on a world in the row of a query, just after its command took effect."""
-    first = commands.first[i]
-    scale = period_effects(real(1.0), p)
-    now = commands.time[first + row] * scale
-    acting = acting_row(commands, first, commands.count[i], now, scale, p, row)
-    plain = row_drive(mechanism, i, p, commands, first + row, now, memory)
-    return with_command(plain, commands.angle[first + acting], real(0.0))
+    """Return a world in the row of a query, just after its command took effect."""
+    log = log_of(commands, i, p)
+    row = query.row[query.index, i]
+    drive = just_after_row(mechanism, i, p, commands, log, row, states.memory[query.slot, i])
+    return located(mechanism, drive, states.q[query.slot, i], states.v[query.slot, i])
 
 
 @device_template
 def taped_sense_kernel(
-    slot: int,
-    query: int,
     mechanism: Mechanism,
     parameters: DeviceArray[ParameterVector],
     commands: Commands,
-    query_row: DeviceGrid[int],
-    q: DeviceGrid[JointVector],
-    v: DeviceGrid[JointVector],
-    memory: DeviceGrid[MemoryVector],
+    query: Query,
+    states: StateRows,
     samples: DeviceGrid[Vec3],
 ) -> None:
     """Write what a network is shown of each world in the row of a query."""
-    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType]
     p = parameters[i]
-    x = q[slot, i]
-    xd = v[slot, i]
-    driven = query_drive(mechanism, i, p, commands, query_row[query, i], memory[slot, i])
-    drive = located(mechanism, i, driven, x, xd)
-    arms = tendon_arms(mechanism, i, drive)
-    modes = choose_modes(mechanism, i, p, drive, x, xd)
+    here = query_state(mechanism, p, commands, query, states, i)
+    arms = tendon_arms(mechanism, here)
+    modes = choose_modes(mechanism, p, here)
     for d in range(TENDONS):
-        flow = flow_at(mechanism, i, p, drive, d, x, xd, modes.tendon[d])
-        rate = flow.angle[1] * excursion(arms, d, xd)
-        samples[query, i * TENDONS + d] = servo_sample(
-            mechanism, i, p, drive, d, x, xd, flow.angle[0], rate
-        )
+        flow = flow_at(mechanism, p, here, d, modes.tendon[d])
+        rate = flow.angle[1] * excursion(arms, d, here.v)
+        sample = servo_sample(mechanism, p, here, d, flow.angle[0], rate)
+        samples[query.index, i * TENDONS + d] = sample
 
 
 @device_template
 def taped_hold_kernel(
-    slot: int,
-    query: int,
     mechanism: Mechanism,
     parameters: DeviceArray[ParameterVector],
     commands: Commands,
-    query_row: DeviceGrid[int],
+    query: Query,
     force: DeviceGrid[TendonVector],
-    q: DeviceGrid[JointVector],
-    v: DeviceGrid[JointVector],
-    memory: DeviceGrid[MemoryVector],
+    states: StateRows,
 ) -> None:
     """Go on from a slot of the states to the next, with the forces [N] of a query held."""
-    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType]
     p = parameters[i]
-    drive = query_drive(mechanism, i, p, commands, query_row[query, i], memory[slot, i])
-    kept = all_present(mechanism, i, p, drive, q[slot, i], v[slot, i])
+    here = query_state(mechanism, p, commands, query, states, i)
+    kept = all_present(mechanism, p, here)
     for d in range(TENDONS):
-        kept = with_held(mechanism, i, d, force[query, i][d], kept)
-    q[slot + 1, i] = q[slot, i]
-    v[slot + 1, i] = v[slot, i]
-    memory[slot + 1, i] = kept
+        kept = with_held(mechanism, i, d, force[query.index, i][d], kept)
+    states.q[query.slot + 1, i] = here.q
+    states.v[query.slot + 1, i] = here.v
+    states.memory[query.slot + 1, i] = kept

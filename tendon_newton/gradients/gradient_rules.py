@@ -13,30 +13,22 @@ import warp as wp
 
 from tendon_newton.device_code.linear_algebra import inverse, looped_inverse
 from tendon_newton.device_code.placeholders import (
-    JOINTS,
+    FREE_SPOOL,
     ROWS,
+    TOUCHES,
     JointMatrix,
     JointVector,
     ParameterVector,
-    Placeholder,
     RowMatrix,
     RowVector,
     real,
 )
+from tendon_newton.device_code.structs import Commands, Drive, Log, Mechanism, Modes
 from tendon_newton.device_code.templates import Specialiser, device_template
 from tendon_newton.simulation.contact.contact_distances import constant_share, halved_share
-from tendon_newton.simulation.dynamics.forces import touching
+from tendon_newton.simulation.dynamics.forces import along_free, free_rows, touching
 from tendon_newton.simulation.dynamics.modes import SWEEPS, choose_modes, constrained_solve
-from tendon_newton.simulation.kernels.rollout_kernels import find_row
-
-Commands = Placeholder
-Drive = Placeholder
-Mechanism = Placeholder
-Modes = Placeholder
-TOUCHES = False
-"""Whether links may meet obstacles."""
-FREE_SPOOL = False
-"""Whether each spool has a coordinate of its own."""
+from tendon_newton.simulation.kernels.command_log import find_row
 
 
 @device_template
@@ -54,13 +46,8 @@ def constraint_forces(
 
     A^T z = load - M x over the joints that are free.
     """
-    rest = load - matrix * x
-    free = arms
-    for j in range(JOINTS):
-        if modes.joint_sticks[j] > real(0.0):
-            rest[j] = real(0.0)
-            for d in range(ROWS):
-                free[d, j] = real(0.0)
+    rest = along_free(load - matrix * x, modes)
+    free = free_rows(arms, modes)
     z = RowVector()
     for _sweep in range(wp.static(1 if ROWS == 1 else SWEEPS)):
         for d in range(ROWS):
@@ -104,15 +91,7 @@ def constrained_solve_rule(
 
 
 @device_template
-def constant_modes(
-    mechanism: Mechanism,
-    world: int,
-    p: ParameterVector,
-    drive: Drive,
-    q: JointVector,
-    v: JointVector,
-    adj_ret: Modes,
-) -> None:
+def constant_modes(mechanism: Mechanism, p: ParameterVector, here: Drive, adj_ret: Modes) -> None:
     """Modes are whole numbers."""
 
 
@@ -124,9 +103,7 @@ def constant_touch(
 
 
 @device_template
-def constant_row(
-    commands: Commands, first: int, count: int, instant: real, guess: int, adj_ret: int
-) -> None:
+def constant_row(commands: Commands, log: Log, instant: real, guess: int, adj_ret: int) -> None:
     """So are rows."""
 
 

@@ -20,6 +20,17 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from tendon_newton.device_code.structs import (
+    DividedSubsteps,
+    Marks,
+    Modes,
+    Slopes,
+    Span,
+    StateRows,
+    States,
+)
+from tendon_newton.device_code.templates import Bindings
+from tendon_newton.simulation.model.kernel_arrays import struct_of, zeros
 from tendon_newton.simulation.model.structure import Structure
 
 TOGETHER = 2**20
@@ -33,6 +44,8 @@ GRADIENT_BLOCK = 64
 
 LEAST_ROOM = 1024
 """Slots for divided substeps to begin with."""
+STATE = ("q", "v", "memory")
+"""Names of the arrays of a state."""
 
 
 class SubstepChain:
@@ -47,7 +60,7 @@ class SubstepChain:
         kernels: Those of `substep_kernels`.
         types: The kernels' types.
         common: What each substep reads: the bench's numbers, the parameters, commands, schedule.
-        states: Positions, velocities and memories with gradients, shape (L + 1, W) each.
+        states: A `StateRows` struct with gradients, shape (L + 1, W).
         segments: How many there are.
         at_once: Whether `backward` takes many substeps at once; by default on a GPU with room.
     """
@@ -56,17 +69,18 @@ class SubstepChain:
         self,
         structure: Structure,
         kernels: dict[str, wp.Kernel],
-        types: dict[str, Any],
+        types: Bindings,
         common: list[Any],
-        states: list[Any],
+        states: Any,
         *,
         segments: int = 1,
         at_once: bool | None = None,
     ) -> None:
-        self._kernels = kernels
+        self._kernels, self._types = kernels, types
         self._common, self._states = common, states
-        self._length, self._worlds = states[0].shape[0] - 1, states[0].shape[1]
-        self._device = states[0].device
+        self._gradients = gradients_of(states)
+        self._length, self._worlds = states.q.shape[0] - 1, states.q.shape[1]
+        self._device = states.q.device
         self._components = component_places(structure)
         if at_once is None:
             at_once = self._device.is_cuda and self._worlds * len(self._components) < ROOM
@@ -74,20 +88,24 @@ class SubstepChain:
         """Whether `backward` takes many substeps at once."""
         self._together = max(1, min(TOGETHER // self._worlds, self._length))
         shape = (self._length, self._worlds)
-        self._divided = wp.zeros(shape, dtype=wp.int32, device=self._device)
-        self._modes = wp.zeros(shape, dtype=types["Modes"], device=self._device)
         self.counts = wp.zeros(segments, dtype=wp.int32, device=self._device)
         """Divided substeps of each segment since this was set to zero, shape (segments,)."""
-        self._listed = wp.zeros(1, dtype=wp.int32, device=self._device)
+        self._marks = struct_of(
+            types,
+            Marks,
+            divided=wp.zeros(shape, dtype=wp.int32, device=self._device),
+            modes=wp.zeros(shape, dtype=types[Modes], device=self._device),
+            count=self.counts[:1],
+        )
         self._make_list(LEAST_ROOM)
-        self._seeds: list[Any] = []
-        self._slopes: list[Any] = []
+        self._seeds: Any = None
+        self._slopes: Any = None
 
     def forward(self, first: int, end: int, segment: int = 0) -> None:
         """Simulate the substeps of a segment from `first` up to `end`, which is not one of them."""
-        marks = [self._divided, self._modes, self.counts[segment : segment + 1]]
+        self._marks.count = self.counts[segment : segment + 1]
         for at in range(first, end):
-            arguments = [self._substep(segment, at), at, *self._common, *marks, *self._states]
+            arguments = [self._substep(segment, at), at, *self._common, self._marks, self._states]
             self._launch("substep", self._worlds, arguments)
 
     def make_room(self) -> bool:
@@ -97,21 +115,21 @@ class SubstepChain:
             Whether arrays have moved, so that what was captured of `backward` is of no use.
         """
         most = int(self.counts.numpy().max())
-        if most <= self._places.shape[0]:
+        if most <= self._listed.place.shape[0]:
             return False
         self._make_list(1 << (most - 1).bit_length())
         return True
 
     def begin_backward(self, length: int, segment: int = 0) -> None:
         """Find the slopes of the substeps that an event has divided."""
-        self._listed.zero_()
-        self._launch("list", (length, self._worlds), [self._divided, self._listed, self._places])
+        self._listed.count.zero_()
+        self._launch("list", (length, self._worlds), [self._marks, self._listed])
         self._gather(0, self._states, self._listed_states)
-        constant = [constant_copy(value) for value in self._common]
-        states = [*map(constant_copy, self._listed_states), *self._listed_seeds]
+        constant = [view(value) for value in self._common]
         for component in range(len(self._components)):
-            found = self._begin_component(component, self._listed_seeds, self._listed_slopes)
-            self._divided_back(segment, constant, states, [*found, *self._listed_seeds])
+            slopes = self._begin_component(component, self._listed_seeds, self._listed_slopes)
+            states = view(self._listed_states, gradients=slopes)
+            self._divided_back(segment, constant, states)
 
     def backward(self, first: int, end: int, segment: int = 0) -> None:
         """Take the adjoint of state `end` back to state `first`, and add to the inputs' gradients.
@@ -119,156 +137,142 @@ class SubstepChain:
         What the states between hold already, from the readings, comes on top.
         """
         if not self.at_once:
-            states = [*self._states, *self._states]
+            states = [self._states, self._states]
             for at in reversed(range(first, end)):
-                self._whole_back(segment, at, 1, (at, at + 1), self._common, states, follows=True)
+                span = self._span(segment, at, before=at, after=at + 1, follows=1)
+                self._whole_back(span, 1, self._common, states)
             return
         for last in range(end, first, -self._together):
             start = max(first, last - self._together)
             self._find_slopes(segment, start, last - start)
-            gradients = [state.grad for state in self._states]
-            self._launch("sweep", self._worlds, [start, last - start, *self._slopes, *gradients])
-            states = [*map(constant_copy, self._states), *self._states]
-            rows = (start, start + 1)
-            self._whole_back(segment, start, last - start, rows, self._common, states)
+            arguments = [start, last - start, self._slopes, self._gradients]
+            self._launch("sweep", self._worlds, arguments)
+            states = [view(self._states), self._states]
+            span = self._span(segment, start, before=start, after=start + 1)
+            self._whole_back(span, last - start, self._common, states)
 
     def end_backward(self, segment: int = 0) -> None:
         """Add to the inputs' gradients what the divided substeps contribute."""
-        self._gather(1, [state.grad for state in self._states], self._listed_seeds)
-        states = [*map(constant_copy, self._listed_states), *self._listed_seeds]
-        adjoints = [*[None] * len(self._states), *self._listed_seeds]
-        self._divided_back(segment, self._common, states, adjoints)
+        self._gather(1, self._gradients, self._listed_seeds)
+        self._divided_back(segment, self._common, view(self._listed_states))
 
     def _substep(self, segment: int, at: int) -> int:
         """Return which of all substeps is one of a segment."""
         return segment * self._length + at
 
+    def _span(self, segment: int, at: int, *, before: int, after: int, follows: int = 0) -> Any:
+        """Return which substeps a launch walks back over."""
+        numbers = {"at": at, "before": before, "after": after, "follows": follows}
+        return struct_of(self._types, Span, substep=self._substep(segment, at), **numbers)
+
     def _find_slopes(self, segment: int, start: int, count: int) -> None:
         """Write the derivatives of each substep's end by its beginning."""
-        if not self._slopes:
+        if self._slopes is None:
             shape = (self._together, self._worlds)
-            self._seeds = self._like_states(shape)
-            self._slopes = self._like_states((len(self._components), *shape))
-        constant = [constant_copy(value) for value in self._common]
-        before = [constant_copy(state, start, count) for state in self._states]
+            self._seeds = self._zeros(StateRows, *shape)
+            self._slopes = self._zeros(Slopes, len(self._components), *shape)
+        constant = [view(value) for value in self._common]
+        seeds = view(self._seeds, gradients=arrays_of(self._seeds))
+        span = self._span(segment, start, before=0, after=0)
         for component in range(len(self._components)):
-            found = self._begin_component(component, self._seeds, self._slopes)
-            states, adjoints = [*before, *self._seeds], [*found, *self._seeds]
-            self._whole_back(segment, start, count, (0, 0), constant, states, adjoints)
-        arguments = [start, self._listed, self._places, *self._listed_slopes, *self._slopes]
-        self._launch("scatter", self._places.shape[0], arguments)
+            slopes = self._begin_component(component, self._seeds, self._slopes)
+            own = {name: array[:count] for name, array in slopes.items()}
+            states = [view(self._states, start, count, gradients=own), seeds]
+            self._whole_back(span, count, constant, states)
+        arguments = [start, self._listed, self._listed_slopes, self._slopes]
+        self._launch("scatter", self._listed.place.shape[0], arguments)
 
-    def _begin_component(self, component: int, seeds: list[Any], slopes: list[Any]) -> list[Any]:
+    def _begin_component(self, component: int, seeds: Any, slopes: Any) -> dict[str, Any]:
         """Seed one component of the states with one; return its slopes, all zero."""
         owner, place = self._components[component]
-        for index, seed in enumerate(seeds):
+        found = {}
+        for name in STATE:
+            seed = getattr(seeds, name)
             unit = np.zeros(seed.dtype._length_)
-            if index == owner:
+            if name == owner:
                 unit[place] = 1.0
             seed.fill_(seed.dtype(*unit))
-        found = [slope[component] for slope in slopes]
-        for slope in found:
-            slope.zero_()
+            found[name] = getattr(slopes, name)[component]
+            found[name].zero_()
         return found
 
     def _whole_back(
         self,
-        segment: int,
-        at: int,
+        span: Any,
         count: int,
-        rows: tuple[int, int],
         common: list[Any],
         states: list[Any],
-        adjoints: list[Any] | None = None,
-        *,
-        follows: bool = False,
     ) -> None:
         """Launch the adjoint of substeps that no event has divided."""
-        inputs = [
-            self._substep(segment, at),
-            at,
-            *rows,
-            *common,
-            self._divided,
-            self._modes,
-            int(follows),
-            *self._listed_slopes,
-        ]
-        own = [None] * len(states) if adjoints is None else adjoints
-        self._launch(
-            "whole", (count, self._worlds), [*inputs, *states], [*[None] * len(inputs), *own]
-        )
+        arguments = [span, *common, self._marks, self._listed_slopes, *states]
+        self._launch("whole", (count, self._worlds), arguments, back=True)
 
-    def _divided_back(
-        self, segment: int, common: list[Any], states: list[Any], adjoints: list[Any]
-    ) -> None:
-        """Launch the adjoint of those that one has."""
-        inputs = [self._substep(segment, 0), *common, self._listed, self._places]
-        self._launch(
-            "divided", self._places.shape[0], [*inputs, *states], [*[None] * len(inputs), *adjoints]
-        )
+    def _divided_back(self, segment: int, common: list[Any], states: Any) -> None:
+        """Launch the adjoint of those that one has, from what their seeds hold."""
+        following = view(self._listed_seeds, gradients=arrays_of(self._listed_seeds))
+        inputs = [self._substep(segment, 0), *common, self._listed]
+        room = self._listed.place.shape[0]
+        self._launch("divided", room, [*inputs, states, following], back=True)
 
-    def _gather(self, later: int, source: list[Any], target: list[Any]) -> None:
-        arguments = [later, self._listed, self._places, *source, *target]
-        self._launch("gather", self._places.shape[0], arguments)
+    def _gather(self, later: int, source: Any, target: Any) -> None:
+        arguments = [later, self._listed, source, target]
+        self._launch("gather", self._listed.place.shape[0], arguments)
 
     def _make_list(self, room: int) -> None:
         """Allocate the list of divided substeps, and what is kept of each."""
-        self._places = wp.zeros(room, dtype=wp.int32, device=self._device)
-        self._listed_states = self._like_states((room,))
-        self._listed_seeds = self._like_states((room,))
-        self._listed_slopes = self._like_states((len(self._components), room))
+        self._listed = struct_of(
+            self._types,
+            DividedSubsteps,
+            count=wp.zeros(1, dtype=wp.int32, device=self._device),
+            place=wp.zeros(room, dtype=wp.int32, device=self._device),
+        )
+        self._listed_states = self._zeros(States, room)
+        self._listed_seeds = self._zeros(States, room)
+        self._listed_slopes = self._zeros(StateRows, len(self._components), room)
 
-    def _like_states(self, shape: tuple[int, ...]) -> list[Any]:
-        """Allocate one array for each of those of the states."""
-        return [wp.zeros(shape, dtype=s.dtype, device=self._device) for s in self._states]
+    def _zeros(self, struct: type, *shape: int) -> Any:
+        return zeros(self._types, struct, *shape, device=self._device)
 
-    def _launch(
-        self, name: str, dim: Any, arguments: list[Any], adjoints: list[Any] | None = None
-    ) -> None:
-        launch(self._kernels[name], dim, arguments, self._device, adjoints)
+    def _launch(self, name: str, dim: Any, arguments: list[Any], *, back: bool = False) -> None:
+        launch(self._kernels[name], dim, arguments, self._device, back=back)
 
 
-def component_places(structure: Structure) -> list[tuple[int, int]]:
+def component_places(structure: Structure) -> list[tuple[str, int]]:
     """Return which array of the states holds each component of a state, and where in it."""
     joints, numbers = range(structure.coordinate_count), range(structure.memory_count)
     return [
-        *((0, joint) for joint in joints),
-        *((1, joint) for joint in joints),
-        *((2, number) for number in numbers),
+        *(("q", joint) for joint in joints),
+        *(("v", joint) for joint in joints),
+        *(("memory", number) for number in numbers),
     ]
 
 
+def gradients_of(states: Any) -> Any:
+    """Return the gradients of a struct of arrays as a struct of the same kind."""
+    out = empty_struct(states)
+    for name in STATE:
+        setattr(out, name, getattr(states, name).grad)
+    return out
+
+
 def launch(
-    kernel: wp.Kernel,
-    dim: Any,
-    arguments: list[Any],
-    device: Any,
-    adjoints: list[Any] | None = None,
+    kernel: wp.Kernel, dim: Any, arguments: list[Any], device: Any, *, back: bool = False
 ) -> None:
-    """Launch a kernel that has a gradient, or its adjoint.
+    """Launch a kernel that has a gradient, or its adjoint, which uses the arguments' gradients.
 
     Args:
         kernel: Made for blocks of `GRADIENT_BLOCK`.
         dim: Number of threads.
         arguments: What it takes.
         device: Warp device.
-        adjoints: Gradient of each argument; None stands for the argument's own, if it has one.
+        back: Whether its adjoint is meant.
     """
-    own = (
-        []
-        if adjoints is None
-        else [
-            empty_struct(argument) if adjoint is None else adjoint
-            for argument, adjoint in zip(arguments, adjoints, strict=True)
-        ]
-    )
     wp.launch(
         kernel,
         dim,
         inputs=arguments,
-        adj_inputs=own,
-        adjoint=adjoints is not None,
+        adj_inputs=[empty_struct(argument) for argument in arguments] if back else [],
+        adjoint=back,
         device=device,
         block_dim=GRADIENT_BLOCK,
     )
@@ -279,12 +283,26 @@ def empty_struct(argument: Any) -> Any:
     return argument._cls() if hasattr(argument, "_cls") else None
 
 
-def constant_copy(value: Any, start: int = 0, count: int | None = None) -> Any:
-    """Return an array's rows, or a struct of arrays, on the same memory and without gradients."""
+def arrays_of(states: Any) -> dict[str, Any]:
+    """Return the arrays of a struct of states by name."""
+    return {name: getattr(states, name) for name in STATE}
+
+
+def view(value: Any, start: int = 0, count: int | None = None, *, gradients: Any = None) -> Any:
+    """Return an array's rows, or a struct of arrays, on the same memory with other gradients.
+
+    Args:
+        value: Array or struct.
+        start: First row.
+        count: Number of rows; all by default.
+        gradients: Array of the gradients, which stay as they are when a walk has read them, or
+            such arrays by name; none by default.
+    """
     copy = empty_struct(value)
     if copy is not None:
         for name in value._cls.vars:
-            setattr(copy, name, constant_copy(getattr(value, name)))
+            own = None if gradients is None else gradients[name]
+            setattr(copy, name, view(getattr(value, name), start, count, gradients=own))
         return copy
     rows = value.shape[0] - start if count is None else count
     return wp.array(
@@ -292,4 +310,6 @@ def constant_copy(value: Any, start: int = 0, count: int | None = None) -> Any:
         shape=(rows, *value.shape[1:]),
         dtype=value.dtype,
         device=value.device,
+        grad=gradients,
+        retain_grad=gradients is not None,
     )

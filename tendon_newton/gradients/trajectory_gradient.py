@@ -9,7 +9,8 @@ import torch
 from torch import Tensor
 
 from tendon_newton.errors import unknown_name
-from tendon_newton.gradients.differentiable import DifferentiableRollout, Readings
+from tendon_newton.gradients.differentiable import DifferentiableRollout
+from tendon_newton.gradients.taped_run import Readings
 from tendon_newton.simulation.hosts.torch_bridge import plain_tensor
 
 NAMES = tuple(field.name for field in fields(Readings))
@@ -60,8 +61,7 @@ def simulate_with_gradients(
         given["parameters"] = parameters
     if command is not None:
         given["command"] = command
-    weights = getattr(rollout, "weights", ())
-    out = TrajectoryFunction.apply(rollout, tuple(given), *given.values(), *weights)
+    out = TrajectoryFunction.apply(rollout, tuple(given), *given.values(), *rollout.weights)
     return TrajectoryTensors(**dict(zip(NAMES, out, strict=True)))
 
 
@@ -102,7 +102,7 @@ class TrajectoryFunction(torch.autograd.Function):
             plain_tensor(input_array(rollout, name).grad).reshape(tensor.shape).to(tensor).clone()
             for name, tensor in zip(names, tensors, strict=False)
         ]
-        return (None, None, *found, *getattr(rollout, "weight_gradients", ()))
+        return (None, None, *found, *rollout.weight_gradients)
 
 
 def input_array(rollout: DifferentiableRollout, name: str) -> Any:

@@ -83,7 +83,7 @@ def asset_path(name_or_file: str | Path) -> Path:
 
     Args:
         name_or_file: A name under ``assets/`` or in a folder of the user's, or the path of a USD
-            file.
+            file or of an asset's folder.
     """
     path = Path(name_or_file)
     if path.suffix in USD_SUFFIXES:
@@ -91,6 +91,9 @@ def asset_path(name_or_file: str | Path) -> Path:
             raise InvalidAsset(f"An asset must be a USD file; {path} does not exist.")
         return path.resolve()
     files = asset_files()
-    if str(name_or_file) not in files:
-        raise unknown_name("asset", str(name_or_file), files)
-    return files[str(name_or_file)]
+    if str(name_or_file) in files:
+        return files[str(name_or_file)]
+    inside = path / f"{path.resolve().name}.usda"
+    if inside.is_file():
+        return inside.resolve()
+    raise unknown_name("asset", str(name_or_file), files)

@@ -13,8 +13,10 @@ from hardware.control.goals import stairs
 from hardware.control.operator import Operator
 from hardware.control.policy_runner import load_policy
 from hardware.deployment.deploy_log import step_table
+from hardware.virtual_bench.process import DEFAULT_BENCH
 from tendon_newton.data.files.result_folder import make_folder
-from tendon_newton.errors import InvalidParameter
+from tendon_newton.errors import InvalidParameter, listed
+from tendon_newton.mechanisms.asset_library import FOLDERS_VARIABLE, asset_files, asset_path
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.workflows.deployment import drive
 from tendon_newton.workflows.options import (
@@ -23,6 +25,7 @@ from tendon_newton.workflows.options import (
     DeployOptions,
     FurtherLoadCells,
 )
+from tendon_newton.workflows.packaged_policies import policy_file
 from train.policy.config.environment_config import EnvironmentConfig
 from train.policy.scoring.bench_climb import climb_on_bench
 from train.policy.scoring.evaluation import Climb, RunnablePolicy, climb_stairs, reachable_error
@@ -54,17 +57,19 @@ def compare_policies(options: ClimbOptions, operator: Operator) -> Comparison:
         operator: Who stands at the bench, if there is one.
 
     Raises:
-        InvalidParameter: Nothing is named that could be compared.
+        InvalidParameter: Nothing is named that could be compared, or a policy is for another
+            finger.
     """
     policies = load_policies(options)
+    finger = finger_of(options.finger, policies)
     out = make_folder(options.out)
     climbs = [
-        *climbs_in_simulation(options, policies),
-        *climbs_on_bench(options, policies, out, operator),
+        *climbs_in_simulation(options, policies, finger),
+        *climbs_on_bench(options, policies, finger, out, operator),
     ]
     if not climbs:
         raise InvalidParameter("nothing to compare: name a --force, a --port or --logs")
-    mechanism = load_mechanism(options.finger)
+    mechanism = load_mechanism(finger)
     scores = tuple(score(climb, reachable_error(mechanism, climb.goal)) for climb in climbs)
     table = {
         "dwell_s": options.dwell,
@@ -93,18 +98,51 @@ def load_policies(options: ClimbOptions) -> list[RunnablePolicy]:
     policies = []
     for path in options.policies:
         alone = stems.count(path.stem) == 1 and path.stem != "policy"
-        loaded = load_policy(path, trust=options.trust)
+        loaded = load_policy(policy_file(path), trust=options.trust)
         name = path.stem if alone else path.resolve().parent.name
         policies.append(RunnablePolicy(name=name, card=loaded.card, run=loaded.run))
     return policies
 
 
-def climbs_in_simulation(options: ClimbOptions, policies: Sequence[RunnablePolicy]) -> list[Climb]:
+def finger_of(given: str | None, policies: Sequence[RunnablePolicy]) -> str:
+    """Return the finger that policies are for: the one on their cards, which may be given as well.
+
+    Args:
+        given: Name or file of the finger, if it is given.
+        policies: The policies; an old card may name no finger.
+
+    Raises:
+        InvalidParameter: They are for several fingers, for another one, or for one that is not
+            known here.
+    """
+    cards = {policy.name: policy.card.training.finger for policy in policies}
+    named = {name: finger for name, finger in cards.items() if finger is not None}
+    if len(set(named.values())) > 1:
+        fingers = listed([f"{name} for {finger}" for name, finger in named.items()])
+        raise InvalidParameter(f"policies of one finger can be compared; these are {fingers}")
+    finger = next(iter(named.values()), None)
+    if given is None:
+        if finger is not None and finger not in asset_files():
+            raise InvalidParameter(
+                f"the policy was trained for {finger!r}, which is no asset here: give --finger "
+                f"FILE, or list the folder above it in {FOLDERS_VARIABLE}"
+            )
+        return finger or DEFAULT_BENCH
+    if finger is not None and asset_path(given).stem != finger:
+        raise InvalidParameter(
+            f"the policy was trained for {finger!r}; --finger names {asset_path(given).stem!r}"
+        )
+    return given
+
+
+def climbs_in_simulation(
+    options: ClimbOptions, policies: Sequence[RunnablePolicy], finger: str
+) -> list[Climb]:
     """Let the policies climb under each force model."""
     climbs = []
     for force in options.force:
         worlds = EnvironmentConfig(
-            finger=options.finger, force=force, worlds=options.worlds, randomise=options.randomise
+            finger=finger, force=force, worlds=options.worlds, randomise=options.randomise
         )
         goals = stairs(options.dwell)
         count = round((goals.end + options.dwell) * worlds.rate)
@@ -114,18 +152,22 @@ def climbs_in_simulation(options: ClimbOptions, policies: Sequence[RunnablePolic
 
 
 def climbs_on_bench(
-    options: ClimbOptions, policies: Sequence[RunnablePolicy], out: Path, operator: Operator
+    options: ClimbOptions,
+    policies: Sequence[RunnablePolicy],
+    finger: str,
+    out: Path,
+    operator: Operator,
 ) -> list[Climb]:
     """Let the policies climb on a bench, where there is one, and read the logs that are given."""
     logs = [(path.stem, path, policies[0]) for path in options.logs]
     if options.port is not None:
-        folder, bench = out / "deployments", Path(options.finger).stem
+        folder, bench = out / "deployments", asset_path(finger).stem
         for path, policy in zip(options.policies, policies, strict=True):
             log = climbed(
                 options, path, folder, operator, further=options, bench=bench, trust=options.trust
             )
             logs.append((policy.name, log, policy))
-    mechanism = load_mechanism(options.finger)
+    mechanism = load_mechanism(finger)
     return [
         climb_on_bench(name, log, step_table(log), mechanism, policy.card.spool_radius)
         for name, log, policy in logs

@@ -25,6 +25,7 @@ def record(options: CollectOptions, operator: Operator) -> Collection:
         command_rate=options.command_rate,
         limits=SafetyLimits(force=options.force_limit, temperature=options.temperature_limit),
         seed=options.seed,
+        spool_radius=options.spool_radius,
         notes=options.notes,
     )
     address = address_of(

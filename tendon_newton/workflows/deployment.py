@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from contextlib import closing
+from dataclasses import replace
 from math import pi
 from pathlib import Path
 
@@ -31,6 +32,7 @@ from tendon_newton.errors import InvalidParameter, InvalidRecording, TendonNewto
 from tendon_newton.mechanisms.asset_library import asset_files
 from tendon_newton.workflows.collection import address_of
 from tendon_newton.workflows.options import DeployOptions
+from tendon_newton.workflows.packaged_policies import policy_file
 
 JOG_RANGE = (-pi, 2.0 * pi)
 """Spool angles that a hand may reach [rad]: a tendon that begins too tight is let out."""
@@ -68,6 +70,8 @@ def drive(options: DeployOptions, operator: Operator) -> DeployOutcome:
         StopRequest() as stop,
         open_bench(address, operator.tell) as bench,
     ):
+        if settings.duration is None:
+            settings = replace(settings, duration=goals.length)
         get_ready(bench, operator)
         deployment = Deployment(
             bench=bench,
@@ -78,11 +82,26 @@ def drive(options: DeployOptions, operator: Operator) -> DeployOutcome:
             estimate=estimate_of(options),
         )
         with Keyboard() as keyboard:
-            if options.goals == "keyboard" and not keyboard.there and options.duration is None:
-                operator.tell("No terminal: no keys move the goal; a signal ends the run.")
+            if settings.duration is None and not keyboard.there:
+                tell_endless(options, operator)
             outcome = deploy(deployment, free_log(options), keyboard, operator, stop)
     conclude(options, outcome, operator)
     return outcome
+
+
+def tell_endless(options: DeployOptions, operator: Operator) -> None:
+    """Say what ends a run that nobody's keys can end; refuse one that would fill the disk.
+
+    Raises:
+        InvalidParameter: The run is as fast as the computer, and nothing would end it.
+    """
+    if options.faster_than_real_time:
+        raise InvalidParameter(
+            "--duration must say how long a run faster than real time lasts where no terminal's "
+            "keys can end it and its goals have no end"
+        )
+    if options.goals == "keyboard":
+        operator.tell("No terminal: no keys move the goal; a signal ends the run.")
 
 
 def replay(options: DeployOptions, operator: Operator) -> None:
@@ -115,7 +134,7 @@ def read_policy(options: DeployOptions) -> Policy | None:
         raise InvalidParameter("a deployment needs --port; without hardware: --port virtual")
     if options.policy is None:
         return None
-    return load_policy(options.policy, trust=options.trust)
+    return load_policy(policy_file(options.policy), trust=options.trust)
 
 
 def bench_of(options: DeployOptions) -> str:

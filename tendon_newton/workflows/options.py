@@ -56,6 +56,8 @@ class BenchOptions(LoadCellOptions):
     """How often an instruction to the servo is sent again, 4 ms each; 2 unless given."""
     rate: float = 80.0
     """Readings of the servo per second [Hz]; a policy's card must name the same."""
+    spool_radius: float = 0.0125
+    """Radius of the spool [m]; a policy's card must name the same, a recording's model has it."""
     force_limit: float = 30.0
     """Tension at which the motor is switched off, or with a policy the tendon let out [N]."""
     temperature_limit: float = 65.0
@@ -97,7 +99,8 @@ class DeployOptions(BenchOptions, BenchPorts, FurtherLoadCells):
     """Which policy, where the bench is, and how far it may go."""
 
     policy: Path | None = None
-    """ONNX file of the policy with its card inside, or TorchScript where torch is installed."""
+    """ONNX file of the policy with its card inside, or TorchScript where torch is installed; or
+    finger-stairs, which comes along."""
     goals: str = "keyboard"
     """Where goals come from: keyboard, stdin, udp:5005, udp:ADDRESS:PORT, stairs, a file of times
     [s] and angles [rad], or one angle [rad]."""
@@ -105,7 +108,7 @@ class DeployOptions(BenchOptions, BenchPorts, FurtherLoadCells):
     """File with a key of 16 bytes or more, with which goals over UDP are signed; those from other
     computers must be."""
     duration: float | None = None
-    """Length [s]; without it the run ends with a key."""
+    """Length [s]; by default that of stairs or of a file of goals, else a key ends the run."""
     out: Path = Path("deployments")
     """Folder for the log; it becomes a dataset."""
     split: Literal["train", "test"] = "train"
@@ -126,8 +129,6 @@ class DeployOptions(BenchOptions, BenchPorts, FurtherLoadCells):
     """Readings per second of the load cell: 80, 20 or 10 [Hz]."""
     further_servo_ids: tuple[int, ...] = ()
     """IDs of further servos, in the order of the asset's tendons; unless given the next ones."""
-    spool_radius: float = 0.0125
-    """Of the bench [m]; the policy's card must name the same."""
     policy_rate: float = 20.0
     """Policy steps per second [Hz]; the policy's card must name the same."""
 
@@ -137,14 +138,15 @@ class ClimbOptions(BenchPorts, FurtherLoadCells):
     """Let policies climb stairs of goals, in simulation and on a bench, and compare them."""
 
     policies: Annotated[tuple[Path, ...], tyro.conf.Positional]
-    """Policy files, ONNX or TorchScript."""
+    """Policy files, ONNX or TorchScript; finger-stairs names the one that comes along."""
     out: Path
     """Folder for the results; made if it is not there."""
     force: tuple[str, ...] = ("ideal",)
     """What pulls the simulated finger: ideal, model files (.toml) or force networks
     (.safetensors)."""
-    finger: str = "finger"
-    """Finger with a tip and tendons that close it: a name under assets/, or a USD file."""
+    finger: str | None = None
+    """Finger of the policies: a name under assets/, a USD file or an asset's folder; unless given
+    the one on their cards."""
     worlds: int = 1
     """Simulated fingers; all but the first have numbers of their own."""
     randomise: tuple[str, ...] = ("joint_friction", "link_mass", "spool_radius", "joint_spring")

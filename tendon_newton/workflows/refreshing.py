@@ -15,6 +15,7 @@ from hardware.deployment.deploy_log import policy_span, step_table
 from tendon_newton import __version__
 from tendon_newton.data.files.result_folder import make_folder
 from tendon_newton.data.files.trust import content_hash
+from tendon_newton.data.formats.mcap_file import read_session
 from tendon_newton.data.model_file import load_model, write_model
 from tendon_newton.diagnosis.reporting.report import Origin, write_report
 from tendon_newton.diagnosis.result import write_diagnosis
@@ -45,6 +46,9 @@ from train.refresh.slip import SLIP, SLIPS, taut_from, with_slip
 from train.refresh.tuning import tune
 from train.refresh.turning import slip_since
 
+POLICY_ENDINGS = (".onnx", ".pt")
+"""Of the two files that a training writes of the same policy."""
+
 
 def refresh(options: RefreshOptions, operator: Operator) -> Drift:
     """Find the drift, correct the model, train on, and say what came of it.
@@ -62,6 +66,12 @@ def refresh(options: RefreshOptions, operator: Operator) -> Drift:
     for name in options.suspects:
         find_effect(name)
     ledger = open_ledger(options, make_folder(options.out))
+    for log in log_files((*options.reference, *options.logs)):
+        if not is_of(options.policy, log):
+            operator.tell(
+                f"{log} was flown by another policy than {options.policy}: it tells of the bench, "
+                "and its tip error is not that of the old policy"
+            )
     drift = find(options, ledger, operator)
     operator.announce(f"\n{headline(drift)}")
     for cause in drift.causes:
@@ -206,9 +216,17 @@ def simulated(options: RefreshOptions) -> list[Climb]:
 def logged(options: RefreshOptions) -> list[Climb]:
     """Read what the old policy did on the bench, before and now."""
     return [
-        *(climb_of(options, "old", log, "before") for log in log_files(options.reference)),
-        *(climb_of(options, "old", log, "now") for log in log_files(options.logs)),
+        climb_of(options, "old" if is_of(options.policy, log) else "another", log, when)
+        for when, logs in (("before", options.reference), ("now", options.logs))
+        for log in log_files(logs)
     ]
+
+
+def is_of(policy: Path, log: Path) -> bool:
+    """Tell whether a log was flown by a policy, by the hash that it holds; of an old one yes."""
+    flown = read_session(log).get("policy.sha256") if log.suffix == ".mcap" else None
+    files = [file for ending in POLICY_ENDINGS if (file := policy.with_suffix(ending)).is_file()]
+    return flown is None or flown in [file_hash(file) for file in files]
 
 
 def deployed_anew(options: RefreshOptions, ledger: Ledger, operator: Operator) -> list[Climb]:

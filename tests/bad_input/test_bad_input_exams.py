@@ -226,8 +226,6 @@ CLASSES: dict[str, tuple[Damage, tuple[str, ...]]] = {
         lambda folder: (folder / "model.toml").unlink(),
         ("model.toml: a model is a TOML file; no such file",),
     ),
-    "no causes": (open_class(effects=[]), ("leaves none of them open",)),
-    "nothing open": (open_class(effects=ANSWER["effects"]), ("leaves none of them open",)),
     "an older release": (
         open_class(effects=[{**ANSWER["effects"][0], "indistinguishable_from": ["actuator_lag"]}]),
         ("explanations must be a list of objects; it is missing", "diagnose the data again"),

@@ -6,13 +6,13 @@ import tempfile
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import torch
 import warp as wp
 
 from tendon_newton.data.recording import Recording
+from tendon_newton.gradients.adjoint import Adjoint
 from tendon_newton.gradients.differentiable import DifferentiableRollout
 from tendon_newton.mechanisms.loading import load_mechanism
 from tests.benchmarks.timing import Row, best_time, memory_in_use, say
@@ -41,11 +41,11 @@ def gradient(worlds_asked: Sequence[int]) -> Iterator[Row]:
     ways = {"many substeps at once": True, "one substep after the other": False}
     for worlds in (w for w in GRADIENT_WORLDS if w <= most):
         for way, at_once in ways.items():
-            yield gradient_row(way, runs[:worlds], at_once=at_once)
+            yield gradient_row(way, runs[:worlds], Adjoint(at_once=at_once))
     if most >= LONG_WORLDS:
         runs = swinging_runs(LONG_WORLDS, 10.0)
         for segments in SEGMENTS:
-            yield gradient_row(f"10 s in {segments} segments", runs, segments=segments)
+            yield gradient_row(f"10 s in {segments} segments", runs, Adjoint(segments=segments))
 
 
 def swinging_runs(count: int, duration: float) -> list[Recording]:
@@ -55,12 +55,14 @@ def swinging_runs(count: int, duration: float) -> list[Recording]:
     return [run_of(stairs(rng, rows, 1.0, 3.0, int(10 * duration))) for _ in range(count)]
 
 
-def gradient_row(name: str, runs: Sequence[Recording], **options: Any) -> Row:
+def gradient_row(name: str, runs: Sequence[Recording], adjoint: Adjoint) -> Row:
     """Time a differentiable rollout of a finger whose tendon rubs."""
     model = ideal_model(coulomb_friction={"force": 0.5}, viscous_friction={"coefficient": 0.3})
     before = memory_in_use()
     mechanism = load_mechanism("finger")
-    rollout = DifferentiableRollout(mechanism, runs, model, time_step=GRADIENT_STEP, **options)
+    rollout = DifferentiableRollout(
+        mechanism, runs, model, time_step=GRADIENT_STEP, adjoint=adjoint
+    )
     seed = np.ones((*rollout.forward().motor_position.shape, 1))
     for _ in range(2):
         rollout.forward()

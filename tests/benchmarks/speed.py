@@ -40,9 +40,7 @@ def gradient_times(worlds: int) -> dict[str, float]:
     rng = np.random.default_rng(3)
     runs = [run_of(stairs(rng, 81, 1.0, 3.0, 20)) for _ in range(worlds)]
     model = ideal_model(coulomb_friction={"force": 0.5}, viscous_friction={"coefficient": 0.3})
-    rollout = DifferentiableRollout(
-        load_mechanism("finger"), runs, model, time_step=5.0e-4, inline=True
-    )
+    rollout = DifferentiableRollout(load_mechanism("finger"), runs, model, time_step=5.0e-4)
     seed = np.ones((*rollout.forward().motor_position.shape, 1))
     for _ in range(2):
         rollout.forward()

@@ -16,11 +16,12 @@ from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
 from tendon_newton.device_code.placeholders import (
     DeviceArray,
+    Jet,
     JointVector,
     ParameterVector,
-    Placeholder,
     real,
 )
+from tendon_newton.device_code.structs import Mechanism
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.errors import UnknownName
 from tendon_newton.mechanisms.loading import load_mechanism
@@ -28,14 +29,11 @@ from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_newton.simulation.hosts.replay import rollout_of
 from tendon_newton.simulation.hosts.rollout import Trajectory
 from tendon_newton.simulation.model.assembly import assemble
-from tendon_newton.simulation.model.kernel_types import kernel_types
 from tendon_newton.simulation.tendons.pipeline import flow_at
+from tendon_newton.simulation.tendons.routes import located
 from tendon_newton.simulation.tendons.world_drive import world_drive
 from tests.physics.learned.networks import force_network, write_force_network
 from tests.physics.runs import RADIUS, run_of, stairs
-
-Mechanism = Placeholder
-Jet = Placeholder
 
 FORCES = [name for name, actuator in ACTUATORS.items() if not actuator.kinematic]
 """Actuators that give a force, not a position."""
@@ -137,10 +135,11 @@ def pull_kernel(
     pull: DeviceArray[Jet],
 ) -> None:
     """Write the pull [N] of the first tendon and its derivatives."""
-    i = int(wp.tid())
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType]
     drive = world_drive(mechanism, 0, parameters[0])
     drive.command[0] = command
-    flow = flow_at(mechanism, 0, parameters[0], drive, 0, q[i], v[i], real(0.0))
+    here = located(mechanism, drive, q[i], v[i])
+    flow = flow_at(mechanism, parameters[0], here, 0, real(0.0))
     pull[i] = flow.pull
 
 
@@ -151,14 +150,14 @@ def test_the_derivatives_of_a_force_are_right(kind: str, network_path: Path) -> 
     mechanism = load_mechanism("finger")
     rollout = rollout_of(mechanism, runs_of(kind)[:1], model, device="cpu")
     structure = rollout.kernels.structure
-    kernel = assemble(structure, kernel_types(structure)).kernel(pull_kernel)
+    kernel = assemble(structure).kernel(pull_kernel)
     types = rollout.kernels.types
     q = 0.3 + NUDGE * np.array([[0, 0], [1, 0], [-1, 0], [0, 0], [0, 0]])
     v = 0.2 + NUDGE * np.array([[0, 0], [0, 0], [0, 0], [1, 0], [-1, 0]])
-    pull = wp.zeros(5, dtype=types["Jet"], device="cpu")
-    parameters = rollout.array(rollout.base_vectors(model), types["ParameterVector"])
+    pull = wp.zeros(5, dtype=types[Jet], device="cpu")
+    parameters = rollout.array(rollout.base_vectors(model), types[ParameterVector])
     spools = np.zeros((5, structure.spool_count))  # none leads its mechanism
-    joints = [rollout.array(np.hstack([values, spools]), types["JointVector"]) for values in (q, v)]
+    joints = [rollout.array(np.hstack([values, spools]), types[JointVector]) for values in (q, v)]
     wp.launch(
         kernel, 5, inputs=[rollout.numbers, parameters, 1.0, *joints], outputs=[pull], device="cpu"
     )

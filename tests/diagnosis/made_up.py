@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -55,7 +56,7 @@ def evidence(*, force: bool = True) -> Evidence:
     return Evidence(baseline={}, extended={column: COEFFICIENT}, test=study, train=study)
 
 
-def named(effect: str, value: float | None = None, **changes: object) -> NamedEffect:
+def named(effect: str, value: float | None = None, **changes: Any) -> NamedEffect:
     """A cause whose parameters are at their typical size, or the first at ``value``."""
     parameters = {
         p.name: Estimate(value=p.nominal, ci95=(0.98 * p.nominal, 1.02 * p.nominal), unit=p.unit)
@@ -70,7 +71,7 @@ def named(effect: str, value: float | None = None, **changes: object) -> NamedEf
         parameters=parameters,
         without=Errors(force_rmse=0.9, theta_rmse=0.3, theta_mae=0.2),
     )
-    return replace(cause, **changes)  # type: ignore[arg-type]
+    return replace(cause, **changes)
 
 
 def structure(*, found: bool) -> Structure:

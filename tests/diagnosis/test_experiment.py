@@ -89,13 +89,15 @@ def test_a_command_file_stays_inside_the_servos_range(tmp_path: Path) -> None:
     assert tomllib.loads(path.with_suffix(".toml").read_text(encoding="utf-8"))["bench"] == "finger"
 
 
-def test_a_diagnosis_without_a_class_is_refused(
+def test_a_diagnosis_without_a_class_needs_no_run(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """One line that says what there is, and exit code 2."""
+    """One line that says what there is; nothing is written, and nothing went wrong."""
     write_open_class(tmp_path, ("gravity_misalignment", "angle"))
-    assert main(["experiment", str(tmp_path), "--out", str(tmp_path / "run.csv")]) == 2
-    (line,) = capsys.readouterr().err.splitlines()
+    assert main(["experiment", str(tmp_path), "--out", str(tmp_path / "run.csv")]) == 0
+    (line,) = capsys.readouterr().out.splitlines()
+    assert not (tmp_path / "run.csv").exists()
+    assert line.startswith("no run is needed")
     assert "gravity_misalignment" in line
     assert "leaves none of them open" in line
 

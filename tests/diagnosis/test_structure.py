@@ -1,6 +1,7 @@
 """What no effect explains is looked at by a learner that stays silent on noise."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -27,9 +28,9 @@ SHORT = (5.0, 6.0)  # [s] of each recording
 SEARCH_STEP = 5.0e-4  # [s] as a diagnosis simulates
 
 
-def planted(folder: Path, *effects: str, seed: int, **more: object) -> tuple[Study, Truth]:
+def planted(folder: Path, *effects: str, seed: int, **more: Any) -> tuple[Study, Truth]:
     """The training recordings of a planted dataset beside its starting model."""
-    recipe = Recipe(effects=effects, seed=seed, mix="W", duration=SHORT, **more)  # type: ignore[arg-type]
+    recipe = Recipe(effects=effects, seed=seed, mix="W", duration=SHORT, **more)
     truth = make_dataset(folder, recipe)
     model = load_model(folder / "model.toml")
     recordings = load_dataset(folder).train

@@ -76,13 +76,14 @@ def finger_file(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list, l
     return (path, *write_model_file(path, bench_of("finger", model), model))
 
 
+@pytest.mark.parametrize("actuator", ["ideal", "pwm_servo"])
 @pytest.mark.parametrize("effect", EFFECTS)
 def test_the_program_of_every_effect_is_whole(
-    effect: str, finger_file: tuple[Path, list, list]
+    effect: str, actuator: str, finger_file: tuple[Path, list, list]
 ) -> None:
     """It compiles, needs nothing but MuJoCo and numpy, and takes a step."""
     path, signs, offsets = finger_file
-    model = model_of("finger", "pwm_servo", effect)
+    model = model_of("finger", actuator, effect)
     mechanism = bench_of("finger", model)
     servos = servo_numbers(mechanism, model, signs, offsets)
     text = program_text(mechanism, model, servos, title="One effect.", span=(0.0, 1.0))

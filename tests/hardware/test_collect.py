@@ -29,13 +29,16 @@ from hardware.errors import SafetyStop
 from hardware.load_cells.calibration_file import write_calibration
 from hardware.logs.session import software
 from hardware.safety_rules.limits import SafetyLimits
+from hardware.servos.host_position_loop import HostPositionLoop
 from hardware.stop_request import StopRequest
 from hardware.virtual_bench import VirtualPorts
 from hardware.virtual_bench.physics.obstacle import OBSTACLES as VIRTUAL_OBSTACLES
+from tendon_newton.actuators.pwm_servo import PwmServo
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.excitations import EXCITATIONS, TEST_EXCITATIONS, excite
 from tendon_newton.data.formats.mcap_file import read_mcap, read_session
+from tendon_newton.data.model_file import load_model, write_model
 from tendon_newton.errors import InvalidOutput, InvalidParameter
 from tests.hardware.recording import Trial, Watcher
 
@@ -138,6 +141,43 @@ def test_a_plan_becomes_a_dataset(tmp_path: Path, capsys: pytest.CaptureFixture[
         assert (log.tip is not None) == (log.bench == "finger")
     assert main([*words, "--out", str(tmp_path)]) == 0
     assert "0 recorded now, 6 before, 0 left" in capsys.readouterr().out
+
+
+def test_a_failed_start_leaves_nothing_that_blocks_the_next(tmp_path: Path) -> None:
+    """A missing calibration is told before anything is written; the folder is then free."""
+    out = tmp_path / "recordings"
+    plugged = ["collect", "--plan", "paper", "--port", "/dev/ttyNONE", "--load-cell-port", "none"]
+    assert main([*plugged, "--calibration", str(tmp_path / "cell.toml"), "--out", str(out)]) == 2
+    assert not out.exists()
+    # what an earlier version left there: settings of recordings that do not exist
+    out.mkdir()
+    (out / "collection.toml").write_text('plan = "paper"\nvirtual = false\n', encoding="utf-8")
+    virtual = ["collect", "--port", "virtual", "--faster-than-real-time", "--duration", "2"]
+    assert main([*virtual, "--out", str(out)]) == 0
+
+
+def test_recordings_have_a_model_of_their_servo_beside_them(tmp_path: Path) -> None:
+    """Its numbers are the loop's, the supply's and the data sheet's; an edited file stays."""
+    words = ["collect", "--port", "virtual", "--faster-than-real-time", "--duration", "2"]
+    words += ["--servo", "xl330_m288_t", "--spool-radius", "0.01", "--out", str(tmp_path)]
+    assert main(words) == 0
+    model, loop = load_model(tmp_path / "model.toml"), HostPositionLoop()
+    voltage = load_dataset(tmp_path, require_test=False).train[0].voltage
+    assert voltage is not None
+    assert model.actuator.name == "pwm_servo"
+    assert model.actuator.values == {
+        "duty_per_rad": loop.gain,
+        "max_duty": loop.duty_limit,
+        "supply_voltage": pytest.approx(voltage[0], abs=0.11),  # the servo tells tenths
+        "torque_constant": pytest.approx(0.52 / 1.47, abs=1e-4),
+        "resistance": pytest.approx(5.0 / 1.47, abs=1e-3),
+        "armature": next(p.nominal for p in PwmServo.parameters if p.name == "armature"),
+        "spool_radius": 0.01,
+    }
+    assert set(model.fit) <= set(model.actuator.values)
+    write_model(tmp_path / "model.toml", replace(model, fit=()))
+    assert main(words) == 0
+    assert load_model(tmp_path / "model.toml").fit == ()
 
 
 def test_the_same_seed_gives_the_same_files(tmp_path: Path) -> None:

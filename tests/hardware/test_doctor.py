@@ -15,6 +15,7 @@ import pytest
 
 from hardware.clock import MonotonicClock
 from hardware.doctor import Observation, examine, port_checks
+from hardware.doctor.examination import check_waiting
 from hardware.doctor.load_cell_checks import check_counts, check_load_cell, check_stream
 from hardware.doctor.port_checks import check_latency, check_port, check_search
 from hardware.doctor.servo_checks import check_health, check_rate, check_servo, check_speed
@@ -32,6 +33,7 @@ from hardware.servos.base import ServoHealth
 from hardware.servos.dynamixel_servo import DynamixelServo
 from hardware.virtual_bench import FaultEvent, Faults, LockstepBench, VirtualPorts
 from tendon_newton.cli import main
+from tendon_newton.cli.doctor import coloured
 from tests.hardware.load_cells.streams import StillClock, WrittenStream, lines
 from tests.hardware.servos.virtual_servo import VirtualServo
 
@@ -90,6 +92,43 @@ def test_the_verb_prints_a_table_and_the_exit_code_tells(
     assert "fix   servo port" in out
     assert "-> plug it in; ls -l /dev/serial/by-id" in out
     assert out.splitlines()[-1] == "1 to mend"
+
+
+def test_a_virtual_bench_is_well_however_busy_this_computer_is(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """In lockstep the bench waits: no verdict depends on the load, and all is said to be well."""
+    assert main(["doctor", "--port", "virtual:finger:3"]) == 0
+    first = capsys.readouterr().out
+    assert "good  servo 1 speed" in first
+    assert first.splitlines()[-1] == "nothing to mend"
+    assert "\033[" not in first, "colours are for terminals"
+    assert main(["doctor", "--port", "virtual:finger:3", "--set-id", "7"]) == 0
+    assert "has the ID 7" in capsys.readouterr().out
+
+
+def test_verdicts_have_colours_on_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Green on one, plain where NO_COLOR asks for it."""
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    assert coloured("good", 32) == "\033[32mgood\033[0m"
+    monkeypatch.setenv("NO_COLOR", "1")
+    assert coloured("good", 32) == "good"
+
+
+def test_a_busy_computer_is_blamed_once() -> None:
+    """By the clock; what comes late from the servo then says nothing of its bus."""
+    assert check_waiting([1e-4] * 100).verdict == "good"
+    assert check_waiting([1e-4] * 90 + [2e-3] * 10).verdict == "note"
+    busy = check_waiting([1e-4] * 90 + [2e-2] * 10)
+    assert (busy.verdict, "too busy" in busy.remedy) == ("fix", True)
+    rig = VirtualServo()
+    rig.bench.set_faults(Faults(extra_latency=6e-3))
+    late = check_speed("servo 1", rig.servo, rig.clock, busy=True)
+    assert (late.verdict, "latency timer" in late.remedy) == ("note", False)
+    assert "see clock" in late.remedy
+    rig.bench.set_faults(Faults(corrupted_replies=0.2))
+    assert check_speed("servo 1", rig.servo, rig.clock, busy=True).verdict == "fix"
 
 
 def test_changing_a_servo_needs_its_port(capsys: pytest.CaptureFixture[str]) -> None:

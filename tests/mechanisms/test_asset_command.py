@@ -18,6 +18,19 @@ def test_check_of_a_good_asset_says_so(capsys) -> None:
     assert "finger: no errors, no warnings" in capsys.readouterr().out
 
 
+def test_an_asset_is_named_by_its_folder_too(tmp_path: Path, monkeypatch, capsys) -> None:
+    """As `asset new` makes it, from inside as well; a name of ours comes first."""
+    assert main(["asset", "new", "my_finger", "--folder", str(tmp_path)]) == 0
+    monkeypatch.chdir(tmp_path / "my_finger")
+    for word in (str(tmp_path / "my_finger"), "."):
+        assert main(["asset", "check", word]) == 0
+    assert "no errors" in capsys.readouterr().out
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "finger").mkdir()
+    assert main(["asset", "check", "finger"]) == 0
+    assert main(["asset", "check", "no_finger"]) == 2
+
+
 def test_check_of_a_broken_asset_lists_rule_and_remedy(tmp_path: Path, capsys) -> None:
     """Exit code 1; the finding names its prim, its rule and what to do."""
     path = write_changed(tmp_path, "finger", ("coef = [0.008, 0.0055]", "coef = [0.008]"))

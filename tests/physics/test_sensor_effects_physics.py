@@ -1,12 +1,15 @@
 """Effects of encoder, load cell and clock, against numbers worked out by hand."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
-import warp as wp
 
 from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.recording import Array, Indices
 from tendon_newton.effects import EFFECTS
 from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.simulation.hosts.force_source import Equation
 from tendon_newton.simulation.hosts.rollout import Rollout
 from tests.effect_bench import GAIN, RADIUS, ROW, commanded, run, simulate, steps_and_waves
 
@@ -83,9 +86,16 @@ def test_a_wrong_clock_is_another_row_rate() -> None:
     np.testing.assert_allclose(wrong.motor_position, slow.motor_position, atol=1e-10)
 
 
-def test_a_run_in_two_launches_is_one_run() -> None:
+class Paused(Equation):
+    """An equation's forces, with pauses in two rows."""
+
+    def rounds(self, times: Sequence[Array]) -> Indices:
+        """Return the rows in which a launch begins."""
+        return np.array([[0], [57], [90]])
+
+
+def test_a_run_in_three_launches_is_one_run() -> None:
     """Positions, speeds and every memory pass from launch to launch."""
-    command = steps_and_waves()
     effects = {
         "actuator_lag": {"time_constant": 0.03},
         "tendon_compliance": {"stiffness": 8000.0},
@@ -97,27 +107,17 @@ def test_a_run_in_two_launches_is_one_run() -> None:
         actuator=NamedValues(name="ideal", values={"gain": GAIN}),
         effects=tuple(NamedValues(name=name, values=values) for name, values in effects.items()),
     )
-    rollout = Rollout(
-        load_mechanism("spring_weak"),
-        [commanded(command)],
-        actuator="ideal",
-        effects=tuple(EFFECTS),
-    )
-    vector = rollout.base_vectors(model)
-    whole = rollout.run(vector[None])[0][0]
-    types = rollout.kernels.types
-    q, v = (wp.zeros(1, dtype=types["JointVector"]) for _ in range(2))
-    memory = wp.zeros(1, dtype=types["MemoryVector"])
-    zero = wp.zeros(1, dtype=wp.int32)
-    parameters = wp.array(vector, dtype=types["ParameterVector"])
-    joints = wp.zeros(len(command), dtype=types["JointVector"])
-    angle, rate, force = (wp.zeros(len(command), dtype=types["TendonVector"]) for _ in range(3))
-    common = [0, rollout.numbers, zero, zero, parameters, rollout.commands]
-    state, outputs = [q, v, memory], [zero, joints, angle, rate, force]
-    step = types["real"](rollout.time_step)
-    wp.launch(rollout.kernels.settle, 1, inputs=[*common, *state])
-    for span in ([0, 57], [57, 90], [90, len(command)]):
-        rows = [wp.array([row], dtype=wp.int32) for row in span]
-        wp.launch(rollout.kernels.rollout, 1, inputs=[*common, *rows, step, *state, *outputs])
-    np.testing.assert_array_equal(angle.numpy(), whole.motor_position)
-    np.testing.assert_allclose(force.numpy(), whole.force, atol=1e-12)
+    recordings = [commanded(steps_and_waves())]
+    found = []
+    for force in (Equation(), Paused()):
+        rollout = Rollout(
+            load_mechanism("spring_weak"),
+            recordings,
+            actuator="ideal",
+            effects=tuple(EFFECTS),
+            force=force,
+        )
+        found.append(rollout.run(rollout.base_vectors(model)[None])[0][0])
+    whole, parts = found
+    np.testing.assert_array_equal(parts.motor_position, whole.motor_position)
+    np.testing.assert_allclose(parts.force, whole.force, atol=1e-12)

@@ -20,6 +20,10 @@ BEGINNING = 2.0
 LOOSE = 0.2
 """Motor angle up to which the tendon may hang loose [rad]: the open finger hangs by its weight, and
 a homed tendon is not quite taut."""
+REST = 0.02
+"""Way of the motor that counts as rest [rad]: 13 counts of its encoder."""
+SETTLING = 1.0
+"""Rest that stays in a log [s]: what friction holds shows there."""
 LEAST_PART = 1.0
 """Length without which what lies between two loose rows is left out as well [s]."""
 
@@ -36,7 +40,7 @@ def read_logs(
         paths: Folders and files.
         policy_span: Says how long the policy acted in a log [s], None where it is not known. What
             follows is the way home, on which the servo turns the spool until the tendon hangs
-            loose; it is left out.
+            loose; it is left out. So is a rest at the end, on which every model is right.
 
     Raises:
         InvalidDataset: There is none, or a folder does not list a file.
@@ -44,7 +48,8 @@ def read_logs(
     files = log_files(paths)
     if not files:
         raise InvalidDataset("a refresh needs the log of a deployment, or a folder of them")
-    return tuple(until(replace(read_log(file), force=None), policy_span(file)) for file in files)
+    acted = (until(replace(read_log(file), force=None), policy_span(file)) for file in files)
+    return tuple(map(without_rest, acted))
 
 
 def read_log(path: Path) -> Recording:
@@ -64,6 +69,15 @@ def until(recording: Recording, span: float | None) -> Recording:
         return recording
     row = int(np.searchsorted(recording.time, recording.time[0] + span))
     return rows_of(recording, slice(0, row), recording.name)
+
+
+def without_rest(recording: Recording) -> Recording:
+    """Return a recording without the rest at its end; all of it where nothing ever moves."""
+    way = np.abs(recording.motor_position - recording.motor_position[-1]).max(axis=1)
+    moving = np.flatnonzero(way > REST)
+    if not moving.size:
+        return recording
+    return until(recording, float(recording.time[moving[-1]] - recording.time[0]) + SETTLING)
 
 
 def log_files(paths: Sequence[Path]) -> tuple[Path, ...]:

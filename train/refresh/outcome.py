@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from tendon_newton.data.parameters import with_unit
 from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.errors import InvalidOutput
 from train.refresh.drift import SUSPECTS
@@ -84,7 +85,7 @@ def judge_drift(
             name=effect.name,
             words=SUSPECTS[effect.name].words if effect.name in SUSPECTS else "",
             numbers=tuple(
-                f"{name} = {p.value:.4g} {p.unit} [{p.ci95[0]:.4g}, {p.ci95[1]:.4g}]"
+                f"{name} = {with_unit(f'{p.value:.4g}', p.unit)} [{p.ci95[0]:.4g}, {p.ci95[1]:.4g}]"
                 for name, p in effect.parameters.items()
             ),
             rivals=effect.indistinguishable_from,
@@ -121,16 +122,22 @@ def read_drift(table: Mapping[str, Any]) -> Drift:
 
 
 def headline(drift: Drift) -> str:
-    """Return the answer in one sentence."""
+    """Return the answer in one sentence; only logs of before show that something has changed."""
+    compared = drift.reference_theta_rmse is not None
     if drift.verdict == AGREES:
-        return "The bench still is what its model says."
+        return f"The bench {'still ' if compared else ''}is what its model says."
     if drift.verdict == CHANGED:
         return "The bench has changed, and no wear in the list explains it."
     names = " and ".join(
         " or ".join(name.replace("_", " ") for name in (cause.name, *cause.rivals))
         for cause in drift.causes
     )
-    return f"The bench has drifted from its model: {names}."
+    if compared:
+        return f"The bench has drifted from its model: {names}."
+    return (
+        f"The bench differs from its model: {names}. Whether it has drifted, or never was as its "
+        "model says, logs from when it was new would tell (--reference)."
+    )
 
 
 def write_page(

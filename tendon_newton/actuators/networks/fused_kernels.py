@@ -20,57 +20,112 @@ from __future__ import annotations
 
 import warp as wp
 
-from tendon_newton.device_code.placeholders import DeviceArray, Placeholder
+from tendon_newton.device_code.placeholders import (
+    DeviceArray,
+    DeviceBlock,
+    Placeholder,
+    constant,
+)
 from tendon_newton.device_code.templates import device_template
 
-Lane = Placeholder
-"""One number per servo of a thread."""
-Sample = Placeholder
-"""Three lanes: a sample."""
-Samples = Placeholder
-"""Three times WINDOW lanes: all samples, the oldest first."""
-Token = Placeholder
-"""WIDTH lanes: an encoded sample."""
-Head = Placeholder
-"""DEPTH lanes: a head's share of a token."""
-Tokens = Placeholder
-"""HEADS times WIDTH lanes: a token per head."""
-Heads = Placeholder
-"""HEADS lanes: a number per head."""
-Short = Placeholder
-"""Eight lanes, Shorter: four: the layers of the perceptron at the end."""
-Shorter = Placeholder
-Ring = Placeholder
-LANES = 1
-WINDOW = 30
-WIDTH = 16
-HEADS = 4
-DEPTH = 4
-FEED = 64
-CAUSAL = True
-# Where each block of numbers begins among the weights; see `fused_weights`.
-AT_FEED_1 = 0
-AT_FEED_1_BIAS = 0
-AT_FEED_2 = 0
-AT_FEED_2_BIAS = 0
-AT_HEAD_1 = 0
-AT_HEAD_1_BIAS = 0
-AT_HEAD_2 = 0
-AT_HEAD_2_BIAS = 0
-AT_HEAD_3 = 0
-AT_HEAD_3_BIAS = 0
-AT_INPUTS = 0
-AT_INPUTS_PLACE = 0
-AT_LAYER_1 = 0
-AT_LAYER_2 = 0
-AT_MIX = 0
-AT_MIX_BIAS = 0
-AT_NORM_1 = 0
-AT_NORM_2 = 0
-AT_PLACES = 0
-AT_SAMPLES = 0
-AT_SECOND = 0
-AT_SECOND_BIAS = 0
+
+class Lane(Placeholder):
+    """One number per servo of a thread."""
+
+
+class Sample(Placeholder):
+    """Three lanes: a sample."""
+
+
+class Samples(Placeholder):
+    """Three times WINDOW lanes: all samples, the oldest first."""
+
+
+class Token(Placeholder):
+    """WIDTH lanes: an encoded sample."""
+
+
+class Head(Placeholder):
+    """DEPTH lanes: a head's share of a token."""
+
+
+class Tokens(Placeholder):
+    """HEADS times WIDTH lanes: a token per head."""
+
+
+class Heads(Placeholder):
+    """HEADS lanes: a number per head."""
+
+
+class Short(Placeholder):
+    """Eight lanes: the first layer of the perceptron at the end."""
+
+
+class Shorter(Placeholder):
+    """Four lanes: its second layer."""
+
+
+LANES: int = constant()
+"""Servos of a thread."""
+WINDOW: int = constant()
+"""Samples that the network sees."""
+WIDTH: int = constant()
+"""Numbers in a token."""
+HEADS: int = constant()
+"""Heads of an attention."""
+DEPTH: int = constant()
+"""Numbers in a head's share of a token."""
+FEED: int = constant()
+"""Units between the two layers behind an attention."""
+CAUSAL: bool = constant()
+"""Whether a sample sees only those before it."""
+AT_FEED_1: int = constant()
+AT_FEED_1_BIAS: int = constant()
+AT_FEED_2: int = constant()
+AT_FEED_2_BIAS: int = constant()
+AT_HEAD_1: int = constant()
+AT_HEAD_1_BIAS: int = constant()
+AT_HEAD_2: int = constant()
+AT_HEAD_2_BIAS: int = constant()
+AT_HEAD_3: int = constant()
+AT_HEAD_3_BIAS: int = constant()
+AT_INPUTS: int = constant()
+AT_INPUTS_PLACE: int = constant()
+AT_LAYER_1: int = constant()
+AT_LAYER_2: int = constant()
+AT_MIX: int = constant()
+AT_MIX_BIAS: int = constant()
+AT_NORM_1: int = constant()
+AT_NORM_2: int = constant()
+AT_PLACES: int = constant()
+AT_SAMPLES: int = constant()
+AT_SECOND: int = constant()
+AT_SECOND_BIAS: int = constant()
+BLOCKS: dict[str, int] = {
+    "feed_1": AT_FEED_1,
+    "feed_1_bias": AT_FEED_1_BIAS,
+    "feed_2": AT_FEED_2,
+    "feed_2_bias": AT_FEED_2_BIAS,
+    "head_1": AT_HEAD_1,
+    "head_1_bias": AT_HEAD_1_BIAS,
+    "head_2": AT_HEAD_2,
+    "head_2_bias": AT_HEAD_2_BIAS,
+    "head_3": AT_HEAD_3,
+    "head_3_bias": AT_HEAD_3_BIAS,
+    "inputs": AT_INPUTS,
+    "inputs_place": AT_INPUTS_PLACE,
+    "layer_1": AT_LAYER_1,
+    "layer_2": AT_LAYER_2,
+    "mix": AT_MIX,
+    "mix_bias": AT_MIX_BIAS,
+    "norm_1": AT_NORM_1,
+    "norm_2": AT_NORM_2,
+    "places": AT_PLACES,
+    "samples": AT_SAMPLES,
+    "second": AT_SECOND,
+    "second_bias": AT_SECOND_BIAS,
+}
+"""Where each block of numbers begins among the weights; see `fused_weights`."""
 
 NORM_FLOOR = 1.0e-5
 """Added to a variance before its root, as `torch.nn.LayerNorm` does."""
@@ -104,7 +159,9 @@ def plain(x: wp.float32) -> Lane:
 
 
 @device_template
-def all_samples(ring: Ring, newest: DeviceArray[int], group: int, count: int) -> Samples:
+def all_samples(
+    ring: DeviceBlock[wp.float32], newest: DeviceArray[int], group: int, count: int
+) -> Samples:
     """Return the samples of the servos of a group, the oldest first."""
     out = Samples()
     for lane in range(LANES):
@@ -285,7 +342,7 @@ def perceptron(w: DeviceArray[wp.float32], y: Token) -> Lane:
 
 @device_template
 def transformer_kernel(
-    ring: Ring,
+    ring: DeviceBlock[wp.float32],
     newest: DeviceArray[int],
     count: int,
     w: DeviceArray[wp.float32],

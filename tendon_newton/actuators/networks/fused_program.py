@@ -9,7 +9,7 @@ import warp as wp
 
 from tendon_newton.actuators.networks import fused_kernels
 from tendon_newton.actuators.networks.fused_weights import Shape
-from tendon_newton.device_code.templates import Specialiser
+from tendon_newton.device_code.templates import Bindings, Specialiser
 
 LANES = 8
 """Servos of a thread on a CPU: the numbers in a vector register of AVX2."""
@@ -20,28 +20,27 @@ def transformer(shape: Shape, lanes: int) -> wp.Kernel:
     """Assemble the kernel of a Transformer for so many servos of a thread."""
     window, width, heads, feed, causal, places = shape
     rows = partial(rows_of, lanes)
-    bindings: dict[str, Any] = {
-        "Lane": wp.types.vector(length=lanes, dtype=wp.float32),
-        "Sample": rows(3),
-        "Samples": rows(3 * window),
-        "Token": rows(width),
-        "Head": rows(width // heads),
-        "Heads": rows(heads),
-        "Tokens": rows(heads * width),
-        "Short": rows(8),
-        "Shorter": rows(4),
-        "Ring": wp.array3d(dtype=wp.float32),
-        "LANES": lanes,
-        "WINDOW": window,
-        "WIDTH": width,
-        "HEADS": heads,
-        "DEPTH": width // heads,
-        "FEED": feed,
-        "CAUSAL": causal,
-        **{f"AT_{name.upper()}": place for name, place in places},
+    bindings: dict[Any, Any] = {
+        fused_kernels.Lane: wp.types.vector(length=lanes, dtype=wp.float32),
+        fused_kernels.Sample: rows(3),
+        fused_kernels.Samples: rows(3 * window),
+        fused_kernels.Token: rows(width),
+        fused_kernels.Head: rows(width // heads),
+        fused_kernels.Heads: rows(heads),
+        fused_kernels.Tokens: rows(heads * width),
+        fused_kernels.Short: rows(8),
+        fused_kernels.Shorter: rows(4),
+        fused_kernels.LANES: lanes,
+        fused_kernels.WINDOW: window,
+        fused_kernels.WIDTH: width,
+        fused_kernels.HEADS: heads,
+        fused_kernels.DEPTH: width // heads,
+        fused_kernels.FEED: feed,
+        fused_kernels.CAUSAL: causal,
+        **{fused_kernels.BLOCKS[name]: place for name, place in places},
     }
     # Unrolled, the loops over tokens, heads and units compile for minutes and run no faster.
-    return Specialiser(bindings).kernel(
+    return Specialiser(Bindings(bindings)).kernel(
         fused_kernels.transformer_kernel,
         f"{shape} {lanes}",
         enable_backward=False,

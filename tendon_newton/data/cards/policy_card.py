@@ -9,6 +9,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from math import isfinite, pi
+from pathlib import PurePath
 from types import MappingProxyType
 from typing import Any, Literal, NoReturn
 
@@ -25,6 +26,7 @@ NORMALISATIONS = ("in_network", "none")
 RATE_TOLERANCE = 1e-9
 DEEPEST_COMMAND = 2.0
 """Farthest that a pay-out rule lets a command below home [rad]: a fifth of the full duty."""
+USD_ENDINGS = (".usda", ".usd", ".usdc", ".usdz")
 HASH = re.compile(r"[0-9a-f]{64}")
 
 
@@ -51,6 +53,12 @@ class PolicyTraining:
     """Name -> least and greatest factor (or value) that a world could have."""
     files: Mapping[str, str] = field(default_factory=nothing)
     """Name -> SHA-256 of each further file that the training read."""
+
+    @property
+    def finger(self) -> str | None:
+        """Name of the finger: that of its USD file, which is one of the files."""
+        drawn = (PurePath(name) for name in self.files if name.endswith(USD_ENDINGS))
+        return next((path.stem for path in drawn), None)
 
     def __post_init__(self) -> None:
         """Protect the tables."""

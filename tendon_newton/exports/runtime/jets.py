@@ -93,10 +93,11 @@ class Piece(NamedTuple):
 
 
 def own_values(piece: Piece, memory: Any) -> tuple[float, ...]:
-    """Return an effect's parameters and what it remembers."""
-    first = memory[piece.memory] if piece.memory >= 0 else 0.0
+    """Return an effect's parameters and what it remembers; nobody's memory is empty."""
+    if memory is None or piece.memory < 0:
+        return (*piece.values, 0.0, 0.0)
     second = memory[piece.second] if piece.second >= 0 else 0.0
-    return (*piece.values, first, second)
+    return (*piece.values, memory[piece.memory], second)
 
 
 def staged(signal: Any, pieces: list[Piece], *arguments: Any, memory: Any = None) -> Any:

@@ -6,20 +6,17 @@ import warp as wp
 
 from tendon_newton.device_code.placeholders import (
     JOINTS,
+    PARENT,
+    REVOLUTE,
     JointVector,
-    Placeholder,
     SpaceMatrix,
     TurnMatrix,
     Vec3,
     real,
 )
+from tendon_newton.device_code.structs import JointPose, Mechanism
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.chains.spatial_chain import rotation_about, row, turn_of
-
-JointPose = Placeholder
-Mechanism = Placeholder
-PARENT: tuple[int, ...] = ()
-REVOLUTE: tuple[bool, ...] = ()
 
 
 @device_template

@@ -3,7 +3,7 @@
 Every joint is revolute about the plane's normal or prismatic inside the plane. A link's frame
 sits at its joint and turns with it; vectors of the plane are complex numbers in all but name: a
 frame's direction u = (cos, sin) turns a local vector into the base frame. At q = 0 every frame
-has the axes of the base. `drive.inertia` scales what resists acceleration, not what weighs.
+has the axes of the base. `here.inertia` scales what resists acceleration, not what weighs.
 
 Source: Featherstone, Rigid Body Dynamics Algorithms (2008), chapter 2, written with the Jacobians
 of the centres of mass.
@@ -15,21 +15,17 @@ import warp as wp
 
 from tendon_newton.device_code.placeholders import (
     JOINTS,
+    MOVES,
+    PARENT,
+    REVOLUTE,
     JointMatrix,
     JointVector,
-    Placeholder,
     PlaneMatrix,
     Vec2,
     real,
 )
+from tendon_newton.device_code.structs import ChainTerms, Drive, Mechanism
 from tendon_newton.device_code.templates import device_template
-
-ChainTerms = Placeholder
-Drive = Placeholder
-Mechanism = Placeholder
-PARENT: tuple[int, ...] = ()
-REVOLUTE: tuple[bool, ...] = ()
-MOVES: tuple[tuple[bool, ...], ...] = ()
 
 
 @device_template
@@ -39,10 +35,10 @@ def turn(u: Vec2, local: Vec2) -> Vec2:
 
 
 @device_template
-def chain_terms(
-    mechanism: Mechanism, world: int, drive: Drive, q: JointVector, v: JointVector
-) -> ChainTerms:
+def chain_terms(mechanism: Mechanism, here: Drive) -> ChainTerms:
     """Return M(q), (J, J), and the torque of gravity and velocities, (J,): M q_ddot = torque."""
+    q = here.q
+    v = here.v
     direction = PlaneMatrix()
     origin = PlaneMatrix()
     centre = PlaneMatrix()
@@ -55,7 +51,7 @@ def chain_terms(
         o = Vec2(real(0.0), real(0.0))
         a = Vec2(real(0.0), real(0.0))
         w = real(0.0)
-        offset = mechanism.offset[world, j]
+        offset = mechanism.offset[here.world, j]
         if wp.static(PARENT[j] >= 0):
             p = wp.static(PARENT[j])
             u = Vec2(direction[p, 0], direction[p, 1])
@@ -69,14 +65,14 @@ def chain_terms(
             w = w + v[j]
             u = turn(u, Vec2(wp.cos(q[j]), wp.sin(q[j])))
         else:
-            slide = turn(u, mechanism.axis[world, j])
+            slide = turn(u, mechanism.axis[here.world, j])
             arm = offset + slide * q[j]
             o = o + arm
             a = a - w * w * arm + real(2.0) * w * v[j] * Vec2(-slide[1], slide[0])
             axis[j, 0] = slide[0]
             axis[j, 1] = slide[1]
-        c = turn(u, mechanism.centre[world, j])
-        g = drive.inertia * (a - w * w * c) - drive.gravity
+        c = turn(u, mechanism.centre[here.world, j])
+        g = here.inertia * (a - w * w * c) - here.gravity
         rate[j] = w
         for i in range(2):
             direction[j, i] = u[i]
@@ -89,8 +85,8 @@ def chain_terms(
     mass_matrix = JointMatrix()
     torque = JointVector()
     for k in range(JOINTS):
-        m = mechanism.mass[world, k]
-        inertia = mechanism.inertia[world, k]
+        m = mechanism.mass[here.world, k]
+        inertia = mechanism.inertia[here.world, k]
         columns = PlaneMatrix()  # Jacobian of the centre of mass of link k
         for j in range(JOINTS):
             if wp.static(MOVES[j][k]):
@@ -109,9 +105,9 @@ def chain_terms(
                     entry = m * (columns[i, 0] * columns[j, 0] + columns[i, 1] * columns[j, 1])
                     if wp.static(REVOLUTE[i] and REVOLUTE[j]):
                         entry = entry + inertia
-                    mass_matrix[i, j] = mass_matrix[i, j] + drive.inertia * entry
+                    mass_matrix[i, j] = mass_matrix[i, j] + here.inertia * entry
     for j in range(JOINTS):
-        mass_matrix[j, j] = mass_matrix[j, j] + mechanism.armature[world][j]
+        mass_matrix[j, j] = mass_matrix[j, j] + mechanism.armature[here.world][j]
     out.mass_matrix = mass_matrix
     out.torque = torque
     return out

@@ -1,7 +1,7 @@
 """Equations of motion of any tree of revolute and prismatic joints, in joint coordinates.
 
 At q = 0 every link's frame has the axes of the base, so a link's rotation R is that of its
-ancestors' joints alone. `drive.inertia` scales what resists acceleration, not what weighs.
+ancestors' joints alone. `here.inertia` scales what resists acceleration, not what weighs.
 
 Source: Featherstone, Rigid Body Dynamics Algorithms (2008), chapter 2, written with the Jacobians
 of the centres of mass.
@@ -13,23 +13,19 @@ import warp as wp
 
 from tendon_newton.device_code.placeholders import (
     JOINTS,
+    MOVES,
+    PARENT,
+    REVOLUTE,
     JointMatrix,
     JointVector,
     Mat33,
-    Placeholder,
     SpaceMatrix,
     TurnMatrix,
     Vec3,
     real,
 )
+from tendon_newton.device_code.structs import ChainTerms, Drive, Mechanism
 from tendon_newton.device_code.templates import device_template
-
-ChainTerms = Placeholder
-Drive = Placeholder
-Mechanism = Placeholder
-PARENT: tuple[int, ...] = ()
-REVOLUTE: tuple[bool, ...] = ()
-MOVES: tuple[tuple[bool, ...], ...] = ()
 
 
 @device_template
@@ -66,10 +62,10 @@ def turn_of(matrix: TurnMatrix, index: int) -> Mat33:
 
 
 @device_template
-def chain_terms(
-    mechanism: Mechanism, world: int, drive: Drive, q: JointVector, v: JointVector
-) -> ChainTerms:
+def chain_terms(mechanism: Mechanism, here: Drive) -> ChainTerms:
     """Return M(q), (J, J), and the torque of gravity and velocities, (J,): M q_ddot = torque."""
+    q = here.q
+    v = here.v
     origin = SpaceMatrix()
     centre = SpaceMatrix()
     axis = SpaceMatrix()
@@ -92,14 +88,14 @@ def chain_terms(
             a = row(bias, wp.static(PARENT[j]))
             w = row(rate, wp.static(PARENT[j]))
             alpha = row(turning, wp.static(PARENT[j]))
-        z = rotation * mechanism.axis[world, j]
-        offset = rotation * mechanism.offset[world, j]
+        z = rotation * mechanism.axis[here.world, j]
+        offset = rotation * mechanism.offset[here.world, j]
         if wp.static(REVOLUTE[j]):
             o = o + offset
             a = a + wp.cross(alpha, offset) + wp.cross(w, wp.cross(w, offset))
             alpha = alpha + wp.cross(w, z * v[j])
             w = w + z * v[j]
-            rotation = rotation * rotation_about(mechanism.axis[world, j], q[j])
+            rotation = rotation * rotation_about(mechanism.axis[here.world, j], q[j])
         else:
             offset = offset + z * q[j]
             o = o + offset
@@ -108,7 +104,7 @@ def chain_terms(
         for i in range(3):
             for k in range(3):
                 rotations[3 * j + i, k] = rotation[i, k]
-        c = rotation * mechanism.centre[world, j]
+        c = rotation * mechanism.centre[here.world, j]
         for i in range(3):
             origin[j, i] = o[i]
             centre[j, i] = o[i] + c[i]
@@ -116,11 +112,11 @@ def chain_terms(
             rate[j, i] = w[i]
             turning[j, i] = alpha[i]
             bias[j, i] = a[i]
-        mass = mechanism.mass[world, j]
-        turned = rotation * mechanism.inertia[world, j]
-        inertia = drive.inertia * (turned * wp.transpose(rotation))
-        drift = drive.inertia * (a + wp.cross(alpha, c) + wp.cross(w, wp.cross(w, c)))
-        drift = drift - drive.gravity
+        mass = mechanism.mass[here.world, j]
+        turned = rotation * mechanism.inertia[here.world, j]
+        inertia = here.inertia * (turned * wp.transpose(rotation))
+        drift = here.inertia * (a + wp.cross(alpha, c) + wp.cross(w, wp.cross(w, c)))
+        drift = drift - here.gravity
         spin = inertia * alpha + wp.cross(w, inertia * w)
         for i in range(JOINTS):
             if wp.static(MOVES[i][j]):
@@ -137,16 +133,16 @@ def chain_terms(
                         if wp.static(REVOLUTE[k]):
                             entry = (
                                 mass
-                                * drive.inertia
+                                * here.inertia
                                 * wp.dot(column, wp.cross(z_k, o + c - row(origin, k)))
                             )
                         else:
-                            entry = mass * drive.inertia * wp.dot(column, z_k)
+                            entry = mass * here.inertia * wp.dot(column, z_k)
                         if wp.static(REVOLUTE[i] and REVOLUTE[k]):
                             entry = entry + wp.dot(z_i, inertia * z_k)
                         mass_matrix[i, k] = mass_matrix[i, k] + entry
     for j in range(JOINTS):
-        mass_matrix[j, j] = mass_matrix[j, j] + mechanism.armature[world][j]
+        mass_matrix[j, j] = mass_matrix[j, j] + mechanism.armature[here.world][j]
     out.mass_matrix = mass_matrix
     out.torque = torque
     return out

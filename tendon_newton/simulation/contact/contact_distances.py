@@ -12,20 +12,14 @@ from __future__ import annotations
 
 import warp as wp
 
-from tendon_newton.device_code.placeholders import Mat33, Placeholder, Vec3, real
+from tendon_newton.device_code.placeholders import HAS_BOX, HAS_PLANE, HAS_SPHERE, Mat33, Vec3, real
+from tendon_newton.device_code.structs import Overlap, Surface
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.contact.contact_plan import BETWEEN, END, SHAPES
-
-Overlap = Placeholder
-Surface = Placeholder
 
 SPHERE = SHAPES.index("sphere")
 BOX = SHAPES.index("box")
 PLANE = SHAPES.index("plane")
-HAS_SPHERE = False
-"""Whether any obstacle is a sphere."""
-HAS_BOX = False
-HAS_PLANE = False
 
 ALL = 1.0e6
 """More than any depth [m]: an end bears all of it."""
@@ -93,13 +87,13 @@ def box_surface(point: Vec3, centre: Vec3, frame: Mat33, half: Vec3) -> Surface:
 def surface_at(point: Vec3, place: Vec3, frame: Mat33, size: Vec3, shape: int) -> Surface:
     """Return a point's distance from an obstacle [m], and the direction away from it."""
     out = Surface()
-    if wp.static(HAS_SPHERE):  # noqa: SIM102 - known when compiled, here and below
+    if wp.static(HAS_SPHERE):
         if shape == wp.static(SPHERE):
             out = sphere_surface(point, place, size[0])
-    if wp.static(HAS_BOX):  # noqa: SIM102
+    if wp.static(HAS_BOX):
         if shape == wp.static(BOX):
             out = box_surface(point, place, frame, size)
-    if wp.static(HAS_PLANE):  # noqa: SIM102
+    if wp.static(HAS_PLANE):
         if shape == wp.static(PLANE):
             out = plane_surface(point, place, frame)
     return out
@@ -193,11 +187,11 @@ def overlap_at(
     share = real(0.0)
     if spot == wp.static(END):
         share = real(1.0)
-    if wp.static(HAS_SPHERE):  # noqa: SIM102
+    if wp.static(HAS_SPHERE):
         if shape == wp.static(SPHERE):
             share = sphere_share(start, end, place)
     shallow = real(0.0)  # what the ends of an axis bear already
-    if wp.static(HAS_BOX):  # noqa: SIM102
+    if wp.static(HAS_BOX):
         if shape == wp.static(BOX) and spot == wp.static(BETWEEN):
             share = box_share(start, end, place, frame, size)
             first = box_surface(start, place, frame, size)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 SHAPES = ("sphere", "box", "plane")
 """Shapes of obstacles; the device code knows them by their places here."""
@@ -42,16 +41,6 @@ class ContactPlan:
     def memory_count(self) -> int:
         """Numbers that a world remembers of its contacts."""
         return STRETCH * len(self.contacts)
-
-    def bindings(self) -> dict[str, Any]:
-        """Return the constants of `contacts`."""
-        return {
-            "TOUCHES": bool(self.contacts),
-            "CAPSULES": len(self.links),
-            "CAPSULE_LINK": self.links,
-            "CONTACTS": len(self.contacts),
-            **{f"HAS_{shape.upper()}": shape in self.shapes for shape in SHAPES},
-        }
 
 
 NO_CONTACTS = ContactPlan(links=(), shapes=())

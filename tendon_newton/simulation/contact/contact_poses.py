@@ -5,27 +5,24 @@ from __future__ import annotations
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (
+    CAPSULE_LINK,
+    CAPSULES,
     JOINTS,
+    PARENT,
+    REVOLUTE,
+    CapsuleMatrix,
     JointVector,
-    Placeholder,
     PlaneMatrix,
     SpaceMatrix,
     Vec2,
     Vec3,
     real,
 )
+from tendon_newton.device_code.structs import ContactPose, Mechanism
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.chains.joint_poses import joint_pose
 from tendon_newton.simulation.chains.planar_chain import turn
 from tendon_newton.simulation.chains.spatial_chain import row, turn_of
-
-CapsuleMatrix = Placeholder
-ContactPose = Placeholder
-Mechanism = Placeholder
-PARENT: tuple[int, ...] = ()
-REVOLUTE: tuple[bool, ...] = ()
-CAPSULES = 0
-CAPSULE_LINK: tuple[int, ...] = ()
 
 
 @device_template

@@ -21,41 +21,36 @@ numerical model for granular assemblies, Geotechnique 29 (1979), for T; Johnson,
 
 from __future__ import annotations
 
-from typing import Any
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (
+    CARRIES,
+    CONTACT_MEMORY,
+    CONTACT_TABLE,
+    CONTACTS,
     JOINTS,
+    REVOLUTE,
     JointMatrix,
     JointVector,
     MemoryVector,
-    Placeholder,
     SpaceMatrix,
     Vec3,
     real,
+)
+from tendon_newton.device_code.slots import contact_pose
+from tendon_newton.device_code.structs import (
+    ContactPose,
+    ContactTerms,
+    Drive,
+    Grip,
+    Mechanism,
+    Overlap,
 )
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.chains.joint_poses import moved_by
 from tendon_newton.simulation.chains.spatial_chain import row
 from tendon_newton.simulation.contact.contact_distances import overlap_at
 from tendon_newton.simulation.contact.contact_plan import STRETCH
-
-ContactPose = Placeholder
-ContactTerms = Placeholder
-Drive = Placeholder
-Grip = Placeholder
-Mechanism = Placeholder
-Overlap = Placeholder
-contact_pose: Any = None
-REVOLUTE: tuple[bool, ...] = ()
-CARRIES: Any = None
-"""1 where a joint carries a link, else 0, shape (J, J)."""
-CONTACTS = 0
-CONTACT_TABLE: Any = None
-"""Capsule, obstacle, place on the capsule, shape of the obstacle and link of each contact."""
-CONTACT_MEMORY = 0
-"""Where the contacts' stretches stand in a world's memory."""
 
 SHEAR = 2.0 / 3.0
 """Stiffness along a contact as a share of that across it, k_t / k [1]: 2 (1 - nu) / (2 - nu) with
@@ -199,20 +194,14 @@ def contact_columns(pose: ContactPose, link: int, point: Vec3) -> SpaceMatrix:
 
 @device_template
 def grip_at(
-    mechanism: Mechanism,
-    world: int,
-    drive: Drive,
-    pose: ContactPose,
-    contact: int,
-    v: JointVector,
-    unseen: real,
+    mechanism: Mechanism, here: Drive, pose: ContactPose, contact: int, unseen: real
 ) -> ContactTerms:
     """Return the forces of one contact; `unseen` is `WITHIN` or `AFTER` a step."""
     capsule = CONTACT_TABLE[contact, 0]
     obstacle = CONTACT_TABLE[contact, 1]
     touch = overlap_of(
         mechanism,
-        world,
+        here.world,
         pose,
         capsule,
         obstacle,
@@ -223,24 +212,22 @@ def grip_at(
     if touch.depth > real(0.0):
         columns = contact_columns(pose, CONTACT_TABLE[contact, 4], touch.point)
         material = Vec3(
-            mechanism.obstacle_stiffness[world, obstacle],
-            mechanism.obstacle_dissipation[world, obstacle],
-            mechanism.obstacle_friction[world, obstacle],
+            mechanism.obstacle_stiffness[here.world, obstacle],
+            mechanism.obstacle_dissipation[here.world, obstacle],
+            mechanism.obstacle_friction[here.world, obstacle],
         )
         slot = wp.static(CONTACT_MEMORY) + wp.static(STRETCH) * contact
-        kept = Vec3(drive.memory[slot], drive.memory[slot + 1], drive.memory[slot + 2])
-        mean = v - (unseen * drive.elapsed) * drive.acceleration
-        grip = grip_of(material, touch, columns, v, mean, drive.elapsed, kept)
+        kept = Vec3(here.memory[slot], here.memory[slot + 1], here.memory[slot + 2])
+        mean = here.v - (unseen * here.elapsed) * here.acceleration
+        grip = grip_of(material, touch, columns, here.v, mean, here.elapsed, kept)
         out = grip_terms(material[2], touch.normal, grip, columns)
     return out
 
 
 @device_template
-def contact_terms(
-    mechanism: Mechanism, world: int, drive: Drive, q: JointVector, v: JointVector
-) -> ContactTerms:
+def contact_terms(mechanism: Mechanism, here: Drive) -> ContactTerms:
     """Return the joint torques of all contacts, and their derivatives."""
-    pose = contact_pose(mechanism, world, q)
+    pose = contact_pose(mechanism, here.world, here.q)
     torque = JointVector()
     stiffness = JointMatrix()
     damping = JointMatrix()
@@ -248,7 +235,7 @@ def contact_terms(
     # of a sum to walk it back.
     count = int(CONTACTS)
     for contact in range(count):
-        own = grip_at(mechanism, world, drive, pose, contact, v, real(WITHIN))
+        own = grip_at(mechanism, here, pose, contact, real(WITHIN))
         torque = torque + own.torque
         stiffness = stiffness + own.stiffness
         damping = damping + own.damping
@@ -260,20 +247,13 @@ def contact_terms(
 
 
 @device_template
-def contact_memory(
-    mechanism: Mechanism,
-    world: int,
-    drive: Drive,
-    q: JointVector,
-    v: JointVector,
-    memory: MemoryVector,
-) -> MemoryVector:
+def contact_memory(mechanism: Mechanism, here: Drive, memory: MemoryVector) -> MemoryVector:
     """Renew how far friction has stretched each contact; one that has opened forgets."""
     out = memory
-    pose = contact_pose(mechanism, world, q)
+    pose = contact_pose(mechanism, here.world, here.q)
     count = int(CONTACTS)
     for contact in range(count):
-        own = grip_at(mechanism, world, drive, pose, contact, v, real(AFTER))
+        own = grip_at(mechanism, here, pose, contact, real(AFTER))
         for i in range(3):
             out[wp.static(CONTACT_MEMORY) + wp.static(STRETCH) * contact + i] = own.stretch[i]
     return out

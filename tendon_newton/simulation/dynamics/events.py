@@ -5,21 +5,25 @@ from __future__ import annotations
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (
+    FREE_SPOOL,
+    HAS_ROTOR,
+    HOLDS_ROUTED,
     JOINTS,
     LINKS,
+    MAY_HOLD,
     ROWS,
     TENDONS,
     Jet,
     JointMatrix,
     JointVector,
     ParameterVector,
-    Placeholder,
     RowMatrix,
     RowVector,
     TendonVector,
     Vec2,
     real,
 )
+from tendon_newton.device_code.structs import Drive, Event, Mechanism, Modes, Motion
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.dynamics.forces import touching
 from tendon_newton.simulation.dynamics.modes import (
@@ -35,19 +39,6 @@ from tendon_newton.simulation.tendons.pipeline import SLACK, TAUT, UNDECIDED, fl
 from tendon_newton.simulation.tendons.routes import located, row_arms
 from tendon_newton.simulation.tendons.spools import is_rigid, is_string
 from tendon_newton.simulation.tendons.world_drive import UNBOUNDED, at_end, in_same_mode
-
-Drive = Placeholder
-Event = Placeholder
-Mechanism = Placeholder
-Modes = Placeholder
-Motion = Placeholder
-MAY_HOLD = False
-HOLDS_ROUTED = False
-"""Whether a tendon whose arms follow from its path may be held at a speed."""
-FREE_SPOOL = False
-"""Whether each spool has a coordinate of its own."""
-HAS_ROTOR = False
-"""Whether a rotor's inertia stands between the motor and the load cell."""
 
 EDGE = 1.0e-6
 """How far beyond its bound a joint counts as at the edge of its stop, and in touch [rad, m]."""
@@ -75,10 +66,10 @@ def speed_range(drive: Drive, d: int, side: real) -> Vec2:
 
 
 @device_template
-def too_fast(mechanism: Mechanism, world: int, drive: Drive, d: int, rate: real) -> bool:
+def too_fast(mechanism: Mechanism, here: Drive, d: int, rate: real) -> bool:
     """Tell whether a row is faster [m/s] than its motor lets it be: a run may begin so."""
-    beyond = wp.abs(rate) > row_bound(drive, d) * real(BEYOND)
-    return beyond and not may_outrun(mechanism, world, d, sign(rate))
+    beyond = wp.abs(rate) > row_bound(here, d) * real(BEYOND)
+    return beyond and not may_outrun(mechanism, here, d, sign(rate))
 
 
 @device_template
@@ -91,11 +82,9 @@ def crossing(before: real, after: real) -> real:
 
 
 @device_template
-def motion_arms(
-    mechanism: Mechanism, world: int, drive: Drive, modes: Modes, motion: Motion
-) -> RowMatrix:
+def motion_arms(mechanism: Mechanism, here: Drive, modes: Modes, motion: Motion) -> RowMatrix:
     """Return the tendons' rows at the end of a motion [m], shape (R, J)."""
-    arms = row_arms(mechanism, world, drive, modes)
+    arms = row_arms(mechanism, here, modes)
     if wp.static(HOLDS_ROUTED):
         arms = motion.arms
     return arms
@@ -103,11 +92,11 @@ def motion_arms(
 
 @device_template
 def kept_speeds(
-    mechanism: Mechanism, world: int, drive: Drive, modes: Modes, speed: RowVector, end: Motion
+    mechanism: Mechanism, here: Drive, modes: Modes, speed: RowVector, end: Motion
 ) -> Motion:
     """Return the end of a step with its arms, and the held tendons at their speeds [m/s] again."""
-    there = located(mechanism, world, drive, end.q, end.v)
-    rows = row_arms(mechanism, world, there, modes)
+    there = located(mechanism, here, end.q, end.v)
+    rows = row_arms(mechanism, there, modes)
     v = end.v
     for d in range(ROWS):
         if modes.tendon_sticks[d] > real(0.0):
@@ -122,52 +111,41 @@ def kept_speeds(
 
 @device_template
 def first_event(
-    mechanism: Mechanism,
-    world: int,
-    p: ParameterVector,
-    drive: Drive,
-    modes: Modes,
-    q: JointVector,
-    v: JointVector,
-    end: Motion,
-    h: real,
+    mechanism: Mechanism, p: ParameterVector, here: Drive, modes: Modes, end: Motion, h: real
 ) -> Event:
-    """Find what ends the modes first inside a step of h [s].
-
-    The drive was located at q and v.
-    """
+    """Find what ends the modes first inside a step of h [s]."""
     event = Event()
     event.fraction = real(1.0)
     event.row = int(NOTHING)
     event.joint = int(NOTHING)
     event.tendon = int(NOTHING)
-    touch = touching(mechanism, world, end.q, end.v)
+    touch = touching(mechanism, here.world, end.q, end.v)
     for j in range(JOINTS):
-        if drive.friction[j] > real(0.0) and end.v[j] * modes.joint[j] < real(0.0):
-            fraction = crossing(v[j], end.v[j])
+        if here.friction[j] > real(0.0) and end.v[j] * modes.joint[j] < real(0.0):
+            fraction = crossing(here.v[j], end.v[j])
             if fraction < event.fraction:
                 event.fraction = fraction
                 event.row = j
         if touch[j] != modes.touch[j]:
-            fraction = stop_crossing(mechanism, world, j, modes.touch[j] + touch[j], q, v, end)
+            fraction = stop_crossing(mechanism, here, j, modes.touch[j] + touch[j], end)
             if fraction < event.fraction:
                 event.fraction = fraction
                 event.row = int(NOTHING)
                 event.joint = j
                 event.touch = touch[j]
     if wp.static(MAY_HOLD):
-        arms = row_arms(mechanism, world, drive, modes)
-        later = motion_arms(mechanism, world, drive, modes, end)
+        arms = row_arms(mechanism, here, modes)
+        later = motion_arms(mechanism, here, modes, end)
         for d in range(ROWS):
-            before = excursion_rate(arms, d, v)
+            before = excursion_rate(arms, d, here.v)
             after = excursion_rate(later, d, end.v)
-            allowed = speed_range(drive, d, modes.tendon[d])
+            allowed = speed_range(here, d, modes.tendon[d])
             speed = real(wp.clamp(after, allowed[0], allowed[1]))
             leaves = speed != after and modes.tendon_sticks[d] == real(0.0)
             fraction = crossing(before - speed, after - speed)
-            if too_fast(mechanism, world, drive, d, before):
+            if too_fast(mechanism, here, d, before):
                 leaves = True
-                speed = real(wp.clamp(before, -row_bound(drive, d), row_bound(drive, d)))
+                speed = real(wp.clamp(before, -row_bound(here, d), row_bound(here, d)))
                 fraction = real(0.0)
             if leaves and row_counts(modes, d) and fraction < event.fraction:
                 event.fraction = fraction
@@ -176,37 +154,35 @@ def first_event(
     if wp.static(FREE_SPOOL):
         for d in range(TENDONS):
             c = LINKS + d
-            if caught(mechanism, world, drive, modes, d, end.q) and q[c] < real(0.0):
-                fraction = crossing(q[c], end.q[c])
+            if caught(mechanism, here, modes, d, end.q) and here.q[c] < real(0.0):
+                fraction = crossing(here.q[c], end.q[c])
                 if fraction < event.fraction:
                     event.fraction = fraction
                     event.row = c
                     event.joint = int(NOTHING)
                     event.speed = real(0.0)
     if wp.static(not HAS_ROTOR):
-        event = first_slack(mechanism, world, p, drive, modes, v, end, h, event)
+        event = first_slack(mechanism, p, here, modes, end, h, event)
     return event
 
 
 @device_template
 def first_slack(
     mechanism: Mechanism,
-    world: int,
     p: ParameterVector,
-    drive: Drive,
+    here: Drive,
     modes: Modes,
-    v: JointVector,
     end: Motion,
     h: real,
     before: Event,
 ) -> Event:
     """Return an event, or what comes before it: a string that comes loose or is caught."""
     event = before
-    later = located(mechanism, world, at_end(drive, h, (end.v - v) / h), end.q, end.v)
+    later = located(mechanism, at_end(here, h, (end.v - here.v) / h), end.q, end.v)
     for d in range(TENDONS):
-        least = mechanism.least_tension[world][d]
+        least = mechanism.least_tension[here.world][d]
         if modes.tendon_sticks[d] == real(0.0) and least == real(0.0):
-            flow = flow_at(mechanism, world, p, later, d, end.q, end.v, modes.tendon[d])
+            flow = flow_at(mechanism, p, later, d, modes.tendon[d])
             fraction = real(1.0)
             if (end.line[d] < least) != (flow.line < least):
                 fraction = crossing(end.line[d], flow.line)
@@ -232,20 +208,16 @@ def after_slack(drive: Drive, event: Event) -> Drive:
 
 
 @device_template
-def caught(
-    mechanism: Mechanism, world: int, drive: Drive, modes: Modes, d: int, q: JointVector
-) -> bool:
+def caught(mechanism: Mechanism, here: Drive, modes: Modes, d: int, q: JointVector) -> bool:
     """Tell whether a spool has wound in all the slack of a string that does not stretch."""
     c = LINKS + d
     loose = modes.joint_sticks[c] == real(0.0)
-    one_way = is_string(mechanism, world, d) and is_rigid(drive)
+    one_way = is_string(mechanism, here.world, d) and is_rigid(here)
     return loose and one_way and q[c] > real(0.0)
 
 
 @device_template
-def catch_spools(
-    mechanism: Mechanism, world: int, drive: Drive, modes: Modes, end: Motion
-) -> Motion:
+def catch_spools(mechanism: Mechanism, here: Drive, modes: Modes, end: Motion) -> Motion:
     """Return the end of a step at which no spool leads a string that does not stretch.
 
     The string stops it without bounce.
@@ -254,9 +226,9 @@ def catch_spools(
     if wp.static(FREE_SPOOL):
         v = end.v
         q = end.q
-        arms = motion_arms(mechanism, world, drive, modes, end)
+        arms = motion_arms(mechanism, here, modes, end)
         for d in range(TENDONS):
-            if caught(mechanism, world, drive, modes, d, end.q):
+            if caught(mechanism, here, modes, d, end.q):
                 c = LINKS + d
                 if v[c] > real(0.0):
                     v = bring_row(end.mass_matrix, joint_row(c), v, real(0.0), modes, arms)
@@ -278,25 +250,19 @@ def without_lead(event: Event, q: JointVector) -> JointVector:
 
 
 @device_template
-def stop_crossing(
-    mechanism: Mechanism,
-    world: int,
-    j: int,
-    side: real,
-    q: JointVector,
-    v: JointVector,
-    end: Motion,
-) -> real:
+def stop_crossing(mechanism: Mechanism, here: Drive, j: int, side: real, end: Motion) -> real:
     """Return the fraction of a step at which joint j meets or leaves a stop (side > 0: upper)."""
-    k = mechanism.limit_stiffness[world][j]
-    c = mechanism.limit_damping[world][j]
-    bound = mechanism.lower[world][j]
+    k = mechanism.limit_stiffness[here.world][j]
+    c = mechanism.limit_damping[here.world][j]
+    bound = mechanism.lower[here.world][j]
     if side > real(0.0):
-        bound = mechanism.upper[world][j]
-    before = q[j] - bound
+        bound = mechanism.upper[here.world][j]
+    before = here.q[j] - bound
     after = end.q[j] - bound
     if before * side > real(0.0) or after * side <= real(0.0):
-        before = k * before + c * v[j]  # in touch already, or leaving: the stop's force decides
+        before = (
+            k * before + c * here.v[j]
+        )  # in touch already, or leaving: the stop's force decides
         after = k * after + c * end.v[j]
     fraction = real(1.0)
     if before * after < real(0.0):
@@ -334,14 +300,14 @@ def bring_row(
 
 @device_template
 def bring_event_row(
-    mechanism: Mechanism, world: int, drive: Drive, event: Event, modes: Modes, middle: Motion
+    mechanism: Mechanism, here: Drive, event: Event, modes: Modes, middle: Motion
 ) -> JointVector:
     """Bring the row that an event names to its speed exactly: the next modes see it there.
 
     So they see a tendon that has meanwhile left its mode's range, as another event came first.
     """
     v = middle.v
-    arms = motion_arms(mechanism, world, drive, modes, middle)
+    arms = motion_arms(mechanism, here, modes, middle)
     for j in range(JOINTS):
         if event.row == j:
             v = bring_row(middle.mass_matrix, joint_row(j), v, event.speed, modes, arms)
@@ -349,9 +315,9 @@ def bring_event_row(
         rate = excursion_rate(arms, d, v)
         speed = rate
         slides = modes.tendon_sticks[d] == real(0.0) and row_counts(modes, d)
-        if wp.static(MAY_HOLD):  # noqa: SIM102 - known when compiled
+        if wp.static(MAY_HOLD):
             if slides:
-                allowed = speed_range(drive, d, modes.tendon[d])
+                allowed = speed_range(here, d, modes.tendon[d])
                 speed = real(wp.clamp(rate, allowed[0], allowed[1]))
         if event.row == JOINTS + d:
             speed = event.speed
@@ -380,22 +346,27 @@ def holding_joint(modes: Modes, j: int) -> Modes:
 
 @device_template
 def caught_string(
-    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, modes: Modes, d: int,
-    before: JointVector, end: Motion, h: real,
-) -> Jet:  # fmt: skip
+    mechanism: Mechanism,
+    p: ParameterVector,
+    here: Drive,
+    modes: Modes,
+    d: int,
+    end: Motion,
+    h: real,
+) -> Jet:
     """Return the impulse [N s] of a string that pulls again before the end of a slack h [s].
 
     Its force had risen evenly from zero since the instant at which it was caught.
     """
     impulse = Jet(real(0.0), real(0.0), real(0.0))
-    least = mechanism.least_tension[world][d]
-    slack = drive.slack[d] == real(SLACK)
-    if drive.slack[d] == real(UNDECIDED):
+    least = mechanism.least_tension[here.world][d]
+    slack = here.slack[d] == real(SLACK)
+    if here.slack[d] == real(UNDECIDED):
         slack = end.line[d] < least
     if slack and modes.tendon_sticks[d] == real(0.0) and least == real(0.0):
-        free = in_same_mode(at_end(drive, h, (end.v - before) / h), TendonVector())
-        later = located(mechanism, world, free, end.q, end.v)
-        flow = flow_at(mechanism, world, p, later, d, end.q, end.v, modes.tendon[d])
+        free = in_same_mode(at_end(here, h, (end.v - here.v) / h), TendonVector())
+        later = located(mechanism, free, end.q, end.v)
+        flow = flow_at(mechanism, p, later, d, modes.tendon[d])
         if flow.line > least:
             since = h * flow.line / (flow.line - wp.min(end.line[d], real(0.0)))
             impulse = flow.pull * (real(0.5) * since)
@@ -419,9 +390,8 @@ def pull_row(
 
 @device_template
 def bring_back(
-    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, modes: Modes,
-    before: JointVector, end: Motion, h: real,
-) -> Motion:  # fmt: skip
+    mechanism: Mechanism, p: ParameterVector, here: Drive, modes: Modes, end: Motion, h: real
+) -> Motion:
     """Return the end of a divided step of h [s] with what left its mode's range brought back.
 
     They are second events inside one step. A joint that has run through an end stop is put at its
@@ -430,20 +400,20 @@ def bring_back(
     that the servo never allows.
     """
     v = end.v
-    arms = motion_arms(mechanism, world, drive, modes, end)
+    arms = motion_arms(mechanism, here, modes, end)
     for j in range(JOINTS):
-        if drive.friction[j] > real(0.0) and v[j] * modes.joint[j] < real(0.0):
+        if here.friction[j] > real(0.0) and v[j] * modes.joint[j] < real(0.0):
             v = bring_row(end.mass_matrix, joint_row(j), v, real(0.0), modes, arms)
             modes = holding_joint(modes, j)
     if wp.static(not HAS_ROTOR):
         for d in range(TENDONS):
-            impulse = caught_string(mechanism, world, p, drive, modes, d, before, end, h)
+            impulse = caught_string(mechanism, p, here, modes, d, end, h)
             if impulse[0] > real(0.0):
                 v = pull_row(end.mass_matrix, arms[d], v, impulse, modes, arms)
     if wp.static(MAY_HOLD):
         for d in range(ROWS):
             rate = excursion_rate(arms, d, v)
-            allowed = speed_range(drive, d, modes.tendon[d])
+            allowed = speed_range(here, d, modes.tendon[d])
             speed = real(wp.clamp(rate, allowed[0], allowed[1]))
             slides = modes.tendon_sticks[d] == real(0.0) and row_counts(modes, d)
             if speed != rate and slides:
@@ -452,7 +422,7 @@ def bring_back(
     out = end
     out.divided = real(1.0)
     out.v = v
-    out.q = within_stops(mechanism, world, modes, end.q)
+    out.q = within_stops(mechanism, here.world, modes, end.q)
     return out
 
 

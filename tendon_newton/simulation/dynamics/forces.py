@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import warp as wp
 
 from tendon_newton.device_code.linear_algebra import inverse
 from tendon_newton.device_code.placeholders import (
+    FREE_SPOOL,
+    HAS_ROTOR,
     JOINTS,
     LINKS,
+    ROUTED,
+    ROWS,
     TENDONS,
-    ArmMatrix,
+    TOUCHES,
     Jet,
     JointMatrix,
     JointVector,
     ParameterVector,
-    Placeholder,
+    RowMatrix,
     TendonVector,
     real,
 )
+from tendon_newton.device_code.slots import chain_terms, contact_terms
+from tendon_newton.device_code.structs import Drive, Forces, Mechanism, Modes
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.tendons.pipeline import (
     damping_torque,
@@ -28,7 +32,6 @@ from tendon_newton.simulation.tendons.pipeline import (
     spring_torque,
 )
 from tendon_newton.simulation.tendons.routes import (
-    located,
     route_stiffness,
     row_arms,
     row_bow,
@@ -37,55 +40,30 @@ from tendon_newton.simulation.tendons.routes import (
 )
 from tendon_newton.simulation.tendons.spools import rotor_inertia, spool_pull, with_spool
 
-Drive = Placeholder
-Forces = Placeholder
-Mechanism = Placeholder
-Modes = Placeholder
-chain_terms: Any = None
-contact_terms: Any = None
-ROUTED = False
-"""Whether any tendon's moment arms follow from its path."""
-HAS_ROTOR = False
-"""Whether a rotor's inertia stands between the motor and the load cell."""
-FREE_SPOOL = False
-"""Whether each spool has a coordinate of its own."""
-TOUCHES = False
-"""Whether links may meet obstacles."""
-
 
 @device_template
-def smooth_forces(
-    mechanism: Mechanism,
-    world: int,
-    p: ParameterVector,
-    drive: Drive,
-    modes: Modes,
-    q: JointVector,
-    v: JointVector,
-) -> Forces:
+def smooth_forces(mechanism: Mechanism, p: ParameterVector, here: Drive, modes: Modes) -> Forces:
     """Return mass matrix, torque and its derivatives, without what sticks."""
-    terms = chain_terms(mechanism, world, drive, q, v)
+    terms = chain_terms(mechanism, here)
     mass_matrix = terms.mass_matrix
     torque = terms.torque
     stiffness = JointMatrix()
     damping = JointMatrix()
     for j in range(JOINTS):
-        own = joint_torque(mechanism, world, p, drive, j, modes.touch[j], q, v)
-        torque[j] = torque[j] + own[0] - drive.friction[j] * modes.joint[j]
+        own = joint_torque(mechanism, p, here, j, modes.touch[j])
+        torque[j] = torque[j] + own[0] - here.friction[j] * modes.joint[j]
         stiffness[j, j] = stiffness[j, j] + own[1]
         damping[j, j] = damping[j, j] + own[2]
     if wp.static(TOUCHES):
-        touch = contact_terms(mechanism, world, drive, q, v)
+        touch = contact_terms(mechanism, here)
         torque = torque + touch.torque
         stiffness = stiffness + touch.stiffness
         damping = damping + touch.damping
-    here = located(mechanism, world, drive, q, v)
-    arms = tendon_arms(mechanism, world, here)
+    arms = tendon_arms(mechanism, here)
     bow = tendon_bow(here)
+    loaded = here
     if wp.static(HAS_ROTOR and not FREE_SPOOL):
-        here.carried = carried_forces(
-            mechanism, world, p, here, modes, q, v, mass_matrix, torque, arms, bow
-        )
+        loaded.carried = carried_forces(mechanism, p, here, modes, mass_matrix, torque)
     out = Forces()
     tension = TendonVector()
     slack = TendonVector()
@@ -94,19 +72,19 @@ def smooth_forces(
         pull = Jet(real(0.0), real(0.0), real(0.0))
         inertia = real(0.0)
         tension[d] = modes.hold[d]
-        moves = bool(False)  # noqa: UP018 - a variable for Warp, not a constant
+        moves = bool(False)
         if wp.static(FREE_SPOOL):
             moves = modes.joint_sticks[LINKS + d] == real(0.0)
         if modes.tendon_sticks[d] == real(0.0) and not moves:
-            flow = flow_at(mechanism, world, p, here, d, q, v, modes.tendon[d])
+            flow = flow_at(mechanism, p, loaded, d, modes.tendon[d])
             pull = flow.pull
             tension[d] = pull[0]
             slack[d] = flow.slack
             line[d] = flow.line
             if wp.static(HAS_ROTOR):
-                inertia = flow.pull_gain * rotor_inertia(mechanism, world, p, d)
-            if wp.static(HAS_ROTOR and not FREE_SPOOL):  # noqa: SIM102 - known when compiled
-                if flow.tension[0] < mechanism.least_tension[world][d]:
+                inertia = flow.pull_gain * rotor_inertia(mechanism, here.world, p, d)
+            if wp.static(HAS_ROTOR and not FREE_SPOOL):
+                if flow.tension[0] < mechanism.least_tension[here.world][d]:
                     pull = Jet(real(0.0), real(0.0), real(0.0))  # at rest a string is slack
         for i in range(JOINTS):
             torque[i] = torque[i] + arms[d, i] * pull[0]
@@ -121,14 +99,14 @@ def smooth_forces(
         if wp.static(FREE_SPOOL):
             c = LINKS + d
             if moves:
-                tension[d] = spool_pull(mechanism, world, p, here, modes, d, q, v)
+                tension[d] = spool_pull(mechanism, p, here, modes, d)
             else:
                 # held, and solved for by nobody: any numbers keep the matrices regular
                 mass_matrix[c, c] = real(1.0)
                 stiffness[c, c] = -real(1.0)
     if wp.static(ROUTED):
         stiffness = stiffness + route_stiffness(here, tension)
-        out.arms = row_arms(mechanism, world, here, modes)
+        out.arms = row_arms(mechanism, here, modes)
         out.bow = row_bow(here)
     out.mass_matrix = mass_matrix
     out.torque = torque
@@ -139,33 +117,69 @@ def smooth_forces(
     if wp.static(FREE_SPOOL):
         for d in range(TENDONS):
             if modes.joint_sticks[LINKS + d] == real(0.0):
-                out = with_spool(mechanism, world, p, here, modes, d, q, v, arms, bow[d], out)
+                out = with_spool(mechanism, p, here, modes, d, out)
+    return out
+
+
+@device_template
+def without_held(matrix: JointMatrix, modes: Modes) -> JointMatrix:
+    """Return a matrix that leaves the joints alone which are held: their rows are those of one."""
+    out = matrix
+    for j in range(JOINTS):
+        if modes.joint_sticks[j] > real(0.0):
+            for i in range(JOINTS):
+                out[i, j] = real(0.0)
+                out[j, i] = real(0.0)
+            out[j, j] = real(1.0)
+    return out
+
+
+@device_template
+def along_free(load: JointVector, modes: Modes) -> JointVector:
+    """Return a load on the joints that are not held."""
+    out = load
+    for j in range(JOINTS):
+        if modes.joint_sticks[j] > real(0.0):
+            out[j] = real(0.0)
+    return out
+
+
+@device_template
+def free_rows(arms: RowMatrix, modes: Modes) -> RowMatrix:
+    """Return the rows of the tendons on the joints that are not held."""
+    out = arms
+    for j in range(JOINTS):
+        if modes.joint_sticks[j] > real(0.0):
+            for d in range(ROWS):
+                out[d, j] = real(0.0)
     return out
 
 
 @device_template
 def carried_forces(
-    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, modes: Modes,
-    q: JointVector, v: JointVector, mass_matrix: JointMatrix, torque: JointVector,
-    arms: ArmMatrix, bow: TendonVector,
-) -> TendonVector:  # fmt: skip
+    mechanism: Mechanism,
+    p: ParameterVector,
+    here: Drive,
+    modes: Modes,
+    mass_matrix: JointMatrix,
+    torque: JointVector,
+) -> TendonVector:
     """Return the force [N] that each sliding gear is given, by its motor less the rotor.
 
     Friction under load is taken on the side of the motor here. That changes how much the gear
     carries, and not on which side: what is left of it after dry friction is a sum of the motor's
     and the load's part, each times an inertia, over one that alone knows of the side.
     """
-    unknown = TendonVector()
-    before = drive
-    before.carried = unknown
+    arms = tendon_arms(mechanism, here)
+    bow = tendon_bow(here)
     m = mass_matrix
     push = torque
     force = TendonVector()
     felt = TendonVector()
     for d in range(TENDONS):
         if modes.tendon_sticks[d] == real(0.0):
-            flow = flow_at(mechanism, world, p, before, d, q, v, modes.tendon[d])
-            inertia = rotor_inertia(mechanism, world, p, d)
+            flow = flow_at(mechanism, p, here, d, modes.tendon[d])
+            inertia = rotor_inertia(mechanism, here.world, p, d)
             force[d] = flow.motor_force[0]
             felt[d] = inertia
             for i in range(JOINTS):
@@ -173,14 +187,7 @@ def carried_forces(
                 push[i] = push[i] + arms[d, i] * passed
                 for j in range(JOINTS):
                     m[i, j] = m[i, j] + arms[d, i] * arms[d, j] * flow.pull_gain * inertia
-    for j in range(JOINTS):
-        if modes.joint_sticks[j] > real(0.0):
-            push[j] = real(0.0)
-            for i in range(JOINTS):
-                m[i, j] = real(0.0)
-                m[j, i] = real(0.0)
-            m[j, j] = real(1.0)
-    acceleration = inverse(m) * push
+    acceleration = inverse(without_held(m, modes)) * along_free(push, modes)
     for d in range(TENDONS):
         rate = bow[d]
         for j in range(JOINTS):
@@ -190,25 +197,16 @@ def carried_forces(
 
 
 @device_template
-def joint_torque(
-    mechanism: Mechanism,
-    world: int,
-    p: ParameterVector,
-    drive: Drive,
-    j: int,
-    touch: real,
-    q: JointVector,
-    v: JointVector,
-) -> Jet:
+def joint_torque(mechanism: Mechanism, p: ParameterVector, here: Drive, j: int, touch: real) -> Jet:
     """Return the torque of a joint's spring, damper and end stop (touch: +1 upper, -1 lower)."""
-    joint = joint_state(mechanism, world, drive, j, q, v)
+    joint = joint_state(mechanism, here, j)
     torque = spring_torque(joint, p) + damping_torque(joint, p)
     if touch != real(0.0):
         bound = joint.upper
         if touch < real(0.0):
             bound = joint.lower
-        k = mechanism.limit_stiffness[world][j]
-        c = mechanism.limit_damping[world][j]
+        k = mechanism.limit_stiffness[here.world][j]
+        c = mechanism.limit_damping[here.world][j]
         torque = torque - Jet(k * (joint.position - bound) + c * joint.velocity, k, c)
     return torque
 

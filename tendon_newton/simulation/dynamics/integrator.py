@@ -19,12 +19,13 @@ from __future__ import annotations
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (
-    JointVector,
+    HOLDS_ROUTED,
+    ROUTED,
     ParameterVector,
-    Placeholder,
     RowVector,
     real,
 )
+from tendon_newton.device_code.structs import Drive, Mechanism, Modes, Motion
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.dynamics.events import (
     after_slack,
@@ -42,112 +43,81 @@ from tendon_newton.simulation.dynamics.modes import choose_modes, constrained_so
 from tendon_newton.simulation.tendons.routes import located, row_arms
 from tendon_newton.simulation.tendons.world_drive import at_end, at_start, in_same_mode
 
-Drive = Placeholder
-Mechanism = Placeholder
-Modes = Placeholder
-Motion = Placeholder
-ROUTED = False
-"""Whether any tendon's moment arms follow from its path."""
-HOLDS_ROUTED = False
-"""Whether one such may be held at a speed."""
-
 GAMMA = 1.0 - 0.5**0.5
 
 
 @device_template
 def rosenbrock(
-    mechanism: Mechanism,
-    world: int,
-    p: ParameterVector,
-    drive: Drive,
-    modes: Modes,
-    q: JointVector,
-    v: JointVector,
-    h: real,
+    mechanism: Mechanism, p: ParameterVector, here: Drive, modes: Modes, h: real
 ) -> Motion:
     """Advance by h [s] in frozen modes with the two stages of ROS2."""
     g = real(GAMMA) * h
-    arms = row_arms(mechanism, world, drive, modes)
+    arms = row_arms(mechanism, here, modes)
     bow = RowVector()
-    f = smooth_forces(mechanism, world, p, drive, modes, q, v)
+    f = smooth_forces(mechanism, p, here, modes)
     if wp.static(ROUTED):
         arms = f.arms
         bow = f.bow
     matrix = f.mass_matrix - g * f.damping - g * g * f.stiffness
-    k1 = constrained_solve(matrix, f.torque + g * (f.stiffness * v), modes, arms, bow)
-    slope = v + g * k1
-    q1 = q + h * slope
-    v1 = v + h * k1
+    k1 = constrained_solve(matrix, f.torque + g * (f.stiffness * here.v), modes, arms, bow)
+    slope = here.v + g * k1
+    q1 = here.q + h * slope
+    v1 = here.v + h * k1
     line = f.line
-    later = in_same_mode(at_end(drive, h, k1), f.slack)
-    f = smooth_forces(mechanism, world, p, later, modes, q1, v1)
+    later = located(mechanism, in_same_mode(at_end(here, h, k1), f.slack), q1, v1)
+    f = smooth_forces(mechanism, p, later, modes)
     matrix = f.mass_matrix - g * f.damping - g * g * f.stiffness
     rest = v1 - real(2.0) * slope
     load = f.torque - real(2.0) * (f.mass_matrix * k1) + g * (f.stiffness * rest)
     speed = RowVector()
     if wp.static(HOLDS_ROUTED):
-        speed = arms * v
+        speed = arms * here.v
         arms = f.arms
         bow = f.bow + real(2.0) * (arms * k1)
     k2 = constrained_solve(matrix, load, modes, arms, bow)
     out = Motion()
-    out.q = q + h * (real(1.5) * slope + real(0.5) * (rest + g * k2))
-    out.v = v + h * (real(1.5) * k1 + real(0.5) * k2)
+    out.q = here.q + h * (real(1.5) * slope + real(0.5) * (rest + g * k2))
+    out.v = here.v + h * (real(1.5) * k1 + real(0.5) * k2)
     out.mass_matrix = f.mass_matrix
     out.line = line
     if wp.static(HOLDS_ROUTED):
-        out = kept_speeds(mechanism, world, drive, modes, speed, out)
+        out = kept_speeds(mechanism, here, modes, speed, out)
     return out
 
 
 @device_template
-def step(
-    mechanism: Mechanism,
-    world: int,
-    p: ParameterVector,
-    drive: Drive,
-    q: JointVector,
-    v: JointVector,
-    h: real,
-) -> Motion:
-    """Advance positions, velocities and memory (`drive.memory`) by h [s]; divide at an event."""
-    start = located(mechanism, world, at_start(drive, drive.time, drive.memory), q, v)
-    modes = choose_modes(mechanism, world, p, start, q, v)
+def step(mechanism: Mechanism, p: ParameterVector, drive: Drive, h: real) -> Motion:
+    """Advance a world and its memory by h [s] from where the drive has it; divide at an event."""
+    start = located(mechanism, at_start(drive, drive.time, drive.memory), drive.q, drive.v)
+    modes = choose_modes(mechanism, p, start)
     begun = modes
-    end = rosenbrock(mechanism, world, p, start, modes, q, v, h)
-    event = first_event(mechanism, world, p, start, modes, q, v, end, h)
+    end = rosenbrock(mechanism, p, start, modes, h)
+    event = first_event(mechanism, p, start, modes, end, h)
     if event.fraction < real(1.0):
         part = event.fraction * h
-        middle = rosenbrock(mechanism, world, p, start, modes, q, v, part)
-        memory = renewed(mechanism, world, p, start, modes, v, middle, part)
-        v = bring_event_row(mechanism, world, start, event, modes, middle)
-        x = without_lead(event, middle.q)
+        middle = rosenbrock(mechanism, p, start, modes, part)
+        memory = renewed(mechanism, p, start, modes, middle, part)
+        v = bring_event_row(mechanism, start, event, modes, middle)
+        q = without_lead(event, middle.q)
         start = after_slack(at_start(drive, drive.time + part, memory), event)
-        start = located(mechanism, world, start, x, v)
-        chosen = choose_modes(mechanism, world, p, start, x, v)
+        start = located(mechanism, start, q, v)
+        chosen = choose_modes(mechanism, p, start)
         modes = after_touch(chosen, event)
         h = h - part
-        end = rosenbrock(mechanism, world, p, start, modes, x, v, h)
-        end = bring_back(mechanism, world, p, start, modes, v, end, h)
-    end = catch_spools(mechanism, world, start, modes, end)
-    end.memory = renewed(mechanism, world, p, start, modes, v, end, h)
+        end = rosenbrock(mechanism, p, start, modes, h)
+        end = bring_back(mechanism, p, start, modes, end, h)
+    end = catch_spools(mechanism, start, modes, end)
+    end.memory = renewed(mechanism, p, start, modes, end, h)
     end.modes = begun
     return end
 
 
 @device_template
 def whole_step(
-    mechanism: Mechanism,
-    world: int,
-    p: ParameterVector,
-    drive: Drive,
-    modes: Modes,
-    q: JointVector,
-    v: JointVector,
-    h: real,
+    mechanism: Mechanism, p: ParameterVector, drive: Drive, modes: Modes, h: real
 ) -> Motion:
     """Do what `step` does where no event divides it, in the modes that it has chosen."""
-    start = located(mechanism, world, at_start(drive, drive.time, drive.memory), q, v)
-    end = rosenbrock(mechanism, world, p, start, modes, q, v, h)
-    end.memory = renewed(mechanism, world, p, start, modes, v, end, h)
+    start = located(mechanism, at_start(drive, drive.time, drive.memory), drive.q, drive.v)
+    end = rosenbrock(mechanism, p, start, modes, h)
+    end.memory = renewed(mechanism, p, start, modes, end, h)
     return end

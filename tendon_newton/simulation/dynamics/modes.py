@@ -14,20 +14,30 @@ import warp as wp
 
 from tendon_newton.device_code.linear_algebra import inverse
 from tendon_newton.device_code.placeholders import (
+    FREE_SPOOL,
+    HAS_ROTOR,
     JOINTS,
     LINKS,
+    MAY_HOLD,
+    REST,
     ROWS,
     TENDONS,
     JointMatrix,
     JointVector,
     ParameterVector,
-    Placeholder,
     RowMatrix,
     RowVector,
     real,
 )
+from tendon_newton.device_code.structs import Drive, Mechanism, Modes
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.simulation.dynamics.forces import smooth_forces, touching
+from tendon_newton.simulation.dynamics.forces import (
+    along_free,
+    free_rows,
+    smooth_forces,
+    touching,
+    without_held,
+)
 from tendon_newton.simulation.tendons.pipeline import flow_at
 from tendon_newton.simulation.tendons.routes import row_arms, row_bow
 from tendon_newton.simulation.tendons.spools import (
@@ -38,18 +48,6 @@ from tendon_newton.simulation.tendons.spools import (
 from tendon_newton.simulation.tendons.tension import tension_now
 from tendon_newton.simulation.tendons.world_drive import UNBOUNDED
 
-Drive = Placeholder
-Mechanism = Placeholder
-Modes = Placeholder
-MAY_HOLD = False
-"""Whether any effect of the kernel holds a tendon at a speed."""
-FREE_SPOOL = False
-"""Whether each spool has a coordinate of its own."""
-HAS_ROTOR = False
-"""Whether a rotor's inertia stands between the motor and the load cell."""
-
-REST = 1.0e-9
-"""Below this speed [m/s, rad/s] a dry friction may stick."""
 AT_LIMIT = 1.0e-6
 """Share of the greatest speed within which the motor may be held at it [1]."""
 BEYOND = 1.0 + AT_LIMIT
@@ -96,30 +94,22 @@ def row_bound(drive: Drive, r: int) -> real:
 
 @device_template
 def row_force(
-    mechanism: Mechanism,
-    world: int,
-    p: ParameterVector,
-    drive: Drive,
-    modes: Modes,
-    r: int,
-    q: JointVector,
-    v: JointVector,
-    side: real,
+    mechanism: Mechanism, p: ParameterVector, here: Drive, modes: Modes, r: int, side: real
 ) -> real:
-    """Return the force [N] along a tendon's row on one side; the drive was located at q and v."""
+    """Return the force [N] along a tendon's row on one side."""
     force = real(0.0)
     if wp.static(FREE_SPOOL):
         d = row_tendon(r)
         if modes.joint_sticks[LINKS + d] == real(0.0):
-            spool = spool_at(mechanism, world, p, drive, d, q, v, side, side)
+            spool = spool_at(mechanism, p, here, d, side, side)
             force = spool.pull[0]
             if r < TENDONS:
                 force = spool.force[0]
         else:
-            held = flow_at(mechanism, world, p, drive, d, q, v, side)
+            held = flow_at(mechanism, p, here, d, side)
             force = held.pull[0]
     else:
-        flow = flow_at(mechanism, world, p, drive, r, q, v, side)
+        flow = flow_at(mechanism, p, here, r, side)
         force = flow.pull[0]
     return force
 
@@ -127,36 +117,34 @@ def row_force(
 @device_template
 def row_counts(modes: Modes, r: int) -> bool:
     """Tell whether a row is one of its own: a string whose spool is held has its gear's."""
-    counts = bool(True)  # noqa: UP018 - a variable for Warp, not a constant
-    if wp.static(FREE_SPOOL):  # noqa: SIM102 - known when compiled
+    counts = bool(True)
+    if wp.static(FREE_SPOOL):
         if r >= TENDONS:
             counts = modes.joint_sticks[LINKS + row_tendon(r)] == real(0.0)
     return counts
 
 
 @device_template
-def may_outrun(mechanism: Mechanism, world: int, d: int, side: real) -> bool:
+def may_outrun(mechanism: Mechanism, here: Drive, d: int, side: real) -> bool:
     """Tell whether a row may be faster than its motor: a string that goes slack as it winds in."""
-    outruns = bool(False)  # noqa: UP018 - a variable for Warp, not a constant
+    outruns = bool(False)
     if wp.static(not HAS_ROTOR):
-        outruns = side > real(0.0) and is_string(mechanism, world, row_tendon(d))
+        outruns = side > real(0.0) and is_string(mechanism, here.world, row_tendon(d))
     return outruns
 
 
 @device_template
-def tendon_sides(
-    mechanism: Mechanism, world: int, drive: Drive, modes: Modes, d: int, rate: real
-) -> Modes:
+def tendon_sides(mechanism: Mechanism, here: Drive, modes: Modes, d: int, rate: real) -> Modes:
     """Write the side of a tendon at a rate [m/s], or both sides of a speed where it may be held."""
     side = sign(rate)
-    bound = row_bound(drive, d)
+    bound = row_bound(here, d)
     speed = wp.abs(rate)
     beyond = speed > bound * real(BEYOND)
     modes.tendon[d] = side
-    if beyond and may_outrun(mechanism, world, d, side):
+    if beyond and may_outrun(mechanism, here, d, side):
         modes.tendon[d] = real(2.0) * side
         beyond = False
-    if drive.dry > real(0.0) and speed <= real(REST):
+    if here.dry > real(0.0) and speed <= real(REST):
         modes.tendon_sticks[d] = real(1.0)
         modes.least_side[d] = real(1.0)
         modes.most_side[d] = real(-1.0)
@@ -171,111 +159,84 @@ def tendon_sides(
 
 
 @device_template
-def choose_modes(
-    mechanism: Mechanism,
-    world: int,
-    p: ParameterVector,
-    drive: Drive,
-    q: JointVector,
-    v: JointVector,
-) -> Modes:
+def choose_modes(mechanism: Mechanism, p: ParameterVector, here: Drive) -> Modes:
     """Decide which strings are taut, and which rows are held.
 
-    Those are held whose holding force stays within its limits. The drive was located at q and v.
+    Those are held whose holding force stays within its limits.
     """
     modes = Modes()
     if wp.static(FREE_SPOOL):
-        modes.joint_sticks = taut_spools(mechanism, world, drive, q, v)
-    modes = choose_held(mechanism, world, p, drive, modes, q, v)
+        modes.joint_sticks = taut_spools(mechanism, here)
+    modes = choose_held(mechanism, p, here, modes)
     if wp.static(FREE_SPOOL):
-        taut = pulling_spools(mechanism, world, p, drive, modes, q, v)
-        lost = bool(False)  # noqa: UP018 - a variable for Warp, not a constant
+        taut = pulling_spools(mechanism, p, here, modes)
+        lost = bool(False)
         for d in range(TENDONS):
             lost = lost or taut[LINKS + d] != modes.joint_sticks[LINKS + d]
         if lost:
             fresh = Modes()
             fresh.joint_sticks = taut
-            modes = choose_held(mechanism, world, p, drive, fresh, q, v)
+            modes = choose_held(mechanism, p, here, fresh)
     return modes
 
 
 @device_template
 def pulling_spools(
-    mechanism: Mechanism,
-    world: int,
-    p: ParameterVector,
-    drive: Drive,
-    modes: Modes,
-    q: JointVector,
-    v: JointVector,
+    mechanism: Mechanism, p: ParameterVector, here: Drive, modes: Modes
 ) -> JointVector:
     """Mark those of the held spools whose strings pull; the others go slack. Shape (J,)."""
-    forces = smooth_forces(mechanism, world, p, drive, modes, q, v)
+    forces = smooth_forces(mechanism, p, here, modes)
     taut = JointVector()
-    rows = row_arms(mechanism, world, drive, modes)
-    acceleration = constrained_solve(forces.mass_matrix, forces.torque, modes, rows, row_bow(drive))
+    rows = row_arms(mechanism, here, modes)
+    acceleration = constrained_solve(forces.mass_matrix, forces.torque, modes, rows, row_bow(here))
     for d in range(TENDONS):
         c = LINKS + d
         if modes.joint_sticks[c] > real(0.0):
-            tension = tension_now(mechanism, world, p, drive, modes, d, q, v, acceleration)
-            if tension >= real(0.0) or not is_string(mechanism, world, d):
+            tension = tension_now(mechanism, p, here, modes, d, acceleration)
+            if tension >= real(0.0) or not is_string(mechanism, here.world, d):
                 taut[c] = real(1.0)
     return taut
 
 
 @device_template
-def choose_held(
-    mechanism: Mechanism,
-    world: int,
-    p: ParameterVector,
-    drive: Drive,
-    begun: Modes,
-    q: JointVector,
-    v: JointVector,
-) -> Modes:
-    """Decide which rows are held, where it is known which spools are.
-
-    The drive was located at q and v.
-    """
+def choose_held(mechanism: Mechanism, p: ParameterVector, here: Drive, begun: Modes) -> Modes:
+    """Decide which rows are held, where it is known which spools are."""
     modes = begun
-    arms = row_arms(mechanism, world, drive, modes)
-    modes.touch = touching(mechanism, world, q, v)
-    held = int(0)  # noqa: UP018, RUF046 - a variable for Warp, not a constant
+    arms = row_arms(mechanism, here, modes)
+    modes.touch = touching(mechanism, here.world, here.q, here.v)
+    held = int(0)
     least = RowVector()
     most = RowVector()
     for j in range(LINKS):
-        modes.joint[j] = sign(v[j])
-        if wp.abs(v[j]) <= real(REST) and drive.friction[j] > real(0.0):
+        modes.joint[j] = sign(here.v[j])
+        if wp.abs(here.v[j]) <= real(REST) and here.friction[j] > real(0.0):
             modes.joint[j] = real(0.0)
             modes.joint_sticks[j] = real(1.0)
             held = held + 1
     for d in range(ROWS):
-        rate = excursion_rate(arms, d, v)
+        rate = excursion_rate(arms, d, here.v)
         modes.tendon[d] = sign(rate)
-        if wp.static(MAY_HOLD):  # noqa: SIM102 - known when compiled
+        if wp.static(MAY_HOLD):
             if row_counts(modes, d):
-                modes = tendon_sides(mechanism, world, drive, modes, d, rate)
+                modes = tendon_sides(mechanism, here, modes, d, rate)
                 if modes.tendon_sticks[d] > real(0.0):
                     side = modes.least_side[d]
-                    least[d] = row_force(mechanism, world, p, drive, modes, d, q, v, side)
+                    least[d] = row_force(mechanism, p, here, modes, d, side)
                     side = modes.most_side[d]
-                    most[d] = row_force(mechanism, world, p, drive, modes, d, q, v, side)
+                    most[d] = row_force(mechanism, p, here, modes, d, side)
                     modes.hold[d] = wp.clamp(real(0.0), least[d], most[d])
                     held = held + 1
     if held > 0:
-        modes = release(mechanism, world, p, drive, modes, q, v, least, most, held)
+        modes = release(mechanism, p, here, modes, least, most, held)
     return modes
 
 
 @device_template
 def release(
     mechanism: Mechanism,
-    world: int,
     p: ParameterVector,
-    drive: Drive,
+    here: Drive,
     modes: Modes,
-    q: JointVector,
-    v: JointVector,
     least: RowVector,
     most: RowVector,
     held: int,
@@ -285,11 +246,11 @@ def release(
     The holding forces solve the complementarity problem of the accelerations by projected
     Gauss-Seidel.
     """
-    forces = smooth_forces(mechanism, world, p, drive, modes, q, v)
+    forces = smooth_forces(mechanism, p, here, modes)
     mobility = inverse(forces.mass_matrix)
-    arms = row_arms(mechanism, world, drive, modes)
-    bow = row_bow(drive)
-    limit = drive.friction
+    arms = row_arms(mechanism, here, modes)
+    bow = row_bow(here)
+    limit = here.friction
     hold = JointVector()
     push = forces.torque
     for d in range(ROWS):
@@ -322,7 +283,7 @@ def release(
             modes.joint[j] = sign(acceleration[j])
             modes.joint_sticks[j] = real(0.0)
     for d in range(ROWS):
-        if modes.tendon_sticks[d] > real(0.0):  # noqa: SIM102 - Warp has no mixed and/or
+        if modes.tendon_sticks[d] > real(0.0):
             if modes.hold[d] >= most[d] or modes.hold[d] <= least[d]:
                 # which of its limits gave way says where it goes; where both are one, its motion
                 modes.tendon[d] = modes.least_side[d]
@@ -338,20 +299,9 @@ def constrained_solve(
     matrix: JointMatrix, load: JointVector, modes: Modes, arms: RowMatrix, bow: RowVector
 ) -> JointVector:
     """Solve matrix x = load with x = 0 along every joint that is held, -bow along every tendon."""
-    m = matrix
-    b = load
-    free = arms
-    for j in range(JOINTS):
-        if modes.joint_sticks[j] > real(0.0):
-            for i in range(JOINTS):
-                m[i, j] = real(0.0)
-                m[j, i] = real(0.0)
-            for d in range(ROWS):
-                free[d, j] = real(0.0)
-            m[j, j] = real(1.0)
-            b[j] = real(0.0)
-    mobility = inverse(m)
-    x = mobility * b
+    free = free_rows(arms, modes)
+    mobility = inverse(without_held(matrix, modes))
+    x = mobility * along_free(load, modes)
     if wp.static(MAY_HOLD):
         for _sweep in range(wp.static(1 if ROWS == 1 else SWEEPS)):
             for d in range(ROWS):

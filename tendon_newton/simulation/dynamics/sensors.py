@@ -2,41 +2,33 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import warp as wp
 
 from tendon_newton.device_code.first_order_lag import lagged
 from tendon_newton.device_code.placeholders import (
+    HAS_MEMORY,
+    HAS_ROTOR,
     TENDONS,
     DeviceArray,
     JointVector,
     ParameterVector,
-    Placeholder,
     TendonVector,
     real,
 )
+from tendon_newton.device_code.slots import (
+    cell_clock_effects,
+    cell_effects,
+    cell_lag_effects,
+    encoder_effects,
+)
+from tendon_newton.device_code.structs import Cell, Commands, Drive, Log, Mechanism, Modes, Reading
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.dynamics.forces import smooth_forces
 from tendon_newton.simulation.dynamics.memory import remembered
 from tendon_newton.simulation.dynamics.modes import choose_modes, constrained_solve
 from tendon_newton.simulation.tendons.pipeline import servo_flow, tendon_state
-from tendon_newton.simulation.tendons.routes import located, row_arms, row_bow
+from tendon_newton.simulation.tendons.routes import row_arms, row_bow
 from tendon_newton.simulation.tendons.tension import tension_now
-
-Cell = Placeholder
-Commands = Placeholder
-Drive = Placeholder
-Mechanism = Placeholder
-Modes = Placeholder
-Reading = Placeholder
-cell_effects: Any = None
-cell_clock_effects: Any = None
-cell_lag_effects: Any = None
-encoder_effects: Any = None
-HAS_MEMORY = False
-HAS_ROTOR = False
-"""Whether a rotor's inertia stands between the motor and the load cell."""
 
 INSTANT = 1.0e-6
 """Instants [s] closer than this are one."""
@@ -44,86 +36,51 @@ INSTANT = 1.0e-6
 
 @device_template
 def accelerations(
-    mechanism: Mechanism,
-    world: int,
-    p: ParameterVector,
-    drive: Drive,
-    modes: Modes,
-    q: JointVector,
-    v: JointVector,
+    mechanism: Mechanism, p: ParameterVector, here: Drive, modes: Modes
 ) -> JointVector:
-    """Return the accelerations [rad/s2, m/s2] that a rotor feels; without one nobody asks.
-
-    The drive was located at q and v.
-    """
+    """Return the accelerations [rad/s2, m/s2] that a rotor feels; without one nobody asks."""
     out = JointVector()
     if wp.static(HAS_ROTOR):
-        forces = smooth_forces(mechanism, world, p, drive, modes, q, v)
-        rows = row_arms(mechanism, world, drive, modes)
-        out = constrained_solve(forces.mass_matrix, forces.torque, modes, rows, row_bow(drive))
+        forces = smooth_forces(mechanism, p, here, modes)
+        rows = row_arms(mechanism, here, modes)
+        out = constrained_solve(forces.mass_matrix, forces.torque, modes, rows, row_bow(here))
     return out
 
 
 @device_template
 def tensions_in(
-    mechanism: Mechanism,
-    world: int,
-    p: ParameterVector,
-    drive: Drive,
-    modes: Modes,
-    q: JointVector,
-    v: JointVector,
+    mechanism: Mechanism, p: ParameterVector, here: Drive, modes: Modes
 ) -> TendonVector:
-    """Return the tensions at the load cells [N] in known modes; a string never pushes.
-
-    The drive was located at q and v.
-    """
-    acceleration = accelerations(mechanism, world, p, drive, modes, q, v)
+    """Return the tensions at the load cells [N] in known modes; a string never pushes."""
+    acceleration = accelerations(mechanism, p, here, modes)
     out = TendonVector()
     for d in range(TENDONS):
-        tension = tension_now(mechanism, world, p, drive, modes, d, q, v, acceleration)
+        tension = tension_now(mechanism, p, here, modes, d, acceleration)
         if wp.static(HAS_ROTOR):
-            tension = wp.max(tension, mechanism.least_tension[world][d])
+            tension = wp.max(tension, mechanism.least_tension[here.world][d])
         out[d] = tension
     return out
 
 
 @device_template
-def tensions(
-    mechanism: Mechanism,
-    world: int,
-    p: ParameterVector,
-    drive: Drive,
-    q: JointVector,
-    v: JointVector,
-) -> TendonVector:
+def tensions(mechanism: Mechanism, p: ParameterVector, here: Drive) -> TendonVector:
     """Return the tensions at the load cells [N]."""
-    here = located(mechanism, world, drive, q, v)
-    modes = choose_modes(mechanism, world, p, here, q, v)
-    return tensions_in(mechanism, world, p, here, modes, q, v)
+    return tensions_in(mechanism, p, here, choose_modes(mechanism, p, here))
 
 
 @device_template
-def read_sensors(
-    mechanism: Mechanism,
-    world: int,
-    p: ParameterVector,
-    drive: Drive,
-    q: JointVector,
-    v: JointVector,
-) -> Reading:
+def read_sensors(mechanism: Mechanism, p: ParameterVector, here: Drive) -> Reading:
     """Return the encoder's report just after a command took effect, and the true tension then."""
-    here = located(mechanism, world, drive, q, v)
-    modes = choose_modes(mechanism, world, p, here, q, v)
+    modes = choose_modes(mechanism, p, here)
     reading = Reading()
     now = here
-    if wp.static(HAS_MEMORY):  # noqa: SIM102 - known when compiled
-        if drive.remembers > real(0.0):
-            now.memory = remembered(mechanism, world, p, here, modes, q, v)
-    reading.force = tensions_in(mechanism, world, p, here, modes, q, v)
+    if wp.static(HAS_MEMORY):
+        if here.remembers > real(0.0):
+            now.memory = remembered(mechanism, p, here, modes)
+    reading.force = tensions_in(mechanism, p, here, modes)
     for d in range(TENDONS):
-        tendon = tendon_state(mechanism, world, p, now, d, q, v, modes.tendon[d])
-        flow = servo_flow(mechanism, world, p, d, tendon)
+        tendon = tendon_state(mechanism, p, now, d, modes.tendon[d])
+        flow = servo_flow(tendon, p)
         tendon.tension = reading.force[d]
         angle = encoder_effects(flow.angle, tendon, p)
         reading.angle[d] = angle[0]
@@ -139,15 +96,13 @@ def cell_is_slow(p: ParameterVector) -> bool:
 
 
 @device_template
-def first_due(
-    commands: Commands, first: int, count: int, rows_from: int, scale: real, p: ParameterVector
-) -> int:
-    """Return the first row whose reading belongs to what follows a row's instant."""
-    due = int(0)  # noqa: UP018, RUF046 - a variable for Warp, not a constant
-    if rows_from > 0:
-        now = commands.time[first + rows_from] * scale
-        while due < count and (
-            cell_clock_effects(commands.time[first + due] * scale, p) < now - real(INSTANT)
+def first_due(commands: Commands, log: Log, p: ParameterVector, begin: int) -> int:
+    """Return the first row whose reading belongs to what follows the instant of row `begin`."""
+    due = int(0)
+    if begin > 0:
+        now = commands.time[log.first + begin] * log.scale
+        while due < log.count and (
+            cell_clock_effects(commands.time[log.first + due] * log.scale, p) < now - real(INSTANT)
         ):
             due = due + 1
     return due
@@ -156,35 +111,33 @@ def first_due(
 @device_template
 def report(
     commands: Commands,
-    first: int,
-    count: int,
-    scale: real,
+    log: Log,
     p: ParameterVector,
     cell: Cell,
     now: real,
     h: real,
-    before: TendonVector,
-    after: TendonVector,
     out: int,
     force: DeviceArray[TendonVector],
 ) -> Cell:
     """Write the readings that belong to a substep of h [s], in which the tension moves evenly."""
     lag = cell_lag_effects(real(0.0), p)
-    rate = (after - before) / h
-    waiting = bool(True)  # noqa: UP018 - a variable for Warp, not a constant
+    rate = (cell.after - cell.before) / h
+    waiting = bool(True)
     while waiting:
         waiting = False
-        if cell.due < count:
-            row_time = commands.time[first + cell.due] * scale
+        if cell.due < log.count:
+            row_time = commands.time[log.first + cell.due] * log.scale
             at = cell_clock_effects(row_time, p) - now
             if at < h - real(INSTANT):
                 waiting = True
                 passed = wp.max(at, real(0.0))
+                shown = TendonVector()
                 for d in range(TENDONS):
-                    true = before[d] + rate[d] * passed
+                    true = cell.before[d] + rate[d] * passed
                     value = lagged(cell.force[d], true, rate[d], passed, lag)
-                    force[out + cell.due][d] = cell_effects(value, row_time, p)
+                    shown[d] = cell_effects(value, row_time, p)
+                force[out + cell.due] = shown
                 cell.due = cell.due + 1
     for d in range(TENDONS):
-        cell.force[d] = lagged(cell.force[d], after[d], rate[d], h, lag)
+        cell.force[d] = lagged(cell.force[d], cell.after[d], rate[d], h, lag)
     return cell

@@ -2,23 +2,33 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import warp as wp
 
 from tendon_newton.device_code.linear_algebra import inverse
 from tendon_newton.device_code.placeholders import (
+    FREE_SPOOL,
+    HAS_MEMORY,
+    HELD_MEMORY,
+    HOLDS_FORCE,
     JOINTS,
     LINKS,
     ROWS,
+    STRIDE,
     TENDONS,
-    DeviceArray,
     JointVector,
-    MemoryVector,
     ParameterVector,
-    Placeholder,
     TendonVector,
     real,
+)
+from tendon_newton.device_code.slots import radius_effects
+from tendon_newton.device_code.structs import (
+    Commands,
+    Drive,
+    Forces,
+    Mechanism,
+    Modes,
+    States,
+    Worlds,
 )
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.dynamics.events import EDGE
@@ -29,23 +39,8 @@ from tendon_newton.simulation.tendons.routes import located, tendon_arms
 from tendon_newton.simulation.tendons.spools import SNUG, is_rigid, is_string
 from tendon_newton.simulation.tendons.world_drive import world_drive
 
-Commands = Placeholder
-Drive = Placeholder
-Forces = Placeholder
-Mechanism = Placeholder
-Modes = Placeholder
-radius_effects: Any = None
-HOLDS_FORCE = False
-"""Whether the actuator's force is decided outside the kernel and held."""
-HELD_MEMORY = 0
-"""Where the held forces stand in a world's memory."""
-FREE_SPOOL = False
-"""Whether each spool has a coordinate of its own."""
-
 SETTLING_STEPS = 200
 """Most steps towards an equilibrium; an asset's finger takes ten to sixty."""
-STRIDE = 0.3
-"""Longest step towards it [rad, m]: no tendon turns so much on the way that its pull misleads."""
 FIRST_PACE, LAST_PACE = 3.0e-3, 10.0
 """Time [s] in which the first step lets inertia answer, and the longest such time."""
 HASTE, CAUTION = 2.0, 0.4
@@ -62,44 +57,36 @@ GUIDE_STIFFNESS = 1.0e6
 
 
 @device_template
-def resting_modes(
-    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, guided: bool, q: JointVector
-) -> Modes:
+def resting_modes(mechanism: Mechanism, p: ParameterVector, here: Drive, guided: bool) -> Modes:
     """Return the modes at rest without dry friction; guided, no tendon pulls."""
     modes = Modes()
-    modes.touch = touching(mechanism, world, q, JointVector())
+    modes.touch = touching(mechanism, here.world, here.q, JointVector())
     if guided:
         for r in range(ROWS):
             modes.tendon_sticks[r] = real(1.0)
     if wp.static(FREE_SPOOL):
         for d in range(TENDONS):
-            if guided or rests_on_string(mechanism, world, p, drive, d, q):
+            if guided or rests_on_string(mechanism, p, here, d):
                 modes.joint_sticks[LINKS + d] = real(1.0)
     return modes
 
 
 @device_template
-def rests_on_string(
-    mechanism: Mechanism, world: int, p: ParameterVector, drive: Drive, d: int, q: JointVector
-) -> bool:
+def rests_on_string(mechanism: Mechanism, p: ParameterVector, here: Drive, d: int) -> bool:
     """Tell whether a motor at rest pulls on a string that does not stretch."""
-    still = JointVector()
-    here = located(mechanism, world, drive, q, still)
-    tendon = tendon_state(mechanism, world, p, here, d, q, still, real(0.0))
-    flow = servo_flow(mechanism, world, p, d, tendon)
-    pulls = q[LINKS + d] >= -real(SNUG) and flow.motor_force[0] >= real(0.0)
-    return is_rigid(drive) and (pulls or not is_string(mechanism, world, d))
+    tendon = tendon_state(mechanism, p, here, d, real(0.0))
+    flow = servo_flow(tendon, p)
+    pulls = here.q[LINKS + d] >= -real(SNUG) and flow.motor_force[0] >= real(0.0)
+    return is_rigid(here) and (pulls or not is_string(mechanism, here.world, d))
 
 
 @device_template
-def not_beyond_strings(
-    mechanism: Mechanism, world: int, drive: Drive, q: JointVector
-) -> JointVector:
+def not_beyond_strings(mechanism: Mechanism, drive: Drive, q: JointVector) -> JointVector:
     """Return coordinates in which no spool leads a string that does not stretch."""
     out = q
     if wp.static(FREE_SPOOL):
         for d in range(TENDONS):
-            if is_rigid(drive) and is_string(mechanism, world, d):
+            if is_rigid(drive) and is_string(mechanism, drive.world, d):
                 out[LINKS + d] = wp.min(q[LINKS + d], real(0.0))
     return out
 
@@ -107,7 +94,6 @@ def not_beyond_strings(
 @device_template
 def frictionless_forces(
     mechanism: Mechanism,
-    world: int,
     p: ParameterVector,
     drive: Drive,
     guided: bool,
@@ -119,17 +105,16 @@ def frictionless_forces(
     The guide's stiffness leaves out how its pull turns with the arms: far from rest that pull is
     that of a thousand servos, and the steps towards rest would follow it anywhere.
     """
-    v = JointVector()
-    modes = resting_modes(mechanism, world, p, drive, guided, q)
-    forces = smooth_forces(mechanism, world, p, drive, modes, q, v)
+    here = located(mechanism, drive, q, JointVector())
+    modes = resting_modes(mechanism, p, here, guided)
+    forces = smooth_forces(mechanism, p, here, modes)
     if guided:
-        here = located(mechanism, world, drive, q, v)
-        arms = tendon_arms(mechanism, world, here)
+        arms = tendon_arms(mechanism, here)
         torque = forces.torque
         slope = forces.stiffness
         for d in range(TENDONS):
-            flow = flow_at(mechanism, world, p, here, d, q, v, real(0.0))
-            stiffness = real(GUIDE_STIFFNESS) * mechanism.spool_radius[world][d]
+            flow = flow_at(mechanism, p, here, d, real(0.0))
+            stiffness = real(GUIDE_STIFFNESS) * mechanism.spool_radius[drive.world][d]
             guide = stiffness * (target[d] - flow.angle[0])
             for i in range(JOINTS):
                 torque[i] = torque[i] + arms[d, i] * guide
@@ -139,6 +124,19 @@ def frictionless_forces(
         forces.torque = torque
         forces.stiffness = slope
     return forces
+
+
+@device_template
+def measured_speed(
+    mechanism: Mechanism, p: ParameterVector, here: Drive, rate: TendonVector
+) -> JointVector:
+    """Return the least speeds of the joints at which shafts turn at measured rates [rad/s]."""
+    arms = tendon_arms(mechanism, here)
+    speed = JointVector()
+    for d in range(TENDONS):
+        radius = radius_effects(mechanism.spool_radius[here.world][d], p)
+        speed = speed + arms[d] * (rate[d] * radius / wp.dot(arms[d], arms[d]))
+    return speed
 
 
 @device_template
@@ -161,22 +159,14 @@ def stepped(mechanism: Mechanism, world: int, q: JointVector, move: JointVector)
 
 @device_template
 def settle_kernel(
-    first_world: int,
-    mechanism: Mechanism,
-    world_mechanism: DeviceArray[int],
-    world_recording: DeviceArray[int],
-    parameters: DeviceArray[ParameterVector],
-    commands: Commands,
-    q: DeviceArray[JointVector],
-    v: DeviceArray[JointVector],
-    memory: DeviceArray[MemoryVector],
+    first_world: int, mechanism: Mechanism, worlds: Worlds, commands: Commands, states: States
 ) -> None:
     """Put each world where its recording starts, every internal state relaxed."""
-    i = first_world + wp.tid()  # pyright: ignore[reportOperatorIssue] - one dimension: a number
-    world = world_mechanism[i]
-    recording = world_recording[i]
+    i = first_world + wp.tid()  # pyright: ignore[reportOperatorIssue]
+    world = worlds.mechanism[i]
+    recording = worlds.recording[i]
     first = commands.first[recording]
-    p = parameters[i]
+    p = worlds.parameters[i]
     drive = world_drive(mechanism, world, p)
     drive.voltage = commands.voltage[first]
     drive.enabled = commands.enabled[first]
@@ -185,7 +175,7 @@ def settle_kernel(
     if wp.static(HOLDS_FORCE):
         for d in range(TENDONS):
             place = wp.static(HELD_MEMORY) + d
-            drive.memory[place] = memory[i][place]
+            drive.memory[place] = states.memory[i][place]
     guided = commands.starts_measured[recording] > 0
     target = commands.start_angle[recording]
     x = JointVector()
@@ -195,34 +185,32 @@ def settle_kernel(
             mechanism.rest[world][j], mechanism.lower[world][j], mechanism.upper[world][j]
         )
     pace = real(FIRST_PACE)
-    here = frictionless_forces(mechanism, world, p, drive, guided, target, x)
+    forces = frictionless_forces(mechanism, p, drive, guided, target, x)
     for _step in range(SETTLING_STEPS):
-        move = inverse(here.mass_matrix / (pace * pace) - here.stiffness) * here.torque
+        move = inverse(forces.mass_matrix / (pace * pace) - forces.stiffness) * forces.torque
         there = stepped(mechanism, world, x, move)
-        there = not_beyond_strings(mechanism, world, drive, there)
+        there = not_beyond_strings(mechanism, drive, there)
         still = real(STILL)
         if pace < real(1.0):
             still = real(0.0)
         if wp.max(wp.abs(there - x)) <= still:
             x = there
             break
-        ahead = frictionless_forces(mechanism, world, p, drive, guided, target, there)
-        work = wp.dot(here.torque, there - x)
+        ahead = frictionless_forces(mechanism, p, drive, guided, target, there)
+        work = wp.dot(forces.torque, there - x)
         if work > real(0.0) and wp.dot(ahead.torque, there - x) >= -real(OVERSHOOT) * work:
             x = there
-            here = ahead
-            modes = resting_modes(mechanism, world, p, drive, False, x)
-            drive.memory = remembered(mechanism, world, p, drive, modes, x, rest)
+            forces = ahead
+            if wp.static(HAS_MEMORY):
+                here = located(mechanism, drive, x, rest)
+                modes = resting_modes(mechanism, p, here, False)
+                drive.memory = remembered(mechanism, p, here, modes)
             pace = wp.min(pace * real(HASTE), real(LAST_PACE))
         else:
             pace = pace * real(CAUTION)
-    q[i] = x
-    memory[i] = drive.memory
-    speed = JointVector()
+    states.q[i] = x
+    states.v[i] = rest
+    states.memory[i] = drive.memory
     if guided:
-        arms = tendon_arms(mechanism, world, located(mechanism, world, drive, x, rest))
-        for d in range(TENDONS):
-            radius = radius_effects(mechanism.spool_radius[world][d], p)
-            rate = commands.start_rate[recording][d] * radius
-            speed = speed + arms[d] * (rate / wp.dot(arms[d], arms[d]))
-    v[i] = speed
+        end = located(mechanism, drive, x, rest)
+        states.v[i] = measured_speed(mechanism, p, end, commands.start_rate[recording])

@@ -11,15 +11,54 @@ from torch import Tensor
 from tendon_newton.actuators.networks.history import History
 from tendon_newton.actuators.networks.torchscript import ForceQuery
 from tendon_newton.errors import InvalidParameter
-from tendon_newton.simulation.hosts.balance import find_root
+from tendon_newton.simulation.hosts.network_source import NetworkForce
 from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
 
 RATE_SLACK = 1.0e-6
 """Relative difference of two rates that are one."""
 
 
+class SolverServos:
+    """The servos of a solver's worlds, as a source of forces sees them.
+
+    Args:
+        solver: The worlds.
+        state: Where they are.
+        worlds: A mask of those that are meant, shape (W,).
+    """
+
+    def __init__(self, solver: TendonSolver, state: Any, worlds: wp.array) -> None:
+        self._solver, self._state, self._worlds = solver, state, worlds
+
+    @property
+    def chosen(self) -> Tensor:
+        """Which servos are meant, a mask of shape (W D,)."""
+        return wp.to_torch(self._worlds).repeat_interleave(self._solver.tendon_count)
+
+    def sense(self, samples: History, *, fill: bool = False) -> None:
+        """Add what each servo does now to its history."""
+        self._solver.sense(self._state, samples, self._worlds, fill=fill)
+
+    def hold(self, force: wp.array) -> None:
+        """Hold forces [N], shape (W, D), from now on."""
+        self._solver.hold(force, self._worlds)
+
+    def settle(self) -> None:
+        """Put the worlds at rest under the forces that they hold."""
+        self._solver.relax(self._state, self._worlds)
+
+    def limits(self) -> tuple[Tensor, Tensor]:
+        """Return the least and the greatest forces [N], shape (W, D) each."""
+        shape = (self._solver.world_count, self._solver.tendon_count)
+
+        def of(name: str) -> Tensor:
+            return wp.to_torch(self._solver.bench_numbers(name)).to(torch.float32).view(shape)
+
+        return of("least_tension"), of("force_limit")
+
+
 class HeldForce:
-    """Queries a force network for all servos of a solver.
+    """What a force network gives in the worlds of a solver.
 
     Args:
         solver: Worlds whose actuator is `learned`.
@@ -27,13 +66,11 @@ class HeldForce:
     """
 
     def __init__(self, solver: TendonSolver, query: ForceQuery) -> None:
-        shape = (solver.world_count, solver.tendon_count)
         device = solver.model.device
         self._solver = solver
         self._query = query
-        self.history = History(shape[0] * shape[1], query.window, device)
-        self._held = wp.zeros(shape, dtype=wp.float32, device=device)
-        self.force: Tensor = wp.to_torch(self._held)
+        self._network = NetworkForce(query, solver.world_count, solver.tendon_count, device)
+        self.history, self.force = self._network.history, self._network.force
         """What the network gave last [N], before its scale and the servo's limit, shape (W, D)."""
         numbers = wp.to_torch(solver.parameters)[:, solver.table.column("learned", "force_scale")]
         self.scale: Tensor = numbers.unflatten(0, (solver.world_count, solver.chain_count))
@@ -61,47 +98,15 @@ class HeldForce:
 
     def renew(self, state: Any) -> None:
         """Show the network the present and hold what it answers."""
-        everywhere = self._solver.everywhere
-        self._solver.sense(state, self.history, everywhere)
-        self._ask()
-        self._solver.hold(self._held, everywhere)
+        self._network.renew(SolverServos(self._solver, state, self._solver.everywhere))
 
     def begin(self, state: Any, chosen: wp.array, *, at_rest: bool) -> None:
         """Begin anew in the chosen worlds, shape (W,), as if their present had always been.
 
         Worlds that are not put at rest hold no force until the next query.
         """
+        servos = SolverServos(self._solver, state, chosen)
         if at_rest:
-            self._balance(state, chosen)
-        self._fill(state, chosen)
-
-    def _fill(self, state: Any, chosen: wp.array) -> None:
-        """Let the present stand for all the past of the chosen worlds."""
-        servos = wp.to_torch(chosen)[:, None].expand_as(self.force).reshape(-1)
-        self._query.forget(servos)
-        self._solver.sense(state, self.history, chosen, fill=True)
-
-    def _balance(self, state: Any, chosen: wp.array) -> None:
-        """Find the force that the network gives where it holds the mechanism in equilibrium."""
-        limit, least = (
-            wp.to_torch(self._solver.bench_numbers(name)).to(torch.float32).view_as(self.force)
-            for name in ("force_limit", "least_tension")
-        )
-
-        def excess(force: Tensor) -> Tensor:
-            """Return what the network gives beyond a force that holds the mechanism."""
-            self.force.copy_(force)
-            self._solver.hold(self._held, chosen)
-            self._solver.relax(state, chosen)
-            self._fill(state, chosen)
-            self._ask()
-            return self.force.clamp(torch.maximum(least, -limit), limit) - force
-
-        force = find_root(excess, torch.maximum(least, -limit), limit)
-        self.force.copy_(force)
-        self._solver.hold(self._held, chosen)
-        self._solver.relax(state, chosen)
-
-    def _ask(self) -> None:
-        """Let the network say what all servos give."""
-        self._query(self.history, self._held.flatten())
+            self._network.settle(servos)
+        else:
+            self._network.fill(servos)

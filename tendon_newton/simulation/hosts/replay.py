@@ -14,7 +14,7 @@ from tendon_newton.mechanisms.geometry.kinematics import tip_position
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.overrides import override_mechanism
 from tendon_newton.mechanisms.loading import load_mechanism
-from tendon_newton.simulation.hosts.chain_rollout import ChainRollout
+from tendon_newton.simulation.hosts.force_source import ForceSource
 from tendon_newton.simulation.hosts.rollout import TIME_STEP, Rollout, Trajectory, rollout_groups
 from tendon_newton.simulation.model.bench_numbers import BenchNumber, without_estimates
 from tendon_newton.simulation.model.parameter_table import spool_radius_of, stiffness_of
@@ -56,26 +56,14 @@ def rollout_of(
     """
     effects = [effect.name for effect in model.effects] if effects is None else effects
     radius = spool_radius_of(model)
-    if find_actuator(model.actuator.name).held and recordings[0].command is not None:
-        # here, so that equations run without torch
-        from tendon_newton.actuators.networks.query import open_query
-        from tendon_newton.simulation.hosts.learned_rollout import LearnedRollout
-
-        return LearnedRollout(
-            mechanism,
-            recordings,
-            query=open_query(model, network, device, trust=trust),
-            effects=effects,
-            spool_radius=radius,
-            unknown=unknown,
-            time_step=time_step,
-            device=device,
-        )
-    return ChainRollout(
+    held = find_actuator(model.actuator.name).held and recordings[0].command is not None
+    return Rollout(
         mechanism,
         recordings,
         actuator=model.actuator.name,
         effects=effects,
+        force=network_source(model, network, device, trust=trust) if held else None,
+        by_chain=not held,
         spool_radius=radius,
         stiffness=stiffness_of(model),
         unknown=unknown,
@@ -83,6 +71,15 @@ def rollout_of(
         free_spools=free_spools,
         device=device,
     )
+
+
+def network_source(model: Model, form: str, device: Any, *, trust: bool) -> ForceSource:
+    """Return the forces of a model's network."""
+    # here, so that equations run without torch
+    from tendon_newton.actuators.networks.query import open_query
+    from tendon_newton.simulation.hosts.network_source import NetworkSource
+
+    return NetworkSource(open_query(model, form, device, trust=trust))
 
 
 def replay(

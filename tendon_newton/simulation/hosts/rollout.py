@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from itertools import pairwise
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -16,6 +13,9 @@ from tendon_newton.actuators import find_actuator
 from tendon_newton.data.checks.lint_checks import blocked_rows
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
+from tendon_newton.device_code.placeholders import ParameterVector, TendonVector, real
+from tendon_newton.device_code.structs import Commands, Readout, Rows, States, Worlds
+from tendon_newton.device_code.structs import Mechanism as MechanismNumbers
 from tendon_newton.errors import (
     InvalidModelFile,
     InvalidParameter,
@@ -24,21 +24,32 @@ from tendon_newton.errors import (
 )
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.worlds import build_model
-from tendon_newton.scheduler import THREADS_VARIABLE
+from tendon_newton.simulation.hosts.chain_layout import ChainLayout
+from tendon_newton.simulation.hosts.force_source import Equation, ForceSource
+from tendon_newton.simulation.hosts.launch import Launch
+from tendon_newton.simulation.hosts.query_rows import NONE_LEFT
+from tendon_newton.simulation.hosts.rollout_servos import RolloutServos
 from tendon_newton.simulation.hosts.timeline import Timeline, make_timeline
 from tendon_newton.simulation.kernels.position_kernels import POSITION_EFFECTS, POSITION_STEP
 from tendon_newton.simulation.model.assembly import KernelSet, kernel_set
 from tendon_newton.simulation.model.bench_numbers import WRITTEN, BenchNumber, write_numbers
+from tendon_newton.simulation.model.chain_copies import chain_copies
+from tendon_newton.simulation.model.kernel_arrays import struct_of, zeros
 from tendon_newton.simulation.model.mechanism_arrays import (
     PUSH_FORCE,
-    Topology,
     fill_mechanism,
+    moment_arms,
     plane_of,
     read_topology,
     spools_are_free,
 )
 from tendon_newton.simulation.model.parameter_table import ParameterTable
-from tendon_newton.simulation.model.structure import Drive, Precision, Structure, in_catalogue_order
+from tendon_newton.simulation.model.structure import (
+    DrivenBy,
+    Precision,
+    Structure,
+    in_catalogue_order,
+)
 from tendon_newton.simulation.tendons.measured_force import acts, has_spring
 
 TIME_STEP = 1.25e-4
@@ -47,8 +58,8 @@ TIME_STEP = 1.25e-4
 Measured in tests/physics/test_accuracy.py; 0.25 ms leaves 0.0077 N on a finger with dry friction
 at its stops.
 """
-CHUNKS_PER_THREAD = 4
-"""Launches per thread, so that a slow one does not leave the other thread idle."""
+NEVER = 1 << 30
+"""A row that no recording has."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,6 +88,9 @@ class Rollout:
         effects: Effects that the kernels hold; a model may leave any of them out.
         spool_radius: Spool radius [m] in place of the asset's.
         unknown: Numbers of this and other benches that candidates may replace.
+        force: Where the actuator's force comes from; by default its equation.
+        by_chain: Whether the kernels see each of K equal chains of a mechanism, such as a hand's,
+            as one of its own. One whose own numbers are unknown stays whole.
         stiffness: Force by which the servo answers a turn of its shaft [N/rad]; it matters only
             between rows without commands.
         time_step: Longest step [s]; each row's interval is divided evenly.
@@ -85,9 +99,6 @@ class Rollout:
             slack or stretches; else a rotor is only inertia at its mechanism.
         device: Warp device.
     """
-
-    asks_network: ClassVar[bool] = False
-    """Whether it asks a force network what a `learned` actuator gives."""
 
     def __init__(
         self,
@@ -99,6 +110,8 @@ class Rollout:
         spool_radius: float | None = None,
         stiffness: float = 0.0,
         unknown: Sequence[BenchNumber] = (),
+        force: ForceSource | None = None,
+        by_chain: bool = False,
         time_step: float = TIME_STEP,
         precision: Precision = "float64",
         free_spools: bool = True,
@@ -107,13 +120,16 @@ class Rollout:
         self.recordings = tuple(recordings)
         self.driven_by = drive_of(recordings)
         """Without commands the measured force drives the mechanism."""
-        self._mechanism = mechanism
         self._kinematic = find_actuator(actuator).kinematic
         if self._kinematic:
             refuse_load(mechanism, self.recordings, actuator)
         self._has_spring = tuple(has_spring(mechanism, r.bench_overrides) for r in recordings)
-        self._stiffness = stiffness
-        self.timelines = tuple(self.timeline_of(recording) for recording in recordings)
+        self.force = force or Equation()
+        """Where the actuator's force comes from."""
+        self.timelines = tuple(
+            self.force.timeline(timeline_of(recording, stiffness if spring else 0.0, actuator))
+            for recording, spring in zip(recordings, self._has_spring, strict=True)
+        )
         self.table = ParameterTable(
             actuator=actuator,
             effects=in_catalogue_order(tuple(effects)),
@@ -132,7 +148,14 @@ class Rollout:
         if self.driven_by == "force":
             release_limits(model)
         whole = read_topology(model)
-        topology = self._divided(model, whole)
+        own_unknown = any(number.bench == mechanism.name for number in unknown)
+        copies = 1
+        topology = whole
+        if by_chain and not own_unknown:
+            divided = chain_copies(whole, moment_arms(model, whole))
+            topology, copies = divided.topology, divided.count
+        counts = np.array([len(timeline.time) for timeline in self.timelines])
+        self._chains = ChainLayout(count=copies, rows=counts)
         self.kernels: KernelSet = kernel_set(
             Structure(
                 parents=topology.parents,
@@ -150,41 +173,24 @@ class Rollout:
                 ),
             )
         )
-        if self.kernels.structure.holds_force and not self.asks_network:
+        if self.kernels.structure.holds_force != self.force.is_network:
             raise InvalidParameter(
-                f"the force of a {actuator!r} actuator is its network's, which this rollout does "
-                "not ask; use LearnedRollout or DifferentiableLearnedRollout"
+                f"a {actuator!r} actuator needs the force of "
+                f"{'a network' if self.kernels.structure.holds_force else 'its equation'}; "
+                f"it was given {type(self.force).__name__}"
             )
         self.device = model.device
         self.numbers = fill_mechanism(model, self.kernels)
         """The bench's numbers, one world per recording."""
         self.commands = self._fill_commands()
         """The recordings' inputs, one after the other."""
-        counts = [len(timeline.time) for timeline in self.timelines]
         self._first = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.int32)
-
-    def _divided(self, model: Any, topology: Topology) -> Topology:
-        """Return the topology that the kernels are made for: that of the whole mechanism."""
-        return topology
-
-    def _by_world(self, values: Any) -> Any:
-        """Return numbers of recordings, shape (R, ...), as those of the kernels' worlds."""
-        return values
-
-    def _by_row(self, values: Any) -> Any:
-        """Return numbers of all rows, shape (S, ...), as those of the kernels' rows."""
-        return values
-
-    def timeline_of(self, recording: Recording) -> Timeline:
-        """Return the rows that the simulation of a recording visits."""
-        spring = has_spring(self._mechanism, recording.bench_overrides)
-        timeline = make_timeline(recording, self._stiffness if spring else 0.0)
-        return without_blocked(timeline, recording) if self._kinematic else timeline
 
     def base_vectors(self, model: Model) -> Array:
         """Return a model's parameter vector for each recording, shape (R, P)."""
         if self._kinematic:
             refuse_forces(model)
+        model = self.force.completed(model)
         vectors = [self.table.vector(model, r.actuator_overrides) for r in self.recordings]
         if self.driven_by == "force":
             for vector, spring in zip(vectors, self._has_spring, strict=True):
@@ -211,7 +217,9 @@ class Rollout:
         """Add noise of a size [rad, N] to the inputs as recorded; zero takes it away again."""
         inputs = np.concatenate([timeline.command for timeline in self.timelines])
         noisy = inputs + size * rng.standard_normal(inputs.shape)
-        self.commands.angle = self.array(self._by_row(noisy), self.kernels.types["TendonVector"])
+        self.commands.angle = self.array(
+            self._chains.by_row(noisy), self.kernels.types[TendonVector]
+        )
 
     def run(self, parameters: Array) -> list[list[Trajectory]]:
         """Simulate every recording with every candidate.
@@ -244,6 +252,7 @@ class Rollout:
         unharmed.
         """
         types = self.kernels.types
+        parameters = np.repeat(parameters, self._chains.count, axis=1)
         candidates, recordings = parameters.shape[:2]
         worlds = candidates * recordings
         row_count = len(self.commands.time)
@@ -252,26 +261,35 @@ class Rollout:
         first = self.commands.first.numpy()[world_recording] + row_count * np.repeat(
             np.arange(candidates, dtype=np.int32), recordings
         )
-        recording = self.array(world_recording, wp.int32)
         flat = parameters.reshape(worlds, -1)
-        vectors = self.array(self.table.kernel_vectors(flat), types["ParameterVector"])
-        q = wp.zeros(worlds, dtype=types["JointVector"], device=self.device)
-        v = wp.zeros_like(q)
-        memory = wp.zeros(worlds, dtype=types["MemoryVector"], device=self.device)
-        joints = wp.zeros(rows, dtype=types["JointVector"], device=self.device)
-        angle, rate, force = (
-            wp.zeros(rows, dtype=types["TendonVector"], device=self.device) for _ in range(3)
-        )
         numbers, of_world = self._bench_numbers(flat, world_recording)
-        common = [numbers, self.array(of_world, wp.int32), recording, vectors, self.commands]
-        outputs = [self.array(first, wp.int32), joints, angle, rate, force]
-        step = types["real"](self._longest_step(time_step or self.time_step))
-        self._simulate(worlds, common, [q, v, memory], outputs, step)
+        launch = Launch(
+            numbers=numbers,
+            worlds=struct_of(
+                types,
+                Worlds,
+                mechanism=self.array(of_world, wp.int32),
+                recording=self.array(world_recording, wp.int32),
+                parameters=self.array(self.table.kernel_vectors(flat), types[ParameterVector]),
+            ),
+            commands=self.commands,
+            states=zeros(types, States, worlds, device=self.device),
+            count=worlds,
+            device=self.device,
+        )
+        readout = zeros(types, Readout, rows, device=self.device)
+        step = types[real](self._longest_step(time_step or self.time_step))
+        self._simulate(launch, step, self.array(first, wp.int32), readout)
         shape = (candidates, row_count, -1)
-        signals: dict[str, Any] = {"angle": angle, "rate": rate, "force": force, "joints": joints}
+        signals = {
+            "angle": readout.motor_position,
+            "rate": readout.motor_velocity,
+            "force": readout.force,
+            "joints": readout.joint_position,
+        }
         out = {name: signal.numpy().reshape(shape) for name, signal in signals.items()}
         out["joints"] = out["joints"][..., : self.kernels.structure.joint_count]
-        return out
+        return {name: self._chains.beside(values) for name, values in out.items()}
 
     def _longest_step(self, time_step: float) -> float:
         """Return the step [s] that is taken where one is asked for."""
@@ -287,56 +305,34 @@ class Rollout:
         parents = self.kernels.structure.parents
         arrays = {name: getattr(self.numbers, name).numpy()[world_recording] for name in WRITTEN}
         write_numbers(arrays, numbers, values, parents)
-        out = self.kernels.types["Mechanism"]()
-        for name in self.kernels.types["Mechanism"].vars:
+        out = self.kernels.types[MechanismNumbers]()
+        for name in self.kernels.types[MechanismNumbers].vars:
             source = getattr(self.numbers, name)
             rows = arrays[name] if name in arrays else source.numpy()[world_recording]
             setattr(out, name, self.array(rows, source.dtype))
         return out, np.arange(len(vectors), dtype=np.int32)
 
-    def start(self, worlds: int, common: list[Any], state: list[Any]) -> None:
-        """Put all worlds where their recordings start.
-
-        Args:
-            worlds: Number of worlds.
-            common: Mechanism and recording of each world, parameters and commands.
-            state: Positions, velocities and memories, to be written.
-        """
-        self._launch(self.kernels.settle, worlds, [*common, *state])
-
-    def _simulate(
-        self, worlds: int, common: list[Any], state: list[Any], outputs: list[Any], step: Any
-    ) -> None:
-        """Take all worlds from their start through all rows."""
-        every = [np.full(len(self.commands.first), row, dtype=np.int32) for row in (0, 1 << 30)]
-        rows = [self.array(values, wp.int32) for values in every]
-        self.start(worlds, common, state)
-        self._launch(self.kernels.rollout, worlds, [*common, *rows, step, *state, *outputs])
+    def _simulate(self, launch: Launch, step: Any, first: Any, readout: Any) -> None:
+        """Take all worlds from their start through all rows, and renew their forces on the way."""
+        rounds = self.force.rounds([timeline.time for timeline in self.timelines])
+        rounds = self._chains.by_world(rounds.T).T
+        servos = RolloutServos(self.kernels, launch, rounds[0])
+        force = self.force.open(launch.count, self.kernels.structure.tendon_count, self.device)
+        force.settle(servos)
+        begin, end = (self.array(rounds[0].astype(np.int32), wp.int32) for _ in range(2))
+        span = struct_of(self.kernels.types, Rows, begin=begin, end=end, out=first)
+        after = np.append(rounds[1:], np.full_like(rounds[:1], NONE_LEFT), axis=0)
+        for rows, following in zip(rounds, after, strict=True):
+            servos.look_at(rows)
+            force.renew(servos)
+            begin.assign(np.where(rows < 0, NEVER, rows))
+            end.assign(np.where(following < 0, NEVER, following))
+            launch.run(self.kernels.rollout, span, step, launch.states, readout)
 
     def rows_of(self, recording: int) -> slice:
         """Return where a recording's simulated rows stand among all."""
         start = int(self._first[recording])
         return slice(start, start + len(self.timelines[recording].time))
-
-    def _launch(self, kernel: wp.Kernel, worlds: int, arguments: list[Any]) -> None:
-        """Launch over all worlds; on a CPU in chunks on every core, as Warp itself uses one."""
-        if self.device.is_cuda:
-            wp.launch(kernel, worlds, inputs=[0, *arguments], device=self.device)
-            return
-        threads = min(worlds, int(os.environ.get(THREADS_VARIABLE, os.cpu_count() or 1)))
-        edges = np.unique(np.linspace(0, worlds, threads * CHUNKS_PER_THREAD + 1).astype(int))
-        commands = [
-            wp.launch(
-                kernel,
-                int(end - start),
-                inputs=[int(start), *arguments],
-                device=self.device,
-                record_cmd=True,
-            )
-            for start, end in pairwise(edges)
-        ]
-        with ThreadPoolExecutor(threads) as pool:
-            list(pool.map(lambda command: command.launch(), commands))
 
     def _trajectory(self, arrays: dict[str, Array], candidate: int, recording: int) -> Trajectory:
         timeline = self.timelines[recording]
@@ -359,34 +355,44 @@ class Rollout:
     def _fill_commands(self) -> Any:
         """Lay the recordings' inputs out for the kernels, one after the other."""
         types = self.kernels.types
-        commands = types["Commands"]()
-        counts = self._by_world(np.array([len(t.time) for t in self.timelines], dtype=np.int32))
+        commands = types[Commands]()
+        counts = self._chains.by_world(
+            np.array([len(t.time) for t in self.timelines], dtype=np.int32)
+        )
         first = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.int32)
         inputs = [row_inputs(r, t) for r, t in zip(self.recordings, self.timelines, strict=True)]
         commands.first = self.array(first, wp.int32)
         commands.count = self.array(counts, wp.int32)
         # Time counts from the recording's first row: float32 would lose microseconds after minutes.
         times = np.concatenate([t.time - t.time[0] for t in self.timelines])
-        commands.time = self.array(self._by_row(times), types["real"])
+        commands.time = self.array(self._chains.by_row(times), types[real])
         angles = np.concatenate([t.command for t in self.timelines])
-        commands.angle = self.array(self._by_row(angles), types["TendonVector"])
+        commands.angle = self.array(self._chains.by_row(angles), types[TendonVector])
         voltage, enabled = (
-            self._by_row(np.concatenate(each)) for each in zip(*inputs, strict=True)
+            self._chains.by_row(np.concatenate(each)) for each in zip(*inputs, strict=True)
         )
-        commands.voltage = self.array(voltage, types["real"])
-        commands.enabled = self.array(enabled, types["real"])
+        commands.voltage = self.array(voltage, types[real])
+        commands.enabled = self.array(enabled, types[real])
         # without a command there is no equilibrium that it asks for
         measured = np.array(
             [r.start == "first_row" or r.command is None for r in self.recordings], dtype=np.int32
         )
-        commands.starts_measured = self.array(self._by_world(measured), wp.int32)
+        commands.starts_measured = self.array(self._chains.by_world(measured), wp.int32)
         angles, rates = (
             np.stack([getattr(r, name)[0] for r in self.recordings])
             for name in ("motor_position", "motor_velocity")
         )
-        commands.start_angle = self.array(self._by_world(angles), types["TendonVector"])
-        commands.start_rate = self.array(self._by_world(rates), types["TendonVector"])
+        commands.start_angle = self.array(self._chains.by_world(angles), types[TendonVector])
+        commands.start_rate = self.array(self._chains.by_world(rates), types[TendonVector])
         return commands
+
+
+def timeline_of(recording: Recording, stiffness: float, actuator: str) -> Timeline:
+    """Return the rows that the simulation of a recording visits."""
+    timeline = make_timeline(recording, stiffness)
+    if find_actuator(actuator).kinematic:
+        return without_blocked(timeline, recording)
+    return timeline
 
 
 def row_inputs(recording: Recording, timeline: Timeline) -> tuple[Array, Array]:
@@ -447,7 +453,7 @@ def without_blocked(timeline: Timeline, recording: Recording) -> Timeline:
     return replace(timeline, trusted=timeline.trusted & ~blocked)
 
 
-def drive_of(recordings: Sequence[Recording]) -> Drive:
+def drive_of(recordings: Sequence[Recording]) -> DrivenBy:
     """Return what recordings give a simulation.
 
     Raises:

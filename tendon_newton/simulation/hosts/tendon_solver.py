@@ -19,15 +19,23 @@ from tendon_newton.actuators import find_actuator
 from tendon_newton.actuators.networks.history import History
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array
-from tendon_newton.device_code.placeholders import struct_type
+from tendon_newton.device_code.placeholders import ParameterVector, TendonVector, real
+from tendon_newton.device_code.structs import (
+    Commands,
+    Mechanism,
+    NewtonJoints,
+    Servo,
+    States,
+    Worlds,
+)
 from tendon_newton.effects import Stage
 from tendon_newton.errors import InvalidParameter, unknown_name
 from tendon_newton.simulation.hosts.rollout import set_spool_radius
 from tendon_newton.simulation.kernels import contact_kernels, control_kernels
-from tendon_newton.simulation.model.assembly import Assembly, assemble, kernel_set
+from tendon_newton.simulation.model.assembly import assemble, kernel_set
 from tendon_newton.simulation.model.chain_copies import chain_copies, gather_kernel, spread_kernel
 from tendon_newton.simulation.model.joint_places import joint_places
-from tendon_newton.simulation.model.kernel_types import kernel_types
+from tendon_newton.simulation.model.kernel_arrays import samples_of, struct_of, zeros
 from tendon_newton.simulation.model.mechanism_arrays import (
     fill_mechanism,
     moment_arms,
@@ -108,7 +116,7 @@ class TendonSolver(SolverBase):
         copies = chain_copies(whole, moment_arms(model, whole))
         topology, self.chain_count = copies.topology, copies.count
         """Equal chains K of each world; kernels see W K worlds of one."""
-        self._assembly = control_assembly(
+        self._kernels = kernel_set(
             Structure(
                 parents=topology.parents,
                 revolute=topology.revolute,
@@ -122,10 +130,9 @@ class TendonSolver(SolverBase):
                 free_spool=spools_are_free(model, self.table.actuator),
             )
         )
-        self._kernel_of = control_kernel_set(self._assembly.structure)
-        self._kernels = kernel_set(self._assembly.structure)
+        self._kernel_of = control_kernel_set(self._kernels.structure)
         self._mechanism = fill_mechanism(model, self._kernels)
-        self._history_length = history if self._assembly.structure.uses(Stage.CLOCK) else 1
+        self._history_length = history if self._kernels.structure.uses(Stage.CLOCK) else 1
         self._make_arrays(self.table.vector(description))
 
     @property
@@ -136,26 +143,26 @@ class TendonSolver(SolverBase):
     @property
     def tendon_count(self) -> int:
         """Number of tendons D of each world."""
-        return self.chain_count * self._assembly.structure.tendon_count
+        return self.chain_count * self._kernels.structure.tendon_count
 
     @property
     def joint_count(self) -> int:
         """Number of joints J of each world."""
-        return self.chain_count * self._assembly.structure.joint_count
+        return self.chain_count * self._kernels.structure.joint_count
 
     @property
     def holds_force(self) -> bool:
         """Whether the actuator's force is decided outside; see `hold`."""
-        return self._assembly.structure.holds_force
+        return self._kernels.structure.holds_force
 
     def _make_arrays(self, vector: Array) -> None:
         """Allocate all that a step reads and writes."""
         worlds, tendons = self.world_count, self.tendon_count
-        types, device = self._assembly.types, self.model.device
+        types, device = self._kernels.types, self.model.device
         self.command = wp.zeros((worlds, tendons), dtype=wp.float32, device=device)
         """Motor angles asked for [rad], shape (W, D)."""
         chains = np.tile(vector, (self._chains, 1))
-        self.parameters = self._array(chains, types["ParameterVector"])
+        self.parameters = self._array(chains, types[ParameterVector])
         """Numbers of actuator and effects, shape (W K, P); `table` says where each stands."""
         self.motor_position = wp.zeros_like(self.command)
         """What the encoder reports [rad], shape (W, D); see `read_sensors`."""
@@ -163,10 +170,9 @@ class TendonSolver(SolverBase):
         """Its rate [rad/s], shape (W, D)."""
         self.force = wp.zeros_like(self.command)
         """Tension at the load cell [N], shape (W, D)."""
-        self._position_index, self._velocity_index = map(self._by_chain, joint_places(self.model))
         self.everywhere = wp.ones(worlds, dtype=wp.bool, device=device)
         """A mask of all worlds, shape (W,)."""
-        touch = self._assembly.structure.touch
+        touch = self._kernels.structure.touch
         shape = (worlds, len(touch.links), len(touch.shapes))
         self.contact_force = wp.zeros(shape, dtype=wp.vec3f, device=device)
         """What obstacles do to links [N], in the axes of the base, shape (W, C, O), capsule by
@@ -178,35 +184,47 @@ class TendonSolver(SolverBase):
 
     def _make_servo(self) -> Any:
         """Allocate what each world keeps between control steps."""
-        types, device, worlds = self._assembly.types, self.model.device, self._chains
-        servo = types["Servo"]()
-        servo.time = wp.zeros(worlds, dtype=types["real"], device=device)
-        servo.q = wp.zeros(worlds, dtype=types["JointVector"], device=device)
-        servo.v = wp.zeros_like(servo.q)
-        servo.memory = wp.zeros(worlds, dtype=types["MemoryVector"], device=device)
+        types, device, worlds = self._kernels.types, self.model.device, self._chains
         self.voltage = wp.zeros(worlds, dtype=wp.float32, device=device)
         """Supply of each chain [V]; 0 stands for the actuator's own, shape (W K,)."""
         self.enabled = wp.ones(worlds, dtype=wp.float32, device=device)
         """Whether each chain's servos give torque (1) or hang loose (0), shape (W K,)."""
-        servo.voltage, servo.enabled = self.voltage, self.enabled
-        return servo
+        position, velocity = map(self._by_chain, joint_places(self.model))
+        states = zeros(types, States, worlds, device=device)
+        return struct_of(
+            types,
+            Servo,
+            parameters=self.parameters,
+            time=wp.zeros(worlds, dtype=types[real], device=device),
+            q=states.q,
+            v=states.v,
+            memory=states.memory,
+            voltage=self.voltage,
+            enabled=self.enabled,
+            command=self._by_chain(self.command),
+            position_index=position,
+            velocity_index=velocity,
+        )
 
     def _make_history(self) -> Any:
         """Allocate the past commands of each world, as a recording of a few rows."""
-        types, device = self._assembly.types, self.model.device
+        types, device = self._kernels.types, self.model.device
         length, worlds = self._history_length, self._chains
         first = (np.arange(worlds) * length).astype(np.int32)
-        history = types["Commands"]()
-        history.first = wp.array(first, dtype=wp.int32, device=device)
-        history.count = wp.full(worlds, length, dtype=wp.int32, device=device)
-        history.time = self._array(np.tile(np.arange(-length, 0.0), worlds), types["real"])
-        history.angle = wp.zeros(worlds * length, dtype=types["TendonVector"], device=device)
-        history.voltage = wp.zeros(worlds * length, dtype=types["real"], device=device)
-        history.enabled = wp.ones(worlds * length, dtype=types["real"], device=device)
-        history.starts_measured = wp.zeros(worlds, dtype=wp.int32, device=device)
-        history.start_angle = wp.zeros(worlds, dtype=types["TendonVector"], device=device)
-        history.start_rate = wp.zeros(worlds, dtype=types["TendonVector"], device=device)
-        return history
+        rows = worlds * length
+        return struct_of(
+            types,
+            Commands,
+            first=wp.array(first, dtype=wp.int32, device=device),
+            count=wp.full(worlds, length, dtype=wp.int32, device=device),
+            time=self._array(np.tile(np.arange(-length, 0.0), worlds), types[real]),
+            angle=wp.zeros(rows, dtype=types[TendonVector], device=device),
+            voltage=wp.zeros(rows, dtype=types[real], device=device),
+            enabled=wp.ones(rows, dtype=types[real], device=device),
+            starts_measured=wp.zeros(worlds, dtype=wp.int32, device=device),
+            start_angle=wp.zeros(worlds, dtype=types[TendonVector], device=device),
+            start_rate=wp.zeros(worlds, dtype=types[TendonVector], device=device),
+        )
 
     def reset(
         self,
@@ -239,7 +257,7 @@ class TendonSolver(SolverBase):
         wp.launch(
             self._kernel_of["forget"],
             self._chains,
-            inputs=[*self._inputs(), self._spread(chosen), state.joint_q, state.joint_qd],
+            inputs=[*self._inputs(), self._spread(chosen), self._joints_of(state)],
             device=self.model.device,
         )
         if at_rest:
@@ -247,27 +265,23 @@ class TendonSolver(SolverBase):
 
     def relax(self, state: newton.State, chosen: wp.array) -> None:
         """Move the chosen worlds, shape (W,), to the equilibrium of their command or held force."""
-        servo, device = self._servo, self.model.device
-        worlds = wp.array(np.arange(self._chains, dtype=np.int32), device=device)
-        relaxed = [wp.clone(array) for array in (servo.q, servo.v, servo.memory)]
+        servo, types, device = self._servo, self._kernels.types, self.model.device
+        index = wp.array(np.arange(self._chains, dtype=np.int32), device=device)
+        worlds = struct_of(
+            types, Worlds, mechanism=index, recording=index, parameters=self.parameters
+        )
+        copies = {name: wp.clone(getattr(servo, name)) for name in ("q", "v", "memory")}
+        states = struct_of(types, States, **copies)
         wp.launch(
             self._kernels.settle,
             self._chains,
-            inputs=[0, self._mechanism, worlds, worlds, self.parameters, self._history],
-            outputs=relaxed,
+            inputs=[0, self._mechanism, worlds, self._history, states],
             device=device,
         )
         wp.launch(
             self._kernel_of["adopt"],
             self._chains,
-            inputs=[
-                servo,
-                self._position_index,
-                self._velocity_index,
-                self._spread(chosen),
-                *relaxed,
-            ],
-            outputs=[state.joint_q, state.joint_qd],
+            inputs=[servo, self._spread(chosen), states, self._joints_of(state)],
             device=device,
         )
         self._place_bodies(state)
@@ -286,14 +300,8 @@ class TendonSolver(SolverBase):
         wp.launch(
             self._kernel_of["sense"],
             self._chains,
-            inputs=[
-                *self._inputs(),
-                self._spread(chosen),
-                int(fill),
-                state.joint_q,
-                state.joint_qd,
-            ],
-            outputs=[samples.ring, samples.newest],
+            inputs=[*self._inputs(), self._spread(chosen), int(fill), self._joints_of(state)],
+            outputs=[samples_of(self._kernels.types, samples)],
             device=self.model.device,
         )
 
@@ -314,12 +322,11 @@ class TendonSolver(SolverBase):
 
         They are put back to where they last were, at rest, and do no harm to others.
         """
-        servo, marks = self._servo, diverged if self.chain_count == 1 else self._marked
+        marks = diverged if self.chain_count == 1 else self._marked
         wp.launch(
             self._kernel_of["guard"],
             self._chains,
-            inputs=[servo, self._position_index, self._velocity_index, *self._good],
-            outputs=[state.joint_q, state.joint_qd, marks],
+            inputs=[self._servo, *self._good, self._joints_of(state), marks],
             device=self.model.device,
         )
         if self.chain_count > 1:
@@ -340,7 +347,7 @@ class TendonSolver(SolverBase):
         Raises:
             UnknownName: No such array.
         """
-        names = self._assembly.types["Mechanism"].vars
+        names = self._kernels.types[Mechanism].vars
         if name not in names:
             raise unknown_name("bench number", name, names)
         return getattr(self._mechanism, name)
@@ -401,8 +408,13 @@ class TendonSolver(SolverBase):
         wp.launch(
             self._kernel_of["step"],
             self._chains,
-            inputs=[*self._inputs(), substeps, dt / substeps, state_in.joint_q, state_in.joint_qd],
-            outputs=[state_out.joint_q, state_out.joint_qd],
+            inputs=[
+                *self._inputs(),
+                substeps,
+                dt / substeps,
+                self._joints_of(state_in),
+                self._joints_of(state_out),
+            ],
             device=self.model.device,
             block_dim=BLOCK,
         )
@@ -416,7 +428,7 @@ class TendonSolver(SolverBase):
         wp.launch(
             self._kernel_of["read"],
             self._chains,
-            inputs=[*self._inputs(), state.joint_q, state.joint_qd],
+            inputs=[*self._inputs(), self._joints_of(state)],
             outputs=[
                 self._by_chain(each)
                 for each in (self.motor_position, self.motor_velocity, self.force)
@@ -431,14 +443,7 @@ class TendonSolver(SolverBase):
             wp.launch(
                 self._kernel_of["contact"],
                 self.world_count,
-                inputs=[
-                    self._mechanism,
-                    self._servo,
-                    self._position_index,
-                    self._velocity_index,
-                    state.joint_q,
-                    state.joint_qd,
-                ],
+                inputs=[self._mechanism, self._servo, self._joints_of(state)],
                 outputs=[self.contact_force],
                 device=self.model.device,
             )
@@ -447,44 +452,27 @@ class TendonSolver(SolverBase):
         """Read the numbers of the model again, in place."""
         if flags:
             fresh = fill_mechanism(self.model, self._kernels)
-            for name in self._assembly.types["Mechanism"].vars:
+            for name in self._kernels.types[Mechanism].vars:
                 getattr(self._mechanism, name).assign(getattr(fresh, name))
 
     def _inputs(self) -> list[Any]:
-        """Return what both kernels read first."""
-        return [
-            self._mechanism,
-            self.parameters,
-            self._servo,
-            self._history,
-            self._history_length,
-            self._by_chain(self.command),
-            self._position_index,
-            self._velocity_index,
-        ]
+        """Return what most kernels read first."""
+        return [self._mechanism, self._servo, self._history]
+
+    def _joints_of(self, state: Any) -> Any:
+        """Return the joints in a state of Newton's."""
+        types = self._kernels.types
+        return struct_of(types, NewtonJoints, position=state.joint_q, velocity=state.joint_qd)
 
     def _array(self, values: Array, dtype: Any) -> Any:
-        scalar = np.dtype(self._assembly.structure.precision)
+        scalar = np.dtype(self._kernels.structure.precision)
         return wp.array(values.astype(scalar), dtype=dtype, device=self.model.device)
-
-
-@cache
-def control_assembly(structure: Structure) -> Assembly:
-    """Bind a structure's device code, with the state that a solver keeps between control steps."""
-    types = kernel_types(structure)
-    kept = ("JointVector", "JointVector", "MemoryVector", "real")
-    servo = {
-        name: wp.array(dtype=types[t])
-        for name, t in zip(("q", "v", "memory", "time"), kept, strict=True)
-    }
-    inputs = {name: wp.array(dtype=wp.float32) for name in ("voltage", "enabled")}
-    return assemble(structure, {**types, "Servo": struct_type("Servo", {**servo, **inputs})})
 
 
 @cache
 def control_kernel_set(structure: Structure) -> dict[str, wp.Kernel]:
     """Return the kernels of a solver by what they do."""
-    assembly = control_assembly(structure)
+    assembly = assemble(structure)
     touching = structure.touch.contacts
     return {
         **({"contact": assembly.kernel(contact_kernels.contact_kernel)} if touching else {}),

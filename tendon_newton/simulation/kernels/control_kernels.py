@@ -5,22 +5,31 @@ Push the command, integrate all substeps, read the sensors.
 
 from __future__ import annotations
 
-from typing import Any
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (
     JOINTS,
     LINKS,
+    MEMORY_SIZE,
     TENDONS,
     DeviceArray,
     DeviceGrid,
     JointVector,
     MemoryVector,
     ParameterVector,
-    Placeholder,
     TendonVector,
     real,
+)
+from tendon_newton.device_code.slots import cell_effects, clock_effects
+from tendon_newton.device_code.structs import (
+    Commands,
+    Drive,
+    Log,
+    Mechanism,
+    NewtonJoints,
+    Samples,
+    Servo,
+    States,
 )
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.dynamics.integrator import step
@@ -28,19 +37,10 @@ from tendon_newton.simulation.dynamics.memory import remembered
 from tendon_newton.simulation.dynamics.modes import choose_modes
 from tendon_newton.simulation.dynamics.sensors import read_sensors
 from tendon_newton.simulation.dynamics.settling import SETTLED
+from tendon_newton.simulation.kernels.command_log import find_row, mean_command
 from tendon_newton.simulation.kernels.history_kernels import all_present, push_samples, with_held
-from tendon_newton.simulation.kernels.rollout_kernels import command_mean, find_row
-from tendon_newton.simulation.tendons.routes import located
+from tendon_newton.simulation.tendons.routes import located, placed
 from tendon_newton.simulation.tendons.world_drive import world_drive
-
-Commands = Placeholder
-Drive = Placeholder
-Mechanism = Placeholder
-Servo = Placeholder
-cell_effects: Any = None
-clock_effects: Any = None
-MEMORY_SIZE = 1
-"""Numbers in a world's memory."""
 
 FARTHEST = 1.0e5
 """A joint's position [rad, m] or speed beyond this is no mechanism's."""
@@ -73,12 +73,43 @@ def given_numbers(given: DeviceArray[wp.float32], index: DeviceGrid[int], i: int
 
 
 @device_template
-def tendon_command(command: DeviceGrid[wp.float32], i: int) -> TendonVector:
+def resumed(drive: Drive, servo: Servo, given: NewtonJoints, i: int) -> Drive:
+    """Return a drive in the posture in which Newton has its world."""
+    q = resume(servo.q[i], given.position, servo.position_index, i)
+    v = resume(servo.v[i], given.velocity, servo.velocity_index, i)
+    return placed(drive, q, v)
+
+
+@device_template
+def hand_over(
+    servo: Servo, i: int, q: JointVector, v: JointVector, memory: MemoryVector, out: NewtonJoints
+) -> None:
+    """Keep a world's state, and tell Newton."""
+    servo.q[i] = q
+    servo.v[i] = v
+    servo.memory[i] = memory
+    for j in range(LINKS):
+        out.position[servo.position_index[i, j]] = wp.float32(q[j])
+        out.velocity[servo.velocity_index[i, j]] = wp.float32(v[j])
+
+
+@device_template
+def tendon_command(servo: Servo, i: int) -> TendonVector:
     """Return the motor angles [rad] that a world is asked for."""
     out = TendonVector()
     for d in range(TENDONS):
-        out[d] = real(command[i, d])
+        out[d] = real(servo.command[i, d])
     return out
+
+
+@device_template
+def past_of(history: Commands, i: int) -> Log:
+    """Return where the past commands of a world stand."""
+    log = Log()
+    log.first = history.first[i]
+    log.count = history.count[i]
+    log.scale = real(1.0)
+    return log
 
 
 @device_template
@@ -93,181 +124,127 @@ def servo_drive(mechanism: Mechanism, p: ParameterVector, servo: Servo, i: int) 
 
 
 @device_template
+def just_asked(
+    mechanism: Mechanism, servo: Servo, history: Commands, given: NewtonJoints, i: int
+) -> Drive:
+    """Return what acts on a world, and where it is, just after the present command was given."""
+    p = servo.parameters[i]
+    drive = resumed(servo_drive(mechanism, p, servo, i), servo, given, i)
+    log = past_of(history, i)
+    instant = clock_effects(drive.time, p)
+    acting = find_row(history, log, instant, log.count - 1)
+    command = history.angle[log.first + acting]
+    if instant >= drive.time:
+        command = tendon_command(servo, i)
+    drive.command = command
+    return located(mechanism, drive, drive.q, drive.v)
+
+
+@device_template
 def forget_kernel(
     mechanism: Mechanism,
-    parameters: DeviceArray[ParameterVector],
     servo: Servo,
     history: Commands,
-    history_length: int,
-    command: DeviceGrid[wp.float32],
-    position_index: DeviceGrid[int],
-    velocity_index: DeviceGrid[int],
     chosen: DeviceArray[wp.bool],
-    q_in: DeviceArray[wp.float32],
-    v_in: DeviceArray[wp.float32],
+    given: NewtonJoints,
 ) -> None:
     """Begin anew in the chosen worlds.
 
     As if the present command had always been there and all memory were relaxed.
     """
-    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType]
     if chosen[i]:
-        first = i * history_length
-        for k in range(history_length):
-            history.time[first + k] = real(k - history_length)
-            history.angle[first + k] = tendon_command(command, i)
+        log = past_of(history, i)
+        for k in range(log.count):
+            history.time[log.first + k] = real(k - log.count)
+            history.angle[log.first + k] = tendon_command(servo, i)
         servo.time[i] = real(0.0)
-        drive = servo_drive(mechanism, parameters[i], servo, i)
-        drive.command = tendon_command(command, i)
+        p = servo.parameters[i]
+        drive = servo_drive(mechanism, p, servo, i)
+        drive.command = tendon_command(servo, i)
         drive.elapsed = real(SETTLED)
         drive.memory = MemoryVector()
-        q = given_numbers(q_in, position_index, i)
-        v = given_numbers(v_in, velocity_index, i)
-        here = located(mechanism, i, drive, q, v)
-        modes = choose_modes(mechanism, i, parameters[i], here, q, v)
+        q = given_numbers(given.position, servo.position_index, i)
+        v = given_numbers(given.velocity, servo.velocity_index, i)
+        here = located(mechanism, drive, q, v)
+        modes = choose_modes(mechanism, p, here)
         servo.q[i] = q
         servo.v[i] = v
-        servo.memory[i] = remembered(mechanism, i, parameters[i], drive, modes, q, v)
+        servo.memory[i] = remembered(mechanism, p, here, modes)
 
 
 @device_template
 def control_step_kernel(
     mechanism: Mechanism,
-    parameters: DeviceArray[ParameterVector],
     servo: Servo,
     history: Commands,
-    history_length: int,
-    command: DeviceGrid[wp.float32],
-    position_index: DeviceGrid[int],
-    velocity_index: DeviceGrid[int],
     substeps: int,
     h: real,
-    q_in: DeviceArray[wp.float32],
-    v_in: DeviceArray[wp.float32],
-    q_out: DeviceArray[wp.float32],
-    v_out: DeviceArray[wp.float32],
+    given: NewtonJoints,
+    out: NewtonJoints,
 ) -> None:
     """Hold a command for some substeps of h [s]."""
-    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
-    first = i * history_length
-    for k in range(history_length - 1):
-        history.time[first + k] = history.time[first + k + 1]
-        history.angle[first + k] = history.angle[first + k + 1]
-    newest = history_length - 1
-    p = parameters[i]
-    drive = servo_drive(mechanism, p, servo, i)
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType]
+    log = past_of(history, i)
+    newest = log.count - 1
+    for k in range(newest):
+        history.time[log.first + k] = history.time[log.first + k + 1]
+        history.angle[log.first + k] = history.angle[log.first + k + 1]
+    p = servo.parameters[i]
+    drive = resumed(servo_drive(mechanism, p, servo, i), servo, given, i)
     start = drive.time
-    history.time[first + newest] = start
-    history.angle[first + newest] = tendon_command(command, i)
-    q = resume(servo.q[i], q_in, position_index, i)
-    v = resume(servo.v[i], v_in, velocity_index, i)
+    history.time[log.first + newest] = start
+    history.angle[log.first + newest] = tendon_command(servo, i)
     for k in range(substeps):
         drive.time = start + real(k) * h
-        drive.command = command_mean(
-            history,
-            first,
-            history_length,
-            newest,
-            clock_effects(drive.time, p),
-            clock_effects(drive.time + h, p),
-        )
-        motion = step(mechanism, i, p, drive, q, v, h)
-        q = motion.q
-        v = motion.v
+        drive.command = mean_command(history, log, p, drive.time, h, newest)
+        motion = step(mechanism, p, drive, h)
+        drive.q = motion.q
+        drive.v = motion.v
         drive.memory = motion.memory
-    servo.memory[i] = drive.memory
     servo.time[i] = start + real(substeps) * h
-    servo.q[i] = q
-    servo.v[i] = v
-    for j in range(LINKS):
-        q_out[position_index[i, j]] = wp.float32(q[j])
-        v_out[velocity_index[i, j]] = wp.float32(v[j])
+    hand_over(servo, i, drive.q, drive.v, drive.memory, out)
 
 
 @device_template
 def adopt_kernel(
-    servo: Servo,
-    position_index: DeviceGrid[int],
-    velocity_index: DeviceGrid[int],
-    chosen: DeviceArray[wp.bool],
-    q: DeviceArray[JointVector],
-    v: DeviceArray[JointVector],
-    memory: DeviceArray[MemoryVector],
-    q_out: DeviceArray[wp.float32],
-    v_out: DeviceArray[wp.float32],
+    servo: Servo, chosen: DeviceArray[wp.bool], states: States, out: NewtonJoints
 ) -> None:
     """Take over a state in the chosen worlds."""
-    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType]
     if chosen[i]:
-        servo.q[i] = q[i]
-        servo.v[i] = v[i]
-        servo.memory[i] = memory[i]
-        for j in range(LINKS):
-            q_out[position_index[i, j]] = wp.float32(q[i][j])
-            v_out[velocity_index[i, j]] = wp.float32(v[i][j])
-
-
-@device_template
-def acting_command(
-    p: ParameterVector,
-    history: Commands,
-    history_length: int,
-    command: DeviceGrid[wp.float32],
-    time: real,
-    i: int,
-) -> TendonVector:
-    """Return the angles [rad] that the servos act on just after the present command was given."""
-    instant = clock_effects(time, p)
-    first = i * history_length
-    acting = find_row(history, first, history_length, instant, history_length - 1)
-    out = history.angle[first + acting]
-    if instant >= time:
-        out = tendon_command(command, i)
-    return out
+        hand_over(servo, i, states.q[i], states.v[i], states.memory[i], out)
 
 
 @device_template
 def sense_kernel(
     mechanism: Mechanism,
-    parameters: DeviceArray[ParameterVector],
     servo: Servo,
     history: Commands,
-    history_length: int,
-    command: DeviceGrid[wp.float32],
-    position_index: DeviceGrid[int],
-    velocity_index: DeviceGrid[int],
     chosen: DeviceArray[wp.bool],
     fill: int,
-    q_in: DeviceArray[wp.float32],
-    v_in: DeviceArray[wp.float32],
-    ring: wp.array3d[wp.float32],
-    newest: DeviceArray[int],
+    given: NewtonJoints,
+    samples: Samples,
 ) -> None:
     """Show force networks the chosen worlds just after the present command was given.
 
     From then on forces are reckoned from there.
     """
-    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType]
     if chosen[i]:
-        p = parameters[i]
-        drive = servo_drive(mechanism, p, servo, i)
-        drive.command = acting_command(p, history, history_length, command, drive.time, i)
-        q = resume(servo.q[i], q_in, position_index, i)
-        v = resume(servo.v[i], v_in, velocity_index, i)
-        reading = read_sensors(mechanism, i, p, drive, q, v)
-        push_samples(mechanism, i, p, drive, q, v, reading, i * TENDONS, fill, ring, newest)
-        servo.memory[i] = all_present(mechanism, i, p, drive, q, v)
+        p = servo.parameters[i]
+        here = just_asked(mechanism, servo, history, given, i)
+        reading = read_sensors(mechanism, p, here)
+        push_samples(mechanism, p, here, reading, i * TENDONS, fill, samples)
+        servo.memory[i] = all_present(mechanism, p, here)
 
 
 @device_template
 def hold_kernel(
-    mechanism: Mechanism,
-    servo: Servo,
-    chosen: DeviceArray[wp.bool],
-    force: DeviceGrid[wp.float32],
+    mechanism: Mechanism, servo: Servo, chosen: DeviceArray[wp.bool], force: DeviceGrid[wp.float32]
 ) -> None:
     """Hold forces [N] in the chosen worlds from now on; one that is no number stays none."""
-    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType]
     if chosen[i]:
         memory = servo.memory[i]
         for d in range(TENDONS):
@@ -278,20 +255,17 @@ def hold_kernel(
 @device_template
 def guard_kernel(
     servo: Servo,
-    position_index: DeviceGrid[int],
-    velocity_index: DeviceGrid[int],
     good_q: DeviceArray[JointVector],
     good_memory: DeviceArray[MemoryVector],
-    q_out: DeviceArray[wp.float32],
-    v_out: DeviceArray[wp.float32],
+    out: NewtonJoints,
     diverged: DeviceArray[wp.bool],
 ) -> None:
     """Put a world that left every physical range where it last was, at rest, and mark it."""
-    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType]
     q = servo.q[i]
     v = servo.v[i]
     memory = servo.memory[i]
-    fine = bool(True)  # noqa: UP018 - a variable for Warp, not a constant
+    fine = bool(True)
     for j in range(JOINTS):
         if not (wp.abs(q[j]) < real(FARTHEST) and wp.abs(v[j]) < real(FARTHEST)):
             fine = False
@@ -303,39 +277,25 @@ def guard_kernel(
         good_memory[i] = memory
     else:
         diverged[i] = wp.bool(True)
-        servo.q[i] = good_q[i]
-        servo.v[i] = JointVector()
-        servo.memory[i] = good_memory[i]
-        for j in range(LINKS):
-            q_out[position_index[i, j]] = wp.float32(good_q[i][j])
-            v_out[velocity_index[i, j]] = wp.float32(0.0)
+        hand_over(servo, i, good_q[i], JointVector(), good_memory[i], out)
 
 
 @device_template
 def read_kernel(
     mechanism: Mechanism,
-    parameters: DeviceArray[ParameterVector],
     servo: Servo,
     history: Commands,
-    history_length: int,
-    command: DeviceGrid[wp.float32],
-    position_index: DeviceGrid[int],
-    velocity_index: DeviceGrid[int],
-    q_in: DeviceArray[wp.float32],
-    v_in: DeviceArray[wp.float32],
+    given: NewtonJoints,
     angle: DeviceGrid[wp.float32],
     angle_rate: DeviceGrid[wp.float32],
     force: DeviceGrid[wp.float32],
 ) -> None:
     """Read encoder and load cell just after the present command was given."""
-    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
-    p = parameters[i]
-    drive = servo_drive(mechanism, p, servo, i)
-    drive.command = acting_command(p, history, history_length, command, drive.time, i)
-    q = resume(servo.q[i], q_in, position_index, i)
-    v = resume(servo.v[i], v_in, velocity_index, i)
-    reading = read_sensors(mechanism, i, p, drive, q, v)
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType]
+    p = servo.parameters[i]
+    here = just_asked(mechanism, servo, history, given, i)
+    reading = read_sensors(mechanism, p, here)
     for d in range(TENDONS):
         angle[i, d] = wp.float32(reading.angle[d])
         angle_rate[i, d] = wp.float32(reading.angle_rate[d])
-        force[i, d] = wp.float32(cell_effects(reading.force[d], drive.time, p))
+        force[i, d] = wp.float32(cell_effects(reading.force[d], here.time, p))

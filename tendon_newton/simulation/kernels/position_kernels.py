@@ -8,34 +8,35 @@ force model too. What the lag remembers is the position of the drive; beyond the
 
 from __future__ import annotations
 
-from typing import Any
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (
-    DeviceArray,
     Jet,
     JointVector,
     MemoryVector,
     ParameterVector,
-    Placeholder,
     TendonVector,
     real,
 )
+from tendon_newton.device_code.slots import (
+    error_effects,
+    motor_force_effects,
+    offset_effects,
+    play_effects,
+    speed_effects,
+)
+from tendon_newton.device_code.structs import (
+    Commands,
+    Mechanism,
+    Readout,
+    Rows,
+    States,
+    Tendon,
+    Worlds,
+)
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.simulation.kernels.rollout_kernels import acting_row, command_mean
+from tendon_newton.simulation.kernels.command_log import acting_row, log_of, mean_command
 from tendon_newton.simulation.tendons.world_drive import UNBOUNDED
-
-Commands = Placeholder
-Mechanism = Placeholder
-Tendon = Placeholder
-clock_effects: Any = None
-error_effects: Any = None
-motor_force_effects: Any = None
-offset_effects: Any = None
-period_effects: Any = None
-play_effects: Any = None
-speed_effects: Any = None
 
 POSITION_EFFECTS = (
     "command_delay",
@@ -86,88 +87,61 @@ def reported(p: ParameterVector, shaft: real) -> real:
 
 @device_template
 def start_kernel(
-    first_world: int,
-    mechanism: Mechanism,
-    world_mechanism: DeviceArray[int],
-    world_recording: DeviceArray[int],
-    parameters: DeviceArray[ParameterVector],
-    commands: Commands,
-    q: DeviceArray[JointVector],
-    v: DeviceArray[JointVector],
-    memory: DeviceArray[MemoryVector],
+    first_world: int, mechanism: Mechanism, worlds: Worlds, commands: Commands, states: States
 ) -> None:
     """Put each shaft at its first command, or where it was measured."""
-    i = first_world + wp.tid()  # pyright: ignore[reportOperatorIssue] - one dimension: a number
-    recording = world_recording[i]
+    i = first_world + wp.tid()  # pyright: ignore[reportOperatorIssue]
+    recording = worlds.recording[i]
     shaft = commands.angle[commands.first[recording]][0]
     if commands.starts_measured[recording] > 0:
-        shaft = commands.start_angle[recording][0] - reported(parameters[i], real(0.0))
-    q[i] = JointVector(shaft)
-    memory[i] = MemoryVector(shaft)
+        shaft = commands.start_angle[recording][0] - reported(worlds.parameters[i], real(0.0))
+    states.q[i] = JointVector(shaft)
+    states.memory[i] = MemoryVector(shaft)
 
 
 @device_template
 def position_kernel(
     first_world: int,
     mechanism: Mechanism,
-    world_mechanism: DeviceArray[int],
-    world_recording: DeviceArray[int],
-    parameters: DeviceArray[ParameterVector],
+    worlds: Worlds,
     commands: Commands,
-    rows_from: DeviceArray[int],
-    rows_to: DeviceArray[int],
+    rows: Rows,
     time_step: real,
-    q: DeviceArray[JointVector],
-    v: DeviceArray[JointVector],
-    memory: DeviceArray[MemoryVector],
-    output_first: DeviceArray[int],
-    joint_position: DeviceArray[JointVector],
-    angle: DeviceArray[TendonVector],
-    angle_rate: DeviceArray[TendonVector],
-    force: DeviceArray[TendonVector],
+    states: States,
+    readout: Readout,
 ) -> None:
     """Move each world's shaft through its recording; the memory holds the drive's position."""
-    i = first_world + wp.tid()  # pyright: ignore[reportOperatorIssue] - one dimension: a number
-    recording = world_recording[i]
-    first = commands.first[recording]
-    count = commands.count[recording]
-    begin = rows_from[recording]
-    p = parameters[i]
-    shaft = q[i][0]
-    drive = memory[i][0]
-    scale = period_effects(real(1.0), p)
+    i = first_world + wp.tid()  # pyright: ignore[reportOperatorIssue]
+    recording = worlds.recording[i]
+    begin = rows.begin[recording]
+    p = worlds.parameters[i]
+    log = log_of(commands, recording, p)
+    shaft = states.q[i][0]
+    drive = states.memory[i][0]
     acting = int(begin)
-    out = output_first[i]
+    out = rows.out[i]
     before = reported(p, shaft)
     passed = real(1.0)
-    for row in range(begin, wp.min(rows_to[recording], count)):
-        now = commands.time[first + row] * scale
-        enabled = commands.enabled[first + row] > real(0.0)
-        acting = acting_row(commands, first, count, now, scale, p, acting)
+    for row in range(begin, wp.min(rows.end[recording], log.count)):
+        now = commands.time[log.first + row] * log.scale
+        enabled = commands.enabled[log.first + row] > real(0.0)
+        acting = acting_row(commands, log, p, now, acting)
         if enabled and row > 0:
-            drive = followed(p, drive, commands.angle[first + acting][0], real(0.0))
+            drive = followed(p, drive, commands.angle[log.first + acting][0], real(0.0))
             shaft = carried(p, shaft, drive)
         reading = reported(p, shaft)
-        joint_position[out + row] = JointVector(shaft)
-        angle[out + row] = TendonVector(reading)
-        angle_rate[out + row] = TendonVector((reading - before) / passed)
+        readout.joint_position[out + row] = JointVector(shaft)
+        readout.motor_position[out + row] = TendonVector(reading)
+        readout.motor_velocity[out + row] = TendonVector((reading - before) / passed)
         before = reading
-        if row + 1 < count:
-            passed = commands.time[first + row + 1] * scale - now
+        if row + 1 < log.count:
+            passed = commands.time[log.first + row + 1] * log.scale - now
             steps = int(wp.max(wp.ceil(passed / time_step - real(1.0e-6)), real(1.0)))
             h = passed / real(steps)
             for k in range(steps):
-                start = now + real(k) * h
-                command = command_mean(
-                    commands,
-                    first,
-                    count,
-                    acting,
-                    clock_effects(start, p) / scale,
-                    clock_effects(start + h, p) / scale,
-                )
+                command = mean_command(commands, log, p, now + real(k) * h, h, acting)
                 if enabled:
                     drive = followed(p, drive, command[0], h)
                     shaft = carried(p, shaft, drive)
-    q[i] = JointVector(shaft)
-    memory[i] = MemoryVector(drive)
+    states.q[i] = JointVector(shaft)
+    states.memory[i] = MemoryVector(drive)

@@ -16,7 +16,7 @@ def accept_kernel(
 ) -> None:
     """Take over each world's command [rad]; one that is not finite marks its world instead."""
     i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
-    fine = bool(True)  # noqa: UP018 - a variable for Warp, not a constant
+    fine = bool(True)
     for d in range(tendons):
         if not wp.isfinite(asked[i, d]):
             fine = False

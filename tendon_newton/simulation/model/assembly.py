@@ -10,8 +10,9 @@ from typing import Any
 import warp as wp
 
 from tendon_newton.actuators import find_actuator
-from tendon_newton.device_code.linear_algebra import looped_inverse
-from tendon_newton.device_code.templates import Specialiser
+from tendon_newton.device_code import placeholders, slots
+from tendon_newton.device_code.linear_algebra import inverse, looped_inverse
+from tendon_newton.device_code.templates import Bindings, Specialiser
 from tendon_newton.effects import Effect, Stage
 from tendon_newton.simulation.chains import planar_chain, spatial_chain
 from tendon_newton.simulation.contact import contact_distances, contact_poses, contacts
@@ -19,25 +20,42 @@ from tendon_newton.simulation.dynamics import settling
 from tendon_newton.simulation.kernels import position_kernels, rollout_kernels
 from tendon_newton.simulation.kernels.position_kernels import POSITION_EFFECTS
 from tendon_newton.simulation.model.kernel_types import kernel_types
-from tendon_newton.simulation.model.structure import JOINT_STAGES, Structure
+from tendon_newton.simulation.model.stage_fields import check_stage
+from tendon_newton.simulation.model.structure import Structure
 from tendon_newton.simulation.tendons import measured_force, pipeline, routes, stages
 
-STAGE_TEMPLATES = {
-    Stage.PERIOD: stages.scalar_stage,
-    Stage.CLOCK: stages.scalar_stage,
-    Stage.RADIUS: stages.scalar_stage,
-    Stage.SPEED: stages.scalar_stage,
-    Stage.STRING: stages.scalar_stage,
-    Stage.INERTIA: stages.scalar_stage,
-    Stage.TILT: stages.scalar_stage,
-    Stage.CELL_CLOCK: stages.scalar_stage,
-    Stage.CELL_LAG: stages.scalar_stage,
-    Stage.CELL: stages.timed_stage,
-    Stage.JOINT_FRICTION: stages.joint_number_stage,
-    Stage.SPRING: stages.joint_stage,
-    Stage.DAMPING: stages.joint_stage,
+STAGES: dict[Stage, tuple[Any, Any]] = {
+    Stage.PERIOD: (slots.period_effects, stages.scalar_stage),
+    Stage.CLOCK: (slots.clock_effects, stages.scalar_stage),
+    Stage.RADIUS: (slots.radius_effects, stages.scalar_stage),
+    Stage.STRING: (slots.string_effects, stages.scalar_stage),
+    Stage.STRETCH: (slots.stretch_effects, stages.tendon_stage),
+    Stage.ANGLE: (slots.angle_effects, stages.tendon_stage),
+    Stage.ERROR: (slots.error_effects, stages.tendon_stage),
+    Stage.DUTY: (slots.duty_effects, stages.tendon_stage),
+    Stage.MOTOR_FORCE: (slots.motor_force_effects, stages.tendon_stage),
+    Stage.TENSION: (slots.tension_effects, stages.tendon_stage),
+    Stage.ENCODER: (slots.encoder_effects, stages.tendon_stage),
+    Stage.TRANSMISSION: (slots.transmission_effects, stages.tendon_stage),
+    Stage.SPEED: (slots.speed_effects, stages.scalar_stage),
+    Stage.SPRING: (slots.spring_effects, stages.joint_stage),
+    Stage.DAMPING: (slots.damping_effects, stages.joint_stage),
+    Stage.JOINT_FRICTION: (slots.joint_friction_effects, stages.joint_number_stage),
+    Stage.INERTIA: (slots.inertia_effects, stages.scalar_stage),
+    Stage.TILT: (slots.tilt_effects, stages.scalar_stage),
+    Stage.CELL_CLOCK: (slots.cell_clock_effects, stages.scalar_stage),
+    Stage.CELL_LAG: (slots.cell_lag_effects, stages.scalar_stage),
+    Stage.CELL: (slots.cell_effects, stages.timed_stage),
 }
-"""Templates of the stages that are not a signal along a tendon."""
+"""Where each stage is called, and the template that applies its effects."""
+MEMORIES: dict[Stage, tuple[Any, Any]] = {
+    Stage.ERROR: (slots.error_memory, stages.tendon_memory),
+    Stage.DUTY: (slots.duty_memory, stages.tendon_memory),
+    Stage.MOTOR_FORCE: (slots.motor_force_memory, stages.tendon_memory),
+    Stage.TENSION: (slots.tension_memory, stages.tendon_memory),
+    Stage.SPRING: (slots.spring_memory, stages.joint_memory),
+}
+"""Stages after which effects may renew what they remember."""
 ROUTE_PARTS = (
     routes.sign_of,
     routes.turn_sign,
@@ -58,7 +76,7 @@ class Assembly:
     """The device code of one structure, bound; kernels are made from it."""
 
     structure: Structure
-    types: dict[str, Any]
+    types: Bindings
     specialiser: Specialiser
 
     def kernel(
@@ -95,7 +113,7 @@ class KernelSet:
     """The kernels of a rollout, with the Warp types of their arguments."""
 
     structure: Structure
-    types: dict[str, Any]
+    types: Bindings
     settle: wp.Kernel
     rollout: wp.Kernel
 
@@ -103,7 +121,7 @@ class KernelSet:
 @cache
 def kernel_set(structure: Structure) -> KernelSet:
     """Make the kernels of a rollout."""
-    assembly = assemble(structure, kernel_types(structure))
+    assembly = assemble(structure)
     settle, rollout = settling.settle_kernel, rollout_kernels.rollout_kernel
     if find_actuator(structure.actuator).kinematic:
         bind_position_stages(assembly.specialiser, structure)
@@ -116,40 +134,37 @@ def kernel_set(structure: Structure) -> KernelSet:
     )
 
 
-def assemble(
-    structure: Structure, types: dict[str, Any], *, inline: bool = False, taped: bool = False
-) -> Assembly:
+def assemble(structure: Structure, *, taped: bool = False) -> Assembly:
     """Bind the device code of a structure.
 
     Args:
         structure: What decides the code.
-        types: Its `kernel_types`, and further placeholders of the kernels to be made.
-        inline: Whether its functions are inlined; see `Specialiser`.
         taped: Whether a tape walks its kernels back.
     """
-    specialiser = Specialiser(types, inline=inline)
+    types = kernel_types(structure)
+    specialiser = Specialiser(types)
     if structure.coordinate_count > UNROLLED_JOINTS:
-        specialiser.bind("inverse", specialiser.function(looped_inverse))
+        specialiser.bind(inverse, specialiser.function(looped_inverse))
     bind_stages(specialiser, structure)
     actuator = find_actuator(structure.actuator)
-    specialiser.bind("actuator_force", specialiser.function(actuator.force))
-    specialiser.bind("armature", specialiser.function(actuator.armature))
+    specialiser.bind(slots.actuator_force, actuator.force)
+    specialiser.bind(slots.armature, actuator.armature)
     if structure.driven_by == "force":
-        specialiser.bind("actuator_force", specialiser.function(measured_force.true_tension))
-        specialiser.bind("armature", specialiser.function(measured_force.no_armature))
-        specialiser.bind("clock_effects", specialiser.function(measured_force.reading_instant))
+        specialiser.bind(slots.actuator_force, measured_force.true_tension)
+        specialiser.bind(slots.armature, measured_force.no_armature)
+        specialiser.bind(slots.clock_effects, measured_force.reading_instant)
     bind_duty(specialiser, structure)
     chain = planar_chain if structure.planar else spatial_chain
-    specialiser.bind("chain_terms", specialiser.function(chain.chain_terms))
+    specialiser.bind(slots.chain_terms, chain.chain_terms)
     if structure.routes.spans:
         bind_routes(specialiser, taped=taped)
     if structure.touch.contacts:
         for part in (contact_distances.overlap_at, contacts.grip_of, contacts.grip_terms):
             specialiser.function(part, inline=False)
         pose = contact_poses.planar_pose if structure.planar else contact_poses.spatial_pose
-        specialiser.bind("contact_pose", specialiser.function(pose))
-        specialiser.bind("contact_terms", specialiser.function(contacts.contact_terms))
-        specialiser.bind("contact_memory", specialiser.function(contacts.contact_memory))
+        specialiser.bind(slots.contact_pose, pose)
+        specialiser.bind(slots.contact_terms, contacts.contact_terms)
+        specialiser.bind(slots.contact_memory, contacts.contact_memory)
     return Assembly(structure=structure, types=types, specialiser=specialiser)
 
 
@@ -159,38 +174,37 @@ def bind_duty(specialiser: Specialiser, structure: Structure) -> None:
     asked, given = pipeline.duty_of_force, pipeline.force_of_duty
     if structure.driven_by == "command" and actuator.modulated:
         asked, given = actuator.duty, actuator.driven
-    specialiser.bind("asked_duty", specialiser.function(asked))
-    specialiser.bind("driven_force", specialiser.function(given))
+    specialiser.bind(slots.asked_duty, asked)
+    specialiser.bind(slots.driven_force, given)
 
 
 def bind_routes(specialiser: Specialiser, *, taped: bool) -> None:
     """Bind the paths of routed tendons: quick to run, or where a tape walks back to compile."""
     if taped:
-        specialiser.bind("all_routes", specialiser.function(routes.looped_routes))
+        specialiser.bind(slots.all_routes, routes.looped_routes)
         return
     for part in ROUTE_PARTS:
         specialiser.function(part, inline=True)
-    specialiser.bind("all_routes", specialiser.function(routes.unrolled_routes))
+    specialiser.bind(slots.all_routes, routes.unrolled_routes)
 
 
 def bind_stages(specialiser: Specialiser, structure: Structure) -> None:
     """Bind the device functions of each stage: what acts in it, and what is remembered after it."""
     effects = able_effects(structure)
-    for stage in Stage:
+    for stage, (slot, template) in STAGES.items():
         hooks = [(effect.name, structure.hook(effect, stage)) for effect in effects]
         acting = [(name, hook) for name, hook in hooks if hook]
+        for _, hook in acting:
+            check_stage(hook, stage)
+        specialiser.bind(slot, stage_function(specialiser, template, acting, structure))
+    for stage, (slot, template) in MEMORIES.items():
         keepers = [e for e in effects if e.memory is stage and structure.remembers(e)]
         keeping = [(e.name, renewal) for e in keepers for renewal in e.renewals()]
+        for _, renewal in keeping:
+            check_stage(renewal, None)
         places = [place for e in keepers for place in structure.memories[e.name]]
-        apply = STAGE_TEMPLATES.get(stage, stages.tendon_stage)
-        renew = stages.joint_memory if stage in JOINT_STAGES else stages.tendon_memory
-        specialiser.bind(
-            f"{stage.value}_effects", stage_function(specialiser, apply, acting, structure)
-        )
-        specialiser.bind(
-            f"{stage.value}_memory",
-            stage_function(specialiser, renew, keeping, structure, places),
-        )
+        function = stage_function(specialiser, template, keeping, structure, places)
+        specialiser.bind(slot, function)
 
 
 def able_effects(structure: Structure) -> list[type[Effect]]:
@@ -205,10 +219,10 @@ def able_effects(structure: Structure) -> list[type[Effect]]:
 def bind_position_stages(specialiser: Specialiser, structure: Structure) -> None:
     """Bind what acts on an angle apart: play lies before the shaft, the encoder's offset after."""
     hooks = [(e.name, e.side, e.hook(Stage.ANGLE)) for e in able_effects(structure)]
-    for name, side in (("offset", "sensor"), ("play", "transmission")):
+    for slot, side in ((slots.offset_effects, "sensor"), (slots.play_effects, "transmission")):
         acting = [(effect, hook) for effect, of, hook in hooks if of == side and hook]
         function = stage_function(specialiser, stages.tendon_stage, acting, structure)
-        specialiser.bind(f"{name}_effects", function)
+        specialiser.bind(slot, function)
 
 
 def stage_function(
@@ -228,10 +242,10 @@ def stage_function(
         places: Where each function's result goes in a world's memory, if it is remembered.
     """
     child = specialiser.child()
-    child.bind("FUNCTIONS", tuple(child.function(hook) for _, hook in hooks))
-    child.bind("OFFSETS", tuple(structure.offsets[name] for name, _ in hooks))
+    child.bind(placeholders.FUNCTIONS, tuple(child.function(hook) for _, hook in hooks))
+    child.bind(placeholders.OFFSETS, tuple(structure.offsets[name] for name, _ in hooks))
     own = [(*structure.memories.get(name, ()), -1, -1) for name, _ in hooks]
-    child.bind("MEMORIES", tuple(first for first, *_ in own))
-    child.bind("SECOND_MEMORIES", tuple(second for _, second, *_ in own))
-    child.bind("PLACES", tuple(places))
+    child.bind(placeholders.MEMORIES, tuple(first for first, *_ in own))
+    child.bind(placeholders.SECOND_MEMORIES, tuple(second for _, second, *_ in own))
+    child.bind(placeholders.PLACES, tuple(places))
     return child.function(template)

@@ -1,345 +1,163 @@
-"""What each placeholder of the device code stands for in the kernels of one structure."""
+"""What each declaration of the device code stands for in the kernels of one structure."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from itertools import chain
 from typing import Any
 
 import warp as wp
 
-from tendon_newton.device_code.placeholders import bindings, struct_type
+from tendon_newton.device_code import placeholders as d
+from tendon_newton.device_code.templates import Bindings
 from tendon_newton.effects import Stage
+from tendon_newton.simulation.contact.contact_plan import SHAPES
 from tendon_newton.simulation.model.structure import Structure
 
 REST = {"float64": 1.0e-9, "float32": 1.0e-6}
 """Speed below which a dry friction may stick [m/s, rad/s]: some roundings of a finger's speed."""
 
+STRIDE = 0.3
+"""Longest step towards equilibrium [rad, m]: no tendon turns so much on the way that its pull
+misleads."""
 TOUCHING_STRIDE = 0.02
-"""Longest step towards equilibrium past obstacles [rad, m]: a link must not leap over one."""
+"""The same past obstacles: a link must not leap over one."""
 
 
-def kernel_types(structure: Structure) -> dict[str, Any]:
-    """Return types and constants, the structs included."""
-    t = bindings(
-        structure.coordinate_count,
-        structure.tendon_count,
-        structure.parameter_count,
-        structure.memory_count,
-        getattr(wp, structure.precision),
-    )
-    rows = structure.tendon_count + structure.spool_count
-    t["ROWS"], t["LINKS"] = rows, structure.joint_count
-    t["RowVector"], t["RowMatrix"] = t["TendonVector"], t["ArmMatrix"]
-    if structure.free_spool:
-        t["RowVector"] = wp.types.vector(length=rows, dtype=t["real"])
-        t["RowMatrix"] = wp.types.matrix(shape=(rows, t["JOINTS"]), dtype=t["real"])
-    t["FREE_SPOOL"], t["HAS_ROTOR"] = structure.free_spool, structure.has_rotor
-    t |= structure.routes.bindings(structure.coordinate_parents, structure.tendon_count)
-    t |= structure.touch.bindings()
-    t |= argument_structs(t, structure.planar)
-    t |= inner_structs(t, structure.planar)
-    slow_cell = structure.uses(Stage.CELL_LAG) or structure.uses(Stage.CELL_CLOCK)
-    slow_cell = slow_cell and structure.driven_by == "command"
-    with_memory = [effect for effect in structure.declarations if structure.remembers(effect)]
-    t["PARENT"] = structure.coordinate_parents
-    t["REVOLUTE"] = (*structure.revolute, *[False] * structure.spool_count)
-    t["MOVES"] = structure.moves()
-    t["DRY_OFFSETS"] = structure.dry_offsets
-    t["MAY_HOLD"] = bool(structure.dry_offsets) or structure.uses(Stage.SPEED)
-    t["HAS_DUTY"] = structure.uses(Stage.DUTY)
-    t["HAS_MEMORY"] = bool(with_memory) or t["TOUCHES"]
-    t["MEMORY_OFFSETS"] = tuple(structure.offsets[effect.name] for effect in with_memory)
-    t["MEMORY_NULLS"] = tuple(effect.parameters[0].null for effect in with_memory)
-    t["HOLDS_ROUTED"] = t["ROUTED"] and t["MAY_HOLD"]
-    t["REMEMBERS_ROUTED"] = t["ROUTED"] and t["HAS_MEMORY"]
-    t["REST"] = REST[structure.precision]
-    t["HAS_SLOW_CELL"] = slow_cell
-    t["CELL_MEMORY"] = structure.cell_memory
-    t["MEMORY_SIZE"] = structure.memory_count
-    t["HOLDS_FORCE"] = structure.holds_force
-    t["HELD_MEMORY"] = structure.held_memory
-    if t["TOUCHES"]:
-        t["CONTACT_MEMORY"] = structure.contact_memory
-        t["CONTACT_TABLE"] = whole_table(structure.touch.contacts)
-        t["CARRIES"] = t["JointMatrix"](*map(float, chain.from_iterable(structure.moves())))
-        t["STRIDE"] = TOUCHING_STRIDE
-    return t
-
-
-def argument_structs(t: dict[str, Any], planar: bool) -> dict[str, Any]:
-    """Return the structs that kernels take as arguments: what is constant, and what is recorded."""
-    real, joints, tendons = t["real"], t["JointVector"], t["TendonVector"]
-    place, inertia = (t["Vec2"], real) if planar else (t["Vec3"], t["Mat33"])
-
-    def array(dtype: Any, ndim: int = 1) -> Any:
-        return wp.array(dtype=dtype, ndim=ndim)
-
-    per_joint = (
-        "stiffness",
-        "rest",
-        "damping",
-        "friction",
-        "armature",
-        "lower",
-        "upper",
-        "limit_stiffness",
-        "limit_damping",
-    )
-    per_tendon = ("excursion_offset", "spool_radius", "force_limit", "least_tension")
-    mechanism = {
-        **{name: array(joints) for name in per_joint},
-        **{name: array(tendons) for name in per_tendon},
-        **{name: array(place, 2) for name in ("offset", "centre", "axis")},
-        **{name: array(place) for name in ("gravity", "gravity_across", "gravity_along")},
-        "arms": array(t["ArmMatrix"]),
-        "mass": array(real, 2),
-        "inertia": array(inertia, 2),
-    }
-    if t["ROUTED"]:
-        mechanism |= {
-            "path_point": array(t["Vec3"], 2),
-            "path_frame": array(t["Mat33"], 2),
-            "path_radius": array(real, 2),
-            "path_turn": array(real, 2),
+@cache
+def kernel_types(structure: Structure) -> Bindings:
+    """Return types, constants and structs."""
+    return Bindings(
+        {
+            **vector_types(structure),
+            **code_constants(structure),
+            **memory_constants(structure),
+            **route_constants(structure),
+            **contact_constants(structure),
         }
-    if t["TOUCHES"]:
-        mechanism |= contact_arrays(t, planar)
-    commands = {
-        "first": array(wp.int32),
-        "count": array(wp.int32),
-        "time": array(real),
-        "angle": array(tendons),
-        "voltage": array(real),
-        "enabled": array(real),
-        "starts_measured": array(wp.int32),
-        "start_angle": array(tendons),
-        "start_rate": array(tendons),
-    }
+    )
+
+
+def vector_types(structure: Structure) -> dict[Any, Any]:
+    """Return scalar, vectors and matrices."""
+    real = getattr(wp, structure.precision)
+    joints, tendons = structure.coordinate_count, structure.tendon_count
+    rows, capsules = tendons + structure.spool_count, len(structure.touch.links)
+
+    def vector(length: int, dtype: Any = real) -> Any:
+        return wp.types.vector(length=length, dtype=dtype)
+
+    def matrix(*shape: int) -> Any:
+        return wp.types.matrix(shape=shape, dtype=real)
+
     return {
-        "Mechanism": struct_type("Mechanism", mechanism),
-        "Commands": struct_type("Commands", commands),
+        d.real: real,
+        d.Vec2: vector(2),
+        d.Vec3: vector(3),
+        d.Mat33: matrix(3, 3),
+        d.Place: vector(2) if structure.planar else vector(3),
+        d.LinkInertia: real if structure.planar else matrix(3, 3),
+        d.Jet: vector(3),
+        d.Values: vector(5),
+        d.MemoryVector: vector(max(structure.memory_count, 1)),
+        d.JointVector: vector(joints),
+        d.JointMatrix: matrix(joints, joints),
+        d.PlaneMatrix: matrix(joints, 2),
+        d.SpaceMatrix: matrix(joints, 3),
+        d.TurnMatrix: matrix(3 * joints, 3),
+        d.CapsuleMatrix: matrix(max(capsules, 1), 3),
+        d.TendonVector: vector(tendons),
+        d.ArmMatrix: matrix(tendons, joints),
+        d.BendMatrix: matrix(tendons * joints, joints),
+        d.WayVector: vector(joints, wp.int32),
+        d.RowVector: vector(rows),
+        d.RowMatrix: matrix(rows, joints),
+        d.ParameterVector: vector(structure.parameter_count),
     }
 
 
-def contact_arrays(t: dict[str, Any], planar: bool) -> dict[str, Any]:
-    """Return what a mechanism has more where links may meet obstacles; see `contacts`."""
-    vector, square, real = t["Vec3"], t["Mat33"], t["real"]
-    kinds = {
-        "obstacle_position": vector,
-        "obstacle_rotation": square,
-        "obstacle_size": vector,
-        "obstacle_stiffness": real,
-        "obstacle_dissipation": real,
-        "obstacle_friction": real,
-        "capsule_start": vector,
-        "capsule_end": vector,
-        "capsule_radius": real,
-    }
-    arrays = {name: wp.array(dtype=kind, ndim=2) for name, kind in kinds.items()}
-    return arrays | ({"contact_plane": wp.array(dtype=square)} if planar else {})
-
-
-def inner_structs(t: dict[str, Any], planar: bool) -> dict[str, Any]:
-    """Return the structs that live inside kernels."""
-    real, jet, memory = t["real"], t["Jet"], t["MemoryVector"]
-    joints, tendons, square = t["JointVector"], t["TendonVector"], t["JointMatrix"]
-    rows = t["RowVector"]
-    place = t["Vec2"] if planar else t["Vec3"]
-    fields = {
-        "ChainTerms": {"mass_matrix": square, "torque": joints},
-        "Forces": {
-            "mass_matrix": square,
-            "torque": joints,
-            "stiffness": square,
-            "damping": square,
-            "slack": tendons,
-            "line": tendons,
-        },
-        "Motion": {
-            "q": joints,
-            "v": joints,
-            "mass_matrix": square,
-            "memory": memory,
-            "divided": real,
-            "line": tendons,
-        },
-        "Modes": {
-            "joint": joints,
-            "joint_sticks": joints,
-            "touch": joints,
-            "tendon": rows,
-            "tendon_sticks": rows,
-            "least_side": rows,
-            "most_side": rows,
-            "hold": rows,
-        },
-        "Event": {
-            "fraction": real,
-            "row": wp.int32,
-            "speed": real,
-            "joint": wp.int32,
-            "touch": real,
-            "tendon": wp.int32,
-            "slack": real,
-        },
-        "Drive": {
-            "time": real,
-            "command": tendons,
-            "voltage": real,
-            "enabled": real,
-            "elapsed": real,
-            "acceleration": joints,
-            "memory": memory,
-            "remembers": real,
-            "inertia": real,
-            "gravity": place,
-            "friction": joints,
-            "dry": real,
-            "greatest_speed": tendons,
-            "slack": tendons,
-            "string": real,
-            "carried": tendons,
-        },
-        "Reading": {"angle": tendons, "angle_rate": tendons, "force": tendons},
-        "Cell": {"force": tendons, "due": wp.int32},
-        "Joint": {
-            "index": wp.int32,
-            "elapsed": real,
-            "memory": memory,
-            "position": real,
-            "velocity": real,
-            "stiffness": real,
-            "rest": real,
-            "damping": real,
-            "lower": real,
-            "upper": real,
-        },
-        "Tendon": {
-            "index": wp.int32,
-            "time": real,
-            "elapsed": real,
-            "memory": memory,
-            "voltage": real,
-            "enabled": real,
-            "slack": real,
-            "command": real,
-            "error": real,
-            "tension": real,
-            "force_limit": real,
-            "carried": real,
-            "nominal_radius": real,
-            "spool_radius": real,
-            "inverse_radius": real,
-            "length": real,
-            "wound": real,
-            "velocity": real,
-            "acceleration": real,
-            "side": real,
-            "direction": real,
-            "angle_rate": jet,
-        },
-        "Flow": {
-            "angle": jet,
-            "error": jet,
-            "duty": jet,
-            "motor_force": jet,
-            "tension": jet,
-            "pull": jet,
-            "line": real,
-            "slack": real,
-            "tension_gain": real,
-            "pull_gain": real,
-        },
-        "Spool": {
-            "inertia": real,
-            "force": jet,
-            "force_by_lead": real,
-            "pull": jet,
-            "pull_by_lead": real,
-            "tension": real,
-        },
-    }
-    fields["JointPose"] = {
-        "origin": t["SpaceMatrix"],
-        "axis": t["SpaceMatrix"],
-        "rotation": t["TurnMatrix"],
-    }
-    for name, members in route_fields(t).items():
-        # The device functions of routes need their own types even where no kernel calls them.
-        if t["ROUTED"] or name not in fields:
-            fields[name] = {**fields.get(name, {}), **members}
-    if t["TOUCHES"]:
-        fields |= contact_fields(t)
-    types = {name: struct_type(name, members) for name, members in fields.items()}
-    types["Motion"] = struct_type("Motion", {**fields["Motion"], "modes": types["Modes"]})
-    return types
-
-
-def route_fields(t: dict[str, Any]) -> dict[str, dict[str, Any]]:
-    """Return what structs have more where tendons are routed; see `routes`."""
-    real, vector, square = t["real"], t["Vec3"], t["Mat33"]
-    tendons, arms = t["TendonVector"], t["ArmMatrix"]
-    joints = t["JOINTS"]
-    t["BendMatrix"] = wp.types.matrix(shape=(t["TENDONS"] * joints, joints), dtype=real)
-    t["WayVector"] = wp.types.vector(length=joints, dtype=wp.int32)
-    if t["ROUTED"]:
-        for name in ("SPAN_TABLE", "START_WAY", "END_WAY"):
-            t[name] = whole_table(t[name])
-        t["POINT_BODY"] = wp.types.vector(length=len(t["POINT_BODY"]), dtype=wp.int32)(
-            *t["POINT_BODY"]
-        )
+def code_constants(structure: Structure) -> dict[Any, Any]:
+    """Return what the mechanism and its frictions decide."""
     return {
-        "SpanTerms": {
-            "length": real,
-            "start": vector,
-            "end": vector,
-            "start_start": square,
-            "start_end": square,
-            "end_end": square,
-        },
-        "Routes": {"length": tendons, "slope": arms, "bend": t["BendMatrix"]},
-        "RouteTerms": {"length": real, "slope": t["JointVector"], "bend": t["JointMatrix"]},
-        "Drive": {"length": tendons, "arms": arms, "bow": tendons, "bend": t["BendMatrix"]},
-        "Forces": {"arms": t["RowMatrix"], "bow": t["RowVector"]},
-        "Motion": {"arms": t["RowMatrix"]},
+        d.JOINTS: structure.coordinate_count,
+        d.LINKS: structure.joint_count,
+        d.TENDONS: structure.tendon_count,
+        d.ROWS: structure.tendon_count + structure.spool_count,
+        d.PARENT: structure.coordinate_parents,
+        d.REVOLUTE: (*structure.revolute, *[False] * structure.spool_count),
+        d.MOVES: structure.moves(),
+        d.PLANAR: structure.planar,
+        d.FREE_SPOOL: structure.free_spool,
+        d.HAS_ROTOR: structure.has_rotor,
+        d.MAY_HOLD: structure.may_hold,
+        d.HAS_DUTY: structure.uses(Stage.DUTY),
+        d.DRY_OFFSETS: structure.dry_offsets,
+        d.REST: REST[structure.precision],
     }
+
+
+def memory_constants(structure: Structure) -> dict[Any, Any]:
+    """Return what a world remembers, and where."""
+    effects = [effect for effect in structure.declarations if structure.remembers(effect)]
+    slow_cell = structure.uses(Stage.CELL_LAG) or structure.uses(Stage.CELL_CLOCK)
+    return {
+        d.HAS_MEMORY: bool(effects) or bool(structure.touch.contacts),
+        d.MEMORY_SIZE: structure.memory_count,
+        d.MEMORY_OFFSETS: tuple(structure.offsets[effect.name] for effect in effects),
+        d.MEMORY_NULLS: tuple(effect.parameters[0].null for effect in effects),
+        d.HOLDS_FORCE: structure.holds_force,
+        d.HELD_MEMORY: structure.held_memory,
+        d.HAS_SLOW_CELL: slow_cell and structure.driven_by == "command",
+        d.CELL_MEMORY: structure.cell_memory,
+    }
+
+
+def route_constants(structure: Structure) -> dict[Any, Any]:
+    """Return the paths of routed tendons; see `routes`."""
+    routes, parents = structure.routes, structure.coordinate_parents
+    routed = bool(routes.spans)
+    out = {
+        d.ROUTED: routed,
+        d.HOLDS_ROUTED: routed and structure.may_hold,
+        d.FIRST_SPAN: routes.first_spans(structure.tendon_count),
+    }
+    if routed:
+        points = wp.types.vector(length=len(routes.bodies), dtype=wp.int32)
+        out |= {
+            d.POINT_BODY: points(*routes.bodies),
+            d.SPAN_TABLE: whole_table([(s.start, s.end, s.pulley) for s in routes.spans]),
+            d.START_WAY: whole_table(routes.ways(parents, "start")),
+            d.END_WAY: whole_table(routes.ways(parents, "end")),
+        }
+    return out
+
+
+def contact_constants(structure: Structure) -> dict[Any, Any]:
+    """Return which contacts may be; see `contacts`."""
+    touch, joints = structure.touch, structure.coordinate_count
+    out = {
+        d.TOUCHES: bool(touch.contacts),
+        d.STRIDE: TOUCHING_STRIDE if touch.contacts else STRIDE,
+        d.CAPSULES: len(touch.links),
+        d.CAPSULE_LINK: touch.links,
+        d.CONTACTS: len(touch.contacts),
+        **{
+            has: shape in touch.shapes
+            for has, shape in zip((d.HAS_SPHERE, d.HAS_BOX, d.HAS_PLANE), SHAPES, strict=True)
+        },
+    }
+    if touch.contacts:
+        carries = wp.types.matrix(shape=(joints, joints), dtype=getattr(wp, structure.precision))
+        out |= {
+            d.CONTACT_MEMORY: structure.contact_memory,
+            d.CONTACT_TABLE: whole_table(touch.contacts),
+            d.CARRIES: carries(*map(float, chain.from_iterable(structure.moves()))),
+        }
+    return out
 
 
 def whole_table(rows: Sequence[Sequence[int]]) -> Any:
     """Return whole numbers as a matrix that device code indexes."""
     table = wp.types.matrix(shape=(len(rows), len(rows[0])), dtype=wp.int32)
     return table(*chain.from_iterable(rows))
-
-
-def contact_fields(t: dict[str, Any]) -> dict[str, dict[str, Any]]:
-    """Return the structs of contacts; see `contacts` and `contact_distances`."""
-    real, vector, joints, square = t["real"], t["Vec3"], t["JointVector"], t["JointMatrix"]
-    t["CapsuleMatrix"] = wp.types.matrix(shape=(t["CAPSULES"], 3), dtype=real)
-    return {
-        "ContactPose": {
-            "origin": t["SpaceMatrix"],
-            "axis": t["SpaceMatrix"],
-            "start": t["CapsuleMatrix"],
-            "end": t["CapsuleMatrix"],
-        },
-        "Surface": {"distance": real, "normal": vector},
-        "Overlap": {"depth": real, "normal": vector, "point": vector},
-        "Grip": {
-            "force": real,
-            "stiffness": real,
-            "damping": real,
-            "drag": vector,
-            "direction": vector,
-            "shear_stiffness": real,
-            "shear_damping": real,
-            "stretch": vector,
-        },
-        "ContactTerms": {
-            "torque": joints,
-            "stiffness": square,
-            "damping": square,
-            "force": vector,
-            "stretch": vector,
-        },
-    }

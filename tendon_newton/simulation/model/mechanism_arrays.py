@@ -11,6 +11,7 @@ import warp as wp
 
 from tendon_newton.actuators import find_actuator
 from tendon_newton.data.recording import Array, Indices
+from tendon_newton.device_code.structs import Mechanism as MechanismNumbers
 from tendon_newton.errors import InvalidAsset
 from tendon_newton.simulation.chains.rotations import rotation_matrices
 from tendon_newton.simulation.contact.contact_arrays import contact_numbers, read_contact_plan
@@ -208,39 +209,31 @@ def fill_mechanism(model: FinalModel, kernels: KernelSet | Assembly, device: Any
     frames = rest_frames(model, topology)
     types = kernels.types
     device = device or model.device
-    struct = types["Mechanism"]()
+    struct = types[MechanismNumbers]()
     copies = len(topology.parents) // structure.joint_count
     chains = model.world_count * copies
 
-    def put(name: str, values: Array, dtype: Any) -> None:
+    def put(name: str, values: Array) -> None:
         scalar = np.float64 if structure.precision == "float64" else np.float32
         if len(values) < chains:
             values = values.reshape(chains, values.shape[1] // copies, *values.shape[2:])
         values = with_spools(name, values, structure.spool_count)
-        setattr(
-            struct,
-            name,
-            wp.array(np.ascontiguousarray(values, dtype=scalar), dtype=dtype, device=device),
-        )
+        dtype = types[MechanismNumbers].vars[name].type.dtype
+        exact = np.ascontiguousarray(values, dtype=scalar)
+        setattr(struct, name, wp.array(exact, dtype=dtype, device=device))
 
-    for name, values in joint_numbers(model).items():
-        put(name, values, types["JointVector"])
-    for name, values in tendon_numbers(model).items():
-        put(name, values, types["TendonVector"])
-    put("arms", chain_arms(moment_arms(model, topology), copies), types["ArmMatrix"])
+    tendons = tendon_numbers(model)
+    for name, values in (joint_numbers(model) | tendons).items():
+        put(name, values)
+    put("arms", chain_arms(moment_arms(model, topology), copies))
     if topology.routes.spans:
         routes = read_numbers(model, topology.routes, frames, topology.tendon_count)
-        put("path_point", routes.point, types["Vec3"])
-        put("path_frame", routes.frame, types["Mat33"])
-        put("path_radius", routes.radius, types["real"])
-        put("path_turn", routes.turn, types["real"])
-        offset = tendon_numbers(model)["excursion_offset"] + routes.rest_length
-        put("excursion_offset", offset, types["TendonVector"])
-    put(
-        "mass",
-        model.body_mass.numpy()[model.joint_child.numpy()[moving_joints(model)]],
-        types["real"],
-    )
+        put("path_point", routes.point)
+        put("path_frame", routes.frame)
+        put("path_radius", routes.radius)
+        put("path_turn", routes.turn)
+        put("excursion_offset", tendons["excursion_offset"] + routes.rest_length)
+    put("mass", model.body_mass.numpy()[model.joint_child.numpy()[moving_joints(model)]])
     gravity = np.broadcast_to(model.gravity.numpy()[:1], (model.world_count, 3))
     if len(model.gravity) >= model.world_count:
         gravity = model.gravity.numpy()[: model.world_count]
@@ -255,20 +248,20 @@ def fill_mechanism(model: FinalModel, kernels: KernelSet | Assembly, device: Any
     basis = plane_basis(frames, topology) if structure.planar else None
     if topology.touch.contacts:
         for name, values in contact_numbers(model, topology.touch, frames, basis).items():
-            put(name, values, types["Mechanism"].vars[name].type.dtype)
+            put(name, values)
     if basis is None:
         for name in ("offset", "centre", "axis"):
-            put(name, getattr(frames, name), types["Vec3"])
-        put("inertia", frames.inertia, types["Mat33"])
+            put(name, getattr(frames, name))
+        put("inertia", frames.inertia)
         for name, vectors in tilted.items():
-            put(name, vectors, types["Vec3"])
+            put(name, vectors)
     else:
         normal = np.cross(basis[0], basis[1])
         for name in ("offset", "centre", "axis"):
-            put(name, getattr(frames, name) @ basis.T, types["Vec2"])
-        put("inertia", np.einsum("a,wjab,b->wj", normal, frames.inertia, normal), types["real"])
+            put(name, getattr(frames, name) @ basis.T)
+        put("inertia", np.einsum("a,wjab,b->wj", normal, frames.inertia, normal))
         for name, vectors in tilted.items():
-            put(name, vectors @ basis.T, types["Vec2"])
+            put(name, vectors @ basis.T)
     return struct
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from bisect import bisect_left
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 from tendon_newton.mechanisms.geometry.joint_frames import way_between
 
@@ -32,17 +31,10 @@ class RoutePlan:
     """Link of each path point, -1 for the base, shape (N,)."""
     spans: tuple[SpanPlan, ...]
 
-    def bindings(self, parents: tuple[int, ...], tendon_count: int) -> dict[str, Any]:
-        """Return the constants of `routes`, from the joints' parents and the number of tendons."""
+    def first_spans(self, tendon_count: int) -> tuple[int, ...]:
+        """Return the first span of each tendon, and the number of all, shape (D + 1,)."""
         tendons = [span.tendon for span in self.spans]
-        return {
-            "ROUTED": bool(self.spans),
-            "POINT_BODY": self.bodies,
-            "FIRST_SPAN": tuple(bisect_left(tendons, d) for d in range(tendon_count + 1)),
-            "SPAN_TABLE": tuple((span.start, span.end, span.pulley) for span in self.spans),
-            "START_WAY": self.ways(parents, "start"),
-            "END_WAY": self.ways(parents, "end"),
-        }
+        return tuple(bisect_left(tendons, d) for d in range(tendon_count + 1))
 
     @cached_property
     def references(self) -> tuple[int, ...]:

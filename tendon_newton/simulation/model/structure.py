@@ -12,7 +12,7 @@ from tendon_newton.simulation.contact.contact_plan import NO_CONTACTS, ContactPl
 from tendon_newton.simulation.model.route_plan import NO_ROUTES, RoutePlan
 
 Precision = Literal["float32", "float64"]
-Drive = Literal["command", "force"]
+DrivenBy = Literal["command", "force"]
 """What a recording gives a simulation: commands of its servo, or its measured tension alone."""
 JOINT_STAGES = (Stage.SPRING, Stage.DAMPING)
 """Stages with a jet per joint; the other stages with jets have one per tendon."""
@@ -33,7 +33,7 @@ class Structure:
     planar: bool = True
     """Whether the chain moves in one plane, which costs a third of the general equations."""
     precision: Precision = "float64"
-    driven_by: Drive = "command"
+    driven_by: DrivenBy = "command"
     free_spool: bool = False
     """Whether each spool has a coordinate of its own: how far it leads its mechanism."""
     routes: RoutePlan = NO_ROUTES
@@ -91,6 +91,11 @@ class Structure:
             for index, parameter in enumerate(effect.parameters)
             if parameter.name in effect.dry
         )
+
+    @property
+    def may_hold(self) -> bool:
+        """Whether dry friction, or a motor at its greatest speed, may hold a tendon."""
+        return bool(self.dry_offsets) or self.uses(Stage.SPEED)
 
     @property
     def memories(self) -> dict[str, tuple[int, ...]]:

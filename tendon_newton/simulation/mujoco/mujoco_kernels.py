@@ -5,11 +5,12 @@ The same stages, applied as joint forces.
 
 from __future__ import annotations
 
-from typing import Any
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (
+    HAS_MEMORY,
+    HAS_ROTOR,
+    HOLDS_FORCE,
     JOINTS,
     TENDONS,
     ArmMatrix,
@@ -17,16 +18,32 @@ from tendon_newton.device_code.placeholders import (
     DeviceGrid,
     JointVector,
     ParameterVector,
-    Placeholder,
     TendonVector,
     Vec2,
     real,
 )
+from tendon_newton.device_code.slots import cell_effects, clock_effects
+from tendon_newton.device_code.structs import (
+    Commands,
+    Drive,
+    Mechanism,
+    Modes,
+    NewtonJoints,
+    Reading,
+    Readout,
+    Samples,
+    Track,
+)
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.dynamics.memory import remembered
-from tendon_newton.simulation.dynamics.sensors import INSTANT
+from tendon_newton.simulation.kernels.command_log import (
+    acting_row,
+    find_row,
+    just_after_row,
+    log_of,
+    mean_command,
+)
 from tendon_newton.simulation.kernels.history_kernels import all_present, push_samples
-from tendon_newton.simulation.kernels.rollout_kernels import acting_row, command_mean, find_row
 from tendon_newton.simulation.tendons.pipeline import (
     damping_torque,
     excursion,
@@ -37,20 +54,6 @@ from tendon_newton.simulation.tendons.pipeline import (
 from tendon_newton.simulation.tendons.routes import located, tendon_arms, tendon_bow
 from tendon_newton.simulation.tendons.spools import rotor_inertia
 from tendon_newton.simulation.tendons.world_drive import at_end, world_drive
-
-Commands = Placeholder
-Drive = Placeholder
-Mechanism = Placeholder
-Modes = Placeholder
-Reading = Placeholder
-Track = Placeholder
-cell_effects: Any = None
-clock_effects: Any = None
-HAS_MEMORY = False
-HAS_ROTOR = False
-"""Whether a rotor's inertia stands between the motor and the load cell."""
-HOLDS_FORCE = False
-"""Whether the actuator's force is decided outside the kernel and held."""
 
 SLIDING_SPEED = 1.0e-3
 """Width of the smoothed sign of dry friction on a tendon [m/s]: below it the tendon creeps, where
@@ -77,36 +80,25 @@ def sliding_modes(arms: ArmMatrix, v: JointVector) -> Modes:
 
 @device_template
 def tendon_pull(
-    mechanism: Mechanism,
-    world: int,
-    p: ParameterVector,
-    drive: Drive,
-    d: int,
-    q: JointVector,
-    v: JointVector,
-    rate: real,
-    slack: bool,
+    mechanism: Mechanism, p: ParameterVector, here: Drive, d: int, rate: real, slack: bool
 ) -> Vec2:
     """Return the tension at the load cell [N] and the pull on the mechanism [N].
 
     Args:
         mechanism: Numbers of all benches.
-        world: Which of them.
         p: Numbers of actuator and effects.
-        drive: What acts on the world, located at q and v.
+        here: What acts on the world, and where it is.
         d: The tendon.
-        q: Joint positions [rad, m].
-        v: Their rates.
         rate: How the tendon's excursion accelerates [m/s2], which a rotor feels.
         slack: Whether the string of a rotor has come loose.
     """
-    share = smooth_share(tendon_arms(mechanism, world, drive), d, v)
-    inward = flow_at(mechanism, world, p, drive, d, q, v, real(1.0))
-    outward = flow_at(mechanism, world, p, drive, d, q, v, real(-1.0))
+    share = smooth_share(tendon_arms(mechanism, here), d, here.v)
+    inward = flow_at(mechanism, p, here, d, real(1.0))
+    outward = flow_at(mechanism, p, here, d, real(-1.0))
     tension = share * inward.tension[0] + (real(1.0) - share) * outward.tension[0]
     pull = share * inward.pull[0] + (real(1.0) - share) * outward.pull[0]
     if wp.static(HAS_ROTOR):
-        rotor = rotor_inertia(mechanism, world, p, d) * rate
+        rotor = rotor_inertia(mechanism, here.world, p, d) * rate
         gain = share * inward.tension_gain + (real(1.0) - share) * outward.tension_gain
         pulled = share * inward.pull_gain + (real(1.0) - share) * outward.pull_gain
         left = tension - gain * rotor
@@ -128,62 +120,58 @@ def joint_numbers(values: DeviceArray[wp.float32], index: DeviceGrid[int], i: in
 
 
 @device_template
+def tracked(mechanism: Mechanism, track: Track, given: NewtonJoints, i: int) -> Drive:
+    """Return a world at the start of the substep to come, but for what its row decides."""
+    drive = world_drive(mechanism, i, track.parameters[i])
+    drive.time = real(track.count[i]) * track.time_step
+    drive.memory = track.latest[i]
+    q = joint_numbers(given.position, track.position_index, i)
+    v = joint_numbers(given.velocity, track.velocity_index, i)
+    return located(mechanism, drive, q, v)
+
+
+@device_template
 def push_kernel(
     mechanism: Mechanism,
-    parameters: DeviceArray[ParameterVector],
     commands: Commands,
-    time_step: real,
-    position_index: DeviceGrid[int],
-    velocity_index: DeviceGrid[int],
-    joint_q: DeviceArray[wp.float32],
-    joint_v: DeviceArray[wp.float32],
     track: Track,
+    given: NewtonJoints,
     joint_f: DeviceArray[wp.float32],
 ) -> None:
     """Write the joint forces for the substep to come, and note the state at its start."""
-    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType]
     n = track.count[i]
-    p = parameters[i]
-    first = commands.first[i]
-    q = joint_numbers(joint_q, position_index, i)
-    v = joint_numbers(joint_v, velocity_index, i)
-    drive = world_drive(mechanism, i, p)
-    drive.time = real(n) * time_step
-    drive.memory = track.latest[i]
-    drive = located(mechanism, i, drive, q, v)
-    arms = tendon_arms(mechanism, i, drive)
-    row = find_row(commands, first, commands.count[i], clock_effects(drive.time, p), track.row[i])
-    drive.voltage = commands.voltage[first + row]
-    drive.enabled = commands.enabled[first + row]
-    if wp.static(HAS_MEMORY):  # noqa: SIM102 - decided when the kernel is made
+    p = track.parameters[i]
+    log = log_of(commands, i, p)
+    here = tracked(mechanism, track, given, i)
+    q = here.q
+    v = here.v
+    arms = tendon_arms(mechanism, here)
+    row = find_row(commands, log, clock_effects(here.time, p), track.row[i])
+    here.voltage = commands.voltage[log.first + row]
+    here.enabled = commands.enabled[log.first + row]
+    if wp.static(HAS_MEMORY):
         if n > 0:
-            drive.command = track.command[i]
-            later = at_end(drive, time_step, (v - track.v[n - 1, i]) / time_step)
-            drive.memory = remembered(mechanism, i, p, later, sliding_modes(arms, v), q, v)
-    drive.command = command_mean(
-        commands,
-        first,
-        commands.count[i],
-        row,
-        clock_effects(drive.time, p),
-        clock_effects(drive.time + time_step, p),
-    )
+            here.command = track.command[i]
+            later = at_end(here, track.time_step, (v - track.v[n - 1, i]) / track.time_step)
+            here.memory = remembered(mechanism, p, later, sliding_modes(arms, v))
+    here.command = mean_command(commands, log, p, here.time, track.time_step, row)
     torque = JointVector()
     acceleration = JointVector()
-    before = drive
-    if wp.static(HAS_ROTOR):  # noqa: SIM102 - decided when the kernel is made
+    before = here
+    if wp.static(HAS_ROTOR):
         if n > 0:
-            acceleration = (v - track.v[n - 1, i]) / time_step
+            acceleration = (v - track.v[n - 1, i]) / track.time_step
             before.command = track.command[i]
-    bow = tendon_bow(drive)
+    bow = tendon_bow(here)
     for d in range(TENDONS):
         acting = excursion(arms, d, acceleration) + bow[d]
-        slack = bool(False)  # noqa: UP018 - a variable for Warp, not a constant
+        slack = bool(False)
         if wp.static(HAS_ROTOR):
             # by the command under which it has accelerated so: a new one changes both at once
-            past = tendon_pull(mechanism, i, p, before, d, q, v, acting, False)
+            past = tendon_pull(mechanism, p, before, d, acting, False)
             slack = past[0] < mechanism.least_tension[i][d]
-        force = tendon_pull(mechanism, i, p, drive, d, q, v, acting, slack)
+        force = tendon_pull(mechanism, p, here, d, acting, slack)
         pull = force[1]
         if wp.static(HAS_ROTOR):
             # MuJoCo's own armature, which is implicit, takes this off again
@@ -194,16 +182,16 @@ def push_kernel(
             pull = pull + p[1] * rate / mechanism.spool_radius[i][d]
         torque = torque + arms[d] * pull
     for j in range(JOINTS):
-        joint = joint_state(mechanism, i, drive, j, q, v)
+        joint = joint_state(mechanism, here, j)
         own = spring_torque(joint, p) + damping_torque(joint, p)
         # What the other solver applies already is taken off again: only the effects' part remains.
         plain = joint.stiffness * (q[j] - joint.rest) + joint.damping * v[j]
-        joint_f[velocity_index[i, j]] = wp.float32(torque[j] + own[0] + plain)
+        joint_f[track.velocity_index[i, j]] = wp.float32(torque[j] + own[0] + plain)
     track.q[n, i] = q
     track.v[n, i] = v
-    track.memory[n, i] = drive.memory
-    track.latest[i] = drive.memory
-    track.command[i] = drive.command
+    track.memory[n, i] = here.memory
+    track.latest[i] = here.memory
+    track.command[i] = here.command
     track.row[i] = row
     track.count[i] = n + 1
 
@@ -211,86 +199,69 @@ def push_kernel(
 @device_template
 def track_reading_kernel(
     mechanism: Mechanism,
-    parameters: DeviceArray[ParameterVector],
     commands: Commands,
-    time_step: real,
-    row_world: DeviceArray[int],
     track: Track,
-    joint_position: DeviceArray[JointVector],
-    motor_position: DeviceArray[TendonVector],
-    motor_velocity: DeviceArray[TendonVector],
-    force: DeviceArray[TendonVector],
+    row_world: DeviceArray[int],
+    readout: Readout,
 ) -> None:
     """Read encoder and load cell in every row, between two noted states in a straight line."""
-    out = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    out = int(wp.tid())  # pyright: ignore[reportArgumentType]
     i = row_world[out]
-    p = parameters[i]
-    first = commands.first[i]
+    p = track.parameters[i]
+    log = log_of(commands, i, p)
     now = commands.time[out]
-    n = int(now / time_step + real(1.0e-6))
-    share = wp.max(now / time_step - real(n), real(0.0))
+    n = int(now / track.time_step + real(1.0e-6))
+    share = wp.max(now / track.time_step - real(n), real(0.0))
     q = track.q[n, i] + share * (track.q[n + 1, i] - track.q[n, i])
     v = track.v[n, i] + share * (track.v[n + 1, i] - track.v[n, i])
-    drive = world_drive(mechanism, i, p)
-    drive.time = now
-    drive.memory = track.memory[n, i]
-    drive.voltage = commands.voltage[out]
-    drive.enabled = commands.enabled[out]
-    count = commands.count[i]
-    acting = acting_row(commands, first, count, now, real(1.0), p, out - first)
-    drive.command = commands.angle[first + acting]
-    joint_position[out] = q
-    drive = located(mechanism, i, drive, q, v)
-    arms = tendon_arms(mechanism, i, drive)
-    acceleration = (track.v[n + 1, i] - track.v[n, i]) / time_step
-    bow = tendon_bow(drive)
+    row = out - log.first
+    drive = just_after_row(mechanism, i, p, commands, log, row, track.memory[n, i])
+    here = located(mechanism, drive, q, v)
+    arms = tendon_arms(mechanism, here)
+    acceleration = (track.v[n + 1, i] - track.v[n, i]) / track.time_step
+    bow = tendon_bow(here)
+    angle = TendonVector()
+    speed = TendonVector()
+    felt = TendonVector()
     for d in range(TENDONS):
         rate = excursion(arms, d, acceleration) + bow[d]
-        tension = tendon_pull(mechanism, i, p, drive, d, q, v, rate, False)
-        flow = flow_at(mechanism, i, p, drive, d, q, v, real(1.0))
-        motor_position[out][d] = flow.angle[0]
-        motor_velocity[out][d] = flow.angle[1] * excursion(arms, d, v)
+        tension = tendon_pull(mechanism, p, here, d, rate, False)
+        flow = flow_at(mechanism, p, here, d, real(1.0))
+        angle[d] = flow.angle[0]
+        speed[d] = flow.angle[1] * excursion(arms, d, v)
         least = mechanism.least_tension[i][d]
-        force[out][d] = cell_effects(wp.max(tension[0], least), now, p)
+        felt[d] = cell_effects(real(wp.max(tension[0], least)), now, p)
+    readout.joint_position[out] = q
+    readout.motor_position[out] = angle
+    readout.motor_velocity[out] = speed
+    readout.force[out] = felt
 
 
 @device_template
 def track_sense_kernel(
     mechanism: Mechanism,
-    parameters: DeviceArray[ParameterVector],
     commands: Commands,
-    time_step: real,
-    position_index: DeviceGrid[int],
-    velocity_index: DeviceGrid[int],
-    joint_q: DeviceArray[wp.float32],
-    joint_v: DeviceArray[wp.float32],
     track: Track,
-    ring: wp.array3d[wp.float32],
-    newest: DeviceArray[int],
+    given: NewtonJoints,
+    samples: Samples,
 ) -> None:
     """Show force networks each world at the start of the substep to come.
 
     From then on forces are reckoned from there.
     """
-    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
-    p = parameters[i]
-    first = commands.first[i]
-    q = joint_numbers(joint_q, position_index, i)
-    v = joint_numbers(joint_v, velocity_index, i)
-    drive = world_drive(mechanism, i, p)
-    drive.time = real(track.count[i]) * time_step
-    drive.memory = track.latest[i]
-    instant = clock_effects(drive.time, p) + real(INSTANT)
-    row = find_row(commands, first, commands.count[i], instant, track.row[i])
-    drive.voltage = commands.voltage[first + row]
-    drive.enabled = commands.enabled[first + row]
-    drive.command = commands.angle[first + row]
-    drive = located(mechanism, i, drive, q, v)
-    arms = tendon_arms(mechanism, i, drive)
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType]
+    p = track.parameters[i]
+    log = log_of(commands, i, p)
+    here = tracked(mechanism, track, given, i)
+    row = acting_row(commands, log, p, here.time, track.row[i])
+    here.voltage = commands.voltage[log.first + row]
+    here.enabled = commands.enabled[log.first + row]
+    here.command = commands.angle[log.first + row]
+    arms = tendon_arms(mechanism, here)
     reading = Reading()
     for d in range(TENDONS):
-        flow = flow_at(mechanism, i, p, drive, d, q, v, real(1.0))
+        flow = flow_at(mechanism, p, here, d, real(1.0))
         reading.angle[d] = flow.angle[0]
-        reading.angle_rate[d] = flow.angle[1] * excursion(arms, d, v)
-    push_samples(mechanism, i, p, drive, q, v, reading, i * TENDONS, 0, ring, newest)
-    track.latest[i] = all_present(mechanism, i, p, drive, q, v)
+        reading.angle_rate[d] = flow.angle[1] * excursion(arms, d, here.v)
+    push_samples(mechanism, p, here, reading, i * TENDONS, 0, samples)
+    track.latest[i] = all_present(mechanism, p, here)

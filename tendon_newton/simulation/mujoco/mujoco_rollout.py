@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -10,18 +11,30 @@ import newton
 import numpy as np
 import warp as wp
 
+from tendon_newton.actuators.networks.history import History
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
-from tendon_newton.device_code.placeholders import struct_type
+from tendon_newton.device_code.placeholders import MemoryVector, ParameterVector, TendonVector
+from tendon_newton.device_code.structs import (
+    NewtonJoints,
+    Readout,
+    StateRows,
+    States,
+    Track,
+    Worlds,
+)
+from tendon_newton.device_code.templates import Bindings
 from tendon_newton.effects import Stage
 from tendon_newton.errors import SimulationDiverged
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.worlds import build_model
+from tendon_newton.simulation.hosts.launch import Launch
 from tendon_newton.simulation.hosts.replay import rollout_of
 from tendon_newton.simulation.hosts.rollout import Trajectory
+from tendon_newton.simulation.hosts.rollout_servos import RolloutServos
 from tendon_newton.simulation.model.assembly import assemble
 from tendon_newton.simulation.model.joint_places import joint_places, write_joints
-from tendon_newton.simulation.model.kernel_types import kernel_types
+from tendon_newton.simulation.model.kernel_arrays import samples_of, struct_of, zeros
 from tendon_newton.simulation.model.structure import Structure
 from tendon_newton.simulation.model.supported_effects import LOG_STAGES, refuse_stages
 from tendon_newton.simulation.mujoco import mujoco_kernels
@@ -70,7 +83,7 @@ class MujocoRollout:
     ) -> None:
         effects = [effect.name for effect in model.effects]
         refuse_stages(effects, UNSUPPORTED, "SolverMuJoCo")
-        self._rollout: Any = rollout_of(
+        self._rollout = rollout_of(
             mechanism,
             recordings,
             model,
@@ -81,13 +94,14 @@ class MujocoRollout:
             device=device,
         )
         self._holds_force = self._rollout.kernels.structure.holds_force
-        period = 1.0 / self._rollout.query.rate if self._holds_force else 2.0 * time_step
+        period = self._rollout.force.period or 2.0 * time_step
         self._pairs_per_query = max(1, int(np.ceil(period / (2.0 * time_step) - 1.0e-6)))
         self._time_step = period / (2.0 * self._pairs_per_query)
         self._worlds = len(recordings)
-        self._kernel_of, self._types = mujoco_kernel_set(self._rollout.kernels.structure)
+        self._types = self._rollout.kernels.types
+        self._kernel_of = mujoco_kernel_set(self._rollout.kernels.structure)
         vectors = self._rollout.base_vectors(model)
-        self._parameters = self._rollout.array(vectors, self._types["ParameterVector"])
+        self._parameters = self._rollout.array(vectors, self._types[ParameterVector])
         overrides = [recording.bench_overrides for recording in recordings]
         self._model: Any = build_model(mechanism, self._worlds, overrides=overrides, device=device)
         self._add_rotor(vectors)
@@ -108,41 +122,28 @@ class MujocoRollout:
         track = self._make_track(2 * pairs)
         states = [self._model.state(), self._model.state()]
         control = self._model.control()
-        self._start(states[0], track)
-        self._renew(states[0], track)
+        force, structure = self._rollout.force, self._rollout.kernels.structure
+        force = force.open(self._worlds, structure.tendon_count, self._model.device)
+        launch = self._launch(track)
+        first = RolloutServos(self._rollout.kernels, launch, np.zeros(self._worlds, dtype=np.int64))
+        force.settle(first)
+        self._place(states[0], launch.states)
+        joints = self._joints_of(states[0])
+        servos = TrackServos(launch, self._types, self._kernel_of["sense"], track, joints, first)
+        force.renew(servos)
         self._step_twice(states, control, track)  # compiles and allocates before the capture
         with wp.ScopedCapture(device=self._model.device) as capture:
             self._step_twice(states, control, track)
         graph: Any = capture.graph
         for pair in range(1, pairs):
             if pair % self._pairs_per_query == 0:
-                self._renew(states[0], track)
+                force.renew(servos)
             wp.capture_launch(graph)
         return self._read_rows(track)
 
-    def _renew(self, state: newton.State, track: Any) -> None:
-        """Show a force network the present, and hold what it answers."""
-        if not self._holds_force:
-            return
-        rollout = self._rollout
-        wp.launch(
-            self._kernel_of["sense"],
-            self._worlds,
-            inputs=[
-                rollout.numbers,
-                self._parameters,
-                rollout.commands,
-                self._time_step,
-                *self._places,
-                state.joint_q,
-                state.joint_qd,
-                track,
-            ],
-            outputs=[rollout.history.ring, rollout.history.newest],
-            device=self._model.device,
-        )
-        rollout.ask()
-        rollout.hold([rollout.numbers, self._world_index], [None, None, track.latest])
+    def _joints_of(self, state: Any) -> Any:
+        """Return the joints in a state of Newton's."""
+        return struct_of(self._types, NewtonJoints, position=state.joint_q, velocity=state.joint_qd)
 
     def _step_twice(self, states: list[newton.State], control: newton.Control, track: Any) -> None:
         """Step there and back between two states, so that a graph may repeat it."""
@@ -152,13 +153,9 @@ class MujocoRollout:
                 self._worlds,
                 inputs=[
                     self._rollout.numbers,
-                    self._parameters,
                     self._rollout.commands,
-                    self._time_step,
-                    *self._places,
-                    before.joint_q,
-                    before.joint_qd,
                     track,
+                    self._joints_of(before),
                 ],
                 outputs=[control.joint_f],
                 device=self._model.device,
@@ -193,54 +190,62 @@ class MujocoRollout:
             damping = np.repeat(scale * damping, len(radius) // self._worlds)
             self._model.mujoco.tendon_damping.assign((damping / radius).astype(np.float32))
 
-    def _start(self, state: Any, track: Any) -> None:
+    def _place(self, state: Any, states: Any) -> None:
         """Put every world where its recording starts."""
-        worlds, rollout = self._world_index, self._rollout
-        q = wp.zeros(self._worlds, dtype=self._types["JointVector"], device=self._model.device)
-        v = wp.zeros_like(q)
-        common = [rollout.numbers, worlds, worlds, self._parameters, rollout.commands]
-        rollout.start(self._worlds, common, [q, v, track.latest])
-        write_joints(state.joint_q, self._places[0], q)
-        write_joints(state.joint_qd, self._places[1], v)
+        write_joints(state.joint_q, self._places[0], states.q)
+        write_joints(state.joint_qd, self._places[1], states.v)
         newton.eval_fk(self._model, state.joint_q, state.joint_qd, state)
 
     def _make_track(self, length: int) -> Any:
         """Allocate room for the state at the start of every substep."""
         types, device, worlds = self._types, self._model.device, self._worlds
-        track = types["Track"]()
-        for name, kind in (("q", "JointVector"), ("v", "JointVector"), ("memory", "MemoryVector")):
-            setattr(track, name, wp.zeros((length, worlds), dtype=types[kind], device=device))
-        track.latest = wp.zeros(worlds, dtype=types["MemoryVector"], device=device)
-        track.command = wp.zeros(worlds, dtype=types["TendonVector"], device=device)
-        track.row = wp.zeros(worlds, dtype=wp.int32, device=device)
-        track.count = wp.zeros(worlds, dtype=wp.int32, device=device)
-        return track
+        rows = zeros(types, StateRows, length, worlds, device=device)
+        return struct_of(
+            types,
+            Track,
+            parameters=self._parameters,
+            position_index=self._places[0],
+            velocity_index=self._places[1],
+            time_step=self._time_step,
+            q=rows.q,
+            v=rows.v,
+            memory=rows.memory,
+            latest=wp.zeros(worlds, dtype=types[MemoryVector], device=device),
+            command=wp.zeros(worlds, dtype=types[TendonVector], device=device),
+            row=wp.zeros(worlds, dtype=wp.int32, device=device),
+            count=wp.zeros(worlds, dtype=wp.int32, device=device),
+        )
+
+    def _launch(self, track: Any) -> Launch:
+        """Return the worlds as a rollout takes them; their memories are the track's latest."""
+        index, types = self._world_index, self._types
+        states = zeros(types, States, self._worlds, device=self._model.device)
+        states.memory = track.latest
+        return Launch(
+            numbers=self._rollout.numbers,
+            worlds=struct_of(
+                types, Worlds, mechanism=index, recording=index, parameters=self._parameters
+            ),
+            states=states,
+            commands=self._rollout.commands,
+            count=self._worlds,
+            device=self._model.device,
+        )
 
     def _read_rows(self, track: Any) -> list[Trajectory]:
         rollout, types = self._rollout, self._types
         counts = [len(timeline.time) for timeline in rollout.timelines]
         row_world: Any = np.repeat(np.arange(self._worlds, dtype=np.int32), counts)
         worlds = rollout.array(row_world, wp.int32)
-        out = [
-            wp.zeros(sum(counts), dtype=types[kind], device=self._model.device)
-            for kind in ("JointVector", "TendonVector", "TendonVector", "TendonVector")
-        ]
+        readout = zeros(types, Readout, sum(counts), device=self._model.device)
         wp.launch(
             self._kernel_of["read"],
             sum(counts),
-            inputs=[
-                rollout.numbers,
-                self._parameters,
-                rollout.commands,
-                self._time_step,
-                worlds,
-                track,
-            ],
-            outputs=out,
+            inputs=[rollout.numbers, rollout.commands, track, worlds, readout],
             device=self._model.device,
         )
-        columns: list[Any] = [array.numpy() for array in out]
-        joints, angle, rate, force = columns
+        angle, rate = readout.motor_position.numpy(), readout.motor_velocity.numpy()
+        joints, force = readout.joint_position.numpy(), readout.force.numpy()
         if not np.isfinite(joints).all():
             raise SimulationDiverged(
                 f"SolverMuJoCo must stay finite; it did not at steps of {self._time_step} s"
@@ -260,19 +265,47 @@ class MujocoRollout:
         return trajectories
 
 
+@dataclass(frozen=True)
+class TrackServos:
+    """The servos of worlds that MuJoCo steps, as a source of forces sees them."""
+
+    launch: Launch
+    """The worlds."""
+    types: Bindings
+    """What the kernels' declarations stand for."""
+    kernel: wp.Kernel
+    """Shows what their servos do."""
+    track: Any
+    """Where they have been, a `Track` struct."""
+    joints: Any
+    """Where they are, a `NewtonJoints` struct."""
+    first: RolloutServos
+    """The same servos where their recordings start."""
+
+    def sense(self, samples: History, *, fill: bool = False) -> None:
+        """Add what each servo does at the start of the substep to come to its history."""
+        assert not fill, "what fills a history is the start of a recording"
+        own = self.launch
+        inputs = [
+            own.numbers,
+            own.commands,
+            self.track,
+            self.joints,
+            samples_of(self.types, samples),
+        ]
+        wp.launch(self.kernel, own.count, inputs=inputs, device=own.device)
+
+    def hold(self, force: wp.array) -> None:
+        """Hold forces [N], shape (W, D), from now on."""
+        self.first.hold(force)
+
+
 @cache
-def mujoco_kernel_set(structure: Structure) -> tuple[dict[str, wp.Kernel], dict[str, Any]]:
-    """Return the kernels by what they do, with the Warp types of their arguments."""
-    types = kernel_types(structure)
-    grid = {"q": "JointVector", "v": "JointVector", "memory": "MemoryVector"}
-    line = {"latest": "MemoryVector", "command": "TendonVector"}
-    fields = {name: wp.array(dtype=types[kind], ndim=2) for name, kind in grid.items()}
-    fields |= {name: wp.array(dtype=types[kind]) for name, kind in line.items()}
-    fields |= {name: wp.array(dtype=wp.int32) for name in ("row", "count")}
-    assembly = assemble(structure, {**types, "Track": struct_type("Track", fields)})
-    kernels = {
+def mujoco_kernel_set(structure: Structure) -> dict[str, wp.Kernel]:
+    """Return the kernels by what they do."""
+    assembly = assemble(structure)
+    return {
         "push": assembly.kernel(mujoco_kernels.push_kernel),
         "read": assembly.kernel(mujoco_kernels.track_reading_kernel),
         "sense": assembly.kernel(mujoco_kernels.track_sense_kernel),
     }
-    return kernels, assembly.types

@@ -7,18 +7,14 @@ string that a cell could sit on: its force is the motor's, whose friction comes 
 
 from __future__ import annotations
 
-from typing import Any
-
 from tendon_newton.data.recording import BenchOverrides
-from tendon_newton.device_code.placeholders import Jet, ParameterVector, Placeholder, real
+from tendon_newton.device_code.placeholders import Jet, ParameterVector, real
+from tendon_newton.device_code.slots import cell_clock_effects, cell_effects
+from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects import EFFECTS, Stage
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.overrides import override_mechanism
-
-Tendon = Placeholder
-cell_effects: Any = None
-cell_clock_effects: Any = None
 
 FRICTIONS = ("viscous_friction", "coulomb_friction")
 """Frictions of a drive that may lie behind the point where its force was taken.

@@ -17,54 +17,44 @@ the mechanism. Where the spool has a coordinate of its own, `spools` takes these
 
 from __future__ import annotations
 
-from typing import Any
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (
+    FREE_SPOOL,
+    HAS_DUTY,
+    HAS_ROTOR,
     JOINTS,
     LINKS,
+    ROUTED,
     ArmMatrix,
     Jet,
     JointVector,
     MemoryVector,
     ParameterVector,
-    Placeholder,
     real,
 )
+from tendon_newton.device_code.slots import (
+    actuator_force,
+    angle_effects,
+    asked_duty,
+    damping_effects,
+    driven_force,
+    duty_effects,
+    duty_memory,
+    error_effects,
+    error_memory,
+    motor_force_effects,
+    motor_force_memory,
+    radius_effects,
+    spring_effects,
+    stretch_effects,
+    tension_effects,
+    tension_memory,
+    transmission_effects,
+)
+from tendon_newton.device_code.structs import Drive, Flow, Joint, Mechanism, Tendon
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.tendons.routes import tendon_arms, tendon_bow
-
-Drive = Placeholder
-Flow = Placeholder
-Joint = Placeholder
-Tendon = Placeholder
-Mechanism = Placeholder
-actuator_force: Any = None
-radius_effects: Any = None
-stretch_effects: Any = None
-angle_effects: Any = None
-error_effects: Any = None
-error_memory: Any = None
-duty_effects: Any = None
-duty_memory: Any = None
-asked_duty: Any = None
-driven_force: Any = None
-motor_force_effects: Any = None
-motor_force_memory: Any = None
-tension_effects: Any = None
-tension_memory: Any = None
-transmission_effects: Any = None
-spring_effects: Any = None
-damping_effects: Any = None
-ROUTED = False
-"""Whether any tendon's moment arms follow from its path."""
-HAS_DUTY = False
-"""Whether any effect acts on the share of all it has which a servo gives."""
-HAS_ROTOR = False
-"""Whether a rotor's inertia stands between the motor and the load cell."""
-FREE_SPOOL = False
-"""Whether each spool has a coordinate of its own."""
 
 HELD = 1.0e6
 """Force [N] that no mechanism overcomes: what a motor at its greatest speed holds against."""
@@ -96,45 +86,40 @@ def excursion(arms: ArmMatrix, d: int, x: JointVector) -> real:
 
 @device_template
 def tendon_state(
-    mechanism: Mechanism,
-    world: int,
-    p: ParameterVector,
-    drive: Drive,
-    d: int,
-    q: JointVector,
-    v: JointVector,
-    side: real,
+    mechanism: Mechanism, p: ParameterVector, here: Drive, d: int, side: real
 ) -> Tendon:
     """Describe tendon d to the effects.
 
     Its side is +1 while it slides in and -1 while it slides out, +2 and -2 beyond the motor's
-    speed; 0 leaves all friction out. The drive was located at q and v.
+    speed; 0 leaves all friction out.
     """
-    arms = tendon_arms(mechanism, world, drive)
-    bow = tendon_bow(drive)
+    arms = tendon_arms(mechanism, here)
+    bow = tendon_bow(here)
     tendon = Tendon()
     tendon.index = d
-    tendon.time = drive.time
-    tendon.elapsed = drive.elapsed
-    tendon.memory = drive.memory
-    tendon.voltage = drive.voltage
-    tendon.enabled = drive.enabled
-    tendon.slack = drive.slack[d]
-    tendon.carried = drive.carried[d]
-    tendon.command = drive.command[d]
-    tendon.nominal_radius = mechanism.spool_radius[world][d]
+    tendon.time = here.time
+    tendon.elapsed = here.elapsed
+    tendon.memory = here.memory
+    tendon.voltage = here.voltage
+    tendon.enabled = here.enabled
+    tendon.slack = here.slack[d]
+    tendon.carried = here.carried[d]
+    tendon.force_limit = mechanism.force_limit[here.world][d]
+    tendon.least_tension = mechanism.least_tension[here.world][d]
+    tendon.command = here.command[d]
+    tendon.nominal_radius = mechanism.spool_radius[here.world][d]
     tendon.spool_radius = radius_effects(tendon.nominal_radius, p)
     if wp.static(ROUTED):
-        tendon.length = drive.length[d]
+        tendon.length = here.length[d]
     else:
-        tendon.length = mechanism.excursion_offset[world][d] + excursion(arms, d, q)
-    tendon.velocity = excursion(arms, d, v)
-    tendon.acceleration = excursion(arms, d, drive.acceleration) + bow[d]
+        tendon.length = mechanism.excursion_offset[here.world][d] + excursion(arms, d, here.q)
+    tendon.velocity = excursion(arms, d, here.v)
+    tendon.acceleration = excursion(arms, d, here.acceleration) + bow[d]
     tendon.wound = tendon.length
     if wp.static(FREE_SPOOL):
-        tendon.wound = tendon.length + q[LINKS + d]
-        tendon.velocity = tendon.velocity + v[LINKS + d]
-        tendon.acceleration = tendon.acceleration + drive.acceleration[LINKS + d]
+        tendon.wound = tendon.length + here.q[LINKS + d]
+        tendon.velocity = tendon.velocity + here.v[LINKS + d]
+        tendon.acceleration = tendon.acceleration + here.acceleration[LINKS + d]
     tendon.side = side
     tendon.direction = wp.clamp(side, real(-1.0), real(1.0))
     tendon.inverse_radius = real(1.0) / tendon.spool_radius
@@ -143,16 +128,13 @@ def tendon_state(
 
 
 @device_template
-def tendon_flow(
-    mechanism: Mechanism, world: int, p: ParameterVector, d: int, tendon: Tendon
-) -> Flow:
+def tendon_flow(tendon: Tendon, p: ParameterVector) -> Flow:
     """Follow the signal from the encoder through servo and tendon to the mechanism."""
-    flow = servo_flow(mechanism, world, p, d, tendon)
-    least = mechanism.least_tension[world][d]
+    flow = servo_flow(tendon, p)
     acting = tendon
     acting.error = tendon.command - flow.angle[0]
     if wp.static(HAS_ROTOR):
-        flow = rotor_flow(flow, acting, p, least)
+        flow = rotor_flow(flow, acting, p)
     else:
         flow.tension = tension_effects(flow.motor_force, acting, p)
         flow.slack = tendon.slack
@@ -162,20 +144,18 @@ def tendon_flow(
         flow.line = flow.tension[0]
         if flow.slack == real(UNDECIDED):
             flow.slack = real(TAUT)
-            if flow.tension[0] < least:
+            if flow.tension[0] < tendon.least_tension:
                 flow.slack = real(SLACK)
         if flow.slack == real(SLACK):
-            flow.tension = Jet(least, real(0.0), real(0.0))
+            flow.tension = Jet(tendon.least_tension, real(0.0), real(0.0))
         flow.pull = transmission_effects(flow.tension, acting, p)
     return flow
 
 
 @device_template
-def servo_flow(
-    mechanism: Mechanism, world: int, p: ParameterVector, d: int, tendon: Tendon
-) -> Flow:
+def servo_flow(tendon: Tendon, p: ParameterVector) -> Flow:
     """Follow the signal from the encoder to the motor's force."""
-    limit = mechanism.force_limit[world][d]
+    limit = tendon.force_limit
     length = stretch_effects(Jet(tendon.wound, real(1.0), real(0.0)), tendon, p)
     flow = Flow()
     flow.angle = angle_effects(length * tendon.inverse_radius, tendon, p)
@@ -223,7 +203,7 @@ def guide_line(tension: real, tendon: Tendon, p: ParameterVector) -> Jet:
 
 
 @device_template
-def rotor_flow(flow: Flow, tendon: Tendon, p: ParameterVector, least: real) -> Flow:
+def rotor_flow(flow: Flow, tendon: Tendon, p: ParameterVector) -> Flow:
     """Follow the motor's force through gear and guides, and how much of the rotor they pass on.
 
     What the motor gives may be negative where a string still pulls, as its rotor slows down. So
@@ -236,7 +216,7 @@ def rotor_flow(flow: Flow, tendon: Tendon, p: ParameterVector, least: real) -> F
     probe = motor[0]
     if tendon.carried != real(0.0):
         probe = tendon.carried
-    if least == real(0.0):
+    if tendon.least_tension == real(0.0):
         probe = wp.max(motor[0], real(PULLING))
     gear = gear_line(probe, tendon, p)
     value = gear[0] + gear[1] * (motor[0] - probe)
@@ -255,36 +235,19 @@ def rotor_flow(flow: Flow, tendon: Tendon, p: ParameterVector, least: real) -> F
 
 
 @device_template
-def flow_at(
-    mechanism: Mechanism,
-    world: int,
-    p: ParameterVector,
-    drive: Drive,
-    d: int,
-    q: JointVector,
-    v: JointVector,
-    side: real,
-) -> Flow:
+def flow_at(mechanism: Mechanism, p: ParameterVector, here: Drive, d: int, side: real) -> Flow:
     """Return what flows along tendon d on one side."""
-    tendon = tendon_state(mechanism, world, p, drive, d, q, v, side)
-    return tendon_flow(mechanism, world, p, d, tendon)
+    tendon = tendon_state(mechanism, p, here, d, side)
+    return tendon_flow(tendon, p)
 
 
 @device_template
 def flow_memory(
-    mechanism: Mechanism,
-    world: int,
-    p: ParameterVector,
-    drive: Drive,
-    d: int,
-    q: JointVector,
-    v: JointVector,
-    side: real,
-    memory: MemoryVector,
+    mechanism: Mechanism, p: ParameterVector, here: Drive, d: int, side: real, memory: MemoryVector
 ) -> MemoryVector:
     """Renew what the effects along one tendon remember."""
-    tendon = tendon_state(mechanism, world, p, drive, d, q, v, side)
-    flow = tendon_flow(mechanism, world, p, d, tendon)
+    tendon = tendon_state(mechanism, p, here, d, side)
+    flow = tendon_flow(tendon, p)
     memory = error_memory(flow.error, tendon, p, memory)
     memory = duty_memory(flow.duty, tendon, p, memory)
     memory = motor_force_memory(flow.motor_force, tendon, p, memory)
@@ -292,21 +255,19 @@ def flow_memory(
 
 
 @device_template
-def joint_state(
-    mechanism: Mechanism, world: int, drive: Drive, j: int, q: JointVector, v: JointVector
-) -> Joint:
+def joint_state(mechanism: Mechanism, here: Drive, j: int) -> Joint:
     """Describe joint j to the effects."""
     joint = Joint()
     joint.index = j
-    joint.elapsed = drive.elapsed
-    joint.memory = drive.memory
-    joint.position = q[j]
-    joint.velocity = v[j]
-    joint.stiffness = mechanism.stiffness[world][j]
-    joint.rest = mechanism.rest[world][j]
-    joint.damping = mechanism.damping[world][j]
-    joint.lower = mechanism.lower[world][j]
-    joint.upper = mechanism.upper[world][j]
+    joint.elapsed = here.elapsed
+    joint.memory = here.memory
+    joint.position = here.q[j]
+    joint.velocity = here.v[j]
+    joint.stiffness = mechanism.stiffness[here.world][j]
+    joint.rest = mechanism.rest[here.world][j]
+    joint.damping = mechanism.damping[here.world][j]
+    joint.lower = mechanism.lower[here.world][j]
+    joint.upper = mechanism.upper[here.world][j]
     return joint
 
 

@@ -16,49 +16,46 @@ geometric stiffness :math:`T H` of a tension :math:`T`.
 
 from __future__ import annotations
 
-from typing import Any
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (
+    END_WAY,
+    FIRST_SPAN,
+    FREE_SPOOL,
     JOINTS,
     LINKS,
+    REVOLUTE,
+    ROUTED,
     ROWS,
+    SPAN_TABLE,
+    START_WAY,
     TENDONS,
     ArmMatrix,
+    BendMatrix,
     JointMatrix,
     JointVector,
-    Placeholder,
     RowMatrix,
     RowVector,
     SpaceMatrix,
     TendonVector,
     Vec3,
+    WayVector,
     real,
+)
+from tendon_newton.device_code.slots import all_routes
+from tendon_newton.device_code.structs import (
+    Drive,
+    JointPose,
+    Mechanism,
+    Modes,
+    Routes,
+    RouteTerms,
+    SpanTerms,
 )
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.chains.joint_poses import joint_pose, moved_by
 from tendon_newton.simulation.chains.spatial_chain import row
 from tendon_newton.simulation.tendons.spans import point_place, span_terms
-
-BendMatrix = Placeholder
-Drive = Placeholder
-JointPose = Placeholder
-Mechanism = Placeholder
-Modes = Placeholder
-RouteTerms = Placeholder
-Routes = Placeholder
-SpanTerms = Placeholder
-WayVector = Placeholder
-REVOLUTE: tuple[bool, ...] = ()
-ROUTED = False
-FREE_SPOOL = False
-"""Whether each spool has a coordinate of its own."""
-FIRST_SPAN: tuple[int, ...] = ()
-SPAN_TABLE: Any = None
-START_WAY: Any = None
-END_WAY: Any = None
-all_routes: Any = None
 
 
 @device_template
@@ -112,7 +109,7 @@ def end_turning(pose: JointPose, way: WayVector, slope: Vec3, moves: SpaceMatrix
     for j in range(JOINTS):
         for k in range(JOINTS):
             sign = turn_sign(way[j], way[k])
-            if wp.static(REVOLUTE[j]):  # noqa: SIM102 - known when compiled
+            if wp.static(REVOLUTE[j]):
                 if sign != real(0.0):
                     turned = wp.cross(row(pose.axis, j), row(moves, k))
                     bend = sign * wp.dot(slope, turned)
@@ -229,20 +226,27 @@ def looped_routes(mechanism: Mechanism, world: int, pose: JointPose) -> Routes:
 
 
 @device_template
-def located(
-    mechanism: Mechanism, world: int, drive: Drive, q: JointVector, v: JointVector
-) -> Drive:
-    """Return a drive that knows its routed tendons in a posture; all others need no more."""
+def placed(drive: Drive, q: JointVector, v: JointVector) -> Drive:
+    """Return a drive that knows where its world is, and of its routed tendons nothing."""
     out = drive
+    out.q = q
+    out.v = v
+    return out
+
+
+@device_template
+def located(mechanism: Mechanism, drive: Drive, q: JointVector, v: JointVector) -> Drive:
+    """Return a drive that knows where its world is, and how its routed tendons run there."""
+    out = placed(drive, q, v)
     if wp.static(ROUTED):
-        arms = mechanism.arms[world]
-        routes = all_routes(mechanism, world, joint_pose(mechanism, world, q))
+        arms = mechanism.arms[drive.world]
+        routes = all_routes(mechanism, drive.world, joint_pose(mechanism, drive.world, q))
         bow = TendonVector()
         for d in range(TENDONS):
             for j in range(JOINTS):
                 for k in range(JOINTS):
                     bow[d] = bow[d] - v[j] * routes.bend[JOINTS * d + j, k] * v[k]
-        out.length = mechanism.excursion_offset[world] + arms * q - routes.length
+        out.length = mechanism.excursion_offset[drive.world] + arms * q - routes.length
         out.arms = arms - routes.slope
         out.bow = bow
         out.bend = -routes.bend
@@ -250,44 +254,41 @@ def located(
 
 
 @device_template
-def route_stiffness(drive: Drive, tension: TendonVector) -> JointMatrix:
-    """Return the derivative of the tensions' torque by the joints, T H [N m/rad].
-
-    The drive is located.
-    """
+def route_stiffness(here: Drive, tension: TendonVector) -> JointMatrix:
+    """Return the derivative of the tensions' torque by the joints, T H [N m/rad]."""
     out = JointMatrix()
     for d in range(TENDONS):
         for j in range(JOINTS):
             for k in range(JOINTS):
-                out[j, k] = out[j, k] + tension[d] * drive.bend[JOINTS * d + j, k]
+                out[j, k] = out[j, k] + tension[d] * here.bend[JOINTS * d + j, k]
     return out
 
 
 @device_template
-def tendon_arms(mechanism: Mechanism, world: int, drive: Drive) -> ArmMatrix:
-    """Return the moment arms [m], shape (D, J), where the drive was located last."""
-    arms = mechanism.arms[world]
+def tendon_arms(mechanism: Mechanism, here: Drive) -> ArmMatrix:
+    """Return the moment arms [m], shape (D, J)."""
+    arms = mechanism.arms[here.world]
     if wp.static(ROUTED):
-        arms = drive.arms
+        arms = here.arms
     return arms
 
 
 @device_template
-def tendon_bow(drive: Drive) -> TendonVector:
+def tendon_bow(here: Drive) -> TendonVector:
     """Return what the tendons accelerate by at q_ddot = 0 [m/s2]; constant arms: nothing."""
     bow = TendonVector()
     if wp.static(ROUTED):
-        bow = drive.bow
+        bow = here.bow
     return bow
 
 
 @device_template
-def row_arms(mechanism: Mechanism, world: int, drive: Drive, modes: Modes) -> RowMatrix:
+def row_arms(mechanism: Mechanism, here: Drive, modes: Modes) -> RowMatrix:
     """Return the rows in which dry friction acts on tendons [m] or [1], shape (R, J).
 
     A spool that its string holds fast moves with its mechanism alone.
     """
-    arms = tendon_arms(mechanism, world, drive)
+    arms = tendon_arms(mechanism, here)
     if wp.static(FREE_SPOOL):
         rows = RowMatrix()
         for d in range(TENDONS):
@@ -301,10 +302,10 @@ def row_arms(mechanism: Mechanism, world: int, drive: Drive, modes: Modes) -> Ro
 
 
 @device_template
-def row_bow(drive: Drive) -> RowVector:
+def row_bow(here: Drive) -> RowVector:
     """Return what the rows accelerate by at q_ddot = 0 [m/s2]."""
     bow = RowVector()
     if wp.static(ROUTED):
         for r in range(ROWS):
-            bow[r] = drive.bow[wp.static(r % TENDONS)]
+            bow[r] = here.bow[wp.static(r % TENDONS)]
     return bow

@@ -5,18 +5,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import warp as wp
 
-from tendon_newton.device_code.placeholders import Mat33, Placeholder, Vec3, real
+from tendon_newton.device_code.placeholders import POINT_BODY, Mat33, Vec3, real
+from tendon_newton.device_code.structs import JointPose, Mechanism, SpanTerms
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.chains.spatial_chain import row, turn_of
-
-JointPose = Placeholder
-Mechanism = Placeholder
-SpanTerms = Placeholder
-POINT_BODY: Any = None
 
 QUARTER = 0.5 * wp.pi
 """A string that passes its pulley freely spans less than nothing of it, down to this [rad]."""

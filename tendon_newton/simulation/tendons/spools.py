@@ -19,21 +19,19 @@ Source: Newton's and Hooke's laws; complementarity as in Brogliato, Nonsmooth Me
 
 from __future__ import annotations
 
-from typing import Any
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (
     JOINTS,
     LINKS,
     TENDONS,
-    ArmMatrix,
     Jet,
     JointVector,
     ParameterVector,
-    Placeholder,
     real,
 )
+from tendon_newton.device_code.slots import armature, radius_effects
+from tendon_newton.device_code.structs import Drive, Forces, Mechanism, Modes, Spool
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.tendons.pipeline import (
     HELD,
@@ -43,15 +41,8 @@ from tendon_newton.simulation.tendons.pipeline import (
     servo_flow,
     tendon_state,
 )
+from tendon_newton.simulation.tendons.routes import tendon_arms, tendon_bow
 from tendon_newton.simulation.tendons.world_drive import UNBOUNDED
-
-Drive = Placeholder
-Forces = Placeholder
-Mechanism = Placeholder
-Modes = Placeholder
-Spool = Placeholder
-armature: Any = None
-radius_effects: Any = None
 
 SNUG = 1.0e-9
 """A string with less slack [m] than this has none."""
@@ -81,44 +72,31 @@ def is_rigid(drive: Drive) -> bool:
 
 
 @device_template
-def taut_spools(
-    mechanism: Mechanism, world: int, drive: Drive, q: JointVector, v: JointVector
-) -> JointVector:
+def taut_spools(mechanism: Mechanism, here: Drive) -> JointVector:
     """Mark the spools that may be held by strings that do not stretch, shape (J,)."""
     held = JointVector()
-    if is_rigid(drive):
+    if is_rigid(here):
         for d in range(TENDONS):
             c = LINKS + d
-            snug = q[c] >= -real(SNUG) and wp.abs(v[c]) <= real(SNUG_RATE)
-            if snug or not is_string(mechanism, world, d):
+            snug = here.q[c] >= -real(SNUG) and wp.abs(here.v[c]) <= real(SNUG_RATE)
+            if snug or not is_string(mechanism, here.world, d):
                 held[c] = real(1.0)
     return held
 
 
 @device_template
 def spool_at(
-    mechanism: Mechanism,
-    world: int,
-    p: ParameterVector,
-    drive: Drive,
-    d: int,
-    q: JointVector,
-    v: JointVector,
-    side: real,
-    guide_side: real,
+    mechanism: Mechanism, p: ParameterVector, here: Drive, d: int, side: real, guide_side: real
 ) -> Spool:
-    """Return the forces at both ends of a string whose spool moves on its own.
-
-    The drive was located at q and v.
-    """
-    tendon = tendon_state(mechanism, world, p, drive, d, q, v, side)
-    flow = servo_flow(mechanism, world, p, d, tendon)
+    """Return the forces at both ends of a string whose spool moves on its own."""
+    tendon = tendon_state(mechanism, p, here, d, side)
+    flow = servo_flow(tendon, p)
     motor = flow.motor_force
     tendon.error = tendon.command - flow.angle[0]
-    lead = q[LINKS + d]
-    one_way = is_string(mechanism, world, d)
-    stiffness = drive.string
-    if is_rigid(drive) or (one_way and lead <= real(0.0)):
+    lead = here.q[LINKS + d]
+    one_way = is_string(mechanism, here.world, d)
+    stiffness = here.string
+    if is_rigid(here) or (one_way and lead <= real(0.0)):
         stiffness = real(0.0)
     tension = stiffness * lead
     probe = tension
@@ -127,7 +105,7 @@ def spool_at(
     gear = gear_line(probe, tendon, p)
     taken = probe + (tension - gear[0]) / gear[1]
     out = Spool()
-    out.inertia = rotor_inertia(mechanism, world, p, d)
+    out.inertia = rotor_inertia(mechanism, here.world, p, d)
     out.tension = tension
     out.force = Jet(motor[0] - taken, motor[1], motor[2] + gear[2] / gear[1])
     out.force_by_lead = -stiffness / gear[1]
@@ -145,23 +123,13 @@ def spool_at(
 
 @device_template
 def with_spool(
-    mechanism: Mechanism,
-    world: int,
-    p: ParameterVector,
-    drive: Drive,
-    modes: Modes,
-    d: int,
-    q: JointVector,
-    v: JointVector,
-    arms: ArmMatrix,
-    bow: real,
-    forces: Forces,
+    mechanism: Mechanism, p: ParameterVector, here: Drive, modes: Modes, d: int, forces: Forces
 ) -> Forces:
     """Add what a spool that moves on its own, and its string, do to the coordinates."""
-    spool = spool_at(
-        mechanism, world, p, drive, d, q, v, modes.tendon[d], modes.tendon[TENDONS + d]
-    )
+    spool = spool_at(mechanism, p, here, d, modes.tendon[d], modes.tendon[TENDONS + d])
     c = LINKS + d
+    arms = tendon_arms(mechanism, here)
+    bow = tendon_bow(here)
     row = arms[d]
     whole = arms[d]
     whole[c] = real(1.0)
@@ -173,7 +141,7 @@ def with_spool(
     driven = modes.tendon_sticks[d] == real(0.0)
     guided = modes.tendon_sticks[TENDONS + d] == real(0.0)
     for i in range(JOINTS):
-        torque[i] = torque[i] - whole[i] * spool.inertia * bow
+        torque[i] = torque[i] - whole[i] * spool.inertia * bow[d]
         if driven:
             torque[i] = torque[i] + whole[i] * spool.force[0]
             stiffness[i, c] = stiffness[i, c] + whole[i] * spool.force_by_lead
@@ -196,21 +164,10 @@ def with_spool(
 
 
 @device_template
-def spool_pull(
-    mechanism: Mechanism,
-    world: int,
-    p: ParameterVector,
-    drive: Drive,
-    modes: Modes,
-    d: int,
-    q: JointVector,
-    v: JointVector,
-) -> real:
+def spool_pull(mechanism: Mechanism, p: ParameterVector, here: Drive, modes: Modes, d: int) -> real:
     """Return the pull [N] on the mechanism of a string whose spool moves on its own."""
     pull = modes.hold[TENDONS + d]
     if modes.tendon_sticks[TENDONS + d] == real(0.0):
-        spool = spool_at(
-            mechanism, world, p, drive, d, q, v, modes.tendon[d], modes.tendon[TENDONS + d]
-        )
+        spool = spool_at(mechanism, p, here, d, modes.tendon[d], modes.tendon[TENDONS + d])
         pull = spool.pull[0]
     return pull

@@ -2,32 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (
+    FUNCTIONS,
+    MEMORIES,
+    OFFSETS,
+    PLACES,
+    SECOND_MEMORIES,
     Jet,
     MemoryVector,
     ParameterVector,
-    Placeholder,
     Values,
     real,
 )
+from tendon_newton.device_code.structs import Joint, Tendon
 from tendon_newton.device_code.templates import device_template
-
-Joint = Placeholder
-Tendon = Placeholder
-FUNCTIONS: tuple[Any, ...] = ()
-"""Device functions of the effects."""
-OFFSETS: tuple[int, ...] = ()
-"""Where their parameters start."""
-MEMORIES: tuple[int, ...] = ()
-"""Where their memories start, -1 for none."""
-SECOND_MEMORIES: tuple[int, ...] = ()
-"""Where the second of two memories starts, -1 for none."""
-PLACES: tuple[int, ...] = ()
-"""Where the results of functions that renew a memory start."""
 
 
 @device_template

@@ -5,41 +5,26 @@ from __future__ import annotations
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (
+    FREE_SPOOL,
+    HAS_ROTOR,
     LINKS,
     TENDONS,
     JointVector,
     ParameterVector,
-    Placeholder,
     real,
 )
+from tendon_newton.device_code.structs import Drive, Mechanism, Modes
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.tendons.pipeline import excursion, flow_at
 from tendon_newton.simulation.tendons.routes import tendon_arms, tendon_bow
 from tendon_newton.simulation.tendons.spools import rotor_inertia, spool_at
 
-Drive = Placeholder
-Mechanism = Placeholder
-Modes = Placeholder
-FREE_SPOOL = False
-"""Whether each spool has a coordinate of its own."""
-HAS_ROTOR = False
-"""Whether a rotor's inertia stands between the motor and the load cell."""
-
 
 @device_template
-def held_share(
-    mechanism: Mechanism,
-    world: int,
-    p: ParameterVector,
-    drive: Drive,
-    modes: Modes,
-    d: int,
-    q: JointVector,
-    v: JointVector,
-) -> real:
+def held_share(mechanism: Mechanism, p: ParameterVector, here: Drive, modes: Modes, d: int) -> real:
     """Return where between its two sides a held tendon is: 0 at the least pull, 1 at the most."""
-    least = flow_at(mechanism, world, p, drive, d, q, v, modes.least_side[d])
-    most = flow_at(mechanism, world, p, drive, d, q, v, modes.most_side[d])
+    least = flow_at(mechanism, p, here, d, modes.least_side[d])
+    most = flow_at(mechanism, p, here, d, modes.most_side[d])
     share = real(0.5)
     if most.pull[0] > least.pull[0]:
         share = (modes.hold[d] - least.pull[0]) / (most.pull[0] - least.pull[0])
@@ -49,57 +34,51 @@ def held_share(
 @device_template
 def tension_now(
     mechanism: Mechanism,
-    world: int,
     p: ParameterVector,
-    drive: Drive,
+    here: Drive,
     modes: Modes,
     d: int,
-    q: JointVector,
-    v: JointVector,
     acceleration: JointVector,
 ) -> real:
     """Return the tension at the load cell [N]: what gear and rotor leave of the motor's force.
 
     Where the tendon is held it is what holds it; where its spool moves on its own, what the string
-    carries. A negative one says that the string cannot be taut. The drive was located at q and v.
+    carries. A negative one says that the string cannot be taut.
 
     Args:
         mechanism: Numbers of all benches.
-        world: Which of them.
         p: Numbers of actuator and effects.
-        drive: What acts on the world.
+        here: What acts on the world, and where it is.
         modes: What slides, sticks and pulls.
         d: The tendon.
-        q: Coordinates [rad, m].
-        v: Their rates.
-        acceleration: Their accelerations now; only a rotor asks for them.
+        acceleration: Accelerations of the coordinates now [rad/s2, m/s2], for a rotor alone.
     """
     tension = real(0.0)
-    moves = bool(False)  # noqa: UP018 - a variable for Warp, not a constant
+    moves = bool(False)
     if wp.static(FREE_SPOOL):
         moves = modes.joint_sticks[LINKS + d] == real(0.0)
         if moves:
             guide = modes.tendon[TENDONS + d]
-            spool = spool_at(mechanism, world, p, drive, d, q, v, modes.tendon[d], guide)
+            spool = spool_at(mechanism, p, here, d, modes.tendon[d], guide)
             tension = spool.tension
     if not moves:
         if modes.tendon_sticks[d] == real(0.0):
-            sliding = flow_at(mechanism, world, p, drive, d, q, v, modes.tendon[d])
+            sliding = flow_at(mechanism, p, here, d, modes.tendon[d])
             tension = sliding.tension[0]
             if wp.static(HAS_ROTOR):
-                arms = tendon_arms(mechanism, world, drive)
-                bow = tendon_bow(drive)
+                arms = tendon_arms(mechanism, here)
+                bow = tendon_bow(here)
                 rate = excursion(arms, d, acceleration) + bow[d]
-                inertia = rotor_inertia(mechanism, world, p, d)
+                inertia = rotor_inertia(mechanism, here.world, p, d)
                 tension = tension - sliding.tension_gain * inertia * rate
                 if wp.static(not FREE_SPOOL):
-                    loaded = drive
+                    loaded = here
                     loaded.carried[d] = sliding.motor_force[0] - inertia * rate
-                    sliding = flow_at(mechanism, world, p, loaded, d, q, v, modes.tendon[d])
+                    sliding = flow_at(mechanism, p, loaded, d, modes.tendon[d])
                     tension = sliding.tension[0] - sliding.tension_gain * inertia * rate
         else:
-            least = flow_at(mechanism, world, p, drive, d, q, v, modes.least_side[d])
-            most = flow_at(mechanism, world, p, drive, d, q, v, modes.most_side[d])
-            share = held_share(mechanism, world, p, drive, modes, d, q, v)
+            least = flow_at(mechanism, p, here, d, modes.least_side[d])
+            most = flow_at(mechanism, p, here, d, modes.most_side[d])
+            share = held_share(mechanism, p, here, modes, d)
             tension = least.tension[0] + share * (most.tension[0] - least.tension[0])
     return tension

@@ -2,42 +2,33 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (
+    DRY_OFFSETS,
+    FREE_SPOOL,
     JOINTS,
+    MEMORY_NULLS,
+    MEMORY_OFFSETS,
     TENDONS,
+    TOUCHES,
     JointVector,
     MemoryVector,
     ParameterVector,
-    Placeholder,
     TendonVector,
     real,
 )
+from tendon_newton.device_code.slots import (
+    inertia_effects,
+    joint_friction_effects,
+    radius_effects,
+    speed_effects,
+    string_effects,
+    tilt_effects,
+)
+from tendon_newton.device_code.structs import Drive, Mechanism
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.tendons.pipeline import joint_state
-
-Drive = Placeholder
-Mechanism = Placeholder
-inertia_effects: Any = None
-joint_friction_effects: Any = None
-radius_effects: Any = None
-speed_effects: Any = None
-string_effects: Any = None
-tilt_effects: Any = None
-DRY_OFFSETS: tuple[int, ...] = ()
-"""Where the strengths of the tendons' dry frictions stand among the parameters."""
-MEMORY_OFFSETS: tuple[int, ...] = ()
-"""Where the first parameters of the effects with memory stand."""
-MEMORY_NULLS: tuple[float, ...] = ()
-"""Their null values."""
-
-TOUCHES = False
-"""Whether links may meet obstacles."""
-FREE_SPOOL = False
-"""Whether each spool has a coordinate of its own."""
 
 UNBOUNDED = 1.0e30
 """Stands for an infinite number where one must be compared: a speed, a stiffness."""
@@ -47,17 +38,17 @@ UNBOUNDED = 1.0e30
 def world_drive(mechanism: Mechanism, world: int, p: ParameterVector) -> Drive:
     """Return a drive with what stays the same through a run; the caller adds time and command."""
     drive = Drive()
+    drive.world = world
     drive.enabled = real(1.0)
     drive.inertia = inertia_effects(real(1.0), p)
     angle = tilt_effects(real(0.0), p)
     turned = mechanism.gravity[world] - wp.sin(angle) * mechanism.gravity_across[world]
     drive.gravity = turned - (real(1.0) - wp.cos(angle)) * mechanism.gravity_along[world]
-    rest = JointVector()
     friction = JointVector()
     greatest_speed = TendonVector()
     dry = real(0.0)
     for j in range(JOINTS):
-        joint = joint_state(mechanism, world, drive, j, rest, rest)
+        joint = joint_state(mechanism, drive, j)
         friction[j] = joint_friction_effects(mechanism.friction[world][j], joint, p)
     for d in range(TENDONS):
         radius = radius_effects(mechanism.spool_radius[world][d], p)

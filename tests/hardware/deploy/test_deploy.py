@@ -3,16 +3,19 @@
 import re
 import signal
 import xml.etree.ElementTree as ElementTree
+from itertools import count
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from hardware.benches.bench import Bench
 from hardware.control.goals import stairs
 from hardware.control.policy_runner import load_policy
 from hardware.deployment.deploy_log import read_steps
 from hardware.deployment.deploy_replay import replay_log
 from hardware.deployment.deploy_settings import DeploySettings
+from hardware.stop_request import StopRequest
 from tendon_newton.cli import main
 from tendon_newton.data.cards.policy_observation import ObservationHistory
 from tendon_newton.data.dataset import load_dataset
@@ -63,6 +66,52 @@ def test_a_command_deploys_and_its_folder_is_a_dataset(
     np.testing.assert_allclose(np.diff(train.time), 0.0125, atol=1.5e-3)  # a transaction's length
     assert main(["deploy", "--policy", str(policy), "--replay", str(out / "closing_0.mcap")]) == 0
     assert "outputs differ by 0.00e+00 rad" in capsys.readouterr().out
+
+
+def test_stairs_end_by_themselves_without_an_alarm(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The packaged policy, by its name: 16.5 s at 80 Hz, and no line that cries out."""
+    words = [*WORDS, "--policy", "finger-stairs", "--out", str(tmp_path), "--goals", "stairs"]
+    assert main(words) == 0
+    said = capsys.readouterr().out
+    assert "ended: complete" in said
+    assert "!!" not in said
+    (run,) = load_dataset(tmp_path, require_test=False).train
+    assert run.time[-1] == pytest.approx(16.5, abs=0.1)
+    late = re.search(r"late by ([\d.]+) ms \(median\), ([\d.]+) ms \(99 %\), ([\d.]+) ms", said)
+    assert late is not None
+    median, most, worst = map(float, late.groups())
+    assert median <= most <= worst
+
+
+def test_a_run_that_nothing_ends_is_refused(
+    policy: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Faster than real time and without keys it would fill the disk."""
+    words = [*WORDS, "--policy", str(policy), "--out", str(tmp_path)]
+    for goals in ("keyboard", "0.8"):
+        assert main([*words, "--goals", goals]) == 2
+        assert "--duration must say how long" in capsys.readouterr().err
+    assert not list(tmp_path.glob("*.mcap"))
+
+
+def test_a_busy_computer_is_told_of_once(tmp_path: Path) -> None:
+    """Stalls hold the run again and again, 3 s apart; the hint comes with the first."""
+    steps = count()
+
+    def stall(bench: Bench, stop: StopRequest) -> None:
+        if next(steps) % 60 == 0:
+            bench.clock.sleep_until(bench.clock.now() + 0.075)
+
+    settings = DeploySettings(duration=10.0)
+    flight = Flight(path=tmp_path / "run.mcap", settings=settings, fault=stall, in_step=True)
+    flight.often = True
+    outcome = flight.fly()
+    assert outcome.trips["loop_overrun"] >= 3
+    (busy,) = [line for line in flight.operator.told if "too busy" in line]
+    assert busy.startswith("HOLD")
+    assert "--faster-than-real-time" in busy
 
 
 def test_the_log_holds_what_the_policy_saw_bit_for_bit(tmp_path: Path) -> None:
@@ -201,6 +250,22 @@ def test_a_picture_needs_no_display(policy: Path, tmp_path: Path) -> None:
     root = ElementTree.fromstring(text)
     titles = [element.text for element in root.iter("{http://www.w3.org/2000/svg}text")]
     assert {"goal angle [deg]", "spool angle [rad]", "tension [N]", "loop timing [ms]"} <= {*titles}
+    (title,) = [text for text in titles if text and text.startswith("closing_0.mcap")]
+    said = re.fullmatch(
+        r"closing_0\.mcap: policy closing on the virtual bench finger; "
+        r"tip ([\d.]+) deg RMS from its goal",
+        title,
+    )
+    assert said is not None, title
+    log = read_mcap(out / "closing_0.mcap", bench="finger")
+    goals = {step.time: step.sample[4] for step in read_steps(out / "closing_0.mcap")}
+    assert log.tip is not None
+    alpha = np.arctan2(-log.tip[:, 1], log.tip[:, 0])
+    held = np.array([goals[max(t for t in goals if t <= time)] for time in log.time[8:-8]])
+    assert float(said[1]) == pytest.approx(
+        np.degrees(np.sqrt(np.nanmean((alpha[8:-8] - held) ** 2))), rel=0.05
+    )
+    assert "lateness, median" in titles
     numbers = [float(word) for word in re.findall(r"[ML](-?[\d.]+) ", text)]
     assert numbers
     assert all(0.0 <= number <= 1100.0 for number in numbers)
@@ -228,7 +293,7 @@ def test_another_policy_is_noticed_in_a_replay(
         (["--port", "virtual"], "needs --policy FILE, or --jog"),
         (["--policy", "{policy}"], "needs --port"),
         (["--policy", "{policy}", "--port", "virtual", "--jog"], "--jog moves the spool by hand"),
-        (["--policy", "no.onnx", "--port", "virtual"], "no such file"),
+        (["--policy", "no.onnx", "--port", "virtual"], "no such file. Policies that come along"),
         (["--policy", "{policy}", "--port", "/dev/no_such_port"], "no such port"),
         (["--policy", "{policy}", "--port", "virtual", "--servo", "xl330_m288_t"], "servo xc330"),
         (["--policy", "{policy}", "--port", "virtual", "--rate", "100"], "servo_rate_hz 80"),

@@ -17,6 +17,7 @@ MEMORY_MAX = 150.0
         "hardware.deployment.deploy",
         "hardware.deployment.deploy_plot",
         "hardware.deployment.deploy_replay",
+        "hardware.deployment.svg_panels",
         "hardware.safety_rules.force_estimate",
         "tendon_newton.cli.deploy",
         "tendon_newton.cli.plot",

@@ -128,6 +128,16 @@ def test_a_word_names_a_kind_of_goals(tmp_path: Path) -> None:
         open_goals(str(tmp_path / "keybord"), BOUNDS)
 
 
+def test_goals_that_are_set_have_an_end(tmp_path: Path) -> None:
+    """Eleven stairs of 1.5 s last 16.5 s; a file's last goal is held as long; keys never end."""
+    assert open_goals("stairs", BOUNDS).length == pytest.approx(16.5)
+    path = tmp_path / "goals.txt"
+    path.write_text("0 0.1\n4 0.3\n")
+    assert open_goals(str(path), BOUNDS).length == pytest.approx(5.5)
+    assert open_goals("keyboard", BOUNDS).length is None
+    assert open_goals("0.8", BOUNDS).length is None
+
+
 @pytest.mark.parametrize("line", ["", "nan", "inf", "1e999", "0.1 0.2", "0x10", "1" * 300, "0,5"])
 def test_what_is_no_number_is_no_goal(line: str) -> None:
     """One finite number in decimal, nothing else."""

@@ -66,7 +66,7 @@ def test_a_key_is_long_and_its_owners_alone(tmp_path: Path) -> None:
         read_key(path)
     with pytest.raises(InvalidParameter, match="cannot be read"):
         read_key(tmp_path / "none")
-    with pytest.raises(InvalidParameter, match="over UDP alone"):
+    with pytest.raises(InvalidParameter, match="belongs to goals over UDP"):
         open_goals("stairs", BOUNDS, path)
 
 

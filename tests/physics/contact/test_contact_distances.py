@@ -10,20 +10,20 @@ import pytest
 import warp as wp
 
 from tendon_newton.data.recording import Array
-from tendon_newton.device_code.placeholders import DeviceArray, DeviceGrid, Placeholder
-from tendon_newton.device_code.templates import device_template
+from tendon_newton.device_code.placeholders import (
+    DeviceArray,
+    DeviceGrid,
+    Mat33,
+    Vec3,
+    real,
+)
+from tendon_newton.device_code.templates import Bindings, device_template
 from tendon_newton.mechanisms.geometry.obstacles import Box, Obstacle, Plane, Sphere
 from tendon_newton.simulation.contact.contact_distances import TILT, overlap_at
 from tendon_newton.simulation.contact.contact_plan import BETWEEN, END, SHAPES, START, ContactPlan
 from tendon_newton.simulation.model.assembly import assemble
-from tendon_newton.simulation.model.kernel_types import kernel_types
 from tendon_newton.simulation.model.structure import Structure
 from tests.physics.contact.contacts import deepest
-
-Overlap = Placeholder
-Vec3 = Placeholder
-Mat33 = Placeholder
-real = Placeholder
 
 
 @device_template
@@ -39,14 +39,14 @@ def overlap_kernel(
     normal: DeviceArray[Vec3],
 ) -> None:
     """Write how deep capsules are, one a thread."""
-    i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    i = int(wp.tid())  # pyright: ignore[reportArgumentType]
     found = overlap_at(ends[i, 0], ends[i, 1], radius, spot, place, frame, size, shape)
     depth[i] = found.depth
     normal[i] = found.normal
 
 
 @cache
-def overlap_program() -> tuple[dict, wp.Kernel]:
+def overlap_program() -> tuple[Bindings, wp.Kernel]:
     """Compile the distances alone."""
     structure = Structure(
         parents=(-1,),
@@ -56,14 +56,14 @@ def overlap_program() -> tuple[dict, wp.Kernel]:
         effects=(),
         touch=ContactPlan(links=(0,), shapes=SHAPES),
     )
-    types = kernel_types(structure)
-    return types, assemble(structure, types).kernel(overlap_kernel)
+    assembly = assemble(structure)
+    return assembly.types, assembly.kernel(overlap_kernel)
 
 
 def depths(obstacle: Obstacle, ends: Array, radius: float, spot: int) -> tuple[Array, Array]:
     """Return depths [m] and normals of capsules with axes from and to, shape (N, 2, 3)."""
     types, kernel = overlap_program()
-    vector, square = types["Vec3"], types["Mat33"]
+    vector, square = types[Vec3], types[Mat33]
     depth = wp.zeros(len(ends), dtype=wp.float64, device="cpu")
     normal = wp.zeros(len(ends), dtype=vector, device="cpu")
     inputs = [

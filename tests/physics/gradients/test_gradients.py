@@ -9,6 +9,7 @@ import pytest
 from tendon_newton.data.model_file import NamedValues
 from tendon_newton.data.recording import Array
 from tendon_newton.gradients import substep_chain
+from tendon_newton.gradients.adjoint import Adjoint
 from tendon_newton.gradients.differentiable import DifferentiableRollout
 from tendon_newton.mechanisms.loading import load_mechanism
 from tests.conftest import SEED
@@ -101,8 +102,7 @@ def make_rollout(
         load_mechanism("finger"),
         runs,
         ideal_model(**effects),
-        at_once=at_once,
-        segments=segments,
+        adjoint=Adjoint(at_once=at_once, segments=segments),
         device="cpu",
     )
     rollout.inputs.mechanism.friction.assign(np.tile(FRICTION, (2, 1)))

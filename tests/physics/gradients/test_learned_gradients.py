@@ -8,10 +8,12 @@ import torch
 
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import UnknownName
-from tendon_newton.gradients.differentiable_learned import DifferentiableLearnedRollout
+from tendon_newton.gradients.differentiable import DifferentiableRollout
+from tendon_newton.gradients.network_course import TapedNetwork
 from tendon_newton.gradients.trajectory_gradient import simulate_with_gradients
 from tendon_newton.mechanisms.loading import load_mechanism
-from tendon_newton.simulation.hosts.learned_rollout import LearnedRollout
+from tendon_newton.simulation.hosts.network_source import NetworkSource
+from tendon_newton.simulation.hosts.rollout import Rollout
 from tests.conftest import SEED
 from tests.physics.learned.networks import (
     EFFECTS,
@@ -34,7 +36,7 @@ INSIGNIFICANT = 1.0e-6
 
 
 @pytest.fixture(scope="module")
-def rollout() -> DifferentiableLearnedRollout:
+def rollout() -> DifferentiableRollout:
     """Two runs of 2 s, one from equilibrium and one in motion, with friction.
 
     The force answers to the shaft between two queries.
@@ -45,27 +47,25 @@ def rollout() -> DifferentiableLearnedRollout:
         run_of(stairs(rng, rows, 1.0, 5.0, 20)),
         run_of(stairs(rng, rows, 1.0, 4.0, 33), start="first_row", angle=0.6, speed=0.5),
     ]
-    return DifferentiableLearnedRollout(
+    return DifferentiableRollout(
         load_mechanism("finger"),
         runs,
         learned_model(hold=HOLD, **EFFECTS),
-        network=force_network().double(),
-        window=WINDOW,
-        rate=RATE,
+        network=TapedNetwork(module=force_network().double(), window=WINDOW, rate=RATE),
         time_step=STEP,
         device="cpu",
     )
 
 
 @pytest.fixture(scope="module")
-def seeds(rollout: DifferentiableLearnedRollout) -> dict[str, Array]:
+def seeds(rollout: DifferentiableRollout) -> dict[str, Array]:
     """A random loss by angle and force, each in units of its usual size."""
     rng = np.random.default_rng(SEED)
     shape = rollout.forward().force.numpy().shape
     return {"motor_position": rng.normal(size=shape), "force": 0.1 * rng.normal(size=shape)}
 
 
-def loss_of(rollout: DifferentiableLearnedRollout, seeds: dict[str, Array]) -> float:
+def loss_of(rollout: DifferentiableRollout, seeds: dict[str, Array]) -> float:
     """Return the loss of a fresh simulation."""
     readings = rollout.forward()
     return sum(float(np.sum(getattr(readings, name).numpy() * s)) for name, s in seeds.items())
@@ -94,9 +94,7 @@ def array_slope(
     return slope(loss, move, NUDGE * size)
 
 
-def test_gradients_by_the_weights(
-    rollout: DifferentiableLearnedRollout, seeds: dict[str, Array]
-) -> None:
+def test_gradients_by_the_weights(rollout: DifferentiableRollout, seeds: dict[str, Array]) -> None:
     """Twenty weights at random, through 2 s of closed loop: to 1e-3 (1e-2 is asked for)."""
     rollout.forward()
     rollout.backward(**seeds)
@@ -123,7 +121,7 @@ def test_gradients_by_the_weights(
 
 
 def test_gradients_by_effects_bench_and_actions(
-    rollout: DifferentiableLearnedRollout, seeds: dict[str, Array]
+    rollout: DifferentiableRollout, seeds: dict[str, Array]
 ) -> None:
     """To 1e-3, and not zero: every number of the effects, springs, masses, arms, commands."""
     rollout.forward()
@@ -156,7 +154,7 @@ def test_gradients_by_effects_bench_and_actions(
 
 
 def test_many_substeps_at_once_give_the_same(
-    rollout: DifferentiableLearnedRollout,
+    rollout: DifferentiableRollout,
     seeds: dict[str, Array],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -175,12 +173,13 @@ def test_many_substeps_at_once_give_the_same(
         assert together == pytest.approx(one_by_one, rel=1e-9, abs=1e-9 * size)
 
 
-def test_a_taped_run_is_a_replay(rollout: DifferentiableLearnedRollout) -> None:
+def test_a_taped_run_is_a_replay(rollout: DifferentiableRollout) -> None:
     """The differentiable loop is the simulator's own, up to the float32 of the other's network."""
-    replay = LearnedRollout(
+    replay = Rollout(
         load_mechanism("finger"),
         rollout.recordings,
-        query=force_query(),
+        actuator="learned",
+        force=NetworkSource(force_query()),
         effects=list(EFFECTS),
         spool_radius=RADIUS,
         time_step=STEP,
@@ -195,7 +194,7 @@ def test_a_taped_run_is_a_replay(rollout: DifferentiableLearnedRollout) -> None:
 
 
 def test_torch_reaches_weights_numbers_and_actions(
-    rollout: DifferentiableLearnedRollout, seeds: dict[str, Array]
+    rollout: DifferentiableRollout, seeds: dict[str, Array]
 ) -> None:
     """`backward` of a torch loss gives the same gradients, also after another run in between."""
     parameters = torch.tensor(rollout.inputs.parameters.numpy(), requires_grad=True)
@@ -207,7 +206,8 @@ def test_torch_reaches_weights_numbers_and_actions(
     with torch.no_grad():
         simulate_with_gradients(rollout, command=command + 0.1)
     loss = sum((getattr(out, n) * torch.tensor(s)).sum() for n, s in seeds.items())
-    rollout.network.zero_grad()
+    for weight in rollout.weights:
+        weight.grad = None
     assert isinstance(loss, torch.Tensor)
     loss.backward()
     rollout.forward()

@@ -1,5 +1,7 @@
 """Our solver behind Newton's interface."""
 
+from typing import Any
+
 import newton
 import numpy as np
 import pytest
@@ -15,10 +17,10 @@ PERIOD = 1.0 / ROWS
 MODEL = ideal_model(coulomb_friction={"force": 0.7}, command_delay={"delay": 0.031})
 
 
-def make_solver(worlds: int, **options: object) -> tuple[TendonSolver, newton.Model]:
+def make_solver(worlds: int, **options: Any) -> tuple[TendonSolver, newton.Model]:
     """Return a solver of some fingers with friction and a delay, and their Newton model."""
     model = build_model(load_mechanism("finger"), worlds, device="cpu")
-    return TendonSolver(model, MODEL, update_bodies=False, **options), model  # type: ignore[arg-type]
+    return TendonSolver(model, MODEL, update_bodies=False, **options), model
 
 
 def follow(solver: TendonSolver, model: newton.Model, command: np.ndarray) -> np.ndarray:

@@ -17,7 +17,8 @@ from tendon_newton.errors import InvalidParameter
 from tendon_newton.gradients.differentiable import DifferentiableRollout
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
-from tendon_newton.simulation.hosts.learned_rollout import LearnedRollout, query_table, with_queries
+from tendon_newton.simulation.hosts.network_source import NetworkSource
+from tendon_newton.simulation.hosts.query_rows import query_table, with_queries
 from tendon_newton.simulation.hosts.rollout import Rollout, Trajectory
 from tendon_newton.simulation.hosts.timeline import make_timeline
 from tendon_newton.simulation.simulators import SIMULATORS, find_simulator
@@ -39,10 +40,11 @@ STRIDE = round(ROWS / RATE)
 
 def replay(recordings: list[Recording], **effects: dict[str, float]) -> list[Trajectory]:
     """Replay with the network of `force_query`."""
-    rollout = LearnedRollout(
+    rollout = Rollout(
         load_mechanism("finger"),
         recordings,
-        query=force_query(),
+        actuator="learned",
+        force=NetworkSource(force_query()),
         effects=list(effects),
         spool_radius=RADIUS,
         time_step=5e-4,
@@ -116,10 +118,11 @@ def motor_run(recording: Recording, hold: HoldLaw, strength: float) -> Trajector
     values = {**model.actuator.values, "force_scale": strength}
     model = replace(model, actuator=replace(model.actuator, values=values))
     query = TorchScriptQuery(Motor(), window=1, rate=RATE, limit=LIMIT, hold=hold)
-    rollout = LearnedRollout(
+    rollout = Rollout(
         load_mechanism("finger"),
         [recording],
-        query=query,
+        actuator="learned",
+        force=NetworkSource(query),
         spool_radius=RADIUS,
         time_step=5e-4,
         device="cpu",
@@ -288,7 +291,7 @@ def test_a_model_without_its_file_is_refused(
 
 def test_a_network_is_never_left_out_silently(recordings: list[Recording]) -> None:
     """A rollout that asks no network would hold no force at all."""
-    with pytest.raises(InvalidParameter, match="use LearnedRollout"):
+    with pytest.raises(InvalidParameter, match="needs the force of a network"):
         Rollout(load_mechanism("finger"), recordings, actuator="learned", device="cpu")
-    with pytest.raises(InvalidParameter, match="use LearnedRollout"):
+    with pytest.raises(InvalidParameter, match="needs the force of a network"):
         DifferentiableRollout(load_mechanism("finger"), recordings, learned_model(), device="cpu")

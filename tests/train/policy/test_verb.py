@@ -1,6 +1,7 @@
 """The verb that trains, with each kind of force."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,7 @@ from tendon_newton.cli import main
 from tendon_newton.data.cards.policy_card import PolicyCard
 from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tests.physics.learned.networks import force_network, write_force_network
+from train.policy.runs.forecast import Forecast
 from train.policy.worlds.force_model import file_hash
 
 SHORT = (
@@ -43,7 +45,9 @@ def test_a_user_trains_and_goes_on(tmp_path: Path, capsys: pytest.CaptureFixture
     """Two iterations and two more: one curve, in JSON and TensorBoard, and two policy files."""
     out = tmp_path / "run"
     assert train(out, "--iterations", "2") == 0
-    assert "iteration    2 of 2" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert said.index("64 steps of 8 fingers on the CPU, about ") < said.index("iteration    1 of")
+    assert "iteration    2 of 2" in said
     assert train(out, "--iterations", "4") == 0
     said = capsys.readouterr().out
     assert "iteration    2 of 4" not in said
@@ -62,6 +66,39 @@ def test_a_user_trains_and_goes_on(tmp_path: Path, capsys: pytest.CaptureFixture
     assert train(out, "--iterations", "4", "--discount", "0.5") == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert "discount = 0.95, and now it is 0.5; use another folder" in line
+
+
+def test_a_long_training_says_so_before_it_starts() -> None:
+    """In hours, with what takes less; a GPU that is there and not used is named."""
+    asked = Forecast(steps=10**8, worlds=64, device="the CPU", seconds=8.0e4, idle_gpu=False)
+    assert asked.text.endswith("about 22 h; torch finds no GPU here")
+    assert "--device cuda" in replace(asked, idle_gpu=True).text
+    assert replace(asked, device="NVIDIA H200", seconds=130.0).text.endswith("H200, about 2 min")
+
+
+def test_a_finger_of_ones_own_is_evaluated_as_that_finger(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The card decides; another finger is refused, and one that is not found is named."""
+    monkeypatch.chdir(tmp_path)
+    shape = ["--length", "0.04", "0.03", "--moment-arm", "0.008", "0.0055"]
+    assert main(["asset", "new", "long_finger", *shape]) == 0
+    assert train(tmp_path / "run", "--iterations", "1", "--finger", "long_finger") == 0
+    said = capsys.readouterr().out
+    assert "policy.onnx --finger long_finger --out" in said
+    words = ["evaluate-policy", str(tmp_path / "run" / "policy.onnx"), "--no-plots", "--out", "out"]
+    assert main(words) == 2
+    assert "trained for 'long_finger', which is no asset here" in capsys.readouterr().err
+    assert main([*words, "--finger", "finger"]) == 2
+    assert "trained for 'long_finger'; --finger names 'finger'" in capsys.readouterr().err
+    assert main([*words, "--finger", "long_finger"]) == 0
+    known = (tmp_path / "out" / "evaluation.json").read_text()
+    monkeypatch.setenv("TENDON_NEWTON_ASSETS", str(tmp_path))
+    assert main(words) == 0
+    assert (tmp_path / "out" / "evaluation.json").read_text() == known
+    policies = [str(tmp_path / "run" / "policy.onnx"), "finger-stairs"]
+    assert main(["evaluate-policy", *policies, "--out", "out"]) == 2
+    assert "policies of one finger can be compared" in capsys.readouterr().err
 
 
 def test_a_policy_trains_on_a_model_file_and_its_network(

@@ -136,6 +136,9 @@ def test_the_page_stands_alone_and_says_what_is_the_matter(tmp_path: Path) -> No
     write_page(tmp_path / "refresh.html", drift, [], {"logs": "<deployments>"}, None)
     page = (tmp_path / "refresh.html").read_text(encoding="utf-8")
     assert "The bench has drifted from its model: coulomb friction." in page
+    alone = headline(judge_drift(diagnosis))
+    assert alone.startswith("The bench differs from its model: coulomb friction.")
+    assert "--reference" in alone
     assert "a gear that has run dry" in page
     assert "&lt;deployments&gt;" in page
     assert "http" not in page.replace("data:", "")

@@ -11,11 +11,14 @@ from tendon_newton.identification.cutting import hold_out
 from train.refresh.logs import (
     BEGINNING,
     LOOSE,
+    REST,
+    SETTLING,
     log_files,
     logs_as_dataset,
     read_logs,
     taut_parts,
     without_beginning,
+    without_rest,
 )
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "hidden_friction"
@@ -57,6 +60,19 @@ def test_what_follows_the_policy_is_left_out() -> None:
     assert (cut.name, cut.start) == (whole.name, whole.start)
 
 
+def test_a_rest_at_the_end_scores_nothing() -> None:
+    """A second of it stays, in which friction shows; a log that never moves stays whole."""
+    (log,) = read_logs([EXAMPLE / "finger_sine_0.csv"])
+    angle = log.motor_position.copy()
+    angle[400:] = angle[399] + 0.5 * REST
+    resting = replace(log, motor_position=angle)
+    moving = int(np.flatnonzero(np.abs(angle - angle[-1]).max(axis=1) > REST)[-1])
+    cut = without_rest(resting)
+    assert cut.time[-1] == pytest.approx(log.time[moving] + SETTLING, abs=0.02)
+    still = replace(log, motor_position=0.0 * angle)
+    assert without_rest(still) is still
+
+
 def test_a_log_that_is_too_short_to_be_cut_is_refused() -> None:
     """Two seconds a part, at least."""
     (log,) = read_logs([EXAMPLE / "finger_sine_0.csv"])
@@ -78,5 +94,5 @@ def test_logs_come_as_folders_or_as_files_that_a_folder_lists() -> None:
 
 def test_a_log_that_is_not_there_is_named(tmp_path: Path) -> None:
     """Before anything is hashed or trained."""
-    with pytest.raises(InvalidDataset, match="nowhere: the log of a deployment"):
+    with pytest.raises(InvalidDataset, match="nowhere: no such log of a deployment"):
         log_files((tmp_path / "nowhere",))

@@ -12,6 +12,8 @@ from tendon_newton.cli import main
 from tendon_newton.data.model_file import load_model, write_model
 from tendon_newton.workflows.deployment import drive
 from tendon_newton.workflows.options import DeployOptions
+from tendon_newton.workflows.packaged_policies import policy_file
+from tendon_newton.workflows.refreshing import is_of
 from tests.physics.runs import ideal_model
 from tests.train.policy.small import short_training
 from tests.train.policy.test_training import train
@@ -61,6 +63,14 @@ def test_a_deployment_says_how_long_its_policy_acted(bench: Path) -> None:
     (whole,), (cut,) = read_logs([log]), read_logs([log], policy_span)
     assert cut.duration == pytest.approx(STAIRS, abs=0.06)
     assert whole.duration > cut.duration + 0.1
+
+
+def test_a_log_knows_the_policy_that_flew_it(bench: Path) -> None:
+    """By its hash, of either file of a training; the packaged policy is another."""
+    (log,) = (bench / "deployments").glob("*.mcap")
+    assert is_of(bench / "learned" / "policy.onnx", log)
+    assert is_of(bench / "learned" / "policy.pt", log)
+    assert not is_of(policy_file(Path("finger-stairs")), log)
 
 
 def test_the_verb_goes_from_a_log_to_a_new_policy(

@@ -35,7 +35,7 @@ SETTINGS = ReproductionSettings(
     diagnosis_kinds=1,
     refit_seconds=4.0,
     refit_kinds=1,
-    time_step=1.0e-3,
+    time_step=5.0e-4,
 )
 
 

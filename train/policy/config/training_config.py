@@ -68,8 +68,8 @@ class PolicyTrainingConfig:
     """Widths of the layers of actor and critic, with ReLU between them."""
     checkpoint_every: int = 10
     """Iterations from one checkpoint to the next."""
-    device: str = "cpu"
-    """cpu or cuda."""
+    device: str = "auto"
+    """cpu, cuda, or auto: a GPU where torch finds one."""
     threads: int = 1
     """Threads of torch on the CPU."""
 

@@ -34,15 +34,20 @@ class Process:
     def device(self, wanted: str) -> str:
         """Return the device of this process.
 
+        Args:
+            wanted: ``cpu``, ``cuda``, or ``auto`` for a GPU where torch finds one.
+
         Raises:
             InvalidParameter: There is none, or several processes would share a CPU.
         """
+        if wanted == "auto":
+            wanted = "cuda" if torch.cuda.is_available() else "cpu"
         try:
             kind = torch.device(wanted).type
         except RuntimeError as error:
-            raise InvalidParameter(f"device must be cpu or cuda; it is {wanted!r}") from error
+            raise InvalidParameter(f"device must be cpu, cuda or auto; it is {wanted!r}") from error
         if kind not in ("cpu", "cuda"):
-            raise InvalidParameter(f"device must be cpu or cuda; it is {wanted!r}")
+            raise InvalidParameter(f"device must be cpu, cuda or auto; it is {wanted!r}")
         if kind == "cuda" and not torch.cuda.is_available():
             raise InvalidParameter("device cuda needs an NVIDIA GPU and torch for CUDA; use cpu")
         if self.count == 1:

@@ -25,6 +25,7 @@ from train.policy.runs.checkpoint import (
     training_settings,
 )
 from train.policy.runs.curve import CurveLogger, CurvePoint, Progress
+from train.policy.runs.forecast import Forecast, forecast
 from train.policy.runs.process import Process
 from train.policy.worlds.environment import FingerEnvironment
 from train.policy.worlds.force_model import hashes
@@ -47,6 +48,7 @@ def train_policy(
     *,
     report: Callable[[Progress], None],
     start: Path | None = None,
+    expect: Callable[[Forecast], None] | None = None,
 ) -> Trained:
     """Train a policy, or go on where a checkpoint stopped.
 
@@ -58,6 +60,7 @@ def train_policy(
         out: Folder for checkpoints and the TensorBoard log.
         report: Called after every iteration, in the first process.
         start: Checkpoint of another training whose weights this one begins with.
+        expect: Called before the first iteration, in the first process, with what it will take.
     """
     process = Process.own()
     device = process.device(config.device)
@@ -79,6 +82,9 @@ def train_policy(
         folder=out / "tensorboard" if first else None,
     )
     runner.logger = logger
+    left = config.iterations - len(logger.points)
+    if expect is not None and first and left > 0:
+        expect(forecast(environment, left * config.environment.worlds * config.steps))
     try:
         while (done := len(logger.points)) < config.iterations:
             environment.reset(seed=process.seed_draws(config.seed, done))

@@ -1,0 +1,185 @@
+"""The page on model files: ``python docs/make_model_file.py`` writes it from the tables."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterable
+from math import isinf
+from pathlib import Path
+
+from tendon_newton.actuators import ACTUATORS
+from tendon_newton.data.bench_overrides import BENCH_OVERRIDE_RANGES
+from tendon_newton.data.model_file import KNOWN_KEYS
+from tendon_newton.data.parameters import Parameter
+from tendon_newton.effects import EFFECTS
+from tendon_newton.simulation.model.parameter_table import SPOOL_RADII
+
+PAGE = Path(__file__).resolve().parent / "model_file.md"
+SIDES = {
+    "actuator": "Between the command and the load cell",
+    "transmission": "Between the spool and the mechanism",
+    "mechanism": "The mechanism",
+    "sensor": "The sensors",
+}
+HEADINGS = {
+    "actuator": "[the actuator](#the-actuator): its kind and its numbers",
+    "effects": "[effects](#effects) that the model has already, an `[[effects]]` table each",
+    "bench_overrides": "[numbers of a bench](#numbers-of-a-bench) that differ from its asset",
+    "fit": "[unknown numbers](#unknown-numbers), refitted by a diagnosis",
+}
+EXAMPLE = """\
+fit = ["torque_constant", "resistance"]
+
+[bench_overrides.finger]
+mass = [0.012, 0.008]
+
+[actuator]
+kind = "pwm_servo"
+duty_per_rad = 0.1
+max_duty = 0.9
+supply_voltage = 9.0
+torque_constant = 1.15
+resistance = 13.9
+armature = 0.002
+spool_radius = 0.0125
+
+[[effects]]
+name = "coulomb_friction"
+force = 1.2
+"""
+INTRODUCTION = (
+    "# The model file\n\n"
+    "A model is a bench's mechanism, one actuator and a list of effects; `model.toml` states the "
+    "last two. `collect` and `import` write one beside the recordings, `diagnose` writes the "
+    "extended one, and every verb that simulates reads one. The program's own tables make this "
+    "page (`python docs/make_model_file.py`), and a test compares the two. What the numbers do "
+    "stands in [the equations](model.md).\n\n"
+    f"```toml\n{EXAMPLE}```\n\n"
+    "All numbers are in SI units and radians. A number outside the range of its kind is refused "
+    "with the range. A key that is not known is refused with the keys that are.\n\n"
+)
+
+
+def main() -> None:
+    """Write the page."""
+    PAGE.write_text(page(), encoding="utf-8")
+
+
+def page() -> str:
+    """Return the page in Markdown."""
+    keys = rows(("key", "what it holds"), ([f"`{key}`", HEADINGS[key]] for key in KNOWN_KEYS))
+    parts = [INTRODUCTION + keys, actuators(), effects(), benches(), unknown()]
+    return "\n".join(parts)
+
+
+def actuators() -> str:
+    """Describe each kind with its keys."""
+    low, high = SPOOL_RADII
+    parts = [
+        "## The actuator\n",
+        "`kind` names it. Every key of the kind must be there, but for those of `learned`, whose "
+        "network's card has them. A kind without a table below has no keys.\n",
+        rows(
+            ("kind", "what it is"),
+            ([f"`{kind}`", summary(actuator)] for kind, actuator in ACTUATORS.items()),
+        ),
+        f"Any kind takes `spool_radius`, {low:g} to {high:g} m; without it the bench's asset "
+        "says it. `learned` also takes `file`, the network that `train-force` wrote, beside the "
+        "model file or by its full path.\n",
+    ]
+    for kind, actuator in ACTUATORS.items():
+        if actuator.parameters:
+            table = rows(
+                ("key", "unit", "typical", "range", "where the range comes from"),
+                (
+                    [f"`{p.name}`", p.unit, number(p.nominal), span(p), p.source]
+                    for p in actuator.parameters
+                ),
+            )
+            parts.append(f"### {kind}\n\n{table}")
+    parts.append(
+        "Ranges are those of the nominal finger and its servo. A force, an angle or a length of a "
+        "machine of another size may be up to 10,000 times as large or as small.\n"
+    )
+    return "\n".join(parts)
+
+
+def effects() -> str:
+    """List the effects with their keys and null values."""
+    parts = [
+        "## Effects\n",
+        "Each `[[effects]]` table has the effect's `name` and all its keys. At its **null value** "
+        "an effect does nothing: leaving the table out says the same.\n",
+    ]
+    for side, heading in SIDES.items():
+        table = rows(
+            ("name", "what it is", "key", "unit", "null", "range"),
+            (
+                [
+                    f"`{name}`" if place == 0 else "",
+                    summary(effect) if place == 0 else "",
+                    f"`{p.name}`",
+                    p.unit,
+                    number(p.null),
+                    span(p),
+                ]
+                for name, effect in EFFECTS.items()
+                if effect.side == side
+                for place, p in enumerate(effect.parameters)
+            ),
+        )
+        parts.append(f"### {heading}\n\n{table}")
+    return "\n".join(parts)
+
+
+def benches() -> str:
+    """List the numbers of a bench that a model may state."""
+    table = rows(
+        ("key", "unit", "range"),
+        (
+            [f"`{key}`", unit, f"{number(low)} to {number(high)}"]
+            for key, (low, high, unit) in BENCH_OVERRIDE_RANGES.items()
+        ),
+    )
+    return (
+        "## Numbers of a bench\n\n"
+        "`[bench_overrides.BENCH]` states what differs from the asset of that name: one value per "
+        "joint from the base to the tip, or a lone number where there is one joint. An entry of "
+        "`dataset.toml` may state the same for one recording.\n\n" + table
+    )
+
+
+def unknown() -> str:
+    """Say what fit does."""
+    return (
+        "## Unknown numbers\n\n"
+        "`fit` lists keys of the actuator, or of a bench's numbers, that nobody has measured. A "
+        "diagnosis refits them in the model that it starts from and with every cause that it "
+        "tries. All other numbers stay as they are. `fit = []` is a model that is known.\n"
+    )
+
+
+def summary(declared: type) -> str:
+    """Return the first line of a docstring, fit for a cell of a table."""
+    return (inspect.getdoc(declared) or "").split("\n")[0].replace("|", "\\|")
+
+
+def span(parameter: Parameter) -> str:
+    """Return a range in words."""
+    return f"{number(parameter.lower)} to {number(parameter.upper)}"
+
+
+def number(value: float) -> str:
+    """Return a number as a reader takes it in."""
+    return ("-" if value < 0 else "") + "infinite" if isinf(value) else f"{value:g}"
+
+
+def rows(head: Iterable[str], cells: Iterable[Iterable[str]]) -> str:
+    """Return a table in Markdown."""
+    titles = list(head)
+    lines = [titles, ["---"] * len(titles), *map(list, cells)]
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
+if __name__ == "__main__":
+    main()

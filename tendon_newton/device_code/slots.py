@@ -1,0 +1,287 @@
+"""Functions that are chosen when a kernel is assembled: the effects of each stage, and a few more.
+
+Device code calls them like any function; `simulation.model.assembly` says what stands for each. A
+stage's slot applies, one after the other, the device functions that the effects of a model have
+under the stage's name, such as `ViscousFriction.tension` for `tension_effects`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from tendon_newton.device_code.placeholders import (
+    Jet,
+    JointVector,
+    MemoryVector,
+    ParameterVector,
+    real,
+)
+from tendon_newton.device_code.structs import (
+    ChainTerms,
+    ContactPose,
+    ContactTerms,
+    Drive,
+    Joint,
+    JointPose,
+    Mechanism,
+    Routes,
+    Tendon,
+)
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def slot(signature: Function) -> Function:
+    """Mark a signature as a slot."""
+    return signature
+
+
+# --- stages: numbers that neither position nor speed decides
+
+
+@slot
+def period_effects(scale: real, p: ParameterVector) -> real:
+    """Seconds that pass in one second of the log's clock [1]."""
+    ...
+
+
+@slot
+def clock_effects(time: real, p: ParameterVector) -> real:
+    """The instant [s] at which the servo reads the command."""
+    ...
+
+
+@slot
+def radius_effects(radius: real, p: ParameterVector) -> real:
+    """The spool's radius [m]."""
+    ...
+
+
+@slot
+def string_effects(stiffness: real, p: ParameterVector) -> real:
+    """The string's stiffness [N/m], where its spool has a coordinate of its own."""
+    ...
+
+
+@slot
+def speed_effects(limit: real, p: ParameterVector) -> real:
+    """The motor's greatest speed [rad/s]."""
+    ...
+
+
+@slot
+def inertia_effects(scale: real, p: ParameterVector) -> real:
+    """How much more than their weight the links resist [1]."""
+    ...
+
+
+@slot
+def tilt_effects(angle: real, p: ParameterVector) -> real:
+    """How far the bench is tipped about +y [rad]."""
+    ...
+
+
+@slot
+def joint_friction_effects(limit: real, joint: Joint, p: ParameterVector) -> real:
+    """A joint's dry friction [N m]."""
+    ...
+
+
+@slot
+def cell_clock_effects(time: real, p: ParameterVector) -> real:
+    """The instant [s] whose force the load cell reports."""
+    ...
+
+
+@slot
+def cell_lag_effects(time_constant: real, p: ParameterVector) -> real:
+    """The load cell's own lag [s]."""
+    ...
+
+
+@slot
+def cell_effects(force: real, time: real, p: ParameterVector) -> real:
+    """What the load cell makes of a force [N]."""
+    ...
+
+
+# --- stages: signals along a tendon
+
+
+@slot
+def stretch_effects(length: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
+    """String wound on the spool [m]."""
+    ...
+
+
+@slot
+def angle_effects(angle: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
+    """The motor angle [rad] that the servo acts on."""
+    ...
+
+
+@slot
+def error_effects(error: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
+    """The position error [rad] that the servo acts on."""
+    ...
+
+
+@slot
+def duty_effects(duty: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
+    """The share of all that it has which the servo gives [1]: duty cycle, or force over limit."""
+    ...
+
+
+@slot
+def motor_force_effects(force: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
+    """The motor's force at the spool [N], pulling or pushing, after the servo's own limit."""
+    ...
+
+
+@slot
+def tension_effects(force: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
+    """What friction leaves of the motor's force at the load cell [N]."""
+    ...
+
+
+@slot
+def transmission_effects(force: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
+    """What reaches the mechanism [N]."""
+    ...
+
+
+@slot
+def encoder_effects(angle: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
+    """The angle [rad] reported, given `tendon.tension`."""
+    ...
+
+
+# --- stages: torques of a joint
+
+
+@slot
+def spring_effects(torque: Jet, joint: Joint, p: ParameterVector) -> Jet:
+    """A joint's return spring [N m]."""
+    ...
+
+
+@slot
+def damping_effects(torque: Jet, joint: Joint, p: ParameterVector) -> Jet:
+    """A joint's viscous damping [N m]."""
+    ...
+
+
+# --- what effects remember after a stage
+
+
+@slot
+def error_memory(
+    error: Jet, tendon: Tendon, p: ParameterVector, memory: MemoryVector
+) -> MemoryVector:
+    """A memory renewed by the effects that remember the position error."""
+    ...
+
+
+@slot
+def duty_memory(
+    duty: Jet, tendon: Tendon, p: ParameterVector, memory: MemoryVector
+) -> MemoryVector:
+    """A memory renewed by the effects that remember the servo's duty."""
+    ...
+
+
+@slot
+def motor_force_memory(
+    force: Jet, tendon: Tendon, p: ParameterVector, memory: MemoryVector
+) -> MemoryVector:
+    """A memory renewed by the effects that remember the motor's force."""
+    ...
+
+
+@slot
+def tension_memory(
+    force: Jet, tendon: Tendon, p: ParameterVector, memory: MemoryVector
+) -> MemoryVector:
+    """A memory renewed by the effects that remember what friction leaves."""
+    ...
+
+
+@slot
+def spring_memory(
+    torque: Jet, joint: Joint, p: ParameterVector, memory: MemoryVector
+) -> MemoryVector:
+    """A memory renewed by the effects that remember a joint's spring."""
+    ...
+
+
+# --- an angle's effects where positions alone are known
+
+
+@slot
+def play_effects(angle: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
+    """The drive's angle [rad] that belongs to a shaft's: what lies between drive and shaft."""
+    ...
+
+
+@slot
+def offset_effects(angle: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
+    """The angle [rad] that the encoder reports of a shaft's."""
+    ...
+
+
+# --- what is no effect
+
+
+@slot
+def actuator_force(error: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
+    """The actuator's force at the spool [N], before the servo's limit."""
+    ...
+
+
+@slot
+def asked_duty(error: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
+    """The share of all that it has which the actuator asks for [1]."""
+    ...
+
+
+@slot
+def driven_force(duty: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
+    """The actuator's force at such a share [N], before the servo's limit."""
+    ...
+
+
+@slot
+def armature(p: ParameterVector) -> real:
+    """Inertia of rotor and gear at the spool [kg m2]."""
+    ...
+
+
+@slot
+def chain_terms(mechanism: Mechanism, here: Drive) -> ChainTerms:
+    """Mass matrix, and torque of gravity and velocities, of a chain in a plane or in space."""
+    ...
+
+
+@slot
+def all_routes(mechanism: Mechanism, world: int, pose: JointPose) -> Routes:
+    """Lengths of all tendons' spans and their derivatives by the joints."""
+    ...
+
+
+@slot
+def contact_pose(mechanism: Mechanism, world: int, q: JointVector) -> ContactPose:
+    """Where joints and capsules are, of a chain in a plane or in space."""
+    ...
+
+
+@slot
+def contact_terms(mechanism: Mechanism, here: Drive) -> ContactTerms:
+    """Joint torques of all contacts, and their derivatives."""
+    ...
+
+
+@slot
+def contact_memory(mechanism: Mechanism, here: Drive, memory: MemoryVector) -> MemoryVector:
+    """A memory renewed by the contacts."""
+    ...

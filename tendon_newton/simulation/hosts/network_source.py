@@ -1,0 +1,131 @@
+"""The forces of a network: it is shown what servos do, asked for all of them at once, and held."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import torch
+import warp as wp
+from torch import Tensor
+
+from tendon_newton.actuators.networks.history import History
+from tendon_newton.actuators.networks.query import with_hold
+from tendon_newton.actuators.networks.torchscript import ForceQuery
+from tendon_newton.data.model_file import Model
+from tendon_newton.data.recording import Array, Indices
+from tendon_newton.simulation.hosts.balance import BALANCING_STEPS, find_root
+from tendon_newton.simulation.hosts.force_source import RestingServos, Servos
+from tendon_newton.simulation.hosts.query_rows import query_table, with_queries
+from tendon_newton.simulation.hosts.timeline import Timeline
+
+
+@dataclass(frozen=True)
+class NetworkSource:
+    """Forces of a network that is asked at its own rate from a recording's first row on.
+
+    It is asked in the row next to each instant, or in a row of its own where the log has none. Its
+    history begins as if the first sample had always been there. What the log reads of the force in
+    such a row is the new one.
+    """
+
+    query: ForceQuery
+    """The network."""
+    is_network: ClassVar[bool] = True
+
+    @property
+    def period(self) -> float:
+        """Time between two queries [s]."""
+        return 1.0 / self.query.rate
+
+    def completed(self, model: Model) -> Model:
+        """Return a model that says how the force answers to the shaft.
+
+        The network's card does where the model does not.
+        """
+        return with_hold(model, self.query.hold)
+
+    def timeline(self, timeline: Timeline) -> Timeline:
+        """Return a timeline with a row wherever the network is asked."""
+        return with_queries(timeline, self.query.rate)
+
+    def rounds(self, times: Sequence[Array]) -> Indices:
+        """Return the row of each query of each recording, `NONE_LEFT` at its end, shape (Q, R)."""
+        return query_table(times, self.query.rate)
+
+    def open(self, worlds: int, tendons: int, device: Any) -> NetworkForce:
+        """Return what the network gives in W worlds of D tendons."""
+        return NetworkForce(self.query, worlds, tendons, device)
+
+
+class NetworkForce:
+    """What a network gives in W worlds of D tendons.
+
+    Args:
+        query: The network.
+        worlds: W.
+        tendons: D.
+        device: Warp device.
+    """
+
+    def __init__(self, query: ForceQuery, worlds: int, tendons: int, device: Any) -> None:
+        self._query = query
+        self.history = History(worlds * tendons, query.window, device)
+        self._held = wp.zeros((worlds, tendons), dtype=wp.float32, device=device)
+        self.force: Tensor = wp.to_torch(self._held)
+        """What the network gave last [N], before its scale and the servo's limit, shape (W, D)."""
+
+    def renew(self, servos: Servos) -> None:
+        """Show the network the present and hold what it answers."""
+        servos.sense(self.history)
+        self._ask()
+        servos.hold(self._held)
+
+    def fill(self, servos: RestingServos) -> None:
+        """Let the present stand for all the past."""
+        self._query.forget(servos.chosen)
+        servos.sense(self.history, fill=True)
+
+    def settle(self, servos: RestingServos) -> None:
+        """Put worlds at rest under the forces that the network gives there."""
+
+        def answer(force: Tensor) -> Tensor:
+            self._settle_under(servos, force)
+            self._ask()
+            return self.force
+
+        self._settle_under(servos, balance(answer, *servos.limits()))
+
+    def _settle_under(self, servos: RestingServos, force: Tensor) -> None:
+        """Put worlds at rest under forces [N], as if they had always been there."""
+        self.force.copy_(force)
+        servos.hold(self._held)
+        servos.settle()
+        self.fill(servos)
+
+    def _ask(self) -> None:
+        """Let the network say what all servos give."""
+        self._query(self.history, self._held.flatten())
+
+
+def balance(
+    answer: Callable[[Tensor], Tensor],
+    least: Tensor,
+    limit: Tensor,
+    steps: int = BALANCING_STEPS,
+) -> Tensor:
+    """Return the forces [N] at which network and mechanism are in balance.
+
+    Args:
+        answer: What the network gives where forces hold the mechanism in equilibrium.
+        least: Least forces.
+        limit: Greatest forces, pulling or pushing.
+        steps: Steps of the search.
+    """
+    least = torch.maximum(least, -limit)
+
+    def excess(force: Tensor) -> Tensor:
+        return answer(force).clamp(least, limit) - force
+
+    return find_root(excess, least, limit, steps)

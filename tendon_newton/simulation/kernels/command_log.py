@@ -1,0 +1,96 @@
+"""Which command acts when: a recording's commands, delayed by the servo's clock."""
+
+from __future__ import annotations
+
+from tendon_newton.device_code.placeholders import (
+    MemoryVector,
+    ParameterVector,
+    TendonVector,
+    real,
+)
+from tendon_newton.device_code.slots import clock_effects, period_effects
+from tendon_newton.device_code.structs import Commands, Drive, Log, Mechanism
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.simulation.dynamics.sensors import INSTANT
+from tendon_newton.simulation.tendons.world_drive import world_drive
+
+EARLY = 1.0e-9
+"""A command [s] that comes so shortly before a substep counts as one at its start.
+
+Then the mean has the derivative for later commands, however both instants are rounded.
+"""
+
+
+@device_template
+def log_of(commands: Commands, recording: int, p: ParameterVector) -> Log:
+    """Return where a recording stands, and how its clock runs."""
+    log = Log()
+    log.first = commands.first[recording]
+    log.count = commands.count[recording]
+    log.scale = period_effects(real(1.0), p)
+    return log
+
+
+@device_template
+def find_row(commands: Commands, log: Log, instant: real, guess: int) -> int:
+    """Return the row whose command is in force at an instant [s]; the first row's before it."""
+    first = log.first
+    row = guess
+    while row + 1 < log.count and commands.time[first + row + 1] <= instant:
+        row = row + 1
+    while row > 0 and commands.time[first + row] > instant:
+        row = row - 1
+    return row
+
+
+@device_template
+def acting_row(commands: Commands, log: Log, p: ParameterVector, time: real, guess: int) -> int:
+    """Return the row whose command the servo acts on just after an instant [s] of the simulation.
+
+    A row's own instant belongs to it, however its product with the log's clock is rounded.
+    """
+    return find_row(commands, log, clock_effects(time, p) / log.scale + real(INSTANT), guess)
+
+
+@device_template
+def mean_command(
+    commands: Commands, log: Log, p: ParameterVector, time: real, h: real, guess: int
+) -> TendonVector:
+    """Return the mean command [rad] over h [s] from an instant on, in which at most one comes."""
+    start = clock_effects(time, p) / log.scale
+    end = clock_effects(time + h, p) / log.scale
+    before = find_row(commands, log, start - real(EARLY), guess)
+    after = find_row(commands, log, end, before)
+    command = commands.angle[log.first + after]
+    if after > before:
+        share = (commands.time[log.first + after] - start) / (end - start)
+        command = command + share * (commands.angle[log.first + before] - command)
+    return command
+
+
+@device_template
+def in_row(drive: Drive, commands: Commands, log: Log, row: int) -> Drive:
+    """Return a drive at the instant of a row, with all that acts then but the command."""
+    out = drive
+    out.time = commands.time[log.first + row] * log.scale
+    out.voltage = commands.voltage[log.first + row]
+    out.enabled = commands.enabled[log.first + row]
+    return out
+
+
+@device_template
+def just_after_row(
+    mechanism: Mechanism,
+    world: int,
+    p: ParameterVector,
+    commands: Commands,
+    log: Log,
+    row: int,
+    memory: MemoryVector,
+) -> Drive:
+    """Return what acts on a world in a row, just after its command took effect."""
+    drive = in_row(world_drive(mechanism, world, p), commands, log, row)
+    acting = acting_row(commands, log, p, drive.time, row)
+    drive.command = commands.angle[log.first + acting]
+    drive.memory = memory
+    return drive
