@@ -19,6 +19,7 @@ VERBS: dict[str, str] = {
     "exam": "tendon_newton.cli.exam",
     "experiment": "tendon_newton.cli.experiment",
     "asset": "tendon_newton.cli.asset",
+    "export": "tendon_newton.cli.export",
     "train-force": "tendon_newton.cli.train_force",
     "evaluate-force": "tendon_newton.cli.evaluate_force",
     "fit-tendon": "tendon_newton.cli.fit_tendon",

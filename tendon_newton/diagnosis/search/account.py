@@ -14,6 +14,7 @@ from tendon_newton.diagnosis.search.refit import Fit, values_of
 
 LOSS = "score lost without it [nat per row]"
 HELD_OUT = "the same on parts left out [nat per row]"
+CHANGE = "larger residuals without it [errors of form of a law]"
 IN_RANGE = "numbers at the edge of their ranges"
 ADDED = "score that it would add to the named causes [nat per row]"
 BEHIND = "score by which the best set with it stays behind, causes paid for [nat per row]"
@@ -33,10 +34,11 @@ def explained_share(pool: Pool, before: Fit, after: Fit) -> float:
 def criteria_of(fine: Pool, fit: Fit, decided: Decided, name: str) -> tuple[Criterion, ...]:
     """Return what a cause of the final set had to pass."""
     loss, gain, edge = decided.losses[name], decided.held_out[name], at_bound(fine, fit, name)
-    bar = fine.bar(name)
+    bar, change = fine.bar(name), decided.changes[name]
     return (
         Criterion(name=LOSS, value=loss, bar=bar, passed=loss >= bar),
         Criterion(name=HELD_OUT, value=gain, bar=bar, passed=gain >= bar),
+        Criterion(name=CHANGE, value=change, bar=1.0, passed=change >= 1.0),
         Criterion(name=IN_RANGE, value=float(edge), bar=0.0, passed=not edge),
     )
 

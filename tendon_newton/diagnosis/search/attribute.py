@@ -25,7 +25,7 @@ from tendon_newton.diagnosis.search.posterior import found_of
 from tendon_newton.diagnosis.search.prune import settle
 from tendon_newton.diagnosis.search.refit import Fit
 from tendon_newton.diagnosis.search.rule import LEAST_EXPLAINED, PRICE
-from tendon_newton.diagnosis.search.spans import beginnings
+from tendon_newton.diagnosis.search.spans import beginnings, deciding
 from tendon_newton.diagnosis.search.strategy import find
 from tendon_newton.diagnosis.search.worlds import Worlds
 from tendon_newton.identification.study import Study
@@ -67,16 +67,11 @@ def find_causes(
     """
     known = [effect.name for effect in model.effects]
     until = np.inf if budget is None else time.monotonic() + budget
-    short = Study(
-        recordings if study.kinematic else beginnings(recordings),
-        model,
-        study.table.effects,
-        time_step=study.time_step,
-        in_pieces=True,
-        scale=study.scale,
-    )
-    short.noise = study.noise
-    worlds, fine_worlds = Worlds(short), Worlds(study)
+    chosen = deciding(recordings)
+    short = part_of(study, recordings if study.kinematic else beginnings(recordings), model)
+    is_all = all(own is other for own, other in zip(chosen, recordings, strict=False))
+    fine_study = study if is_all else part_of(study, chosen, model)
+    worlds, fine_worlds = Worlds(short), Worlds(fine_study)
     pool, fine = (
         Pool(
             worlds=w, floors=floors_of(w, known), price=price, haste=haste, most=most,
@@ -93,11 +88,25 @@ def find_causes(
     except KeyboardInterrupt:
         interrupted = True
         fit = pool.best()
-    progress("deciding on all rows")
+    progress(f"deciding on {len(chosen)} of {len(recordings)} recordings")
     (baseline,) = transfer(pool, [pool.fits[frozenset()]], fine)
     decided = decide(pool, fit, fine, known, rng)
     baseline = fine.fits[frozenset()]
     return conclude_search(pool, fine, names, fit, baseline, decided, interrupted)
+
+
+def part_of(study: Study, recordings: Sequence[Recording], model: Model) -> Study:
+    """Return a study of some of its recordings, with its scale and its noise."""
+    part = Study(
+        recordings,
+        model,
+        study.table.effects,
+        time_step=study.time_step,
+        in_pieces=True,
+        scale=study.scale,
+    )
+    part.noise = study.noise
+    return part
 
 
 def conclude_search(

@@ -30,6 +30,8 @@ class Decided:
     """Score lost without each [nat per row]."""
     held_out: dict[str, float]
     """The same on parts that no number has seen."""
+    changes: dict[str, float]
+    """How much larger residuals are without each [errors of form of a law]."""
     probabilities: dict[str, float]
     """Share of draws of blocks of time in which that passes the bar."""
     rivals: dict[str, tuple[Fit, ...]]
@@ -91,9 +93,11 @@ def decide(
         ended = [n for n in final.names if at_bound(fine, final, n)]
         worst = min(ended or gains, key=lambda n: float(gains[n].sum()) / fine.bar(n))
         if not ended and gains[worst].sum() >= fine.bar(worst):
+            less = leave_out(fine, final)
             return Decided(
                 fit=final,
-                losses={n: f.score - final.score for n, f in leave_out(fine, final).items()},
+                losses={n: f.score - final.score for n, f in less.items()},
+                changes={n: fine.change(final, f) for n, f in less.items()},
                 held_out={n: float(g.sum()) for n, g in gains.items()},
                 probabilities={n: probability(g, fine.bar(n), rng) for n, g in gains.items()},
                 rivals={n: close_rivals(fine, final, n) for n in final.names},
@@ -101,7 +105,15 @@ def decide(
             )
         refused[worst] = (float(gains[worst].sum()), worst in ended)
         final = prune(fine, leave_out(fine, final)[worst])
-    return Decided(fit=final, losses={}, held_out={}, probabilities={}, rivals={}, refused=refused)
+    return Decided(
+        fit=final,
+        losses={},
+        held_out={},
+        changes={},
+        probabilities={},
+        rivals={},
+        refused=refused,
+    )
 
 
 def probability(gains: Array, bar: float, rng: np.random.Generator) -> float:
