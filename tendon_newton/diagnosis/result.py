@@ -155,6 +155,8 @@ class Diagnosis:
     """Benches of the training data, as they were set up."""
     notes: tuple[str, ...] = ()
     """What the reader must know: sides that could not be tested, defects of the data."""
+    next_steps: tuple[str, ...] = ()
+    """What came closest, what stopped it and what to do, where a gap is left."""
 
     def to_json(self) -> dict[str, Any]:
         """Return the contract's dictionary."""
@@ -176,6 +178,7 @@ class Diagnosis:
             "scale": asdict(self.scale),
             "recorded": [setting.to_json() for setting in self.recorded],
             "notes": list(self.notes),
+            "next_steps": list(self.next_steps),
         }
 
     def identifiability(self) -> dict[str, Any]:
