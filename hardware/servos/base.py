@@ -68,6 +68,9 @@ class ServoSpec:
     """Temperature at which it shuts down [degC]."""
     position_gain: int
     """Gain of the firmware's position loop after a restart, in its own unit."""
+    armature: float = 0.002
+    """Rotor behind the gear, seen from the spool [kg m2]; no data sheet says it. This is the order
+    of a small one behind 288:1."""
     family: str = "dynamixel"
     """Key of its protocol and memory in the table of families."""
 

@@ -23,5 +23,6 @@ SPEC = ServoSpec(
     current_limit=511 * 6.5e-3,  # of the factory's Protection Current (28)
     temperature_limit=70.0,
     position_gain=32,
+    armature=0.02,  # Rhoban/bam's fits of an STS3215
     family="feetech",
 )

@@ -11,8 +11,13 @@ import numpy as np
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.findings import Findings
-from tendon_newton.diagnosis.result import Verdict
-from tendon_newton.diagnosis.search.account import candidates, criteria_of, explained_share
+from tendon_newton.diagnosis.result import Criterion, Verdict
+from tendon_newton.diagnosis.search.account import (
+    TOGETHER,
+    candidates,
+    criteria_of,
+    explained_share,
+)
 from tendon_newton.diagnosis.search.decision import Decided, decide, transfer
 from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.pool import Allows, Pool
@@ -114,16 +119,14 @@ def conclude_search(
     verdict = verdict_of(fine, baseline, final, share)
     named = final if verdict in ("explained", "partly_explained") else None
     shown = found_of(fine, final)
+    stop = None
+    if named is None and final.names:
+        stop = Criterion(name=TOGETHER, value=1.0 - share, bar=1.0 - LEAST_EXPLAINED, passed=False)
     notes = []
     if interrupted:
         notes.append("The search was stopped before its end: causes may be missing.")
     elif pool.is_late:
         notes.append("The search ended at its budget of time: causes may be missing.")
-    if named is None and final.names:
-        notes.append(
-            f"{', '.join(final.names)} came closest: together they explain {100.0 * share:.0f} % "
-            f"of the squared error above the noise, and {100.0 * LEAST_EXPLAINED:.0f} % are asked."
-        )
     return Findings(
         verdict=verdict,
         baseline=found_of(fine, baseline),
@@ -133,7 +136,7 @@ def conclude_search(
             name: tuple((new_name(final, rival), found_of(fine, rival)) for rival in rivals)
             for name, rivals in decided.rivals.items()
         },
-        candidates=candidates(pool, fine, names, final, decided),
+        candidates=candidates(pool, fine, names, final, decided, stop),
         criteria={name: criteria_of(fine, final, decided, name) for name in final.names},
         probabilities=decided.probabilities,
         notes=tuple(notes),

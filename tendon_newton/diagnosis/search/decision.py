@@ -36,6 +36,9 @@ class Decided:
     """Share of draws of blocks of time in which that passes the bar."""
     rivals: dict[str, tuple[Fit, ...]]
     """Fits with another cause in the place of each that explain the data as well."""
+    refused: dict[str, tuple[float, bool]]
+    """What each dropped cause was worth on parts that no number has seen [nat per row], and whether
+    a number of it ended at the edge of its range."""
 
 
 def transfer(pool: Pool, fits: Sequence[Fit], fine: Pool) -> list[Fit]:
@@ -80,6 +83,7 @@ def decide(
     transfer(pool, [fit, *sets.values()], fine)
     best = simplest(fine, fine.best())
     final = prune(fine, best)
+    refused: dict[str, tuple[float, bool]] = {}
     while final.names:
         terms_ = held_out_terms(fine.worlds, [final, *leave_out(fine, final).values()], fine.floors)
         gains = {
@@ -97,9 +101,19 @@ def decide(
                 held_out={n: float(g.sum()) for n, g in gains.items()},
                 probabilities={n: probability(g, fine.bar(n), rng) for n, g in gains.items()},
                 rivals={n: close_rivals(fine, final, n) for n in final.names},
+                refused=refused,
             )
+        refused[worst] = (float(gains[worst].sum()), worst in ended)
         final = prune(fine, leave_out(fine, final)[worst])
-    return Decided(fit=final, losses={}, held_out={}, changes={}, probabilities={}, rivals={})
+    return Decided(
+        fit=final,
+        losses={},
+        held_out={},
+        changes={},
+        probabilities={},
+        rivals={},
+        refused=refused,
+    )
 
 
 def probability(gains: Array, bar: float, rng: np.random.Generator) -> float:
