@@ -42,5 +42,7 @@ class Findings:
     """What each named cause had to pass."""
     probabilities: Mapping[str, float] = field(default_factory=dict)
     """Chance that each named cause passes again on other blocks of time."""
+    finished: bool = True
+    """Whether the search came to its end; else causes may be missing."""
     notes: tuple[str, ...] = ()
     """What the reader must know of the search."""

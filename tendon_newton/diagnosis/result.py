@@ -155,6 +155,8 @@ class Diagnosis:
     """Benches of the training data, as they were set up."""
     notes: tuple[str, ...] = ()
     """What the reader must know: sides that could not be tested, defects of the data."""
+    finished: bool = True
+    """Whether the search came to its end; else causes may be missing."""
     next_steps: tuple[str, ...] = ()
     """What came closest, what stopped it and what to do, where a gap is left."""
 
@@ -164,6 +166,7 @@ class Diagnosis:
             "schema": SCHEMA,
             "wall_time_s": round(self.wall_time_s, 2),
             "verdict": self.verdict,
+            "finished": self.finished,
             "p_value": self.p_value,
             "baseline": errors_json(self.baseline),
             "extended": errors_json(self.extended),
