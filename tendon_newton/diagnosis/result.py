@@ -84,7 +84,7 @@ class CandidateScore:
     criteria: tuple[Criterion, ...] = ()
     """What it passed and what it did not."""
     probability: float | None = None
-    """Chance that it acts; None where nobody asked."""
+    """Share of draws of blocks of time in which it passes the bar; None where nobody asked."""
     acts_in: tuple[str, ...] | None = None
     """Recordings in which it changes more than is left over anyway; None where nobody looked."""
     looked_at: int = 0
@@ -142,9 +142,6 @@ class Diagnosis:
     unexplained: Unexplained
     model: Model
     """The extended model."""
-    p_value: float | None = None
-    """Chance of the best candidate's gain if the residual were noise of its own colour; None where
-    the search has another rule."""
     fitted: Mapping[str, Estimate] = field(default_factory=dict)
     """Numbers of the model's ``fit`` list."""
     confounded: tuple[Confounded, ...] = ()
@@ -167,7 +164,6 @@ class Diagnosis:
             "wall_time_s": round(self.wall_time_s, 2),
             "verdict": self.verdict,
             "finished": self.finished,
-            "p_value": self.p_value,
             "baseline": errors_json(self.baseline),
             "extended": errors_json(self.extended),
             "noise_floor": {"force": self.noise_force, "theta": self.noise_theta},
