@@ -1,4 +1,23 @@
-"""Name what a model gets wrong about measured data, extend it, and measure the gain."""
+"""Name what a model gets wrong about measured data, extend it, and measure the gain.
+
+The model is simulated under the recorded commands. Where it errs by more than the sensors do,
+effects of a catalogue (friction, delay, slack, ...) are added and fitted together. Those that
+the data ask for are named, with numbers and 95 % intervals. The verdict is one of:
+  no_gap            the error is noise
+  explained         the named causes account for the error
+  partly_explained  the named causes are real, and something else remains
+  unexplained       there is an error, and no cause accounts for it; the answer says what came
+                    closest, what stopped it and what to do next
+
+Before the search starts its data are checked, and the time that it will take is told. Ctrl-C
+ends the search and reports what it has so far, said to be unfinished.
+
+Writes into DIR: report.html (for people), diagnosis.json (for programs), model.toml (the
+extended model, usable as the next --model), identified.usda (what was found about the
+mechanism, above its asset). Then ask why a cause was named or not: tendon-newton explain DIR.
+
+Example: tendon-newton diagnose recordings --out results --budget 5min
+"""
 
 from __future__ import annotations
 
@@ -19,26 +38,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class DiagnoseConfig:
-    """Name what a model gets wrong about measured data.
-
-    The model is simulated under the recorded commands. Where it errs by more than the sensors do,
-    effects of a catalogue (friction, delay, slack, ...) are added and fitted together. Those that
-    the data ask for are named, with numbers and 95 % intervals. The verdict is one of:
-      no_gap            the error is noise
-      explained         the named causes account for the error
-      partly_explained  the named causes are real, and something else remains
-      unexplained       there is an error, and no cause accounts for it; the answer says what came
-                        closest, what stopped it and what to do next
-
-    Before the search starts its data are checked, and the time that it will take is told. Ctrl-C
-    ends the search and reports what it has so far, said to be unfinished.
-
-    Writes into DIR: report.html (for people), diagnosis.json (for programs), model.toml (the
-    extended model, usable as the next --model), identified.usda (what was found about the
-    mechanism, above its asset). Then ask why a cause was named or not: tendon-newton explain DIR.
-
-    Example: tendon-newton diagnose recordings --out results --budget 5min
-    """
+    """What to diagnose, from which model, and how."""
 
     dataset: Annotated[Path, tyro.conf.Positional]
     """Folder with dataset.toml and its recordings; test recordings only report the error."""
@@ -110,8 +110,8 @@ class Progress:
         from tendon_newton.diagnosis.time_left import time_left
 
         elapsed = time.monotonic() - self.start
-        left = time_left(text, elapsed)
-        print(f"  {elapsed:4.0f} s  {text} ...{left}", file=self.stream, flush=True)
+        left = time_left(text, elapsed) or " ..."
+        print(f"  {elapsed:4.0f} s  {text}{left}", file=self.stream, flush=True)
 
     def show_findings(self, dataset: Dataset) -> None:
         """Tell what is wrong with the data, before anything is made of them."""

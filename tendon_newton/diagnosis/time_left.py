@@ -56,7 +56,7 @@ def expected_times(
 
 def expectation(one: float, several: float) -> str:
     """Say what a diagnosis will take."""
-    return f"{time_text(one)} with one cause to find, {time_text(several)} with four"
+    return f"{time_text(one)} if there is one cause to find, {time_text(several)} if there are four"
 
 
 def time_left(message: str, elapsed: float) -> str:

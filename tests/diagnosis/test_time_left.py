@@ -170,6 +170,6 @@ def test_json_alone_stands_on_the_output(
     assert main(words) == 0
     out, err = capsys.readouterr()
     assert json.loads(out)["verdict"] == "explained"
-    assert "testing viscous_friction ..." in err
+    assert "testing viscous_friction, about" in err
     assert "1 gaps" in err
     assert "commands sent within a gap are unknown" in err
