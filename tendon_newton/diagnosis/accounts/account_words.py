@@ -140,7 +140,7 @@ def smaller(gain: float) -> str:
 
 def larger(loss: float) -> str:
     """Return by how much a loss in score makes residuals larger."""
-    if loss > 1.0:
+    if loss > math.log(2.0):
         return f"{math.exp(min(loss, 20.0)):.2g} times as large"
     return f"{percent(math.exp(loss) - 1.0)} larger" if loss > 0.0 else "no larger"
 
