@@ -46,6 +46,7 @@ nightly: setup  ## run the long exams: slow tests, mutations, 10,000 damaged fil
 	OMP_NUM_THREADS=1 $(BIN)/pytest -m slow
 	$(BIN)/python -m tests.mutations
 	$(BIN)/python -m tests.held_out
+	$(BIN)/python -m tests.wheel
 	$(BIN)/python -m tests.fuzz --files 10000
 	$(BIN)/python -m tests.faults --runs 20
 	$(BIN)/python -m tests.faults kill --runs 20

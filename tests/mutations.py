@@ -63,10 +63,10 @@ MUTATIONS: tuple[Mutation, ...] = (
     ),
     Mutation(
         name="inner-folds-see-everything",
-        file="tendon_newton/identification/folds.py",
-        old="seen = (~left_out).astype(np.float64)",
-        new="seen = np.ones(left_out.size)",
-        tests="tests/identification/test_folds.py",
+        file="tendon_newton/diagnosis/search/refit.py",
+        old="chosen = chosen if rows is None else chosen & rows",
+        new="chosen = chosen if rows is None else chosen",
+        tests="tests/diagnosis/test_refit.py",
     ),
     Mutation(
         name="tendon-decided-by-test",
@@ -131,13 +131,6 @@ MUTATIONS: tuple[Mutation, ...] = (
         old="WIDENING = 1.5",
         new="WIDENING = 0.75",
         tests="tests/identification/test_intervals.py",
-    ),
-    Mutation(
-        name="chance-judged-by-white-noise",
-        file="tendon_newton/diagnosis/detection.py",
-        old="spectrum = np.abs(np.fft.rfft(residual[rows]))",
-        new="spectrum = np.full(len(rows) // 2 + 1, np.std(residual[rows]) * len(rows) ** 0.5)",
-        tests="tests/diagnosis/test_detection.py",
     ),
     Mutation(
         name="large-class-is-an-answer",
@@ -277,7 +270,7 @@ MUTATIONS: tuple[Mutation, ...] = (
     ),
     Mutation(
         name="tension-rule-twice-as-high",
-        file="hardware/safety_rules/safety.py",
+        file="hardware/safety_rules/rules.py",
         old="bounds=at_most(lambda limits: limits.force),",
         new="bounds=at_most(lambda limits: 2.0 * limits.force),",
         tests="tests/hardware/deploy/test_safety.py",

@@ -17,9 +17,10 @@ import numpy as np
 from tendon_newton.data.importers.bam import read_bam
 from tendon_newton.data.importers.imported import ImportedLog
 from tendon_newton.data.model_file import Model, NamedValues
-from tendon_newton.data.recording import Array, Indices
-from tendon_newton.identification.least_squares import Candidate, refine
-from tendon_newton.identification.objective import Scales, stack
+from tendon_newton.data.recording import Array
+from tendon_newton.diagnosis.search.fixed_set import fit_set
+from tendon_newton.diagnosis.search.refit import values_of
+from tendon_newton.diagnosis.search.worlds import Worlds
 from tendon_newton.identification.study import Study
 
 TERMS: dict[str, dict[str, float]] = {
@@ -63,9 +64,8 @@ MODELS: dict[str, tuple[str, ...]] = {
 }
 """Models that are compared, named before any was tested."""
 MOTOR = ("torque_constant", "resistance", "armature")
-SCALE = 0.015  # [rad] residuals beyond three times as much count as outliers
-PASSES = ((12, 2e-3), (4, 5e-4))
-"""Iterations of a fit, and the step of the simulation [s]."""
+STEP = 5.0e-4
+"""Simulation step [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -116,32 +116,22 @@ def model_of(start: Model, terms: Sequence[str]) -> Model:
 
 def fitted(logs: Sequence[ImportedLog], model: Model, terms: Sequence[str]) -> dict[int, float]:
     """Return the numbers of the motor and of the terms that fit some logs (column -> value)."""
-    study = study_of(logs, model)
-    table = study.table
-    columns = (*study.fit_columns(model), *(c for name in terms for c in table.columns(name)))
-    parameters = [study.parameter(c) for c in columns]
-    lower, upper = (np.array([getattr(p, side) for p in parameters]) for side in ("lower", "upper"))
-    value = np.clip([study.base_value(c) for c in columns], lower, upper)
-    found = Candidate(name="servo", columns=columns, lower=lower, upper=upper, value=value)
-    for iterations, step in PASSES:
-
-        def simulate(places: Indices, values: Array, step: float = step) -> Array:
-            return stack(study.residuals(places, values, step), Scales(theta=SCALE, force=1.0))
-
-        (found,) = refine(simulate, [found], iterations=iterations)
-    return dict(zip(found.columns, map(float, found.value), strict=True))
+    worlds = Worlds(study_of(logs, model))
+    found = fit_set(worlds, model, terms)
+    return values_of(worlds, found.columns, found.place)
 
 
 def study_of(logs: Sequence[ImportedLog], model: Model) -> Study:
     """Return logs ready to be compared with a model."""
-    return Study([log.recording for log in logs], model, [e.name for e in model.effects])
+    effects = [effect.name for effect in model.effects]
+    return Study([log.recording for log in logs], model, effects, time_step=STEP)
 
 
 def errors(logs: Sequence[ImportedLog], model: Model, values: dict[int, float]) -> Array:
     """Return the mean absolute error of the angle in each log [mrad], shape (R,)."""
     study = study_of(logs, model)
     columns = np.array([list(values)], dtype=np.intp)
-    residuals = study.residuals(columns, np.array([list(values.values())]), PASSES[-1][1])
+    residuals = study.residuals(columns, np.array([list(values.values())]))
     return np.array([1e3 * np.abs(r.theta[0, r.trusted]).mean() for r in residuals])
 
 

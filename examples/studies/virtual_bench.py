@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hardware.servos import SERVOS
-from hardware.servos.dynamixel_servo import DynamixelServo
+from hardware.servos.bus_servo import BusServo
 from hardware.servos.host_position_loop import HostPositionLoop
 from hardware.virtual_bench import BENCH_SEEDS, LockstepBench
 from tendon_newton.data.excitations import excite
@@ -59,7 +59,7 @@ def run(bench: str, seed: int, command: Command, duration: float) -> Run:
     """Drive one unit through a command [rad] of the time [s]."""
     twin = LockstepBench(bench, seed)
     clock = twin.clock
-    servo = DynamixelServo(SERVOS[SERVO], twin.servo_port(), clock=clock)
+    servo = BusServo(SERVOS[SERVO], twin.servo_port(), clock=clock)
     servo.open()
     servo.configure()
     servo.enable_torque()

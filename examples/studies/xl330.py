@@ -20,11 +20,12 @@ from tendon_newton.data.dataset import Dataset, load_dataset
 from tendon_newton.data.importers.xl330 import read_xl330
 from tendon_newton.data.model_file import Model, load_model
 from tendon_newton.data.recording import Recording
-from tendon_newton.diagnosis.diagnose import SEARCH_STEP, diagnose, values_of
+from tendon_newton.diagnosis.diagnose import SEARCH_STEP, diagnose
 from tendon_newton.diagnosis.evaluation import evaluate_models
-from tendon_newton.diagnosis.search import Search
+from tendon_newton.diagnosis.search.fixed_set import fit_set_anew
+from tendon_newton.diagnosis.search.refit import values_of
+from tendon_newton.diagnosis.search.worlds import Worlds
 from tendon_newton.effects import EFFECTS
-from tendon_newton.identification.least_squares import choose_start
 from tendon_newton.identification.study import Study, replacements
 
 COMPARED = (
@@ -86,11 +87,10 @@ def errors(dataset: Dataset, model: Model, *, diagnosed: bool) -> dict[str, floa
     """Return the held-out mean absolute error of each model [mrad]; print what was fitted."""
     train = Study(dataset.train, model, tuple(EFFECTS), time_step=SEARCH_STEP)
     test = Study(dataset.test, model, tuple(EFFECTS))
-    search = Search(train, model)
-    baseline = search.baseline()
-    fitted = {"nominal": {}, "torque constant, resistance, armature": values_of(baseline)}
+    worlds = Worlds(train)
+    fitted = {"nominal": {}, "torque constant, resistance, armature": fit(worlds, model, ())}
     for effects in COMPARED:
-        fitted[" + ".join(effects)] = fit(search, effects)
+        fitted[" + ".join(effects)] = fit(worlds, model, effects)
     if diagnosed:
         diagnosis, evidence = diagnose(dataset, model)
         fitted["diagnosed"] = evidence.extended
@@ -114,13 +114,10 @@ def by_log(study: Study, values: Mapping[int, float]) -> list[str]:
     ]
 
 
-def fit(search: Search, effects: tuple[str, ...]) -> dict[int, float]:
+def fit(worlds: Worlds, model: Model, effects: tuple[str, ...]) -> dict[int, float]:
     """Fit some effects and the motor's numbers together."""
-    candidate, starts = search.problem(effects, search.baseline())
-    scales = search.gap_scales(candidate)
-    chosen = choose_start(search.simulate_at(scales), [candidate], [starts])
-    found, _ = search.descend(chosen, [len(candidate.columns)], scales)
-    return values_of(found[0])
+    found = fit_set_anew(worlds, model, effects)
+    return values_of(worlds, found.columns, found.place)
 
 
 def numbers_of(study: Study, values: Mapping[int, float]) -> str:

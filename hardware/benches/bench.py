@@ -20,11 +20,11 @@ from hardware.load_cells.calibration_file import load_calibration
 from hardware.load_cells.hx711_serial import Hx711Serial
 from hardware.logs.session_log import TimeBase
 from hardware.servos import SERVOS
-from hardware.servos.dynamixel_servo import DynamixelServo
-from hardware.servos.servo_port import PortHandler, ServoPort
+from hardware.servos.bus_servo import BusServo
+from hardware.servos.serial_bus.servo_port import PortHandler, ServoPort
 from hardware.virtual_bench import Faults, LockstepBench, VirtualPorts
+from hardware.virtual_bench.emulation.emulations import SERVO_MODELS
 from hardware.virtual_bench.emulation.plant import PlantState
-from hardware.virtual_bench.memory.control_table import SERVO_MODELS
 from hardware.virtual_bench.physics.unit import servo_count
 from tendon_newton.errors import InvalidParameter
 
@@ -64,7 +64,7 @@ class VirtualControls(Protocol):
 class Drive:
     """One servo of a bench, and what measures the tension that it makes."""
 
-    servo: DynamixelServo
+    servo: BusServo
     load_cell: LoadCell | None
     calibration: LoadCellCalibration | None
 
@@ -74,7 +74,7 @@ class Bench:
     """A bench whose ports are open."""
 
     address: BenchAddress
-    servo: DynamixelServo
+    servo: BusServo
     load_cell: LoadCell | None
     calibration: LoadCellCalibration | None
     """Turns counts into newtons; without one only raw counts are kept."""
@@ -230,14 +230,14 @@ def virtual_places(address: BenchAddress) -> list[int]:
     return [drive.identifier - 1 for drive in address.drives]
 
 
-def servos_at(address: BenchAddress, port: str | PortHandler, clock: Clock) -> list[DynamixelServo]:
+def servos_at(address: BenchAddress, port: str | PortHandler, clock: Clock) -> list[BusServo]:
     """Return the drivers of the bench's servos, which share its port."""
     retries = address.retries
     if retries is None:
         retries = PATIENCE if address.virtual and not address.lockstep else RETRIES
     shared = ServoPort(port, baud=address.baud)
     return [
-        DynamixelServo(
+        BusServo(
             SERVOS[address.servo],
             shared,
             identifier=drive.identifier,

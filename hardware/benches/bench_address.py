@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hardware.load_cells import LOAD_CELLS
-from hardware.servos import SERVOS
+from hardware.servos import find_servo
 from hardware.virtual_bench.process import WORD, parse_wear, parse_word
 from tendon_newton.errors import InvalidParameter, listed, unknown_name
 
@@ -63,8 +63,7 @@ class BenchAddress:
         """Refuse kinds that stand in no table, and a hurry that no real bench has."""
         if self.retries is not None and not 0 <= self.retries <= 100:
             raise InvalidParameter(f"retries must be 0 to 100; they are {self.retries}")
-        if self.servo not in SERVOS:
-            raise unknown_name("servo", self.servo, SERVOS)
+        find_servo(self.servo)
         if self.load_cell not in LOAD_CELLS:
             raise unknown_name("load cell", self.load_cell, LOAD_CELLS)
         if self.lockstep and not self.virtual:

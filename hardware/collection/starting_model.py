@@ -13,9 +13,6 @@ from tendon_newton.data.model_file import Model, NamedValues, write_model
 
 MODEL_FILE = "model.toml"
 """Name of the model beside a dataset's recordings."""
-ARMATURE = 0.002
-"""Rotor behind a gear of 288:1, seen from the spool [kg m2]. The data sheets do not say; the table
-of actuators has the same number."""
 UNKNOWN = ("torque_constant", "resistance")
 """Numbers that every fit may change: the data sheet's are of another voltage, without a spread."""
 
@@ -41,7 +38,7 @@ def starting_model(
         "supply_voltage": round(voltage, 2),
         "torque_constant": round(spec.stall_torque / spec.stall_current, 4),
         "resistance": round(spec.supply_voltage / spec.stall_current, 3),
-        "armature": ARMATURE,
+        "armature": spec.armature,
         "spool_radius": spool_radius,
     }
     return Model(actuator=NamedValues(name="pwm_servo", values=values), fit=UNKNOWN)

@@ -15,7 +15,7 @@ from hardware.doctor.servo_checks import check_servo
 from hardware.errors import HardwareFault
 from hardware.load_cells.byte_stream import ByteStream
 from hardware.load_cells.hx711_serial import Hx711Serial
-from hardware.servos.servo_port import PortHandler
+from hardware.servos.serial_bus.servo_port import PortHandler
 
 TICK = 0.0125
 """Period of a loop at 80 Hz [s]."""

@@ -8,13 +8,19 @@ import numpy as np
 
 from hardware.clock import Clock
 from hardware.doctor.observation import Observation, Verdict
-from hardware.doctor.servo_search import RATES, RETRIES, find_servos
+from hardware.doctor.servo_search import RETRIES, SOUGHT, find_servos
 from hardware.errors import HardwareFault, ServoSilent
 from hardware.servos import SERVOS
-from hardware.servos.base import ServoHealth, ServoSpec
-from hardware.servos.dynamixel_servo import DynamixelServo
-from hardware.servos.servo_port import PortHandler
+from hardware.servos.base import ServoHealth, ServoSettings, ServoSpec
+from hardware.servos.bus_servo import BusServo
+from hardware.servos.families import FAMILIES
+from hardware.servos.serial_bus.servo_port import PortHandler
 
+REMEDIES = {
+    "dynamixel": "restart it: tendon-newton doctor --port ... --reboot",
+    "feetech": FAMILIES["feetech"].remedy,
+}
+"""What ends an alert, by the servo's family."""
 RATE_MIN = 1_000_000
 """Slowest rate at which a read leaves time for a loop at 80 Hz [1/s]: it takes 0.35 ms on the bus,
 and 6.1 ms at the factory's 57,600."""
@@ -39,7 +45,7 @@ def check_servo(
     """
     found = find_servos(port, clock, show)
     if found is None:
-        listed = ", ".join(str(rate) for rate in RATES)
+        listed = ", ".join(str(rate) for rate in dict.fromkeys(rate for _, rate in SOUGHT))
         yield Observation(
             subject="servo",
             verdict="fix",
@@ -48,9 +54,9 @@ def check_servo(
             "switched on, and the three-pin plug sits at both ends",
         )
         return
-    rate, models = found
-    names = {spec.model_number: spec for spec in SERVOS.values()}
-    for identifier, model in models.items():
+    rate = found.rate
+    names = {s.model_number: s for s in SERVOS.values() if s.family == found.family}
+    for identifier, model in found.models.items():
         subject = f"servo {identifier}"
         if model not in names:
             known = ", ".join(f"{spec.name} ({number})" for number, spec in names.items())
@@ -62,7 +68,7 @@ def check_servo(
             )
             continue
         yield from check_rate(subject, names[model], rate)
-        servo = DynamixelServo(
+        servo = BusServo(
             names[model], port, identifier=identifier, baud=rate, clock=clock, retries=RETRIES
         )
         try:
@@ -94,7 +100,7 @@ def check_rate(subject: str, spec: ServoSpec, rate: int) -> Iterator[Observation
 
 def check_one(
     subject: str,
-    servo: DynamixelServo,
+    servo: BusServo,
     clock: Clock,
     show: Callable[[str], None],
     *,
@@ -111,9 +117,31 @@ def check_one(
         f"current limit {settings.current_limit:g} A, answers after {1e6 * delay:.0f} us",
         remedy="nothing: our programs set what they need and log it" if delay > 0.0 else "",
     )
+    yield from check_firmware(subject, servo, settings)
     yield from check_health(subject, servo.spec, servo.read_health())
     show(f"timing {READS} reads")
     yield check_speed(subject, servo, clock, busy=busy)
+
+
+def check_firmware(subject: str, servo: BusServo, settings: ServoSettings) -> Iterator[Observation]:
+    """Say what a servo's firmware does by itself, or does not do."""
+    if servo.table.watchdog is None:
+        yield Observation(
+            subject=f"{subject} watchdog",
+            verdict="note",
+            found="it has none: it drives on when its cable or this computer fails",
+            remedy="keep the switch of its supply within reach whenever its motor is on",
+        )
+    overload, dead_zone = settings.overload, settings.dead_zone
+    if overload is not None and dead_zone is not None:
+        yield Observation(
+            subject=f"{subject} firmware",
+            verdict="note",
+            found=f"{overload.protective_duty:.0%} duty after {overload.time:g} s at "
+            f"{overload.duty:.0%} or more; its own position loop leaves errors of "
+            f"{1e3 * max(dead_zone):.1f} mrad",
+            remedy="nothing: recordings name these numbers; a model may need overload_cut",
+        )
 
 
 def check_health(subject: str, spec: ServoSpec, health: ServoHealth) -> Iterator[Observation]:
@@ -137,9 +165,7 @@ def check_health(subject: str, spec: ServoSpec, health: ServoHealth) -> Iterator
         subject=f"{subject} alerts",
         verdict="fix" if health.alerts else "good",
         found=", ".join(health.alerts) or "none",
-        remedy="remove the cause, then restart it: tendon-newton doctor --port ... --reboot"
-        if health.alerts
-        else "",
+        remedy=f"remove the cause, then {REMEDIES[spec.family]}" if health.alerts else "",
     )
     if health.watchdog_tripped:
         yield Observation(
@@ -157,9 +183,7 @@ def check_health(subject: str, spec: ServoSpec, health: ServoHealth) -> Iterator
         )
 
 
-def check_speed(
-    subject: str, servo: DynamixelServo, clock: Clock, *, busy: bool = False
-) -> Observation:
+def check_speed(subject: str, servo: BusServo, clock: Clock, *, busy: bool = False) -> Observation:
     """Time reads of the state and judge whether a loop at 80 Hz has room for a read and a write.
 
     A busy computer makes answers late, which then says nothing of the bus.

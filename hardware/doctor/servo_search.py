@@ -2,24 +2,46 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from itertools import zip_longest
 
 from hardware.clock import Clock
 from hardware.doctor.observation import Observation
 from hardware.errors import ServoSilent
-from hardware.servos import registers as r
 from hardware.servos.base import ServoCounters
 from hardware.servos.bus import Bus
-from hardware.servos.servo_port import PortHandler
+from hardware.servos.families import FAMILIES
+from hardware.servos.serial_bus.register import Register
+from hardware.servos.serial_bus.servo_port import PortHandler
 
-RATES = (1_000_000, 57_600, 2_000_000, 3_000_000, 4_000_000, 115_200)
-"""Rates at which servos are looked for, likeliest first [1/s]."""
+SOUGHT = tuple(
+    (name, rate)
+    for each in zip_longest(*(family.rates_sought for family in FAMILIES.values()))
+    for name, rate in zip(FAMILIES, each, strict=True)
+    if rate is not None
+)
+"""Families and rates [1/s] at which servos are looked for, likeliest first."""
 LAST_IDENTIFIER = 252
 """Greatest ID that a servo can have; those above mean something else on the bus."""
 RETRIES = 20
 """More than a loop can afford: a bad bus is to be described, not given up on."""
 RESTART_PAUSE = 0.5
 """Time that a restarted servo is left alone [s]; it takes some tenths."""
+SETTING_PAUSE = 0.1
+"""Time in which a servo takes another ID or rate [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Found:
+    """Servos that answer on a port."""
+
+    family: str
+    rate: int
+    """Rate of the bus [1/s]."""
+    models: dict[int, int]
+    """Model numbers by ID."""
 
 
 def port_name(port: str | PortHandler) -> str:
@@ -27,21 +49,41 @@ def port_name(port: str | PortHandler) -> str:
     return port if isinstance(port, str) else "the virtual bench"
 
 
-def find_servos(
-    port: str | PortHandler, clock: Clock, show: Callable[[str], None]
-) -> tuple[int, dict[int, int]] | None:
-    """Return the first rate [1/s] at which servos answer, and their models by ID."""
-    for rate in RATES:
-        show(f"looking for servos on {port_name(port)} at {rate} baud")
-        bus = Bus(port, identifier=1, baud=rate, clock=clock, counters=ServoCounters(), retries=0)
-        bus.open()
-        try:
-            found = bus.find_all()
-        finally:
-            bus.close()
-        if found:
-            return rate, found
+def find_servos(port: str | PortHandler, clock: Clock, show: Callable[[str], None]) -> Found | None:
+    """Return the servos of the first family and rate that answer."""
+    for family, rate in SOUGHT:
+        show(f"looking for {family} servos on {port_name(port)} at {rate} baud")
+        with opened(port, clock, family, 1, rate, retries=0) as bus:
+            models = bus.find_all()
+        if models:
+            return Found(family=family, rate=rate, models=models)
     return None
+
+
+@contextmanager
+def opened(
+    port: str | PortHandler,
+    clock: Clock,
+    family: str,
+    identifier: int,
+    rate: int,
+    retries: int = RETRIES,
+) -> Iterator[Bus]:
+    """Open a bus for one servo, and close it."""
+    bus = Bus(
+        port,
+        family=FAMILIES[family],
+        identifier=identifier,
+        baud=rate,
+        clock=clock,
+        counters=ServoCounters(),
+        retries=retries,
+    )
+    bus.open()
+    try:
+        yield bus
+    finally:
+        bus.close()
 
 
 def set_baud(
@@ -52,34 +94,21 @@ def set_baud(
     Raises:
         ServoSilent: None answers, or more than one, or not at the new rate.
     """
-    codes = {57_600: 1, 115_200: 2, 1_000_000: 3, 2_000_000: 4, 3_000_000: 5, 4_000_000: 6}
     found = find_servos(port, clock, show)
-    if found is None or len(found[1]) != 1 or baud not in codes:
-        listed = ", ".join(str(rate) for rate in codes)
+    codes = FAMILIES["dynamixel" if found is None else found.family].rates
+    if found is None or len(found.models) != 1 or baud not in codes:
+        listed = ", ".join(str(rate) for rate in sorted(codes))
         raise ServoSilent(
             f"{port_name(port)}: one servo must answer to be set to one of {listed} baud; "
-            f"asked for {baud}, and {len(found[1]) if found else 0} answer"
+            f"asked for {baud}, and {len(found.models) if found else 0} answer"
         )
-    (identifier,) = found[1]
-    counters = ServoCounters()
-    for rate in (found[0], baud):
-        bus = Bus(
-            port, identifier=identifier, baud=rate, clock=clock, counters=counters, retries=RETRIES
-        )
-        bus.open()
-        try:
-            if rate == found[0]:
-                bus.write(r.TORQUE_ENABLE, 0)  # else the EEPROM is locked
-                bus.write_unanswered(r.BAUD_RATE, codes[baud])
-                clock.sleep_until(clock.now() + 0.1)
-            else:
-                bus.ping()
-        finally:
-            bus.close()
+    (identifier,) = found.models
+    register = FAMILIES[found.family].table.baud_rate
+    change(port, clock, found, register, codes[baud], identifier=identifier, rate=baud)
     return Observation(
         subject=f"servo {identifier}",
         verdict="good",
-        found=f"set from {found[0]} to {baud} baud, and answers",
+        found=f"set from {found.rate} to {baud} baud, and answers",
     )
 
 
@@ -92,29 +121,43 @@ def set_identifier(
         ServoSilent: None answers, or more than one, or not by the new ID.
     """
     found = find_servos(port, clock, show)
-    if found is None or len(found[1]) != 1 or not 0 <= identifier <= LAST_IDENTIFIER:
+    if found is None or len(found.models) != 1 or not 0 <= identifier <= LAST_IDENTIFIER:
         raise ServoSilent(
             f"{port_name(port)}: one servo must answer to be given an ID of 0 to "
-            f"{LAST_IDENTIFIER}; asked for {identifier}, and {len(found[1]) if found else 0} answer"
+            f"{LAST_IDENTIFIER}; asked for {identifier}, and "
+            f"{len(found.models) if found else 0} answer"
         )
-    rate, (before,) = found[0], found[1]
-    for each in (before, identifier):
-        bus = Bus(
-            port, identifier=each, baud=rate, clock=clock, counters=ServoCounters(), retries=RETRIES
-        )
-        bus.open()
-        try:
-            if each != identifier:
-                bus.write(r.TORQUE_ENABLE, 0)  # else the EEPROM is locked
-                bus.write_unanswered(r.IDENTIFIER, identifier)
-                clock.sleep_until(clock.now() + 0.1)
-            else:
-                bus.ping()
-        finally:
-            bus.close()
+    (before,) = found.models
+    register = FAMILIES[found.family].table.identifier
+    change(port, clock, found, register, identifier, identifier=identifier, rate=found.rate)
     return Observation(
         subject=f"servo {before}", verdict="good", found=f"has the ID {identifier}, and answers"
     )
+
+
+def change(
+    port: str | PortHandler,
+    clock: Clock,
+    found: Found,
+    register: Register,
+    counts: int,
+    *,
+    identifier: int,
+    rate: int,
+) -> None:
+    """Write the ID or rate of the only servo, and make sure that it answers to the new one."""
+    (before,) = found.models
+    lock = FAMILIES[found.family].table.lock
+    with opened(port, clock, found.family, before, found.rate) as bus:
+        bus.write(bus.table.torque, 0)  # else the EEPROM is locked
+        if lock is not None:
+            bus.write(lock, 0)
+        bus.write_unanswered(register, counts)
+        clock.sleep_until(clock.now() + SETTING_PAUSE)
+    with opened(port, clock, found.family, identifier, rate) as bus:
+        bus.ping()
+        if lock is not None:
+            bus.write(lock, 1)
 
 
 def reboot_servos(
@@ -124,25 +167,14 @@ def reboot_servos(
 
     Raises:
         ServoSilent: None answers.
+        ServoRefused: Their family cannot be restarted over the bus.
     """
     found = find_servos(port, clock, show)
     if found is None:
         raise ServoSilent(f"{port_name(port)}: a servo must answer to be restarted; none does")
-    rate, models = found
-    for identifier in models:
-        bus = Bus(
-            port,
-            identifier=identifier,
-            baud=rate,
-            clock=clock,
-            counters=ServoCounters(),
-            retries=RETRIES,
-        )
-        bus.open()
-        try:
+    for identifier in found.models:
+        with opened(port, clock, found.family, identifier, found.rate) as bus:
             bus.reboot()
             clock.sleep_until(clock.now() + RESTART_PAUSE)
-        finally:
-            bus.close()
-    listed = ", ".join(str(identifier) for identifier in models)
+    listed = ", ".join(str(identifier) for identifier in found.models)
     return Observation(subject="servo", verdict="good", found=f"restarted: {listed}")

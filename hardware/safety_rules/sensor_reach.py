@@ -8,7 +8,6 @@ from math import inf
 from hardware.benches.bench import Drive
 from hardware.load_cells.base import SATURATED_COUNTS
 from hardware.safety_rules.force_estimate import ForceEstimate
-from hardware.servos import registers as r
 
 Range = tuple[float, float]
 """Least and greatest value."""
@@ -33,11 +32,13 @@ class SensorReach:
 
 def reach_of(drive: Drive, estimate: ForceEstimate | None = None) -> SensorReach:
     """Return what can be said of one servo and its tendon."""
-    spec = drive.servo.spec
-    turns = 2.0 ** (8 * r.PRESENT_POSITION.size - 1) * spec.position_unit
+    spec, table = drive.servo.spec, drive.servo.table
+    turns = inf  # followed by the driver
+    if table.counts_turns:
+        turns = 2.0 ** (8 * table.position.size - 1) * spec.position_unit
     return SensorReach(
         position=(-turns, turns),
-        voltage=(0.0, (2.0 ** (8 * r.PRESENT_VOLTAGE.size) - 1.0) * spec.voltage_unit),
+        voltage=(0.0, (2.0 ** (8 * table.voltage.size) - 1.0) * spec.voltage_unit),
         current=(-spec.stall_current, spec.stall_current),
         temperature=(-inf, spec.temperature_limit),
         force=force_reach(drive, estimate),

@@ -3,12 +3,26 @@
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from hardware.servos import xc330_t288_t, xl330_m288_t
+from hardware.servos import sts3215, sts3250, xc330_t288_t, xl330_m288_t
 from hardware.servos.base import ServoSpec
+from tendon_newton.errors import unknown_name
 
 SERVOS: Mapping[str, ServoSpec] = MappingProxyType(
     {
+        "sts3215": sts3215.SPEC,
+        "sts3250": sts3250.SPEC,
         "xc330_t288_t": xc330_t288_t.SPEC,
         "xl330_m288_t": xl330_m288_t.SPEC,
     }
 )
+
+
+def find_servo(name: str) -> ServoSpec:
+    """Return a servo's data sheet.
+
+    Raises:
+        UnknownName: No such servo; the message lists the known ones.
+    """
+    if name not in SERVOS:
+        raise unknown_name("servo", name, SERVOS)
+    return SERVOS[name]

@@ -1,27 +1,37 @@
 """Types between a servo and the rest: its data sheet, its state, health and settings."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import pi
 
 from tendon_newton.errors import InvalidParameter
 
-# bits of Hardware Error Status (70), e-manual of the X-330 series
-ALERTS = {
-    0: "input voltage outside its limits",
-    2: "overheating",
-    3: "encoder fault",
-    4: "electrical shock or too little power",
-    5: "overload",
+VOLTAGE = "input voltage outside its limits"
+ALERTS: Mapping[str, Mapping[int, str]] = {
+    "dynamixel": {
+        0: VOLTAGE,
+        2: "overheating",
+        3: "encoder fault",
+        4: "electrical shock or too little power",
+        5: "overload",
+    },
+    "feetech": {
+        0: VOLTAGE,
+        1: "encoder fault",
+        2: "overheating",
+        3: "current beyond its limit",
+        5: "overload",
+    },
 }
+"""Bits of Hardware Error Status (70) of the X-330 series and of Feetech's Status (65)."""
 
 
-def alert_words(hardware_error: int) -> tuple[str, ...]:
-    """Name the bits of Hardware Error Status (70)."""
-    return tuple(
-        ALERTS.get(bit, f"unknown alert, bit {bit}")
-        for bit in range(8)
-        if hardware_error >> bit & 1
-    )
+def alert_words(bits: int, family: str = "dynamixel") -> tuple[str, ...]:
+    """Name the alerts of a servo of a family."""
+    words = ALERTS[family]
+    return tuple(words.get(bit, f"unknown alert, bit {bit}") for bit in range(8) if bits >> bit & 1)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -57,7 +67,12 @@ class ServoSpec:
     temperature_limit: float
     """Temperature at which it shuts down [degC]."""
     position_gain: int
-    """Position P Gain (84) after a restart."""
+    """Gain of the firmware's position loop after a restart, in its own unit."""
+    armature: float = 0.002
+    """Rotor behind the gear, seen from the spool [kg m2]; no data sheet says it. This is the order
+    of a small one behind 288:1."""
+    family: str = "dynamixel"
+    """Key of its protocol and memory in the table of families."""
 
     @property
     def counts_per_turn(self) -> int:
@@ -88,16 +103,18 @@ class ServoHealth:
     temperature: float
     """Temperature inside [degC]."""
     hardware_error: int
-    """Hardware Error Status (70)."""
+    """Hardware Error Status (70), or Feetech's Status (65)."""
     torque_enabled: bool
     """The motor is driven; false after a restart of the servo, whatever was set."""
     watchdog_tripped: bool
     """The servo stopped because no instruction came in time."""
+    family: str = "dynamixel"
+    """Family of the servo, whose bits the hardware error has."""
 
     @property
     def alerts(self) -> tuple[str, ...]:
         """Meaning of the hardware error, in words."""
-        return alert_words(self.hardware_error)
+        return alert_words(self.hardware_error, self.family)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -110,6 +127,18 @@ class PositionGains:
     """Position I Gain (82)."""
     derivative: int = 0
     """Position D Gain (80)."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class OverloadProtection:
+    """A Feetech servo's firmware gives less once it has given much for long."""
+
+    duty: float
+    """Duty from which the time counts [1]."""
+    protective_duty: float
+    """Greatest duty afterwards [1]."""
+    time: float
+    """Longest time at such a duty [s]."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -178,6 +207,12 @@ class ServoSettings:
     """Bus Watchdog (98) [s]; 0 is off."""
     latency_timer: int | None
     """Latency timer of the USB adapter [ms], where the system tells."""
+    starting_duty: float | None = None
+    """Least duty with which a Feetech servo's position loop starts to move [1]."""
+    dead_zone: tuple[float, float] | None = None
+    """Errors clockwise and the other way that a Feetech servo's position loop leaves [rad]."""
+    overload: OverloadProtection | None = None
+    """Overload protection of a Feetech servo."""
 
 
 @dataclass(kw_only=True, slots=True)

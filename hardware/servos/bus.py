@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from hardware.clock import Clock
 from hardware.errors import ServoRefused, ServoSilent, SharedIdentifier
 from hardware.servos.base import ServoCounters
-from hardware.servos.registers import Register
-from hardware.servos.servo_port import PortHandler, ServoPort
+from hardware.servos.family import ServoFamily
+from hardware.servos.serial_bus.keeper import Keeper
+from hardware.servos.serial_bus.packets import SILENT, SUCCESS, Answer, Packets
+from hardware.servos.serial_bus.register import Register
+from hardware.servos.serial_bus.servo_port import PortHandler, ServoPort
 
-SUCCESS = 0
-SILENT = -3001  # COMM_RX_TIMEOUT; all other results mean a broken answer
-PING = 1
 STATUS_LENGTH = 11
-"""Bytes of an answer without data."""
-ALERT_BIT = 0x80
+"""Bytes of an answer without data, at most."""
 SPARE = 64
 """Choices of the bytes that are asked for; the table goes on after all that is read, to 227."""
 LATE_TIME = 0.5
@@ -35,14 +33,6 @@ REFUSALS = {
 }
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Answer:
-    """A servo's answer that came whole."""
-
-    data: bytes
-    error: int
-
-
 class Bus:
     """Transactions with one servo.
 
@@ -53,6 +43,7 @@ class Bus:
     Args:
         port: Path of a serial port, or a port handler of the SDK's kind, which is not locked, or a
             port that other servos share.
+        family: Protocol and memory of the servo.
         identifier: ID of the servo.
         baud: Rate of the bus [1/s].
         clock: Clock that gives the instants.
@@ -64,6 +55,7 @@ class Bus:
         self,
         port: str | PortHandler | ServoPort,
         *,
+        family: ServoFamily,
         identifier: int,
         baud: int,
         clock: Clock,
@@ -74,6 +66,9 @@ class Bus:
         self.instant = 0.0
         """Middle of the last transaction that succeeded [s]."""
         self._port = port if isinstance(port, ServoPort) else ServoPort(port, baud=baud)
+        self.table = family.table
+        self._family = family
+        self._packets: Packets = family.packets(self._port.handler)
         self._clock = clock
         self._counters = counters
         self._retries = retries
@@ -96,6 +91,16 @@ class Bus:
     def is_open(self) -> bool:
         """The port is open, as far as is known."""
         return self._port.is_open
+
+    def keeper(self, patience: float) -> Keeper | None:
+        """Start what switches the motor off after a silence [s], where the servo itself does not.
+
+        Nothing watches over a simulated bus.
+        """
+        port = self._port.descriptor
+        if self._family.motor_off is None or port is None:
+            return None
+        return Keeper(port, patience=patience, packet=self._family.motor_off(self.identifier))
 
     def open(self) -> None:
         """Lock and open the port.
@@ -120,63 +125,55 @@ class Bus:
         """
         start = min(register.address for register in registers)
         length = max(register.address + register.size for register in registers) - start
-        data = self._exchange(
-            f"read {registers[0].name}",
-            lambda asked: self._port.packets.readTx(
-                self._port.handler, self.identifier, start, asked
-            ),
-            length,
-        )
+
+        def ask(asked: int) -> int:
+            return self._packets.read(self.identifier, self._first(start, asked), asked)
+
+        data = self._exchange(f"read {registers[0].name}", ask, length, most=self.table.end)
+        first = self._first(start, len(data))
         return tuple(
-            r.decode(data[r.address - start : r.address - start + r.size]) for r in registers
+            r.decode(data[r.address - first : r.address - first + r.size]) for r in registers
         )
+
+    def _first(self, start: int, length: int) -> int:
+        """Return where a read of so many bytes begins: earlier where the table would end first."""
+        return min(start, self.table.end - length)
 
     def write(self, register: Register, counts: int) -> None:
         """Write a register and wait for the answer, which tells alerts and refusals.
 
         The answer may be that to an earlier write; what matters is read back.
         """
-        data = list(register.encode(counts))
+        data = register.encode(counts)
         self._exchange(
             f"write {counts} to {register.name}",
-            lambda _: self._send_write(register, data),
+            lambda _: self._packets.write(self.identifier, register.address, data),
             0,
-            fixed=True,
         )
 
     def write_unanswered(self, register: Register, counts: int) -> None:
         """Write a register of a servo that answers nothing but a ping."""
-        self._port.guard(lambda: self._send_write(register, list(register.encode(counts))))
+        data = register.encode(counts)
+        self._port.guard(lambda: self._packets.write(self.identifier, register.address, data))
 
     def ping(self) -> int:
         """Return the model number of the servo."""
-        packet = [0, 0, 0, 0, self.identifier, 3, 0, PING, 0, 0]  # the SDK fills in the rest
-        model_and_firmware = self._exchange(
-            "ping", lambda _: self._send(packet.copy()), 3, fixed=True
-        )
-        return int.from_bytes(model_and_firmware[:2], "little")
+        length = self._packets.ping_length
+        data = self._exchange("ping", lambda _: self._packets.ping(self.identifier), length)
+        if not data:
+            return self.read(self.table.model)[0]
+        return self.table.model.decode(data[: self.table.model.size])
 
     def find_all(self) -> dict[int, int]:
         """Return the model numbers of all servos at this rate, by ID; takes 0.8 s."""
-        found, _ = self._port.guard(lambda: self._port.packets.broadcastPing(self._port.handler))
-        return {int(identifier): int(row[0]) for identifier, row in found.items()}
+        return self._port.guard(self._packets.find_all)
 
     def reboot(self) -> None:
         """Restart the servo; its answer may be lost in the restart."""
-        self._port.guard(lambda: self._port.packets.reboot(self._port.handler, self.identifier))
-
-    def _send_write(self, register: Register, data: list[int]) -> int:
-        result = self._port.packets.writeTxOnly(
-            self._port.handler, self.identifier, register.address, register.size, data
-        )
-        return int(result)
-
-    def _send(self, packet: list[int]) -> int:
-        result = self._port.packets.txPacket(self._port.handler, packet)
-        return int(result)
+        self._port.guard(lambda: self._packets.restart(self.identifier))
 
     def _exchange(
-        self, what: str, send: Callable[[int], int], length: int, *, fixed: bool = False
+        self, what: str, send: Callable[[int], int], length: int, *, most: int | None = None
     ) -> bytes:
         """Send an instruction until one of the attempts is answered.
 
@@ -184,14 +181,14 @@ class Bus:
             what: The instruction, in words.
             send: Sends it, given the bytes of data to ask for; returns the SDK's result.
             length: Bytes of data that the answer has at least.
-            fixed: The answer cannot have more.
+            most: Bytes that may be asked for; None where the answer cannot have more.
         """
         sent: dict[int, float] = {}
         silent = 0
         self._unasked = self._unasked + 1 if self.unasked() else max(self._unasked - 1, 0)
         for attempt in range(1 + self._retries):
             self._counters.retries += attempt > 0
-            asked = length if fixed else self._unambiguous(length)
+            asked = length if most is None else self._unambiguous(length, most)
             if asked is not None:
                 sent[asked] = self._clock.now()
                 self._late[asked] = sent[asked] + LATE_TIME
@@ -202,8 +199,8 @@ class Bus:
             if answer is not None:
                 now = self._clock.now()
                 self.instant = 0.5 * (sent.get(len(answer.data), now) + now)
-                self._refuse(what, answer.error)
-                return answer.data[:length]
+                self._refuse(what, answer)
+                return answer.data
             if result == SILENT:
                 silent += 1
                 self._counters.silent += 1
@@ -245,7 +242,7 @@ class Bus:
             "--port ... --set-id`"
         )
 
-    def _unambiguous(self, length: int) -> int | None:
+    def _unambiguous(self, length: int, most: int) -> int | None:
         """Choose how many bytes to ask for, so that no answer on its way has as many.
 
         Where there are too many on their way, nothing may be asked until they have come or are
@@ -253,28 +250,27 @@ class Bus:
         """
         now = self._clock.now()
         self._late = {asked: until for asked, until in self._late.items() if until > now}
-        spare = [asked for asked in range(length, length + SPARE) if asked not in self._late]
+        choices = range(length, min(length + SPARE, most + 1))
+        spare = [asked for asked in choices if asked not in self._late]
         return spare[0] if spare else None
 
     def _await(self, result: int, sent: dict[int, float]) -> tuple[int, Answer | None]:
         """Receive until there is an answer of a length that was asked for, or none comes."""
         self._port.handler.setPacketTimeout(STATUS_LENGTH + max(sent, default=0))
         while result == SUCCESS:
-            packet, result = self._port.packets.rxPacket(self._port.handler, False)
-            if result != SUCCESS:
+            answer, result = self._packets.receive()
+            if answer is None:
                 break
-            length = (packet[5] | packet[6] << 8) - 4  # without instruction, error and CRC
-            answer = Answer(data=bytes(packet[9 : 9 + max(length, 0)]), error=packet[8])
-            if packet[4] != self.identifier:
+            if answer.identifier != self.identifier:
                 continue
             self._late.pop(len(answer.data), None)
-            if answer.error & ~ALERT_BIT or len(answer.data) in sent:
+            if answer.refusal or len(answer.data) in sent:
                 return SUCCESS, answer
         return result, None
 
-    def _refuse(self, what: str, error: int) -> None:
-        self._counters.alerts += bool(error & ALERT_BIT)
-        refusal = error & ~ALERT_BIT
+    def _refuse(self, what: str, answer: Answer) -> None:
+        self._counters.alerts += answer.alert
+        refusal = answer.refusal
         if refusal:
             raise ServoRefused(
                 f"servo {self.identifier} on {self.name} refused to {what}: "

@@ -1,10 +1,14 @@
 """The position loop on the host: a servo in PWM mode becomes a spring that the tendon pulls on."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite, pi
 
 from hardware.errors import CommandNotFinite
+from hardware.servos.base import ServoSpec
 from tendon_newton.errors import InvalidParameter
+
+REFERENCE_TORQUE = 0.75
+"""Stall torque of the XC330-T288-T at 9 V [N m], for which the bench's numbers were chosen."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -76,3 +80,14 @@ class HostPositionLoop:
         if position <= low:
             return max(duty, 0.0)
         return duty
+
+
+def no_stronger(loop: HostPositionLoop, spec: ServoSpec) -> HostPositionLoop:
+    """Return a loop with which a stronger servo pulls no harder than the bench's own."""
+    share = min(1.0, REFERENCE_TORQUE / spec.stall_torque)
+    return replace(
+        loop,
+        gain=share * loop.gain,
+        duty_limit=share * loop.duty_limit,
+        offset=share * loop.offset,
+    )

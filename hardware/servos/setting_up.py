@@ -13,13 +13,12 @@ from hardware.errors import (
     UnsupportedServo,
 )
 from hardware.servos import SERVOS
-from hardware.servos import registers as r
 from hardware.servos.base import ServoConfiguration, ServoSpec, alert_words
 from hardware.servos.bus import Bus
-from hardware.servos.settings import targets
+from hardware.servos.control_table import WATCHDOG_PERIOD
+from hardware.servos.families import FAMILIES
+from hardware.servos.serial_bus.register import Register
 
-ANSWERS_ALL = 2
-"""Status Return Level at which a servo answers every instruction."""
 GREETINGS = 3
 """Pings before another model is believed."""
 LATE_ANSWER = 0.05
@@ -49,11 +48,11 @@ def greet(bus: Bus, spec: ServoSpec, clock: Clock) -> None:
         )
     refuse_second(bus, clock)
     try:
-        (level,) = bus.read(r.STATUS_RETURN_LEVEL)
+        (level,) = bus.read(bus.table.answers)
     except ServoSilent:
         level = 0  # it answers to a ping alone
-    if level != ANSWERS_ALL:
-        bus.write_unanswered(r.STATUS_RETURN_LEVEL, ANSWERS_ALL)
+    if level != bus.table.answers_all:
+        bus.write_unanswered(bus.table.answers, bus.table.answers_all)
         clock.sleep_until(clock.now() + LATE_ANSWER)
 
 
@@ -84,8 +83,9 @@ def await_restart(bus: Bus, spec: ServoSpec, clock: Clock) -> None:
 
 def apply(bus: Bus, configuration: ServoConfiguration, spec: ServoSpec) -> None:
     """Set a servo whose motor is off, and verify it."""
-    set_verified(bus, r.BUS_WATCHDOG, 0)
-    for register, counts in targets(configuration, spec):
+    if bus.table.watchdog is not None:
+        set_verified(bus, bus.table.watchdog, 0)
+    for register, counts in FAMILIES[spec.family].targets(configuration, spec):
         if bus.read(register) != (counts,):  # EEPROM wears out with every write
             bus.write(register, counts)
     verify(bus, configuration, spec)
@@ -97,7 +97,7 @@ def verify(bus: Bus, configuration: ServoConfiguration, spec: ServoSpec) -> None
     Raises:
         SettingMismatch: A register differs.
     """
-    for register, counts in targets(configuration, spec):
+    for register, counts in FAMILIES[spec.family].targets(configuration, spec):
         (found,) = bus.read(register)
         if found != counts:
             raise SettingMismatch(
@@ -106,7 +106,7 @@ def verify(bus: Bus, configuration: ServoConfiguration, spec: ServoSpec) -> None
             )
 
 
-def set_verified(bus: Bus, register: r.Register, counts: int) -> None:
+def set_verified(bus: Bus, register: Register, counts: int) -> None:
     """Write a register and read it back."""
     bus.write(register, counts)
     (found,) = bus.read(register)
@@ -117,25 +117,31 @@ def set_verified(bus: Bus, register: r.Register, counts: int) -> None:
         )
 
 
-def refuse_alert(bus: Bus) -> None:
+def refuse_alert(bus: Bus, spec: ServoSpec) -> None:
     """Refuse to go on with a servo that reports a hardware error."""
-    (error,) = bus.read(r.HARDWARE_ERROR)
+    (error,) = bus.read(bus.table.alerts)
     if error:
-        raise ServoAlert(alert_text(bus.identifier, error))
+        raise ServoAlert(alert_text(bus, spec, error))
 
 
-def alert_text(identifier: int, error: int) -> str:
+def alert_text(bus: Bus, spec: ServoSpec, error: int) -> str:
     """Say what a hardware error is and what ends it."""
+    words = ", ".join(alert_words(error, spec.family))
     return (
-        f"servo {identifier} reports {', '.join(alert_words(error))} (register 70 is {error}); "
-        "remove the cause, then reboot it"
+        f"servo {bus.identifier} reports {words} (register {bus.table.alerts.address} is "
+        f"{error}); remove the cause, then {FAMILIES[spec.family].remedy}"
     )
 
 
 def arm_watchdog(bus: Bus, configuration: ServoConfiguration) -> None:
-    """Let the servo stop by itself where no instruction comes; armed from a clear state only."""
-    set_verified(bus, r.BUS_WATCHDOG, 0)
-    set_verified(bus, r.BUS_WATCHDOG, round(configuration.watchdog / r.WATCHDOG_PERIOD))
+    """Let the servo stop by itself where no instruction comes; armed from a clear state only.
+
+    A servo without a watchdog goes on: there is nothing to arm.
+    """
+    register = bus.table.watchdog
+    if register is not None:
+        set_verified(bus, register, 0)
+        set_verified(bus, register, round(configuration.watchdog / WATCHDOG_PERIOD))
 
 
 def switch_off(bus: Bus) -> None:
@@ -148,9 +154,9 @@ def switch_off(bus: Bus) -> None:
     for _ in range(TORQUE_OFF_ATTEMPTS):
         # the answer may be lost where the motor is off; the register tells
         with suppress(ServoSilent, ServoRefused):
-            bus.write(r.TORQUE_ENABLE, 0)
+            bus.write(bus.table.torque, 0)
         try:
-            (torque,) = bus.read(r.TORQUE_ENABLE)
+            (torque,) = bus.read(bus.table.torque)
         except ServoSilent:
             continue
         if not torque:

@@ -9,11 +9,16 @@ WIND_MAX = 1.0
 class SpoolAngle:
     """Counts of a servo as angles from home; the servo itself keeps no home.
 
+    A servo whose register begins anew with each turn is followed: between two reads its spool turns
+    by less than half a turn.
+
     Args:
         spec: The servo's data sheet.
+        counts_turns: Whether its register goes on over a turn.
     """
 
-    def __init__(self, spec: ServoSpec) -> None:
+    def __init__(self, spec: ServoSpec, *, counts_turns: bool = True) -> None:
+        self._counts_turns = counts_turns
         self._unit = spec.position_unit
         self._turn = spec.counts_per_turn
         self._home = 0
@@ -28,6 +33,9 @@ class SpoolAngle:
 
     def angle(self, counts: int) -> float:
         """Return the angle of counts that were just read [rad]."""
+        if not self._counts_turns:
+            half = self._turn // 2
+            counts = self._last + (counts - self._last + half) % self._turn - half
         self._last = counts
         return (counts - self._home) * self._unit
 

@@ -8,20 +8,16 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from hardware.virtual_bench.emulation.drive_line import DriveLine
+from hardware.virtual_bench.emulation.emulations import AnyEmulator, AnyModel, parser_of, set_up
 from hardware.virtual_bench.emulation.firmware import TICK
 from hardware.virtual_bench.emulation.plant import Plant, PlantState
-from hardware.virtual_bench.emulation.servo_emulator import ServoEmulator
 from hardware.virtual_bench.faults import ALERT_BITS, FaultEvent, Faults
-from hardware.virtual_bench.memory import addresses as at
-from hardware.virtual_bench.memory.control_table import XC330_T288_T, ServoModel
-from hardware.virtual_bench.memory.protocol import FrameParser
+from hardware.virtual_bench.memory.control_table import XC330_T288_T
 from hardware.virtual_bench.physics.load_cell import BANNER
 from hardware.virtual_bench.physics.obstacle import Obstacle, grips
 from hardware.virtual_bench.physics.unit import draw_unit
 from hardware.virtual_bench.physics.wear import NEW, worn
 
-BUS_BAUD = 3
-"""Register 8 of a bench's servo: 1 Mbit/s, as an operator has set it once."""
 USB_LATENCY = 0.5e-3
 """From the servo's last bit to the host's first byte [s]: an FTDI whose latency timer is 1 ms."""
 CELL_LATENCY = 1.2e-3
@@ -62,7 +58,7 @@ class VirtualBench:
         faults: Faults | None = None,
         obstacle: str = "free",
         load_cell_rate: int = 80,
-        model: ServoModel = XC330_T288_T,
+        model: AnyModel = XC330_T288_T,
         wear: str = NEW,
     ) -> None:
         self.unit = worn(draw_unit(bench, seed, model.name), wear)
@@ -74,7 +70,7 @@ class VirtualBench:
         self.servo = self.servos[0]
         self._seed = seed
         self._random = random.Random(f"bench {seed}")
-        self._parser = FrameParser()
+        self._parser = parser_of(model)
         self._cells = tuple(deque([Reply(due=0.0, data=BANNER)]) for _ in self.servos)
         self._faults = Faults()
         self._events: list[FaultEvent] = []
@@ -234,7 +230,8 @@ class VirtualBench:
             elif event.name.startswith("cell"):
                 line.load_cell.disturb(event.name, end, event.counts)
             elif event.name == "alert":
-                line.registers.raise_error(ALERT_BITS[event.alert])
+                bits = line.registers.model.alert_bits or ALERT_BITS
+                line.registers.raise_error(bits[event.alert])
             elif event.name == "reboot":
                 servo.restart(time, line.encoder.count)
             else:
@@ -249,14 +246,11 @@ class VirtualBench:
                 servo.restart(end, line.encoder.count)
 
 
-def emulator_of(line: DriveLine, seed: int, place: int) -> ServoEmulator:
+def emulator_of(line: DriveLine, seed: int, place: int) -> AnyEmulator:
     """Return a servo on the bus; its noise is its own."""
-    line.registers.store(at.BAUD_RATE, BUS_BAUD)
-    line.registers.store(at.IDENTIFIER, place + 1)
+    set_up(line.registers, place + 1)
     words = f"servo sensors {seed} {place}" if place else f"servo sensors {seed}"
-    return ServoEmulator(
-        line.registers, line.firmware, line.motor, line.constants.servo, random.Random(words)
-    )
+    return line.controller.emulate(line.motor, line.constants.servo, random.Random(words))
 
 
 def changed(data: bytes, rng: random.Random) -> bytes:

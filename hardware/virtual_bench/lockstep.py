@@ -11,10 +11,11 @@ from collections import deque
 from pathlib import Path
 
 from hardware.virtual_bench.bench import Reply, VirtualBench
+from hardware.virtual_bench.emulation.emulations import AnyModel
 from hardware.virtual_bench.emulation.plant import PlantState
 from hardware.virtual_bench.emulation.truth import write_plant_file
 from hardware.virtual_bench.faults import FaultEvent, Faults
-from hardware.virtual_bench.memory.control_table import XC330_T288_T, ServoModel
+from hardware.virtual_bench.memory.control_table import XC330_T288_T
 from hardware.virtual_bench.physics.wear import NEW
 
 UNPLUGGED = termios.error(5, "Input/output error")
@@ -199,7 +200,7 @@ class LockstepBench:
         faults: Faults | None = None,
         obstacle: str = "free",
         load_cell_rate: int = 80,
-        model: ServoModel = XC330_T288_T,
+        model: AnyModel = XC330_T288_T,
         wear: str = NEW,
     ) -> None:
         self.bench = VirtualBench(

@@ -13,6 +13,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+from hardware.virtual_bench.emulation.emulations import SERVO_MODELS
 from hardware.virtual_bench.emulation.plant import PlantState
 from hardware.virtual_bench.emulation.truth import write_plant_file
 from hardware.virtual_bench.faults import FaultEvent, Faults
@@ -71,10 +72,15 @@ def parse_wear(word: str) -> str:
     return wear[0] if wear else NEW
 
 
-def lockstep_of(word: str) -> LockstepBench:
-    """Return the bench that a word such as ``virtual:finger:3`` names, as fast as its user."""
+def lockstep_of(word: str, servo: str = XC330_T288_T.name) -> LockstepBench:
+    """Return the bench that a word such as ``virtual:finger:3`` names, as fast as its user.
+
+    Args:
+        word: Bench, unit and wear.
+        servo: Name of its servo.
+    """
     bench, seed = parse_word(word)
-    return LockstepBench(bench, seed, wear=parse_wear(word))
+    return LockstepBench(bench, seed, model=SERVO_MODELS[servo], wear=parse_wear(word))
 
 
 class VirtualPorts:

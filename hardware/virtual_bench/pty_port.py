@@ -12,7 +12,10 @@ from pathlib import Path
 
 BAUD_CODES = {
     getattr(termios, f"B{baud}"): baud
-    for baud in (9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000)
+    for baud in (
+        *(9_600, 38_400, 57_600, 115_200, 500_000),
+        *(1_000_000, 2_000_000, 3_000_000, 4_000_000),
+    )
 }
 BACKLOG = 3000
 """Bytes that nobody has read after which the oldest are thrown away, as a driver's ring does."""

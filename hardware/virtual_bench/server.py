@@ -21,8 +21,9 @@ from pathlib import Path
 from typing import Any
 
 from hardware.virtual_bench.bench import VirtualBench
+from hardware.virtual_bench.emulation.emulations import SERVO_MODELS
 from hardware.virtual_bench.faults import FaultEvent
-from hardware.virtual_bench.memory.control_table import SERVO_MODELS, XC330_T288_T
+from hardware.virtual_bench.memory.control_table import XC330_T288_T
 from hardware.virtual_bench.physics.wear import NEW
 from hardware.virtual_bench.pty_port import PtyPort
 from tendon_newton.errors import TendonNewtonError

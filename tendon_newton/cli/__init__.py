@@ -15,6 +15,7 @@ VERBS: dict[str, str] = {
     "import": "tendon_newton.cli.import_",
     "simulate": "tendon_newton.cli.simulate",
     "diagnose": "tendon_newton.cli.diagnose",
+    "explain": "tendon_newton.cli.explain",
     "exam": "tendon_newton.cli.exam",
     "experiment": "tendon_newton.cli.experiment",
     "asset": "tendon_newton.cli.asset",
@@ -95,6 +96,11 @@ def dispatch(words: list[str]) -> int:
 
         print(__version__)
         return 0
+    if words[0] == "--completion":
+        from tendon_newton.cli.completion import print_completion
+
+        print_completion(words[1] if len(words) > 1 else "", VERBS)
+        return 0
     if words[0] not in VERBS:
         raise unknown_name("verb", words[0], VERBS)
     return run_verb(words[0], words[1:])
@@ -152,6 +158,7 @@ def overview() -> str:
             *lines,
             "",
             "  --version  print the version",
+            "  --completion SHELL  print what bash, zsh or tcsh completes verbs and options with",
             f"  {VERBOSE_OPTION}  {VERBOSE_WORDS}",
             f"  {QUIET_OPTION}    {QUIET_WORDS}",
         ]

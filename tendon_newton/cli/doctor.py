@@ -36,6 +36,8 @@ class Doctor:
     """Serial port of the servo's adapter, or virtual[:BENCH[:SEED]]."""
     load_cell_port: str | None = None
     """Serial port of the load cell; a virtual bench brings its own."""
+    servo: str = "xc330_t288_t"
+    """Servo of a virtual bench; a real one says itself what it is."""
     set_baud: int | None = None
     """Set the rate of the only servo on the port, which comes with 57600 from the factory."""
     set_id: int | None = None
@@ -53,9 +55,10 @@ def main(config: Doctor) -> None:
     clock: Clock = MonotonicClock()
     port, cell_port = config.port, config.load_cell_port
     if port is not None and port.split(":")[0] == "virtual":
+        from hardware.servos import find_servo
         from hardware.virtual_bench import lockstep_of
 
-        twin = lockstep_of(port)
+        twin = lockstep_of(port, find_servo(config.servo).name)
         clock, port, cell_port = twin.clock, twin.servo_port(), twin.load_cell_stream()
     changes = config.reboot or config.set_baud is not None or config.set_id is not None
     if port is None and changes:

@@ -25,7 +25,7 @@ class VirtualBenchConfig:
     """Obstacle in the mechanism's way."""
     load_cell_rate: Literal[80, 20, 10] = 80
     """Readings per second [Hz]; 20 is a mean of four at 80."""
-    servo: Literal["xc330_t288_t", "xl330_m288_t"] = "xc330_t288_t"
+    servo: Literal["sts3215", "sts3250", "xc330_t288_t", "xl330_m288_t"] = "xc330_t288_t"
     """Name of the servo."""
     worn: Literal["new", "friction", "spool"] = "new"
     """Wear of the unit: friction, its gear has run dry; spool, its spool has slipped."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from tendon_newton.identification.least_squares import Linearisation, invertible
+from tendon_newton.identification.linearisation import Linearisation, invertible
 
 CONFOUNDED = 0.95
 """Correlation from which two numbers are not told apart [1]."""

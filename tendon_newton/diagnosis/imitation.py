@@ -10,10 +10,15 @@ import numpy as np
 
 from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.explanation import Explanation
-from tendon_newton.identification.least_squares import STEP_FLOOR, STEP_SHARE
 from tendon_newton.identification.noise_floor import NoiseFloor
 from tendon_newton.identification.objective import Scales, loss_terms
 from tendon_newton.identification.study import Residual, Study
+
+STEP_SHARE = 1.0e-2
+"""Finite-difference step as a share of a number's value [1]; stick and slip make smaller steps
+noisy."""
+STEP_FLOOR = 1.0e-4
+"""The same as a share of its range, which is added [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)

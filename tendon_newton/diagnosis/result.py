@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -33,6 +34,23 @@ class Errors:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Criterion:
+    """One thing that a cause must pass to be named."""
+
+    name: str
+    """What is asked."""
+    value: float
+    """What the data say."""
+    bar: float
+    """What it is compared with."""
+    passed: bool
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it as the contract names it."""
+        return asdict(self)
+
+
+@dataclass(frozen=True, kw_only=True)
 class NamedEffect:
     """A cause that passed its gates."""
 
@@ -47,6 +65,10 @@ class NamedEffect:
     """What to record to tell them apart."""
     explanations: tuple[Explanation, ...] = ()
     """It and its rivals with all numbers of their fits; none where it has no rivals."""
+    criteria: tuple[Criterion, ...] = ()
+    """What it had to pass."""
+    probability: float | None = None
+    """Share of draws of blocks of time in which it passes the bar; None where nobody asked."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,15 +77,31 @@ class CandidateScore:
 
     name: str
     score: float
-    """Share of the loss above the noise that it removes on folds it was not fitted on."""
+    """Share of the squared error above the noise that it removes from the recordings fitted."""
     values: Mapping[str, float]
     at_bound: Mapping[str, float] = field(default_factory=dict)
     """Numbers that ended at a bound, with that bound: it cannot be named, whatever its score."""
+    criteria: tuple[Criterion, ...] = ()
+    """What it passed and what it did not."""
+    probability: float | None = None
+    """Share of draws of blocks of time in which it passes the bar; None where nobody asked."""
+    acts_in: tuple[str, ...] | None = None
+    """Recordings in which it changes more than is left over anyway; None where nobody looked."""
+    looked_at: int = 0
+    """Recordings in which that was looked at."""
 
     def to_json(self) -> dict[str, Any]:
-        """Return it as the contract names it; what is not the case is left out."""
-        out = {"name": self.name, "score": self.score, "parameters": dict(self.values)}
-        return {**out, "at_bound": list(self.at_bound)} if self.at_bound else out
+        """Return it as the contract names it; what is not the case is left out.
+
+        JSON has no infinity: a number at an infinite null is left out.
+        """
+        finite = {name: value for name, value in self.values.items() if math.isfinite(value)}
+        out: dict[str, Any] = {"name": self.name, "score": self.score, "parameters": finite}
+        if self.at_bound:
+            out["at_bound"] = list(self.at_bound)
+        if self.acts_in is not None:
+            out |= {"acts_in": list(self.acts_in), "looked_at": self.looked_at}
+        return {**out, **account_json(self.criteria, self.probability)}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,8 +142,6 @@ class Diagnosis:
     unexplained: Unexplained
     model: Model
     """The extended model."""
-    p_value: float
-    """Chance of the best candidate's gain if the residual were noise of its own colour."""
     fitted: Mapping[str, Estimate] = field(default_factory=dict)
     """Numbers of the model's ``fit`` list."""
     confounded: tuple[Confounded, ...] = ()
@@ -116,6 +152,8 @@ class Diagnosis:
     """Benches of the training data, as they were set up."""
     notes: tuple[str, ...] = ()
     """What the reader must know: sides that could not be tested, defects of the data."""
+    next_steps: tuple[str, ...] = ()
+    """What came closest, what stopped it and what to do, where a gap is left."""
 
     def to_json(self) -> dict[str, Any]:
         """Return the contract's dictionary."""
@@ -123,7 +161,6 @@ class Diagnosis:
             "schema": SCHEMA,
             "wall_time_s": round(self.wall_time_s, 2),
             "verdict": self.verdict,
-            "p_value": self.p_value,
             "baseline": errors_json(self.baseline),
             "extended": errors_json(self.extended),
             "noise_floor": {"force": self.noise_force, "theta": self.noise_theta},
@@ -137,6 +174,7 @@ class Diagnosis:
             "scale": asdict(self.scale),
             "recorded": [setting.to_json() for setting in self.recorded],
             "notes": list(self.notes),
+            "next_steps": list(self.next_steps),
         }
 
     def identifiability(self) -> dict[str, Any]:
@@ -178,7 +216,18 @@ def effect_json(effect: NamedEffect, extended: Errors) -> dict[str, Any]:
         "indistinguishable_from": list(effect.indistinguishable_from),
         "separating_experiment": effect.separating_experiment,
         "explanations": [explanation.to_json() for explanation in effect.explanations],
+        **account_json(effect.criteria, effect.probability),
     }
+
+
+def account_json(criteria: tuple[Criterion, ...], probability: float | None) -> dict[str, Any]:
+    """Return what a cause passed, and its chance; what nobody asked is left out."""
+    out: dict[str, Any] = {}
+    if criteria:
+        out["criteria"] = [criterion.to_json() for criterion in criteria]
+    if probability is not None:
+        out["probability"] = round(probability, 3)
+    return out
 
 
 def write_diagnosis(path: Path, diagnosis: Diagnosis) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-Family = Literal["single", "pair", "clean", "outside"]
+Family = Literal["single", "pair", "many", "clean", "outside"]
 WORTH_A_SHARE = 1.2
 """A signal whose error is less than so many times the true model's has no gap to remove."""
 LARGEST_CLASS = 3

@@ -6,7 +6,7 @@ import numpy as np
 from scipy import stats
 
 from tendon_newton.data.recording import Array, Indices
-from tendon_newton.identification.least_squares import Candidate, Linearisation, invertible
+from tendon_newton.identification.linearisation import Linearisation, invertible
 from tendon_newton.identification.objective import Layout, loss_curvatures
 
 RESAMPLES = 1000
@@ -25,8 +25,8 @@ LEAST_SHARE = 1.0e-3
 """Share of a value that step size and simplified sensors leave open, whatever the noise."""
 
 
-def intervals(candidate: Candidate, point: Linearisation, where: Layout) -> Array:
-    """Return 95 % intervals of a fit's parameters, given its model, shape (F, 2).
+def half_widths(point: Linearisation, where: Layout) -> Array:
+    """Return half the 95 % intervals of a fit's numbers, given its model, shape (F,).
 
     Blocks of time are drawn with replacement and the fit repeated on each draw, to first order. So
     rows inside a block may be correlated and the noise need not be known. Whole recordings as
@@ -34,17 +34,11 @@ def intervals(candidate: Candidate, point: Linearisation, where: Layout) -> Arra
     `MOST_BY_RECORDING` times the first. That the model is right, and has the right causes, is taken
     for granted.
     """
+    if point.jacobian.shape[1] == 0:
+        return np.zeros(0)
     by_block = half_width(point, where.block)
     by_recording = half_width(point, where.recording)
-    half = np.maximum(by_block, np.minimum(by_recording, MOST_BY_RECORDING * by_block))
-    half = WIDENING * half + LEAST_SHARE * np.abs(candidate.value)
-    return np.stack(
-        [
-            np.maximum(candidate.value - half, candidate.lower),
-            np.minimum(candidate.value + half, candidate.upper),
-        ],
-        axis=1,
-    )
+    return WIDENING * np.maximum(by_block, np.minimum(by_recording, MOST_BY_RECORDING * by_block))
 
 
 def half_width(point: Linearisation, groups: Indices) -> Array:

@@ -91,6 +91,8 @@ class Study:
             recordings = all_pieces([benches[r.bench] for r in recordings], recordings)
         self.recordings = tuple(without_estimates(r, model) for r in recordings)
         self._model = model
+        self.time_step = time_step
+        """Step of its simulations unless another is asked for [s]."""
         self.unknown = unknown_numbers(model, benches, self.recordings)
         """Numbers of benches that the model declares unknown."""
         self.table = ParameterTable(actuator=model.actuator.name, effects=())

@@ -19,11 +19,11 @@ from hardware.control.policy_runner import Policy, load_policy
 from hardware.deployment.deploy import Deployment, DeployOutcome, deploy
 from hardware.deployment.deploy_replay import DIFFERENCE, replay_log
 from hardware.deployment.deploy_settings import DeploySettings, loops_of, refuse_mismatch
+from hardware.safety_rules.bench_limits import SafetyLimits
 from hardware.safety_rules.force_estimate import ForceEstimate, load_estimate
-from hardware.safety_rules.limits import SafetyLimits
-from hardware.safety_rules.safety_limits import limits_for
-from hardware.servos import SERVOS
-from hardware.servos.host_position_loop import HostPositionLoop
+from hardware.safety_rules.rule_limits import limits_for
+from hardware.servos import find_servo
+from hardware.servos.host_position_loop import HostPositionLoop, no_stronger
 from hardware.stop_request import StopRequest
 from hardware.virtual_bench.process import DEFAULT_BENCH, WORD
 from tendon_newton.data.dataset import list_recording
@@ -180,14 +180,14 @@ def further_drives(options: DeployOptions, servos: int) -> tuple[DriveAddress, .
 
 def settings_of(options: DeployOptions, policy: Policy | None) -> DeploySettings:
     """Return rates and limits; the command range is the policy's, or a hand's."""
-    if options.servo not in SERVOS:
-        raise unknown_name("servo", options.servo, SERVOS)
+    spec = find_servo(options.servo)
     by_hand = HostPositionLoop(
         gain=JOG_GAIN, duty_limit=JOG_DUTY, offset=0.0, position_range=JOG_RANGE
     )
+    by_hand = no_stronger(by_hand, spec)
     loop, *further = (by_hand,) if policy is None else loops_of(policy.card)
     limits = limits_for(
-        SERVOS[options.servo],
+        spec,
         bench_limits(options, jog=policy is None),
         clip=JOG_RANGE[1] if policy is None else policy.card.action_clip,
         load_cell_rate=float(options.load_cell_rate),

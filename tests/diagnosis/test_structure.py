@@ -19,7 +19,7 @@ from tendon_newton.diagnosis.unexplained.structure import (
     make_folds,
 )
 from tendon_newton.effects import EFFECTS
-from tendon_newton.identification.least_squares import Linearisation
+from tendon_newton.identification.linearisation import Linearisation
 from tendon_newton.identification.study import Study
 from tests.planted.generator import Recipe, make_dataset
 from tests.planted.truth import Truth

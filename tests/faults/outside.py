@@ -28,11 +28,11 @@ from hardware.control.operator import SilentOperator
 from hardware.control.signed_goals import signed_goal
 from hardware.deployment.deploy_settings import DeploySettings
 from hardware.errors import RuleOutOfReach, SharedIdentifier
+from hardware.safety_rules.bench_limits import SafetyLimits
 from hardware.safety_rules.force_estimate import ForceEstimate
-from hardware.safety_rules.limits import SafetyLimits
-from hardware.safety_rules.safety_limits import DeployLimits
+from hardware.safety_rules.rule_limits import DeployLimits
 from hardware.servos import SERVOS
-from hardware.servos.dynamixel_servo import DynamixelServo
+from hardware.servos.bus_servo import BusServo
 from hardware.stop_request import StopRequest
 from hardware.virtual_bench import Faults, LockstepBench
 from tendon_newton.errors import InvalidOutput, InvalidParameter
@@ -103,7 +103,7 @@ def full_folder(k: int) -> None:
 def two_from_the_start(k: int) -> None:
     """Two servos with one ID: named as that before the motor is on."""
     bench = LockstepBench("finger", k, faults=Faults(doubled_replies=1.0))
-    servo = DynamixelServo(SERVOS["xc330_t288_t"], bench.servo_port(), clock=bench.clock)
+    servo = BusServo(SERVOS["xc330_t288_t"], bench.servo_port(), clock=bench.clock)
     with pytest.raises(SharedIdentifier, match="two answer as 1"):
         servo.open()
 

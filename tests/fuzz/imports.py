@@ -11,7 +11,7 @@ import numpy as np
 import tomli_w
 
 from tendon_newton.data.importers.bam import read_bam
-from tendon_newton.data.importers.lerobot import read_lerobot
+from tendon_newton.data.importers.lerobot import LeRobotUnits, read_lerobot
 from tendon_newton.data.importers.mapped import read_mapped
 from tendon_newton.data.importers.so101 import read_so101
 from tendon_newton.data.importers.xl330 import read_xl330
@@ -126,9 +126,9 @@ def lerobot_info(folder: Path) -> Path:
 
 def read_lerobot_rows(path: Path) -> None:
     """Read the dataset of spoilt rows."""
-    read_lerobot(path.parents[2])
+    read_lerobot(path.parents[2], units=LeRobotUnits(unit="deg"))
 
 
 def read_lerobot_info(path: Path) -> None:
     """Read the dataset of a spoilt description."""
-    read_lerobot(path.parents[1])
+    read_lerobot(path.parents[1], units=LeRobotUnits(unit="deg"))

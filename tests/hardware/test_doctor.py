@@ -20,6 +20,7 @@ from hardware.doctor.load_cell_checks import check_counts, check_load_cell, chec
 from hardware.doctor.port_checks import check_latency, check_port, check_search
 from hardware.doctor.servo_checks import check_health, check_rate, check_servo, check_speed
 from hardware.doctor.servo_search import (
+    Found,
     find_servos,
     reboot_servos,
     set_baud,
@@ -30,7 +31,7 @@ from hardware.load_cells.base import LoadCellReading
 from hardware.load_cells.hx711_serial import Hx711Serial
 from hardware.servos import SERVOS
 from hardware.servos.base import ServoHealth
-from hardware.servos.dynamixel_servo import DynamixelServo
+from hardware.servos.bus_servo import BusServo
 from hardware.virtual_bench import FaultEvent, Faults, LockstepBench, VirtualPorts
 from tendon_newton.cli import main
 from tendon_newton.cli.doctor import coloured
@@ -197,7 +198,9 @@ def test_a_servo_at_the_factorys_rate_is_found_and_set(ports: VirtualPorts) -> N
     """57600 baud is too slow for 80 Hz; the rate is set, and the servo answers at it."""
     clock = MonotonicClock()
     assert set_baud(ports.servo_port, 57_600, clock, quiet).verdict == "good"
-    assert find_servos(ports.servo_port, clock, quiet) == (57_600, {1: 1220})
+    assert find_servos(ports.servo_port, clock, quiet) == Found(
+        family="dynamixel", rate=57_600, models={1: 1220}
+    )
     (observation,) = check_rate("servo 1", SPEC, 57_600)
     assert observation.verdict == "fix"
     assert "--set-baud 1000000" in observation.remedy
@@ -211,7 +214,9 @@ def test_a_servo_is_given_an_id_of_its_own(ports: VirtualPorts) -> None:
     """It answers by the new one alone, and keeps it; where two answer neither is changed."""
     clock = MonotonicClock()
     assert "has the ID 7, and answers" in set_identifier(ports.servo_port, 7, clock, quiet).found
-    assert find_servos(ports.servo_port, clock, quiet) == (1_000_000, {7: 1220})
+    assert find_servos(ports.servo_port, clock, quiet) == Found(
+        family="dynamixel", rate=1_000_000, models={7: 1220}
+    )
     set_identifier(ports.servo_port, 1, clock, quiet)
     with pytest.raises(ServoSilent, match="asked for 253"):
         set_identifier(ports.servo_port, 253, clock, quiet)
@@ -230,7 +235,7 @@ def test_an_alert_is_named_and_a_restart_clears_it(ports: VirtualPorts) -> None:
     assert [(x.verdict, x.found) for x in alerts] == [("fix", "overload")]
     assert "--reboot" in alerts[0].remedy
     assert reboot_servos(ports.servo_port, clock, quiet).verdict == "good"
-    servo = DynamixelServo(SPEC, ports.servo_port, retries=20)
+    servo = BusServo(SPEC, ports.servo_port, retries=20)
     servo.open()
     assert not servo.read_health().alerts
     servo.close()

@@ -8,7 +8,9 @@ import pytest
 from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
-from tendon_newton.diagnosis.search import Search
+from tendon_newton.diagnosis.search.fixed_set import fit_set_anew
+from tendon_newton.diagnosis.search.refit import values_of
+from tendon_newton.diagnosis.search.worlds import Worlds
 from tendon_newton.errors import InvalidModelFile, UnknownName
 from tendon_newton.identification.study import Study
 from tendon_newton.simulation.hosts.replay import replay, simulated_recording
@@ -31,8 +33,9 @@ def measured(bench: str, overrides: BenchOverrides, command: np.ndarray) -> Reco
 def fitted(recordings: list[Recording], model: Model) -> tuple[dict[str, float], Model]:
     """The model's unknown numbers by name, and the model that has them."""
     study = Study(recordings, model, (), time_step=STEP)
-    found = Search(study, model).baseline()
-    values = dict(zip(found.columns, map(float, found.value), strict=True))
+    worlds = Worlds(study)
+    found = fit_set_anew(worlds, model, ())
+    values = values_of(worlds, found.columns, found.place)
     names = {study.table.owners[c][1].name: v for c, v in values.items()}
     return names, study.with_fitted(model, values)
 
@@ -92,4 +95,4 @@ def test_what_cannot_be_fitted_is_refused() -> None:
         Study([slider], Model(actuator=IDEAL, fit=("length",)), ())
     model = Model(actuator=IDEAL, fit=("weight",))
     with pytest.raises(UnknownName, match="weight"):
-        Search(Study([slider], model, ()), model)
+        Study([slider], model, ()).fit_columns(model)

@@ -3,8 +3,8 @@
 import numpy as np
 from scipy import signal
 
-from tendon_newton.identification.intervals import LEAST_SHARE, WIDENING, half_width, intervals
-from tendon_newton.identification.least_squares import Candidate, Linearisation
+from tendon_newton.identification.intervals import WIDENING, half_width, half_widths
+from tendon_newton.identification.linearisation import Linearisation
 from tendon_newton.identification.objective import Layout
 
 RATE, SECONDS, RECORDINGS = 80, 20, 6
@@ -18,7 +18,7 @@ WHERE = Layout(
 TRUTH = np.array([2.0, -0.5])
 
 
-def fitted(seed: int, colour: float) -> tuple[Candidate, Linearisation]:
+def fitted(seed: int, colour: float) -> tuple[np.ndarray, Linearisation]:
     """A line through data whose noise has an autocorrelation from row to row."""
     rng = np.random.default_rng(seed)
     steps = rng.standard_normal((ROWS, 2))
@@ -27,9 +27,7 @@ def fitted(seed: int, colour: float) -> tuple[Candidate, Linearisation]:
     noise = np.asarray(signal.lfilter([1.0], [1.0, -colour], white))
     measured = slow @ TRUTH + noise
     value = np.linalg.lstsq(slow, measured, rcond=None)[0]
-    bound = np.full(2, 10.0)
-    candidate = Candidate(name="line", columns=(0, 1), lower=-bound, upper=bound, value=value)
-    return candidate, Linearisation(residual=measured - slow @ value, jacobian=-slow)
+    return value, Linearisation(residual=measured - slow @ value, jacobian=-slow)
 
 
 def test_the_interval_holds_the_truth_in_white_and_in_red_noise() -> None:
@@ -37,9 +35,8 @@ def test_the_interval_holds_the_truth_in_white_and_in_red_noise() -> None:
     for colour in (0.0, 0.9):
         held = []
         for seed in range(60):
-            candidate, point = fitted(seed, colour)
-            low, high = intervals(candidate, point, WHERE).T
-            held.append((low < TRUTH) & (high > TRUTH))
+            value, point = fitted(seed, colour)
+            held.append(np.abs(TRUTH - value) < half_widths(point, WHERE))
         assert np.mean(held) >= 0.95, colour
 
 
@@ -52,9 +49,8 @@ def test_the_interval_is_no_wider_than_it_says() -> None:
     for colour in (0.0, 0.9):
         held = []
         for seed in range(60):
-            candidate, point = fitted(seed, colour)
-            low, high = intervals(candidate, point, WHERE).T
-            held.append(np.abs(TRUTH - candidate.value) < (high - low) / 6.0)
+            value, point = fitted(seed, colour)
+            held.append(np.abs(TRUTH - value) < half_widths(point, WHERE) / 3.0)
         assert np.mean(held) < 0.95, colour
 
 
@@ -64,20 +60,19 @@ def test_the_spread_over_draws_is_that_over_data_sets() -> None:
     A hundred refits give those to a tenth; blocks of a second cut what neighbours share.
     """
     fits = [fitted(seed, 0.6) for seed in range(100)]
-    scattered = 1.96 * np.std([candidate.value for candidate, _ in fits], axis=0)
+    scattered = 1.96 * np.std([value for value, _ in fits], axis=0)
     drawn = np.mean([half_width(point, WHERE.block) for _, point in fits], axis=0)
     np.testing.assert_allclose(drawn, scattered, rtol=0.15)
 
 
 def test_one_recording_has_the_interval_of_its_blocks() -> None:
     """Recordings as blocks need two of them."""
-    candidate, point = fitted(0, 0.0)
+    _, point = fitted(0, 0.0)
     alone = Layout(
         recording=np.zeros_like(WHERE.recording),
         block=WHERE.block,
         is_force=WHERE.is_force,
         block_count=WHERE.block_count,
     )
-    low, high = intervals(candidate, point, alone).T
-    least = WIDENING * half_width(point, WHERE.block) + LEAST_SHARE * np.abs(candidate.value)
-    np.testing.assert_allclose(high - low, 2.0 * least)
+    least = WIDENING * half_width(point, WHERE.block)
+    np.testing.assert_allclose(half_widths(point, alone), least)

@@ -12,7 +12,7 @@ from typing import Any
 from tests.planted.generator import Recipe, make_dataset, starting_model
 from tests.planted.recordings import MIXES
 from tests.planted.sets.draws import EFFECTS
-from tests.planted.sets.exam_draws import FAMILIES, ExamPlan, are_alike, recipes
+from tests.planted.sets.exam_draws import SHARES, ExamPlan, are_alike, recipes
 from tests.planted.truth import Truth
 
 
@@ -56,7 +56,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("out", type=Path)
     parser.add_argument("--cases", type=int, default=plan.cases)
     parser.add_argument("--seed", type=int, default=plan.seed)
-    parser.add_argument("--families", nargs="+", choices=FAMILIES, default=plan.families)
+    parser.add_argument("--families", nargs="+", choices=list(SHARES), default=plan.families)
     parser.add_argument("--effects", nargs="+", choices=list(EFFECTS), default=plan.effects)
     parser.add_argument("--mixes", nargs="+", choices=list(MIXES), default=plan.mixes)
     parser.add_argument("--colours", nargs="+", type=float, default=plan.colours)

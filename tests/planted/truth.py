@@ -47,10 +47,10 @@ class Truth:
 
     @property
     def family(self) -> str:
-        """What kind of case it is: clean, outside, single or pair."""
+        """What kind of case it is: clean, outside, single, pair or many."""
         if self.outside:
             return "outside"
-        return ("clean", "single", "pair")[len(self.effects)]
+        return ("clean", "single", "pair", "many")[min(len(self.effects), 3)]
 
     def to_json(self) -> dict[str, Any]:
         """Tell it as an exam's truth does, less its name and circumstances."""

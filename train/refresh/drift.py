@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf
 
@@ -12,13 +12,10 @@ import numpy as np
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
-from tendon_newton.diagnosis.attribution import Attribution, examine
 from tendon_newton.diagnosis.diagnose import SEED, Evidence, conclude
 from tendon_newton.diagnosis.evaluation import evaluate_models
-from tendon_newton.diagnosis.gate import Gate, simplest
 from tendon_newton.diagnosis.result import Diagnosis
-from tendon_newton.diagnosis.search import Fit, Round, Search
-from tendon_newton.identification.least_squares import Candidate
+from tendon_newton.diagnosis.search.attribute import find_causes
 from tendon_newton.identification.study import Study
 from tendon_newton.identification.testable import testable_effects
 
@@ -69,10 +66,11 @@ def find_drift(
 ) -> tuple[Diagnosis, Evidence]:
     """Diagnose logs against the model that fitted the bench, with wear alone as the catalogue.
 
-    The search and the gates are those of `tendon_newton.diagnosis`, for one cause: the one that
-    explains most. What the model has already and got worse is named with its new total. Numbers
-    that the model declares unknown were found when the bench was new, and stay: else a weak motor
-    makes up for friction.
+    The search and the rule are those of `tendon_newton.diagnosis`, for one cause: the one that
+    explains most. A second one would have to be told from what the model has always left; it shows
+    when the first is in the model. What the model has already and got worse is named with its new
+    total. Numbers that the model declares unknown were found when the bench was new, and stay: else
+    a weak motor makes up for friction.
 
     Args:
         dataset: Logs; test parts only report.
@@ -83,84 +81,28 @@ def find_drift(
     known_model = replace(model, fit=())
     start = time.monotonic()
     rng = np.random.default_rng(SEED)
-    known = [effect.name for effect in model.effects]
-    effects = tuple(dict.fromkeys([*known, *suspects]))
+    effects = tuple(dict.fromkeys([*(effect.name for effect in model.effects), *suspects]))
     train = Study(dataset.train, known_model, effects, time_step=STEP, in_pieces=True)
     names = [name for name in testable_effects(train) if name in suspects]
-    search = Search(train, known_model)
     progress(f"trying {len(names)} kinds of wear on {len(dataset.train)} logs")
-    attribution = find_wear(search, names, known, rng)
+    findings = find_causes(
+        dataset.train, train, known_model, names, rng=rng, most=1,
+        allows=lambda causes, values: are_likely(train, causes, values),
+    )  # fmt: skip
     test = Study(dataset.test, known_model, effects)
-    diagnosis, evidence = conclude(search, attribution, known_model, test, rng, start)
+    diagnosis, evidence = conclude(train, findings, known_model, test, rng, start)
     return replace(diagnosis, model=replace(diagnosis.model, fit=model.fit)), evidence
 
 
-def find_wear(
-    search: Search, names: Sequence[str], known: Sequence[str], rng: np.random.Generator
-) -> Attribution:
-    """Find the one cause that explains most, if it passes the gate of a diagnosis.
-
-    A second one would have to be told from what the model has always left; it shows when the first
-    is in the model.
-
-    Args:
-        search: Fits of the logs.
-        names: Effects that may be named.
-        known: Effects that the model has.
-        rng: Source of the surrogates' draws.
-    """
-    baseline = search.baseline()
-    noise = search.study.noise
-    gate = Gate(search=search, known=known, noise=noise, baseline=baseline, rng=rng)
-    tried = follow_likely(search, baseline, names)
-    coarse = at_gap_scales(search, tried)
-    chance = gate.chance(tried)
-    found = simplest(coarse)
-    final, classes = None, {}
-    if is_likely(search, found) and gate.opens(coarse, found, chance):
-        own = next(fit for fit in tried.fits if fit.effects == found.effects)
-        final, classes = examine(gate, own, names, [tried])
-    return Attribution(
-        rounds=(tried,), baseline=baseline, final=final, classes=classes, p_value=chance
-    )
-
-
-def follow_likely(search: Search, baseline: Candidate, names: Sequence[str]) -> Round:
-    """Follow the causes that promise most, again without those that end where no use leads to."""
-    left = list(names)
-    while True:
-        tried = search.follow(search.survey(baseline, (), left))
-        unlikely = {fit.effects[-1] for fit in tried.fits if not is_likely(search, fit)}
-        left = [name for name in left if name not in unlikely]
-        if not unlikely or not left:
-            return tried
-
-
-def is_likely(search: Search, fit: Fit) -> bool:
-    """Tell whether the last effect of a fit ended where use leads to."""
-    wear = SUSPECTS.get(fit.effects[-1])
-    if wear is None:
-        return True
-    column = search.study.table.columns(fit.effects[-1])[0]
-    value = float(fit.candidate.value[fit.candidate.columns.index(column)])
-    low = search.study.base_value(column) if wear.low is None else wear.low
-    return low <= value <= wear.high
-
-
-def at_gap_scales(search: Search, tried: Round) -> Round:
-    """Return a round with its fits scored in units of the gap itself.
-
-    A diagnosis scores in units of what its best candidate leaves. A model that fitted a bench left
-    something as well, of whatever form, which must not outweigh what has come since.
-    """
-    scales = search.gap_scales(tried.current.candidate)
-    fits = (tried.current, *tried.fits)
-    current, *rest = search.score(
-        [fit.effects for fit in fits], [fit.candidate for fit in fits], scales
-    )
-    return replace(
-        tried, scales=scales, current=current, fits=tuple(sorted(rest, key=lambda fit: fit.loss))
-    )
+def are_likely(study: Study, causes: Sequence[str], values: Mapping[int, float]) -> bool:
+    """Tell whether causes ended where use leads to."""
+    for cause in causes:
+        wear, column = SUSPECTS.get(cause), study.table.columns(cause)[0]
+        if wear is not None:
+            low = study.base_value(column) if wear.low is None else wear.low
+            if not low <= values[column] <= wear.high:
+                return False
+    return True
 
 
 def growth(now: Dataset, earlier: Dataset, model: Model) -> float:

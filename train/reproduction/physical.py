@@ -6,16 +6,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.files.toml_file import read_toml
 from tendon_newton.data.model_file import Model, NamedValues
-from tendon_newton.diagnosis.diagnose import SEARCH_STEP, diagnose, extended_model, values_of
+from tendon_newton.diagnosis.diagnose import SEARCH_STEP, diagnose, extended_model
 from tendon_newton.diagnosis.result import Diagnosis
-from tendon_newton.diagnosis.search import Search
+from tendon_newton.diagnosis.search.fixed_set import fit_set
+from tendon_newton.diagnosis.search.refit import values_of
+from tendon_newton.diagnosis.search.worlds import Worlds
 from tendon_newton.errors import InvalidDataset
-from tendon_newton.identification.least_squares import Candidate, refine
 from tendon_newton.identification.study import Study
 
 SPOOL_RADIUS = 0.0125
@@ -33,8 +32,6 @@ DATA_SHEET = {
 and the row of 9.0 V in the e-manual of the XC330-T288-T. The rotor's inertia is a guess."""
 UNKNOWN = ("torque_constant", "resistance")
 """Numbers of it that every fit may change."""
-REFITS = ((6, 1.0e-3), (6, SEARCH_STEP))
-"""Iterations and simulation step [s] of a refit; the scale of the gap is taken anew before each."""
 
 
 def starting_model() -> Model:
@@ -46,8 +43,6 @@ def diagnose_in_passes(
     dataset: Dataset, passes: int, progress: Callable[[str], None]
 ) -> tuple[Model, tuple[Diagnosis, ...]]:
     """Diagnose, and go on from the extended model until nothing more is named.
-
-    A diagnosis names three causes at most; a bench has more.
 
     Returns:
         The extended model, and the diagnoses.
@@ -66,22 +61,10 @@ def refit(dataset: Dataset, model: Model) -> Model:
     """Return a model with its causes as they are and their numbers fitted to other recordings."""
     names = tuple(effect.name for effect in model.effects)
     study = Study(dataset.train, model, names, time_step=SEARCH_STEP)
-    search = Search(study, model)
-    candidate = own_numbers(search, names)
-    for iterations, time_step in REFITS:
-        simulate = search.simulate_at(search.gap_scales(candidate), time_step)
-        (candidate,) = refine(simulate, [candidate], iterations=iterations)
-    return extended_model(search, model, values_of(candidate), names)
-
-
-def own_numbers(search: Search, names: tuple[str, ...]) -> Candidate:
-    """Return all numbers of a model's causes, and its unknown ones, as they stand."""
-    table = search.study.table
-    columns = (*search.fit_columns, *(c for name in names for c in table.columns(name)))
-    parameters = [table.owners[column][1] for column in columns]
-    lower, upper = (np.array([getattr(p, side) for p in parameters]) for side in ("lower", "upper"))
-    value = np.clip([search.study.base_value(c) for c in columns], lower, upper)
-    return Candidate(name="refit", columns=columns, lower=lower, upper=upper, value=value)
+    worlds = Worlds(study)
+    found = fit_set(worlds, model, names)
+    values = values_of(worlds, found.columns, found.place)
+    return extended_model(study, model, values, names)
 
 
 def with_ideal(gain: float) -> Model:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import random
 
-from hardware.virtual_bench.emulation.firmware import TICK, Firmware
-from hardware.virtual_bench.memory.control_table import ServoModel
-from hardware.virtual_bench.memory.registers import Registers
+from hardware.virtual_bench.emulation.emulations import AnyModel, controller_of
+from hardware.virtual_bench.emulation.firmware import TICK
 from hardware.virtual_bench.physics.encoder import Encoder
 from hardware.virtual_bench.physics.load_cell import LoadCellBoard
 from hardware.virtual_bench.physics.motor import Motor
@@ -25,15 +24,14 @@ class DriveLine:
     """
 
     def __init__(
-        self, constants: LineConstants, noise: str, *, model: ServoModel, load_cell_rate: int
+        self, constants: LineConstants, noise: str, *, model: AnyModel, load_cell_rate: int
     ) -> None:
         self.constants = constants
         self.motor = Motor(constants.servo)
         self.tendon = Tendon(constants.tendon)
         self.encoder = Encoder(constants.servo, random.Random(f"encoder {noise}"), TICK)
-        self.registers = Registers(model)
-        self.registers.power_up(self.encoder.count)
-        self.firmware = Firmware(self.registers, self.motor, self.encoder)
+        self.controller = controller_of(model, self.motor, self.encoder)
+        self.registers, self.firmware = self.controller.registers, self.controller.firmware
         self.load_cell = LoadCellBoard(
             constants.load_cell, random.Random(f"load cell {noise}"), load_cell_rate
         )

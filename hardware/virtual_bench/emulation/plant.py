@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hardware.virtual_bench.emulation.drive_line import DriveLine
+from hardware.virtual_bench.emulation.emulations import AnyModel
 from hardware.virtual_bench.emulation.firmware import TICK
-from hardware.virtual_bench.memory.control_table import XC330_T288_T, ServoModel
+from hardware.virtual_bench.memory.control_table import XC330_T288_T
 from hardware.virtual_bench.physics.antagonist import AntagonistFinger
 from hardware.virtual_bench.physics.constants import TIME_STEP, AntagonistConstants, SliderConstants
 from hardware.virtual_bench.physics.mechanisms import Finger, Mechanism, Slider
@@ -61,7 +62,7 @@ class Plant:
         unit: Unit,
         *,
         seed: int = 0,
-        model: ServoModel = XC330_T288_T,
+        model: AnyModel = XC330_T288_T,
         load_cell_rate: int = 80,
         time_step: float = TIME_STEP,
     ) -> None:

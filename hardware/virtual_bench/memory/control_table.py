@@ -64,6 +64,8 @@ class ServoModel:
     velocity_gains: tuple[int, int]
     """I and P at the factory."""
     position_gain: int
+    alert_bits: None = None
+    """Bits of alerts are those of a fault event's own table."""
 
 
 XC330_T288_T = ServoModel(
@@ -92,8 +94,6 @@ XL330_M288_T = ServoModel(
     velocity_gains=(1600, 180),
     position_gain=400,
 )
-SERVO_MODELS = {model.name: model for model in (XC330_T288_T, XL330_M288_T)}
-"""Servos that a virtual bench can have, by name."""
 
 
 def register_table(model: ServoModel) -> dict[int, Register]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any, TypeVar
 
 from hardware.virtual_bench.memory.control_table import XC330_T288_T, XL330_M288_T
+from hardware.virtual_bench.memory.feetech_table import STS3215, STS3250
 from hardware.virtual_bench.physics.constants import (
     AntagonistConstants,
     FingerConstants,
@@ -47,6 +48,28 @@ SERVOS: dict[str, ServoConstants] = {
         tendon_load_friction=0.15,
         supply_voltage=5.0,
         supply_resistance=0.2,
+    ),
+    STS3215.name: ServoConstants(
+        torque_constant=1.25,  # BAM, an STS3215 of 12 V: 1.28
+        resistance=4.3,  # data sheet: 12 V / 2.7 A at stall; BAM: 2.75
+        inertia=0.0216,  # BAM
+        dry_friction=0.053,  # BAM
+        viscous_friction=0.028,  # BAM
+        motor_load_friction=0.05,  # BAM: 0.045
+        tendon_load_friction=0.24,  # BAM: 0.244
+        supply_voltage=12.0,
+        supply_resistance=0.15,
+    ),
+    STS3250.name: ServoConstants(
+        torque_constant=1.25,  # the gear is the STS3215's
+        resistance=2.6,  # the STS3215's, times the ratio of stall torques
+        inertia=0.02,
+        dry_friction=0.06,
+        viscous_friction=0.03,
+        motor_load_friction=0.05,
+        tendon_load_friction=0.24,
+        supply_voltage=12.0,
+        supply_resistance=0.15,
     ),
 }
 """Servo names and the middle of each draw."""

@@ -11,11 +11,10 @@ import numpy as np
 from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.excitations import EXCITATIONS, excite
 from tendon_newton.data.recording import Array, Recording
-from tendon_newton.diagnosis.attribution import CLASS_ERRORS
 from tendon_newton.diagnosis.explanation import OpenClass, Setting
-from tendon_newton.diagnosis.gate import EQUAL_SHARE
 from tendon_newton.diagnosis.imitation import Likeness, Trial, find_likenesses
-from tendon_newton.diagnosis.search import form_scales
+from tendon_newton.diagnosis.search.floors import form_scales
+from tendon_newton.diagnosis.search.rule import CLASS_ERRORS
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.study import Study, replacements
 
@@ -29,6 +28,8 @@ STEP = 5.0e-4
 """Simulation step [s]."""
 SEEDS = (7, 8, 9)
 """Each draws another run of the same excitation."""
+EQUAL_SHARE = 0.01
+"""Losses closer than this share of what a cause removes count as equal [1]."""
 MARGIN = 3.0
 """What a diagnosis needs to tell causes apart, and so many times more, counts as enough."""
 MOST_REPEATS = 20

@@ -12,9 +12,9 @@ from hardware.errors import (
     UnsupportedServo,
 )
 from hardware.servos import SERVOS
-from hardware.servos.dynamixel_servo import DynamixelServo
+from hardware.servos.bus_servo import BusServo
 from hardware.virtual_bench import LockstepBench
-from hardware.virtual_bench.memory.control_table import SERVO_MODELS
+from hardware.virtual_bench.emulation.emulations import SERVO_MODELS
 from tests.hardware.servos.virtual_servo import LOOP, VirtualServo
 
 TORQUE, WATCHDOG, MODE, P_GAIN = 64, 98, 11, 84
@@ -89,7 +89,7 @@ def test_a_setting_that_differs_keeps_the_motor_off(address: int) -> None:
 def test_an_unconfigured_servo_is_not_driven() -> None:
     """No limits, no watchdog, no motor."""
     bench = LockstepBench("finger", 3)
-    servo = DynamixelServo(SERVOS["xc330_t288_t"], bench.servo_port(), clock=bench.clock)
+    servo = BusServo(SERVOS["xc330_t288_t"], bench.servo_port(), clock=bench.clock)
     servo.open()
     with pytest.raises(SettingMismatch, match="must be configured"):
         servo.enable_torque()
@@ -100,7 +100,7 @@ def test_every_servo_in_the_table_is_driven(name: str) -> None:
     """Found, set, switched on, moved and switched off, with its own gain and limits."""
     (model,) = (m for m in SERVO_MODELS.values() if m.number == SERVOS[name].model_number)
     bench = LockstepBench("finger", 3, model=model)
-    servo = DynamixelServo(SERVOS[name], bench.servo_port(), clock=bench.clock)
+    servo = BusServo(SERVOS[name], bench.servo_port(), clock=bench.clock)
     servo.open()
     settings = servo.configure()
     assert settings.gains.proportional == SERVOS[name].position_gain
@@ -118,7 +118,7 @@ def test_a_servo_that_another_program_left_is_taken_over() -> None:
     rig = VirtualServo()
     for address, counts in ((10, 1), (MODE, 4), (98, 255), (TORQUE, 1), (68, 0), (9, 250)):
         rig.corrupt(address, counts)
-    servo = DynamixelServo(SERVOS["xc330_t288_t"], rig.bench.servo_port(), clock=rig.clock)
+    servo = BusServo(SERVOS["xc330_t288_t"], rig.bench.servo_port(), clock=rig.clock)
     servo.open()
     assert rig.register(68) == 2
     settings = servo.configure()
@@ -131,7 +131,7 @@ def test_a_servo_that_another_program_left_is_taken_over() -> None:
 def test_another_model_is_refused_by_name() -> None:
     """A data sheet of the wrong servo would give wrong units."""
     bench = LockstepBench("finger", 3)
-    servo = DynamixelServo(SERVOS["xl330_m288_t"], bench.servo_port(), clock=bench.clock)
+    servo = BusServo(SERVOS["xl330_m288_t"], bench.servo_port(), clock=bench.clock)
     with pytest.raises(UnsupportedServo, match="model 1220, xc330_t288_t"):
         servo.open()
 
@@ -139,9 +139,7 @@ def test_another_model_is_refused_by_name() -> None:
 def test_silence_says_where_and_how_often() -> None:
     """Nothing answers at another rate; the message says which."""
     bench = LockstepBench("finger", 3)
-    servo = DynamixelServo(
-        SERVOS["xc330_t288_t"], bench.servo_port(), clock=bench.clock, baud=57_600
-    )
+    servo = BusServo(SERVOS["xc330_t288_t"], bench.servo_port(), clock=bench.clock, baud=57_600)
     with pytest.raises(ServoSilent, match="at 57600 baud; 3 attempts gave 3 times nothing"):
         servo.open()
 

@@ -16,7 +16,7 @@ import pytest
 from hardware.errors import PortBusy, PortLost, PortUnavailable, ServoSilent
 from hardware.serial_ports import PortLock, holders, latency_timer, lock_path
 from hardware.servos import SERVOS
-from hardware.servos.dynamixel_servo import DynamixelServo
+from hardware.servos.bus_servo import BusServo
 from hardware.virtual_bench import FaultEvent, VirtualPorts
 
 RETRIES = 20
@@ -30,15 +30,15 @@ def ports() -> Iterator[VirtualPorts]:
 
 
 @pytest.fixture
-def servo(ports: VirtualPorts) -> Iterator[DynamixelServo]:
+def servo(ports: VirtualPorts) -> Iterator[BusServo]:
     """The driver of its servo, open."""
-    servo = DynamixelServo(SERVOS["xc330_t288_t"], ports.servo_port, retries=RETRIES)
+    servo = BusServo(SERVOS["xc330_t288_t"], ports.servo_port, retries=RETRIES)
     servo.open()
     yield servo
     servo.close()
 
 
-def test_the_sdk_drives_the_servo_over_a_port(servo: DynamixelServo, ports: VirtualPorts) -> None:
+def test_the_sdk_drives_the_servo_over_a_port(servo: BusServo, ports: VirtualPorts) -> None:
     """Set, switched on, moved, read and switched off."""
     servo.configure(watchdog_s=2.0)
     servo.enable_torque()
@@ -51,14 +51,12 @@ def test_the_sdk_drives_the_servo_over_a_port(servo: DynamixelServo, ports: Virt
     assert servo.close()
 
 
-def test_a_second_program_is_told_who_has_the_port(
-    servo: DynamixelServo, ports: VirtualPorts
-) -> None:
+def test_a_second_program_is_told_who_has_the_port(servo: BusServo, ports: VirtualPorts) -> None:
     """Two openers would take each other's answers; the message names the process."""
     code = (
         "import sys; from hardware.servos import SERVOS;"
-        "from hardware.servos.dynamixel_servo import DynamixelServo;"
-        "DynamixelServo(SERVOS['xc330_t288_t'], sys.argv[1]).open()"
+        "from hardware.servos.bus_servo import BusServo;"
+        "BusServo(SERVOS['xc330_t288_t'], sys.argv[1]).open()"
     )
     second = subprocess.run(
         [sys.executable, "-c", code, ports.servo_port],
@@ -93,7 +91,7 @@ def test_a_killed_program_gives_the_port_back(ports: VirtualPorts) -> None:
     lock.release()
 
 
-def test_an_unplugged_adapter_is_lost_and_found(servo: DynamixelServo, ports: VirtualPorts) -> None:
+def test_an_unplugged_adapter_is_lost_and_found(servo: BusServo, ports: VirtualPorts) -> None:
     """The kernel's own error comes through, and the port works again afterwards."""
     servo.configure(watchdog_s=2.0)
     servo.enable_torque()
@@ -105,14 +103,14 @@ def test_an_unplugged_adapter_is_lost_and_found(servo: DynamixelServo, ports: Vi
     assert servo.counters.reconnects == 1
 
 
-def read_for(servo: DynamixelServo, seconds: float) -> None:
+def read_for(servo: BusServo, seconds: float) -> None:
     """Read states for a time [s]."""
     deadline = time.monotonic() + seconds
     while time.monotonic() < deadline:
         servo.read_state()
 
 
-def test_an_interrupt_in_a_transaction_does_not_block_the_port(servo: DynamixelServo) -> None:
+def test_an_interrupt_in_a_transaction_does_not_block_the_port(servo: BusServo) -> None:
     """The SDK leaves a port that was interrupted as in use, for ever."""
 
     def interrupt(*_: object) -> None:
@@ -138,17 +136,17 @@ def test_an_interrupt_in_a_transaction_does_not_block_the_port(servo: DynamixelS
 def test_a_port_that_is_not_there_is_named() -> None:
     """No traceback of the SDK."""
     with pytest.raises(PortUnavailable, match="/dev/no_such_port: no such port"):
-        DynamixelServo(SERVOS["xc330_t288_t"], "/dev/no_such_port").open()
+        BusServo(SERVOS["xc330_t288_t"], "/dev/no_such_port").open()
 
 
 def test_a_rate_that_the_sdk_lacks_is_named(ports: VirtualPorts) -> None:
     """4.5 Mbit/s, which a tool once set, is beyond its list."""
-    servo = DynamixelServo(SERVOS["xc330_t288_t"], ports.servo_port, baud=4_500_000)
+    servo = BusServo(SERVOS["xc330_t288_t"], ports.servo_port, baud=4_500_000)
     with pytest.raises(PortUnavailable, match="no rate of 4500000 baud"):
         servo.open()
 
 
-def test_the_sdk_is_told_the_latency_of_the_adapter(servo: DynamixelServo) -> None:
+def test_the_sdk_is_told_the_latency_of_the_adapter(servo: BusServo) -> None:
     """Else every lost answer costs 36 ms, three ticks of a loop at 80 Hz."""
     from dynamixel_sdk import port_handler
 

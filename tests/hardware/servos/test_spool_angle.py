@@ -41,3 +41,15 @@ def test_a_restart_loses_no_turn(home: int, last: float, moved: float) -> None:
     now = counts(home, last + moved)
     spool.restore_turns(now % TURN)
     assert spool.angle(now % TURN) == pytest.approx(last + moved, abs=SPEC.position_unit)
+
+
+@given(home=st.integers(0, TURN - 1), steps=st.lists(st.floats(-3.1, 3.1), max_size=30))
+def test_a_register_of_one_turn_is_followed(home: int, steps: list[float]) -> None:
+    """Steps of less than half a turn add up, however often the register begins anew."""
+    spool = SpoolAngle(SPEC, counts_turns=False)
+    spool.set_home(home, 0.0)
+    angle = 0.0
+    for step in steps:
+        angle += step
+        read = spool.angle(counts(home, angle) % TURN)
+        assert read == pytest.approx(angle, abs=0.51 * SPEC.position_unit)

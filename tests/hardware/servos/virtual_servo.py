@@ -1,9 +1,10 @@
 """A driver on an emulated bus that runs as fast as it can."""
 
 from hardware.servos import SERVOS
-from hardware.servos.dynamixel_servo import DynamixelServo
+from hardware.servos.bus_servo import BusServo
 from hardware.servos.host_position_loop import HostPositionLoop
 from hardware.virtual_bench import FaultEvent, LockstepBench
+from hardware.virtual_bench.emulation.emulations import SERVO_MODELS
 
 TICK = 0.0125
 """Period of a loop at 80 Hz [s]."""
@@ -14,23 +15,21 @@ LOOP = HostPositionLoop(gain=6.0, offset=0.0)
 class VirtualServo:
     """A bench and its driver, configured and switched on, without duty."""
 
-    def __init__(self, bench: str = "finger") -> None:
-        self.bench = LockstepBench(bench, 3)
+    def __init__(self, bench: str = "finger", servo: str = "xc330_t288_t") -> None:
+        self.bench = LockstepBench(bench, 3, model=SERVO_MODELS[servo])
         self.clock = self.bench.clock
-        self.servo = DynamixelServo(
-            SERVOS["xc330_t288_t"], self.bench.servo_port(), clock=self.clock
-        )
+        self.servo = BusServo(SERVOS[servo], self.bench.servo_port(), clock=self.clock)
         self.servo.open()
         self.servo.configure()
         self.servo.enable_torque()
 
-    def run(self, command: float, seconds: float) -> list:
+    def run(self, command: float, seconds: float, loop: HostPositionLoop = LOOP) -> list:
         """Command an angle [rad] at 80 Hz for a time [s] and return the states."""
         states = []
         end = self.clock.now() + seconds
         while self.clock.now() < end:
             states.append(self.servo.read_state())
-            self.servo.command_duty(LOOP.duty(command, states[-1].position))
+            self.servo.command_duty(loop.duty(command, states[-1].position))
             self.wait(TICK)
         return states
 

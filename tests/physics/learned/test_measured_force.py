@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
-from tendon_newton.diagnosis.attribution import attribute
-from tendon_newton.diagnosis.search import Search
+from tendon_newton.diagnosis.search.attribute import find_causes
 from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import InvalidRecording
 from tendon_newton.identification import testable
@@ -143,17 +142,17 @@ def test_a_cart_s_friction_is_named_and_measured() -> None:
 
     Each hides the others: with one alone in the model none of the rest passes, only two together.
     """
-    study = Study([cart(1), cart(2)], model(), tuple(EFFECTS), time_step=1e-3, in_pieces=True)
-    search = Search(study, model())
+    logs = [cart(1), cart(2)]
+    study = Study(logs, model(), tuple(EFFECTS), time_step=1e-3, in_pieces=True)
     rng = np.random.default_rng(0)
-    found = attribute(search, testable.testable_effects(study), [], study.noise, rng)
+    names = testable.testable_effects(study)
+    found = find_causes(logs, study, model(), names, rng=rng)
     final = found.final
     assert final is not None
     frictions = {"viscous_friction": VISCOUS * RADIUS, "coulomb_friction": DRY}
     (third,) = set(final.effects) - set(frictions)
-    fits = {fit.effects[-1]: fit for fit in found.classes[third]} | {third: final}
+    fits = dict(found.classes[third]) | {third: final}
     assert set(fits) == {"load_cell_bias", "gravity_misalignment"}, "on a rail a tilt is an offset"
-    fit = fits["load_cell_bias"]
-    numbers = dict(zip(fit.candidate.columns, fit.candidate.value, strict=True))
+    numbers = fits["load_cell_bias"].values
     for name, value in (frictions | {"load_cell_bias": OFFSET}).items():
         assert numbers[study.table.columns(name)[0]] == pytest.approx(value, rel=0.02)

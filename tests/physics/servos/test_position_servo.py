@@ -9,11 +9,12 @@ from numpy.typing import NDArray
 
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
-from tendon_newton.diagnosis.search import Search
+from tendon_newton.diagnosis.search.fixed_set import fit_set_anew
+from tendon_newton.diagnosis.search.refit import values_of
+from tendon_newton.diagnosis.search.worlds import Worlds
 from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import InvalidModelFile, InvalidRecording
 from tendon_newton.identification import testable
-from tendon_newton.identification.least_squares import choose_start
 from tendon_newton.identification.study import Study
 from tendon_newton.simulation.hosts.replay import replay
 from tendon_newton.simulation.kernels.position_kernels import POSITION_EFFECTS
@@ -158,12 +159,10 @@ def test_the_causes_of_a_made_up_servo_are_measured() -> None:
     )
     names = ("command_delay", "actuator_lag", "deadband")
     study = Study([recording], servo_model(), names)
-    search = Search(study, servo_model())
-    candidate, starts = search.problem(names, None)
-    scales = search.gap_scales(candidate)
-    chosen = choose_start(search.simulate_at(scales), [candidate], [starts])
-    found, _ = search.descend(chosen, [len(names)], scales)
-    assert found[0].value == pytest.approx([delay, lag, band], rel=0.03)
+    worlds = Worlds(study)
+    fit = fit_set_anew(worlds, servo_model(), names)
+    values = list(values_of(worlds, fit.columns, fit.place).values())
+    assert values == pytest.approx([delay, lag, band], rel=0.03)
 
 
 def test_rows_in_which_something_solid_holds_the_shaft_are_not_compared() -> None:

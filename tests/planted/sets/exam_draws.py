@@ -12,7 +12,9 @@ from tests.planted.recordings import MIXES
 from tests.planted.sets.draws import EFFECTS, MIX_OF, OUTSIDE, SIDES
 
 FAMILIES = ("single", "pair", "clean", "outside")
-SHARES = {"single": 0.55, "pair": 0.15, "clean": 0.15, "outside": 0.15}
+"""Asked by default; ``many``, three to five causes at once, is asked by name."""
+SHARES = {"single": 0.55, "pair": 0.15, "clean": 0.15, "outside": 0.15, "many": 0.15}
+MANY = (3, 4, 5)
 MIX_SHARES = {"A": 0.65, "F": 0.19, "S": 0.08, "W": 0.08}
 # what a pendulum on a servo's shaft, without string, spring or stops, can show beside its play
 ON_SHAFT = frozenset(
@@ -113,6 +115,8 @@ def recipes(plan: ExamPlan) -> Iterator[Recipe]:
             effects = (str(next(singles)),)
         elif family == "pair":
             effects = draw_pair(rng, plan.effects, alike=bool(rng.random() < plan.alike_share))
+        elif family == "many":
+            effects = draw_many(rng, plan.effects, int(rng.choice(MANY)))
         elif family == "outside":
             effects = (str(next(outside)),)
         yield _circumstances(rng, plan, effects, number)
@@ -136,6 +140,17 @@ def draw_pair(
         raise ValueError(f"no two of {', '.join(effects)} {kind}.")
     weights = np.array([1.0 if _side(a) != _side(b) else 0.25 for a, b in pairs])
     return pairs[int(rng.choice(len(pairs), p=weights / weights.sum()))]
+
+
+def draw_many(rng: np.random.Generator, effects: Sequence[str], count: int) -> tuple[str, ...]:
+    """Draw several causes that one bench shows, no two of which imitate each other."""
+    chosen: list[str] = []
+    for name in map(str, rng.permutation([e for e in effects if e not in MIX_OF])):
+        if len(chosen) < count and not any(are_alike((name, other)) for other in chosen):
+            chosen.append(name)
+    if len(chosen) < count:
+        raise ValueError(f"no {count} of {', '.join(effects)} can be told apart.")
+    return tuple(chosen)
 
 
 def are_alike(pair: Collection[str]) -> bool:

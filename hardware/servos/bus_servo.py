@@ -1,0 +1,402 @@
+"""The driver of one servo: set and verified, watched, and switched off whatever happens."""
+
+from __future__ import annotations
+
+from math import isfinite, pi
+
+from hardware.clock import Clock, MonotonicClock
+from hardware.errors import (
+    CommandNotFinite,
+    HardwareFault,
+    PortLost,
+    PortUnavailable,
+    ServoAlert,
+    ServoRefused,
+    ServoReset,
+    ServoSilent,
+    SettingMismatch,
+    WatchdogTripped,
+)
+from hardware.servos.base import (
+    ServoConfiguration,
+    ServoCounters,
+    ServoHealth,
+    ServoSettings,
+    ServoSpec,
+    ServoState,
+)
+from hardware.servos.bus import Bus
+from hardware.servos.control_table import WATCHDOG_TRIPPED
+from hardware.servos.families import FAMILIES
+from hardware.servos.serial_bus.keeper import Keeper
+from hardware.servos.serial_bus.servo_port import PortHandler, ServoPort
+from hardware.servos.setting_up import (
+    alert_text,
+    apply,
+    arm_watchdog,
+    await_restart,
+    greet,
+    refuse_alert,
+    set_verified,
+    switch_off,
+    verify,
+)
+from hardware.servos.spool_angle import SpoolAngle
+
+POLL_PERIOD = 0.05
+"""Pause between attempts while something comes back [s]."""
+
+
+class BusServo:
+    """One servo on its bus, of any family in the table.
+
+    Args:
+        spec: Data sheet of the servo.
+        port: Path of a serial port, a port handler of the SDK's kind, or a port that several
+            servos share.
+        identifier: ID on the bus.
+        baud: Rate of the bus [1/s].
+        clock: Clock that dates the states; the computer's monotonic one unless given.
+        retries: Times that an instruction is sent again.
+    """
+
+    def __init__(
+        self,
+        spec: ServoSpec,
+        port: str | PortHandler | ServoPort,
+        *,
+        identifier: int = 1,
+        baud: int = 1_000_000,
+        clock: Clock | None = None,
+        retries: int = 2,
+    ) -> None:
+        self.spec = spec
+        name = port.path if isinstance(port, ServoPort) else port
+        self.port = name if isinstance(name, str) else None
+        self.identifier = identifier
+        self.baud = baud
+        self.counters = ServoCounters()
+        self.configuration: ServoConfiguration | None = None
+        self.duty = 0.0
+        """Duty that it was last given [1]."""
+        self._clock: Clock = MonotonicClock() if clock is None else clock
+        self._bus = Bus(
+            port,
+            family=FAMILIES[spec.family],
+            identifier=identifier,
+            baud=baud,
+            clock=self._clock,
+            counters=self.counters,
+            retries=retries,
+        )
+        self.table = self._bus.table
+        """Registers of its family."""
+        self._spool = SpoolAngle(spec, counts_turns=self.table.counts_turns)
+        self._velocity_unit = spec.velocity_unit
+        self._keeper: Keeper | None = None
+        self._seen = 0.0
+        self._torque = False
+        self._restarted = False
+
+    @property
+    def torque_enabled(self) -> bool:
+        """The motor was switched on here and, as far as is known, still is."""
+        return self._torque
+
+    def open(self) -> None:
+        """Open the port and make sure that the expected servo answers.
+
+        Raises:
+            PortBusy: Another process holds the port.
+            PortUnavailable: The port is not there.
+            ServoSilent: Nothing answers at this rate and ID.
+            UnsupportedServo: Another model does.
+        """
+        self._bus.open()
+        try:
+            greet(self._bus, self.spec, self._clock)
+            scale = FAMILIES[self.spec.family].velocity_scale(self._bus)
+            self._velocity_unit = scale * self.spec.velocity_unit
+        except BaseException:
+            self._bus.close()
+            raise
+
+    def close(self) -> bool:
+        """Switch the motor off and close the port; more than once does no harm.
+
+        Returns:
+            Whether the motor is known to be off. If not, the supply must be switched off.
+        """
+        try:
+            return self.switched_off()
+        finally:
+            if self._keeper is not None:  # the motor is not known to be off
+                self._keeper.abandon()
+            self._bus.close()
+
+    def switched_off(self) -> bool:
+        """Switch the motor off, if it is not, and tell whether it is known to be off."""
+        try:
+            if self._torque and self._bus.is_open:
+                self.disable_torque()
+        except HardwareFault:
+            return False
+        return not self._torque
+
+    def configure(
+        self, *, watchdog_s: float = 0.2, duty_limit: float = 1.0, return_delay: float = 0.0
+    ) -> ServoSettings:
+        """Set everything that decides how the servo moves, verify it, and take home if unset.
+
+        Args:
+            watchdog_s: Silence after which the servo stops [s].
+            duty_limit: Greatest duty that the servo may give [1].
+            return_delay: Pause of the servo before it answers [s].
+
+        Returns:
+            The settings as they read back.
+        """
+        if self.configuration is not None:
+            self._notice(*self._bus.read(self.table.torque, self.table.mark))
+        self.configuration = ServoConfiguration(
+            watchdog=watchdog_s, duty_limit=duty_limit, return_delay=return_delay
+        )
+        self._set_up(self.configuration)
+        if not self._spool.has_home:
+            self.set_home()
+        return self.settings()
+
+    def settings(self) -> ServoSettings:
+        """Read back all that decides the step response, for the log."""
+        return FAMILIES[self.spec.family].read_settings(self._bus, self.spec, self.port)
+
+    def set_home(self, angle: float = 0.0) -> None:
+        """Call the present spool angle ``angle`` [rad]; the servo itself keeps no home."""
+        (position,) = self._bus.read(self.table.position)
+        self._spool.set_home(position, angle)
+        self._seen = self._bus.instant
+
+    def read_state(self) -> ServoState:
+        """Read current, velocity and position in one transaction.
+
+        Raises:
+            ServoSilent: No whole answer came in all attempts.
+            PortLost: The adapter is gone; ``reconnect`` brings it back.
+            SharedIdentifier: Another servo has the same ID.
+        """
+        self.counters.reads += 1
+        self._feed()
+        self._bus.refuse_second()
+        try:
+            current, velocity, position = self._bus.read(*self.table.state)
+        except HardwareFault:
+            self.counters.missed += 1
+            raise
+        unseen, self._seen = self._bus.instant - self._seen, self._bus.instant
+        # by duty it may be twice as fast as its firmware goes: half a turn, or the first look
+        if not self.table.counts_turns and unseen * self.spec.no_load_speed > 0.5 * pi:
+            self._spool.restore_turns(position)
+        return ServoState(
+            time=self._bus.instant,
+            position=self._spool.angle(position),
+            velocity=velocity * self._velocity_unit,
+            current=current * self.spec.current_unit,
+        )
+
+    def read_health(self) -> ServoHealth:
+        """Read what changes slowly, in two transactions; count restarts and watchdog trips."""
+        table = self.table
+        watchdog = () if table.watchdog is None else (table.watchdog,)
+        torque, mark, error, *silence = self._bus.read(
+            table.torque, table.mark, table.alerts, *watchdog
+        )
+        voltage, temperature = self._bus.read(table.voltage, table.temperature)
+        self._notice(torque, mark)
+        tripped = WATCHDOG_TRIPPED in silence or (self._keeper is not None and self._keeper.tripped)
+        return ServoHealth(
+            voltage=voltage * self.spec.voltage_unit,
+            temperature=float(temperature),
+            hardware_error=error,
+            torque_enabled=bool(torque),
+            watchdog_tripped=tripped,
+            family=self.spec.family,
+        )
+
+    def check(self) -> ServoHealth:
+        """Read the health and refuse to go on where the motor does not do what it is told.
+
+        Raises:
+            ServoAlert: The servo reports a hardware error.
+            WatchdogTripped: The servo stopped for want of instructions.
+            ServoReset: The servo has started anew.
+        """
+        driven = self._torque
+        health = self.read_health()
+        if health.alerts:
+            raise ServoAlert(alert_text(self._bus, self.spec, health.hardware_error))
+        if health.watchdog_tripped:
+            self.counters.watchdog_trips += 1
+            raise WatchdogTripped(self._watchdog_text())
+        if self._restarted:
+            raise ServoReset(
+                f"servo {self.identifier} must keep its settings but has started anew; "
+                "look at its supply and plug"
+            )
+        if driven and not health.torque_enabled:
+            raise ServoReset(
+                f"servo {self.identifier} must drive its motor; something else has switched it off"
+            )
+        return health
+
+    def command_duty(self, fraction: float) -> float:
+        """Send a duty [1], positive winds in; cut to the limit and returned as sent.
+
+        Raises:
+            WatchdogTripped: The servo stopped and takes no goals.
+        """
+        if not isfinite(fraction):
+            raise CommandNotFinite(f"a duty must be finite; it is {fraction}")
+        limit = self._configured().duty_limit
+        self._feed()
+        if self._keeper is not None and self._keeper.tripped:
+            self.counters.watchdog_trips += 1
+            raise WatchdogTripped(self._watchdog_text())
+        sent = min(max(fraction, -limit), limit)
+        self.counters.limited += sent != fraction
+        try:
+            self._bus.write(self.table.goal_duty, round(sent * self.spec.duty_counts))
+        except ServoRefused:
+            register = self.table.watchdog
+            if register is None or self._bus.read(register) != (WATCHDOG_TRIPPED,):
+                raise
+            self.counters.watchdog_trips += 1
+            raise WatchdogTripped(self._watchdog_text()) from None
+        self.duty = sent
+        return sent
+
+    def enable_torque(self) -> None:
+        """Switch the motor on, after settings and alerts were looked at and the watchdog armed.
+
+        The first goal is no duty: nothing moves.
+
+        Raises:
+            ServoAlert: The servo reports a hardware error.
+            SettingMismatch: A register reads back other than it was set.
+        """
+        configuration = self._configured()
+        refuse_alert(self._bus, self.spec)
+        verify(self._bus, configuration, self.spec)
+        set_verified(self._bus, self.table.goal_duty, 0)
+        arm_watchdog(self._bus, configuration)
+        self._release()
+        self._keeper = self._bus.keeper(configuration.watchdog)
+        self._torque = True  # from here on something must be switched off
+        set_verified(self._bus, self.table.torque, 1)
+
+    def disable_torque(self) -> None:
+        """Switch the motor off, under an alert as well, and until it reads back as off.
+
+        Raises:
+            ServoSilent: The register never read as off.
+            PortLost: The adapter is gone.
+        """
+        switch_off(self._bus)
+        self._release()
+        self._torque = False
+        self.duty = 0.0
+
+    def clear_watchdog(self) -> None:
+        """Make a servo take goals again whose watchdog had stopped it; it stays armed."""
+        arm_watchdog(self._bus, self._configured())
+        if self._keeper is not None:  # it has switched the motor off
+            self.enable_torque()
+
+    def recover(self, *, resume_torque: bool = False) -> None:
+        """Set a servo up again that has started anew, was stopped or could not be reached.
+
+        A servo that has restarted knows its angle within one turn only. The turn is restored from
+        the last position that was read. Without the motor the tendon unwinds the spool, so the
+        spool may have turned back by up to 5.3 rad, and on by 1 rad.
+
+        Args:
+            resume_torque: Switch the motor on again, without duty.
+
+        Raises:
+            ServoAlert: The servo reports a hardware error; only ``reboot`` clears it.
+        """
+        configuration = self._configured()
+        self._notice(*self._bus.read(self.table.torque, self.table.mark))
+        refuse_alert(self._bus, self.spec)
+        self._set_up(configuration)
+        if resume_torque:
+            self.enable_torque()
+
+    def reboot(self) -> None:
+        """Restart the servo, which clears alerts, and set it up again; the motor stays off."""
+        self._bus.reboot()
+        self._torque = False
+        self._restarted = self.configuration is not None
+        await_restart(self._bus, self.spec, self._clock)
+        if self.configuration is not None:
+            self.recover()
+
+    def reconnect(self, *, limit: float = 5.0, resume_torque: bool = False) -> bool:
+        """Open a lost port again and set the servo up, waiting up to a limit.
+
+        Args:
+            limit: Longest wait [s]; 0 is one attempt.
+            resume_torque: Switch the motor on again, without duty.
+
+        Returns:
+            Whether the servo is back; where the port stays away it is not.
+        """
+        deadline = self._clock.now() + limit
+        while True:
+            self._bus.close()
+            try:
+                self.open()
+                if self.configuration is not None:
+                    self.recover(resume_torque=resume_torque)
+                self.counters.reconnects += 1
+                return True
+            except (PortLost, PortUnavailable, ServoSilent):
+                if self._clock.now() >= deadline:
+                    return False
+            self._clock.sleep_until(min(deadline, self._clock.now() + POLL_PERIOD))
+
+    def _feed(self) -> None:
+        if self._keeper is not None:
+            self._keeper.feed()
+
+    def _release(self) -> None:
+        if self._keeper is not None:
+            self._keeper.release()
+            self._keeper = None
+
+    def _set_up(self, configuration: ServoConfiguration) -> None:
+        self.disable_torque()
+        if self._restarted:
+            (position,) = self._bus.read(self.table.position)
+            self._spool.restore_turns(position)
+            self._restarted = False
+        apply(self._bus, configuration, self.spec)
+
+    def _notice(self, torque: int, mark: int) -> None:
+        """Notice that a servo has restarted, or that an alert has switched its motor off."""
+        self._torque = self._torque and bool(torque)
+        if self.configuration is not None and mark != self.table.marked and not self._restarted:
+            self._restarted = True
+            self.counters.resets += 1
+
+    def _configured(self) -> ServoConfiguration:
+        if self.configuration is None:
+            raise SettingMismatch(
+                f"servo {self.identifier} must be configured before it is driven; it is not"
+            )
+        return self.configuration
+
+    def _watchdog_text(self) -> str:
+        return (
+            f"servo {self.identifier} stopped: no instruction came for "
+            f"{self._configured().watchdog:g} s; it takes goals again once the watchdog is cleared"
+        )

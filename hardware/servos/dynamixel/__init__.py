@@ -1,0 +1,22 @@
+"""Servos of ROBOTIS's X-330 series."""
+
+from types import MappingProxyType
+
+from hardware.servos.dynamixel.packets import DynamixelPackets
+from hardware.servos.dynamixel.registers import TABLE
+from hardware.servos.dynamixel.settings import read_settings, targets
+from hardware.servos.family import ServoFamily
+
+RATES = {1_000_000: 3, 57_600: 1, 2_000_000: 4, 3_000_000: 5, 4_000_000: 6, 115_200: 2}
+
+DYNAMIXEL = ServoFamily(
+    packets=DynamixelPackets,
+    table=TABLE,
+    rates=MappingProxyType(RATES),
+    rates_sought=tuple(RATES),
+    targets=targets,
+    read_settings=read_settings,
+    velocity_scale=lambda _: 1.0,
+    motor_off=None,
+    remedy="reboot it",
+)

@@ -1,0 +1,91 @@
+"""Registers of a configuration, and the settings that are read back for the log."""
+
+from __future__ import annotations
+
+from hardware.serial_ports import latency_timer
+from hardware.servos.base import (
+    OverloadProtection,
+    PositionGains,
+    ServoConfiguration,
+    ServoSettings,
+    ServoSpec,
+)
+from hardware.servos.family import Reader
+from hardware.servos.feetech import registers as r
+from hardware.servos.serial_bus.register import Register
+
+COARSE = 50.0
+"""Counts of position a second in a count of speed, where Phase (18) does not ask for one [1]."""
+
+
+def targets(configuration: ServoConfiguration, spec: ServoSpec) -> tuple[tuple[Register, int], ...]:
+    """Return each register that must be set before the motor runs, with its counts.
+
+    The lock comes first. Behind it the mode lasts as long as the supply: an arm that somebody else
+    uses tomorrow is in its own mode again.
+    """
+    return (
+        (r.LOCK, 1),
+        (r.RETURN_DELAY, round(configuration.return_delay / r.RETURN_DELAY_UNIT)),
+        (r.OPERATING_MODE, r.PWM_MODE),
+        (r.TORQUE_LIMIT, round(configuration.duty_limit * spec.duty_counts)),
+        (r.ACCELERATION, r.TABLE.marked),
+    )
+
+
+def velocity_scale(bus: Reader) -> float:
+    """Return the data sheet's counts of speed in one of this servo's [1], by its Phase."""
+    (phase,) = bus.read(r.PHASE)
+    return 1.0 if phase & r.FINE_SPEED else COARSE
+
+
+def read_settings(bus: Reader, spec: ServoSpec, port: str | None) -> ServoSettings:
+    """Read back all that decides a step response, in four transactions."""
+    major, minor, delay = bus.read(r.FIRMWARE_MAJOR, r.FIRMWARE_MINOR, r.RETURN_DELAY)
+    temperature, highest, lowest, phase, unloading = bus.read(
+        r.TEMPERATURE_LIMIT, r.VOLTAGE_LIMIT_MAX, r.VOLTAGE_LIMIT_MIN, r.PHASE, r.UNLOADING
+    )
+    p, d, i, starting, clockwise, other, current, mode, held, time, overload = bus.read(
+        r.P_GAIN,
+        r.D_GAIN,
+        r.I_GAIN,
+        r.STARTING_FORCE,
+        r.DEAD_ZONE_CW,
+        r.DEAD_ZONE_CCW,
+        r.PROTECTION_CURRENT,
+        r.OPERATING_MODE,
+        r.PROTECTIVE_TORQUE,
+        r.PROTECTION_TIME,
+        r.OVERLOAD_TORQUE,
+    )
+    acceleration, velocity, limit, fastest = bus.read(
+        r.ACCELERATION, r.GOAL_VELOCITY, r.TORQUE_LIMIT, r.MAXIMUM_VELOCITY
+    )
+    return ServoSettings(
+        model=spec.name,
+        firmware=100 * major + minor,
+        identifier=bus.identifier,
+        baud=bus.baud,
+        operating_mode=mode,
+        drive_mode=phase,
+        return_delay=delay * r.RETURN_DELAY_UNIT,
+        gains=PositionGains(proportional=p, integral=i, derivative=d),
+        feedforward=(0, 0),
+        profile_velocity=velocity,
+        profile_acceleration=acceleration,
+        duty_limit=limit / spec.duty_counts,
+        current_limit=current * spec.current_unit,
+        velocity_limit=fastest * r.MAXIMUM_VELOCITY_UNIT * spec.position_unit,
+        temperature_limit=float(temperature),
+        voltage_limits=(lowest * spec.voltage_unit, highest * spec.voltage_unit),
+        shutdown=unloading,
+        watchdog=0.0,
+        latency_timer=None if port is None else latency_timer(port),
+        starting_duty=starting / spec.duty_counts,
+        dead_zone=(clockwise * spec.position_unit, other * spec.position_unit),
+        overload=OverloadProtection(
+            duty=overload / 100.0,
+            protective_duty=held / 100.0,
+            time=time * r.PROTECTION_TIME_UNIT,
+        ),
+    )

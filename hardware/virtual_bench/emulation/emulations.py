@@ -1,0 +1,99 @@
+"""Memory, firmware and bus of an emulated servo, by the family of its model."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from hardware.virtual_bench.emulation.feetech_emulator import FeetechEmulator
+from hardware.virtual_bench.emulation.feetech_firmware import FeetechFirmware
+from hardware.virtual_bench.emulation.firmware import Firmware
+from hardware.virtual_bench.emulation.servo_emulator import ServoEmulator
+from hardware.virtual_bench.memory import addresses as dynamixel
+from hardware.virtual_bench.memory import feetech_table as feetech
+from hardware.virtual_bench.memory.control_table import XC330_T288_T, XL330_M288_T, ServoModel
+from hardware.virtual_bench.memory.feetech_frames import FeetechParser
+from hardware.virtual_bench.memory.feetech_table import (
+    STS3215,
+    STS3250,
+    FeetechModel,
+    FeetechRegisters,
+)
+from hardware.virtual_bench.memory.protocol import FrameParser, Instruction
+from hardware.virtual_bench.memory.registers import Registers
+from hardware.virtual_bench.physics.constants import ServoConstants
+from hardware.virtual_bench.physics.encoder import Encoder
+from hardware.virtual_bench.physics.motor import Motor
+
+AnyModel = ServoModel | FeetechModel
+AnyRegisters = Registers | FeetechRegisters
+AnyFirmware = Firmware | FeetechFirmware
+AnyEmulator = ServoEmulator | FeetechEmulator
+SERVO_MODELS: dict[str, AnyModel] = {
+    model.name: model for model in (STS3215, STS3250, XC330_T288_T, XL330_M288_T)
+}
+"""Servos that a virtual bench can have, by name."""
+
+
+class Parser(Protocol):
+    """Cuts the bytes of a bus into instructions."""
+
+    def feed(self, data: bytes) -> list[Instruction]:
+        """Take bytes in and return the instructions that they complete."""
+        ...
+
+    def reset(self) -> None:
+        """Forget a frame that never ended."""
+        ...
+
+
+def parser_of(model: AnyModel) -> Parser:
+    """Return what understands a bus of such servos."""
+    return FeetechParser() if isinstance(model, FeetechModel) else FrameParser()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Controller:
+    """Memory and loop of one servo."""
+
+    registers: AnyRegisters
+    firmware: AnyFirmware
+    emulate: Callable[[Motor, ServoConstants, random.Random], AnyEmulator]
+    """Puts it on the bus."""
+
+
+def controller_of(model: AnyModel, motor: Motor, encoder: Encoder) -> Controller:
+    """Return a servo's memory and loop, as after power-on at 1 Mbit/s."""
+    if isinstance(model, FeetechModel):
+        memory = FeetechRegisters(model)
+        memory.power_up(encoder.count)
+        loop = FeetechFirmware(memory, motor, encoder)
+        return Controller(
+            registers=memory,
+            firmware=loop,
+            emulate=lambda motor, constants, rng: FeetechEmulator(
+                memory, loop, motor, constants, rng
+            ),
+        )
+    registers = Registers(model)
+    registers.power_up(encoder.count)
+    firmware = Firmware(registers, motor, encoder)
+    return Controller(
+        registers=registers,
+        firmware=firmware,
+        emulate=lambda motor, constants, rng: ServoEmulator(
+            registers, firmware, motor, constants, rng
+        ),
+    )
+
+
+def set_up(registers: AnyRegisters, identifier: int) -> None:
+    """Give a servo its ID and 1 Mbit/s, as an operator does once."""
+    if isinstance(registers, FeetechRegisters):
+        registers.keep(feetech.IDENTIFIER, identifier)
+        registers.keep(feetech.BAUD_RATE, 0)
+    else:
+        registers.store(dynamixel.IDENTIFIER, identifier)
+        registers.store(dynamixel.BAUD_RATE, 3)

@@ -1,0 +1,163 @@
+"""From recordings to findings: beginnings choose, all rows decide, every cause gets an account."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from tendon_newton.data.model_file import Model
+from tendon_newton.data.recording import Recording
+from tendon_newton.diagnosis.findings import Findings
+from tendon_newton.diagnosis.result import Criterion, Verdict
+from tendon_newton.diagnosis.search.account import (
+    TOGETHER,
+    candidates,
+    criteria_of,
+    explained_share,
+)
+from tendon_newton.diagnosis.search.decision import Decided, decide, transfer
+from tendon_newton.diagnosis.search.floors import floors_of
+from tendon_newton.diagnosis.search.pool import Allows, Pool
+from tendon_newton.diagnosis.search.posterior import found_of
+from tendon_newton.diagnosis.search.prune import settle
+from tendon_newton.diagnosis.search.refit import Fit
+from tendon_newton.diagnosis.search.rule import LEAST_EXPLAINED, PRICE
+from tendon_newton.diagnosis.search.spans import beginnings, deciding
+from tendon_newton.diagnosis.search.strategy import find
+from tendon_newton.diagnosis.search.worlds import Worlds
+from tendon_newton.identification.study import Study
+
+HASTE = 0.3
+"""Share of that price which the search asks of a cause, before the rule decides [1]."""
+MOST_CAUSES = 7
+"""Causes that are looked for at once."""
+
+
+def find_causes(
+    recordings: Sequence[Recording],
+    study: Study,
+    model: Model,
+    names: Sequence[str],
+    *,
+    rng: np.random.Generator,
+    price: float = PRICE,
+    most: int = MOST_CAUSES,
+    allows: Allows = lambda _names, _values: True,
+    progress: Callable[[str], None] = lambda _: None,
+    budget: float | None = None,
+    log: Callable[[str], None] = lambda _: None,
+) -> Findings:
+    """Find the causes of a gap.
+
+    Args:
+        recordings: Training recordings as they are.
+        study: The same, all rows.
+        model: The model to start from.
+        names: Effects that may be named.
+        rng: Of the draws of blocks.
+        price: Gain in score that each number of a cause must bring [nat per row].
+        most: Causes that are looked for at once.
+        allows: Whether a set of causes may be named, given its values by column.
+        progress: Told, in a few words, what is being done.
+        budget: Time after which no further sets are looked for [s].
+        log: Told every set that is fitted.
+    """
+    known = [effect.name for effect in model.effects]
+    until = np.inf if budget is None else time.monotonic() + budget
+    chosen = deciding(recordings)
+    short = part_of(study, recordings if study.kinematic else beginnings(recordings), model)
+    is_all = all(own is other for own, other in zip(chosen, recordings, strict=False))
+    fine_study = study if is_all else part_of(study, chosen, model)
+    worlds, fine_worlds = Worlds(short), Worlds(fine_study)
+    pool, fine = (
+        Pool(
+            worlds=w, floors=floors_of(w, known), price=price, haste=haste, most=most,
+            allows=allows, log=log, until=until,
+        )
+        for w, haste in ((worlds, HASTE), (fine_worlds, 1.0))
+    )  # fmt: skip
+    interrupted = False
+    try:
+        fit = find(pool, study.fit_columns(model), names, known, progress)
+        pool.haste = 1.0
+        progress(f"testing {', '.join(fit.names) or 'whether anything is missing'}")
+        fit = settle(pool, fit, names, known)
+    except KeyboardInterrupt:
+        interrupted = True
+        fit = pool.best()
+    progress(f"deciding on {len(chosen)} of {len(recordings)} recordings")
+    (baseline,) = transfer(pool, [pool.fits[frozenset()]], fine)
+    decided = decide(pool, fit, fine, known, rng)
+    baseline = fine.fits[frozenset()]
+    return conclude_search(pool, fine, names, fit, baseline, decided, interrupted)
+
+
+def part_of(study: Study, recordings: Sequence[Recording], model: Model) -> Study:
+    """Return a study of some of its recordings, with its scale and its noise."""
+    part = Study(
+        recordings,
+        model,
+        study.table.effects,
+        time_step=study.time_step,
+        in_pieces=True,
+        scale=study.scale,
+    )
+    part.noise = study.noise
+    return part
+
+
+def conclude_search(
+    pool: Pool, fine: Pool, names: Sequence[str], fit: Fit, baseline: Fit, decided: Decided,
+    interrupted: bool,
+) -> Findings:  # fmt: skip
+    """Put what was decided into words and numbers."""
+    final = ordered(decided)
+    share = explained_share(fine, baseline, final)
+    verdict = verdict_of(fine, baseline, final, share)
+    named = final if verdict in ("explained", "partly_explained") else None
+    shown = found_of(fine, final)
+    stop = None
+    if named is None and final.names:
+        stop = Criterion(name=TOGETHER, value=1.0 - share, bar=1.0 - LEAST_EXPLAINED, passed=False)
+    notes = []
+    if interrupted:
+        notes.append("The search was stopped before its end: causes may be missing.")
+    elif pool.is_late:
+        notes.append("The search ended at its budget of time: causes may be missing.")
+    return Findings(
+        verdict=verdict,
+        baseline=found_of(fine, baseline),
+        final=None if named is None else shown,
+        closest=shown,
+        classes={
+            name: tuple((new_name(final, rival), found_of(fine, rival)) for rival in rivals)
+            for name, rivals in decided.rivals.items()
+        },
+        candidates=candidates(pool, fine, names, final, decided, stop),
+        criteria={name: criteria_of(fine, final, decided, name) for name in final.names},
+        probabilities=decided.probabilities,
+        notes=tuple(notes),
+    )
+
+
+def ordered(decided: Decided) -> Fit:
+    """Return the fit with its causes in order, those that explain most first."""
+    fit = decided.fit
+    return replace(fit, names=tuple(sorted(fit.names, key=lambda n: -decided.losses[n])))
+
+
+def verdict_of(fine: Pool, baseline: Fit, final: Fit, share: float) -> Verdict:
+    """Judge what is left without and with the causes."""
+    if not final.names:
+        return "no_gap" if fine.excess(baseline) < fine.price else "unexplained"
+    if fine.excess(final) < fine.price:
+        return "explained"
+    return "partly_explained" if share >= LEAST_EXPLAINED else "unexplained"
+
+
+def new_name(fit: Fit, rival: Fit) -> str:
+    """Return the cause that a rival has and a fit has not."""
+    return next(name for name in rival.names if name not in fit.names)

@@ -1,0 +1,273 @@
+"""Sparse sets of causes chosen on a survey's quadratic, without simulating."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from tendon_newton.data.recording import Array
+from tendon_newton.diagnosis.search.survey import Survey
+from tendon_newton.effects import EFFECTS, find_effect
+
+CLOSER = 6
+"""Directions that are solved for, of those that promise most to one step of a set."""
+ROUNDS = 3
+"""Times that the weights of the signals are renewed while a set is solved for."""
+FORCED = 4
+"""Single causes of which each is forced into a set."""
+MOST_STEPS = 20
+"""Additions, removals and exchanges of one choice."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trial:
+    """A set of directions with its coefficients."""
+
+    added: tuple[int, ...]
+    """Atoms."""
+    removed: tuple[str, ...]
+    """Effects of the fit that go."""
+    coefficients: dict[int, float]
+    """Direction -> coefficient."""
+    score: float
+    """Score that the quadratic predicts [nat per row]."""
+
+
+class Chooser:
+    """Chooses sets on one survey.
+
+    Args:
+        survey: The quadratic.
+        price: Gain in score [nat per row] that a further cause must promise.
+        most: Causes at most.
+    """
+
+    def __init__(self, survey: Survey, price: float, most: int) -> None:
+        self.survey, self.price, self.most = survey, price, most
+        kinds = [c.kind for c in survey.columns]
+        self.atoms = [i for i, kind in enumerate(kinds) if kind == "atom"]
+        self.slopes = [i for i, kind in enumerate(kinds) if kind == "slope"]
+        self.removals = {c.name: i for i, c in enumerate(survey.columns) if c.kind == "removal"}
+        self._low = np.array([c.low for c in survey.columns])
+        self._high = np.array([c.high for c in survey.columns])
+        self._cache: dict[tuple[tuple[int, ...], tuple[str, ...]], Trial] = {}
+
+    def solve(self, added: Iterable[int], removed: Iterable[str]) -> Trial:
+        """Return a set with its best coefficients."""
+        key = (tuple(sorted(added)), tuple(sorted(removed)))
+        if key not in self._cache:
+            self._cache[key] = self._solve(*key)
+        return self._cache[key]
+
+    def _solve(self, added: tuple[int, ...], removed: tuple[str, ...]) -> Trial:
+        s = self.survey
+        gone = [self.removals[name] for name in removed]
+        free = [*added, *(i for i in self.slopes if s.columns[i].name not in removed)]
+        slope = s.slope + s.gram[:, :, gone].sum(axis=2)
+        square = (
+            s.square + 2.0 * s.slope[:, gone].sum(axis=1)
+            + s.gram[:, gone][:, :, gone].sum(axis=(1, 2))
+        )  # fmt: skip
+        gram, slope = s.gram[:, free][:, :, free], slope[:, free]
+        low, high = self._low[free], self._high[free]
+        x = np.zeros(len(free))
+        left = square
+        for _ in range(ROUNDS):
+            weight = self._weights(left)
+            x = bounded(np.tensordot(weight, gram, 1), -(weight @ slope), low, high)
+            left = square + 2.0 * slope @ x + np.einsum("i,sij,j->s", x, gram, x)
+        return Trial(
+            added=added, removed=removed,
+            coefficients=dict(zip(free, map(float, x), strict=True)), score=self.score(left),
+        )  # fmt: skip
+
+    def _variances(self, left: Array) -> Array:
+        rows = np.maximum(self.survey.rows, 1.0e-9)
+        floors = np.array([self.survey.floors.theta, self.survey.floors.force])
+        return np.maximum(left, 0.0) / rows / floors**2 + 1.0
+
+    def _weights(self, left: Array) -> Array:
+        rows = np.maximum(self.survey.rows, 1.0e-9)
+        floors = np.array([self.survey.floors.theta, self.survey.floors.force])
+        return np.where(
+            self.survey.rows > 0.0, 1.0 / (rows * floors**2 * self._variances(left)), 0.0
+        )
+
+    def score(self, left: Array) -> float:
+        """Return the score of squared residuals by signal [nat per row]."""
+        return float(np.sum(0.5 * np.log(self._variances(left)) * (self.survey.rows > 0.0)))
+
+    def cost(self, trial: Trial) -> float:
+        """Return a set's score with the price of its causes."""
+        names = len(trial.added) + len(self.removals) - len(trial.removed)
+        return trial.score + self.price * names
+
+    def names(self, trial: Trial) -> tuple[str, ...]:
+        """Return the causes of a set."""
+        kept = [n for n in self.survey.fit.names if n not in trial.removed]
+        return (*kept, *(self.survey.columns[i].name for i in trial.added))
+
+    def promising(self, trial: Trial, barred: frozenset[str]) -> list[int]:
+        """Return the atoms that one step from a set promises most of."""
+        s = self.survey
+        gone = [self.removals[name] for name in trial.removed]
+        held = list(trial.coefficients)
+        x = np.array([trial.coefficients[i] for i in held])
+        slope = s.slope + s.gram[:, :, gone].sum(axis=2) + s.gram[:, :, held] @ x
+        left = s.square + 2.0 * s.slope[:, gone].sum(axis=1)
+        left = left + s.gram[:, gone][:, :, gone].sum(axis=(1, 2))
+        left = left + 2.0 * (s.slope + s.gram[:, :, gone].sum(axis=2))[:, held] @ x
+        left = left + np.einsum("i,sij,j->s", x, s.gram[:, held][:, :, held], x)
+        weight = self._weights(left)
+        gram, b = np.tensordot(weight, s.gram, 1), weight @ slope
+        if held:
+            inner = gram[np.ix_(held, held)] + 1e-9 * np.diag(np.diag(gram)[held] + 1e-30)
+            across = np.linalg.solve(inner, gram[held][:, self.atoms])
+            b_own = b[self.atoms] - across.T @ b[held]
+            size = np.diag(gram)[self.atoms] - np.einsum("ij,ij->j", gram[held][:, self.atoms],
+                                                         across)  # fmt: skip
+        else:
+            b_own, size = b[self.atoms], np.diag(gram)[self.atoms]
+        step = np.clip(-b_own / np.maximum(size, 1e-30), 0.0, self._high[self.atoms])
+        gain = -(b_own * step + 0.5 * size * step**2)
+        present = {s.columns[i].name for i in trial.added} | barred
+        present |= {name for own in self.names(trial) for name in relatives(own)}
+        allowed = [
+            (g, i) for g, i in zip(gain, self.atoms, strict=True)
+            if s.columns[i].name not in present and g > 0.0
+        ]  # fmt: skip
+        allowed.sort(reverse=True)
+        out: list[int] = []
+        seen: dict[str, int] = {}
+        for _, i in allowed:
+            name = s.columns[i].name
+            seen[name] = seen.get(name, 0) + 1
+            if seen[name] <= 2:
+                out.append(i)
+            if len(out) >= CLOSER:
+                break
+        return out
+
+    def grow(self, start: Trial, barred: Iterable[str] = (), forced: Iterable[str] = ()) -> Trial:
+        """Add, remove and exchange causes as long as it pays.
+
+        Args:
+            start: Where to begin.
+            barred: Effects that may not be added.
+            forced: Effects that may not be removed.
+        """
+        barred, forced = frozenset(barred), frozenset(forced)
+        best = start
+        for _ in range(MOST_STEPS):
+            moves = list(self._moves(best, barred, forced))
+            found = min(moves, key=self.cost, default=best)
+            if self.cost(found) >= self.cost(best) - 1.0e-9:
+                break
+            best = found
+        return best
+
+    def _moves(
+        self, trial: Trial, barred: frozenset[str], forced: frozenset[str]
+    ) -> Iterable[Trial]:
+        smaller = list(self._removals(trial, forced))
+        yield from smaller
+        for base in (trial, *smaller):
+            if len(self.names(base)) < self.most:
+                for atom in self.promising(base, barred):
+                    yield self.solve((*base.added, atom), base.removed)
+
+    def _removals(self, trial: Trial, forced: frozenset[str]) -> Iterable[Trial]:
+        for atom in trial.added:
+            if self.survey.columns[atom].name not in forced:
+                yield self.solve([a for a in trial.added if a != atom], trial.removed)
+        for name in self.survey.fit.names:
+            if name not in trial.removed and name not in forced:
+                yield self.solve(trial.added, (*trial.removed, name))
+
+    def best_atoms(self) -> dict[str, Trial]:
+        """Return for every effect that the fit has not the best set with it besides."""
+        by_name: dict[str, Trial] = {}
+        for atom in self.atoms:
+            trial, name = self.solve((atom,), ()), self.survey.columns[atom].name
+            if name not in by_name or trial.score < by_name[name].score:
+                by_name[name] = trial
+        return by_name
+
+    def singles(self, count: int) -> list[Trial]:
+        """Return the best sets of one cause more than the fit, one per effect, best first."""
+        start = self.solve((), ())
+        ranked = sorted(self.best_atoms().values(), key=self.cost)
+        return [t for t in ranked if t.score < start.score][:count]
+
+
+def choose(chooser: Chooser, sets: int) -> list[Trial]:
+    """Return different sets: the best, those without each of its members, those with each rival.
+
+    Args:
+        chooser: Of one survey.
+        sets: How many sets to return at most.
+    """
+    columns = chooser.survey.columns
+    start = chooser.solve((), ())
+    best = chooser.grow(start)
+    found = [
+        best,
+        *(chooser.grow(start, barred=[columns[atom].name]) for atom in best.added),
+        *(chooser.grow(chooser.solve((), [name])) for name in chooser.survey.fit.names),
+    ]
+    for single in chooser.singles(FORCED):
+        name = columns[single.added[0]].name
+        if name not in chooser.names(best):
+            found.append(chooser.grow(single, forced=[name]))
+    found.sort(key=chooser.cost, reverse=True)
+    different = {frozenset(chooser.names(trial)): trial for trial in found}
+    different.pop(frozenset(chooser.survey.fit.names), None)
+    return sorted(different.values(), key=chooser.cost)[:sets]
+
+
+def exchanges(chooser: Chooser, count: int) -> list[Trial]:
+    """Return for each cause of the fit the sets with the likeliest others in its place."""
+    out: list[Trial] = []
+    columns = chooser.survey.columns
+    for name in chooser.survey.fit.names:
+        others = {r for n in chooser.survey.fit.names if n != name for r in relatives(n)}
+        ranked: dict[str, Trial] = {}
+        for atom in chooser.atoms:
+            rival = columns[atom].name
+            if rival in others:
+                continue
+            trial = chooser.solve([atom], [name])
+            if rival not in ranked or trial.score < ranked[rival].score:
+                ranked[rival] = trial
+        out += sorted(ranked.values(), key=lambda trial: trial.score)[:count]
+    return out
+
+
+def relatives(name: str) -> set[str]:
+    """Return the special cases of an effect, and the laws that it is one of."""
+    special = set(find_effect(name).includes)
+    return special | {other for other, law in EFFECTS.items() if name in law.includes}
+
+
+def bounded(matrix: Array, vector: Array, low: Array, high: Array) -> Array:
+    """Return the least of x A x / 2 - b x within bounds, by active sets, shape (F,)."""
+    count = len(vector)
+    x = np.zeros(count)
+    if count == 0:
+        return x
+    matrix = matrix + 1.0e-9 * np.diag(np.diag(matrix) + 1.0e-30)
+    fixed = np.zeros(count, dtype=bool)
+    for _ in range(count + 1):
+        free = ~fixed
+        right = vector[free] - matrix[np.ix_(free, fixed)] @ x[fixed]
+        x[free] = np.linalg.solve(matrix[np.ix_(free, free)], right)
+        out = free & ((x < low) | (x > high))
+        if not out.any():
+            break
+        excess = np.where(out, np.maximum(low - x, x - high), -np.inf)
+        worst = int(np.argmax(excess / np.maximum(high - low, 1e-12)))
+        x[worst] = np.clip(x[worst], low[worst], high[worst])
+        fixed[worst] = True
+    return np.clip(x, low, high)

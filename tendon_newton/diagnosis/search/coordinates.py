@@ -1,0 +1,180 @@
+"""Numbers of effects in coordinates in which a fit is nearly linear, and sizes to look at."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+from tendon_newton.data.parameters import Parameter
+from tendon_newton.data.recording import Array
+from tendon_newton.effects import find_effect
+from tendon_newton.identification.study import Study
+
+SIZES = (0.5, 2.0)
+"""Typical values of a strength are multiplied by these for a survey [1]."""
+SIGNED_SHARE = 0.1
+"""Share of its range that is typical of a number that declares no typical value [1]."""
+SHARES_OF_RANGE = (0.1, 0.4)
+"""How far a survey moves a scale, as a share of the logarithm of its greatest value [1]."""
+SHARES_OF_PEAK = (1.0, 0.85, 0.65)
+"""Limits that a survey looks at, as shares of the greatest value that was measured [1]."""
+SHAPES = (0.3, 1.0, 3.0)
+"""Times and speeds that shape an effect, as multiples of what is typical [1]."""
+PLACES = (0.15, 0.35, 0.55, 0.75)
+"""Places along the measured travel where a survey puts an obstacle [1]."""
+REST_FACTOR = 2.0
+"""Breakaway force that a survey looks at, as a multiple of the sliding one [1]."""
+PEAK = 0.995
+"""Share of the rows below what counts as the greatest measured value [1]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Coordinate:
+    """One number of a model as a fit sees it: null is zero, and typical is about one."""
+
+    column: int
+    """Place in the parameter vector."""
+    kind: str
+    """``linear``, ``log`` for what is never zero, ``inverse`` for what is infinite when absent."""
+    origin: float
+    """Value at zero [unit]; the unit of the inverse where that is infinite."""
+    unit: float
+    """Change of the value, or of its logarithm, per one."""
+    lower: float
+    """Least coordinate."""
+    upper: float
+    """Greatest one."""
+
+    def value(self, u: float) -> float:
+        """Return the physical value at a coordinate."""
+        if self.kind == "log":
+            return self.origin * float(np.exp(self.unit * u))
+        if self.kind == "inverse":
+            return np.inf if u <= 0.0 else self.origin / u
+        return self.origin + self.unit * u
+
+    def place(self, value: float) -> float:
+        """Return the coordinate of a physical value."""
+        if self.kind == "log":
+            return float(np.log(value / self.origin)) / self.unit
+        if self.kind == "inverse":
+            return 0.0 if np.isinf(value) else self.origin / value
+        return (value - self.origin) / self.unit
+
+
+def coordinate_of(study: Study, column: int) -> Coordinate:
+    """Return the coordinate of one column of a study's parameter vector."""
+    parameter = study.parameter(column)
+    null = parameter.null if np.isinf(parameter.null) else study.base_value(column)
+    low, high = parameter.lower, parameter.upper
+    if np.isinf(parameter.null):
+        return Coordinate(
+            column=column, kind="inverse", origin=parameter.nominal, unit=1.0,
+            lower=0.0, upper=parameter.nominal / low,
+        )  # fmt: skip
+    if low > 0.0:
+        origin = float(np.clip(null, low, high))
+        unit = 0.25
+        return Coordinate(
+            column=column, kind="log", origin=origin, unit=unit,
+            lower=float(np.log(low / origin)) / unit, upper=float(np.log(high / origin)) / unit,
+        )  # fmt: skip
+    unit = typical_size(parameter)
+    return Coordinate(
+        column=column, kind="linear", origin=null, unit=unit,
+        lower=(low - null) / unit, upper=(high - null) / unit,
+    )  # fmt: skip
+
+
+def typical_size(parameter: Parameter) -> float:
+    """Return what a number typically differs by from none [unit]."""
+    if parameter.null == 1.0:
+        return 1.0
+    return abs(parameter.nominal) or SIGNED_SHARE * parameter.upper
+
+
+def atoms(study: Study, effect: str) -> list[dict[int, float]]:
+    """Return the values of an effect's numbers at which a survey looks, column -> value."""
+    table = study.table
+    columns = table.columns(effect)
+    parameters = [study.parameter(c) for c in columns]
+    if len(parameters) == 1:
+        return [{columns[0]: v} for v in sizes(study, columns[0])]
+    named = {p.name: (c, p) for c, p in zip(columns, parameters, strict=True)}
+    grids: list[list[float]] = []
+    shapes = [p for p in parameters if is_shape(p)]
+    for parameter in parameters:
+        if parameter.name == "position":
+            grids.append(places(study, parameter))
+        elif is_shape(parameter):
+            grids.append([inside(parameter, f * parameter.nominal) for f in SHAPES])
+        else:
+            grids.append([parameter.nominal])
+    out = []
+    for values in itertools.product(*grids):
+        atom = dict(zip(columns, values, strict=True))
+        if any(p.name == "position" for p in shapes) or "position" in named:
+            pass
+        sliding = [(c, p) for c, p in named.values() if p.name in find_effect(effect).dry]
+        if len(sliding) == 2:
+            (first, _), (rest, p) = sliding
+            atom[rest] = inside(p, REST_FACTOR * atom[first])
+        out.append(atom)
+    return out
+
+
+def is_shape(parameter: Parameter) -> bool:
+    """Tell whether a number only shapes an effect whose strength is another."""
+    return parameter.lower > 0.0 and np.isfinite(parameter.null)
+
+
+def inside(parameter: Parameter, value: float) -> float:
+    """Return a value within a number's range."""
+    return float(np.clip(value, parameter.lower, parameter.upper))
+
+
+def sizes(study: Study, column: int) -> list[float]:
+    """Return the values at which a survey looks at an effect of one number."""
+    parameter = study.parameter(column)
+    base = study.base_value(column)
+    if np.isinf(parameter.null):
+        return [inside(parameter, x) for x in limits(study, parameter)]
+    if parameter.null == 1.0:
+        moves = [s * np.log(parameter.upper) for s in SHARES_OF_RANGE]
+        found = [base * np.exp(m) for move in moves for m in (move, -move)]
+    else:
+        steps = [s * typical_size(parameter) for s in SIZES]
+        found = [base + s for s in steps]
+        found += [base - s for s in steps] if parameter.lower < base else []
+    return list(dict.fromkeys(inside(parameter, x) for x in found))
+
+
+def limits(study: Study, parameter: Parameter) -> list[float]:
+    """Return values of a number that is infinite when absent."""
+    if parameter.unit == "rad/s":
+        peak = greatest(study, "motor_velocity")
+    elif parameter.unit in ("N", "N m"):
+        peak = greatest(study, "force")
+    else:
+        return [parameter.nominal * f for f in (3.0, 1.0, 0.4)]
+    return [share * (peak or parameter.nominal) for share in SHARES_OF_PEAK]
+
+
+def greatest(study: Study, signal: str) -> float:
+    """Return the greatest size that recordings show of a signal, spikes left out."""
+    measured = [v for r in study.recordings if (v := getattr(r, signal)) is not None]
+    return max((float(np.quantile(np.abs(v[:, 0]), PEAK)) for v in measured), default=0.0)
+
+
+def places(study: Study, parameter: Parameter) -> list[float]:
+    """Return motor angles along the measured travel [rad]."""
+    angles = np.concatenate([r.motor_position[:, 0] for r in study.recordings])
+    low, high = np.quantile(angles, (1.0 - PEAK, PEAK))
+    return [inside(parameter, low + share * (high - low)) for share in PLACES]
+
+
+def vector(coordinates: list[Coordinate], values: dict[int, float]) -> Array:
+    """Return the coordinates of physical values, column -> value."""
+    return np.array([c.place(values[c.column]) for c in coordinates])

@@ -1,0 +1,172 @@
+"""May a cause be named? One rule, on all rows at the fine step, and an account of every cause."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tendon_newton.data.recording import Array
+from tendon_newton.diagnosis.search.floors import floors_of, form_scales
+from tendon_newton.diagnosis.search.held_out_gain import by_block, held_out_terms, terms
+from tendon_newton.diagnosis.search.pool import Pool
+from tendon_newton.diagnosis.search.prune import leave_out, prune
+from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, values_of
+from tendon_newton.diagnosis.search.rule import CLASS_ERRORS, LADDER, SHARE
+from tendon_newton.diagnosis.search.worlds import Floors
+from tendon_newton.effects import find_effect
+
+FEW_RIVALS = 3
+"""Sets with another cause in the place of one that are looked at closely."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Decided:
+    """The causes that may be named, and what each is worth."""
+
+    fit: Fit
+    losses: dict[str, float]
+    """Score lost without each [nat per row]."""
+    held_out: dict[str, float]
+    """The same on parts that no number has seen."""
+    changes: dict[str, float]
+    """How much larger residuals are without each [errors of form of a law]."""
+    probabilities: dict[str, float]
+    """Share of draws of blocks of time in which that passes the bar."""
+    rivals: dict[str, tuple[Fit, ...]]
+    """Fits with another cause in the place of each that explain the data as well."""
+    refused: dict[str, tuple[float, bool]]
+    """What each dropped cause was worth on parts that no number has seen [nat per row], and whether
+    a number of it ended at the edge of its range."""
+
+
+def transfer(pool: Pool, fits: Sequence[Fit], fine: Pool) -> list[Fit]:
+    """Refit sets on all rows at the fine step, from where they were on the beginnings."""
+    starts = [(f.names, values_of(pool.worlds, f.columns, f.place)) for f in fits]
+    found = start_fits(fine.worlds, starts, fine.floors, fine.worlds.study.time_step)
+    found = refit(fine.worlds, found, fine.floors, iterations=2, coarse=0)
+    fine.add(found)
+    return found
+
+
+def rivals_of(pool: Pool, fit: Fit, name: str) -> list[Fit]:
+    """Return the best fits with another cause in the place of one; those without it are known."""
+    rest = frozenset(fit.names) - {name}
+    found = [
+        f for f in pool.fits.values()
+        if len(f.names) == len(fit.names) and rest < frozenset(f.names) and name not in f.names
+    ]  # fmt: skip
+    loss = pool.fits[rest].score - fit.score
+    near = [f for f in found if f.score - fit.score < max(pool.price, SHARE * loss)]
+    return sorted(near, key=lambda f: f.score)[:FEW_RIVALS]
+
+
+def decide(
+    pool: Pool, fit: Fit, fine: Pool, known: Sequence[str], rng: np.random.Generator
+) -> Decided:
+    """Put causes found on beginnings to the test on all rows.
+
+    Args:
+        pool: Sets fitted on the beginnings.
+        fit: What was found there.
+        fine: Takes the fits of all rows.
+        known: Effects of the starting model.
+        rng: Of the draws of blocks.
+    """
+    less = leave_out(pool, fit)
+    close = {name: rivals_of(pool, fit, name) for name in fit.names}
+    sets = {
+        frozenset(f.names): f for f in [*less.values(), *(r for rs in close.values() for r in rs)]
+    }
+    fine.rescore(floors_of(fine.worlds, (*known, *fit.names)))
+    transfer(pool, [fit, *sets.values()], fine)
+    best = simplest(fine, fine.best())
+    final = prune(fine, best)
+    refused: dict[str, tuple[float, bool]] = {}
+    while final.names:
+        terms_ = held_out_terms(fine.worlds, [final, *leave_out(fine, final).values()], fine.floors)
+        gains = {
+            n: by_block(fine.worlds, t - terms_[0])
+            for n, t in zip(final.names, terms_[1:], strict=True)
+        }
+        ended = [n for n in final.names if at_bound(fine, final, n)]
+        worst = min(ended or gains, key=lambda n: float(gains[n].sum()) / fine.bar(n))
+        if not ended and gains[worst].sum() >= fine.bar(worst):
+            less = leave_out(fine, final)
+            return Decided(
+                fit=final,
+                losses={n: f.score - final.score for n, f in less.items()},
+                changes={n: fine.change(final, f) for n, f in less.items()},
+                held_out={n: float(g.sum()) for n, g in gains.items()},
+                probabilities={n: probability(g, fine.bar(n), rng) for n, g in gains.items()},
+                rivals={n: close_rivals(fine, final, n) for n in final.names},
+                refused=refused,
+            )
+        refused[worst] = (float(gains[worst].sum()), worst in ended)
+        final = prune(fine, leave_out(fine, final)[worst])
+    return Decided(
+        fit=final,
+        losses={},
+        held_out={},
+        changes={},
+        probabilities={},
+        rivals={},
+        refused=refused,
+    )
+
+
+def probability(gains: Array, bar: float, rng: np.random.Generator) -> float:
+    """Return the share of draws of blocks of time in which a gain passes a bar [1]."""
+    draws = rng.multinomial(len(gains), np.full(len(gains), 1.0 / len(gains)), 500)
+    return float(np.mean(draws @ gains >= bar))
+
+
+def at_bound(pool: Pool, fit: Fit, name: str) -> bool:
+    """Tell whether a number of a cause ended at the edge of its range, its null aside."""
+    values = values_of(pool.worlds, fit.columns, fit.place)
+    study = pool.worlds.study
+    ends = [(values[c], study.parameter(c)) for c in study.table.columns(name)]
+    return any(np.isclose(v, (p.lower, p.upper), rtol=1e-6, atol=0.0).any() and v != p.null
+               for v, p in ends)  # fmt: skip
+
+
+def simplest(pool: Pool, fit: Fit) -> Fit:
+    """Return a fit with special cases in the place of laws that explain no more."""
+    for name in fit.names:
+        for special in find_effect(name).includes:
+            key = (frozenset(fit.names) - {name}) | {special}
+            other = pool.fits.get(key)
+            if other is not None and pool.cost(other) <= pool.cost(fit):
+                return simplest(pool, other)
+    return fit
+
+
+def close_rivals(pool: Pool, fit: Fit, name: str) -> tuple[Fit, ...]:
+    """Return the fits that the data cannot tell from one, another cause in a cause's place."""
+    found = rivals_of(pool, fit, name)
+    if not found:
+        return ()
+    floors, loss = sharp(pool), pool.fits[frozenset(fit.names) - {name}].score - fit.score
+    residuals = np.stack([f.residual for f in (fit, *found)])
+    score = pool.worlds.score(residuals, floors)
+    each = terms(pool.worlds, residuals, score.theta, score.force, floors)
+    out = []
+    for rival, own in zip(found, each[1:], strict=True):
+        blocks = by_block(pool.worlds, own - each[0])
+        behind = float(blocks.sum())
+        error = float(blocks.std(ddof=1) * np.sqrt(len(blocks)))
+        unsure = behind <= min(CLASS_ERRORS * error, SHARE * loss)
+        if unsure or behind <= SHARE * pool.price:
+            out.append(rival)
+    return tuple(out)
+
+
+def sharp(pool: Pool) -> Floors:
+    """Return the floors at which rivals are compared: noise, and little else."""
+    noise, form = pool.worlds.study.noise, form_scales(pool.worlds.study.scale)
+    return Floors(
+        theta=float(np.hypot(noise.theta, form.theta / LADDER**2)),
+        force=float(np.hypot(noise.force or 0.0, form.force / LADDER**2)),
+        rest=pool.floors.rest,
+    )

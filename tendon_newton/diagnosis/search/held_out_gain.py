@@ -1,0 +1,75 @@
+"""What a cause is worth on recordings that no number has seen, by real refits."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tendon_newton.data.recording import Array, Indices
+from tendon_newton.diagnosis.search.refit import Fit, refit
+from tendon_newton.diagnosis.search.worlds import Floors, Worlds
+from tendon_newton.identification.objective import TAIL, group_sums
+
+FOLDS = 5
+"""Parts that are left out in turn, at most."""
+LEAST_PARTS = 3
+"""Conditions or recordings from which whole ones are left out; fewer are cut in time."""
+STEPS = 2
+"""Steps of a refit, from the optimum of all rows."""
+
+
+def folds(worlds: Worlds) -> Indices:
+    """Return the part that each row belongs to, shape (M,).
+
+    Recordings that share a bench's and an actuator's own numbers are one condition and are left out
+    together, where there are enough conditions; else recordings are; else spans of time.
+    """
+    recordings = worlds.study.recordings
+    keys = [repr((r.bench, r.bench_overrides, dict(r.actuator_overrides))) for r in recordings]
+    own = [bool(r.actuator_overrides) or repr(r.bench_overrides) != repr(type(r.bench_overrides)())
+           for r in recordings]  # fmt: skip
+    different = list(dict.fromkeys(keys))
+    if all(own) and len(different) >= LEAST_PARTS:
+        part = np.array([different.index(key) for key in keys]) % FOLDS
+        return part[worlds.where.recording]
+    if len(recordings) >= LEAST_PARTS:
+        return worlds.where.recording % FOLDS
+    return worlds.where.block * FOLDS // max(1, worlds.where.block_count)
+
+
+def held_out_terms(worlds: Worlds, fits: Sequence[Fit], floors: Floors) -> Array:
+    """Return each row's share of the score under refits that did not see its part, shape (N, M).
+
+    A row's signal counts alike however many rows it has, as in `Worlds.score`; the sum over rows is
+    the score.
+    """
+    of_row = folds(worlds)
+    total = np.zeros((len(fits), len(of_row)))
+    for fold in np.unique(of_row):
+        seen = of_row != fold
+        found = refit(worlds, fits, floors, iterations=STEPS, coarse=0, rows=seen)
+        residuals = np.stack([f.residual for f in found])
+        scales = worlds.score(residuals, floors, rows=seen)
+        total += np.where(seen, 0.0, terms(worlds, residuals, scales.theta, scales.force, floors))
+    return total
+
+
+def terms(worlds: Worlds, residuals: Array, theta: Array, force: Array, floors: Floors) -> Array:
+    """Return each row's share of the score at given scales of the signals, shape (N, M)."""
+    weight, is_force = worlds.weights(floors), worlds.where.is_force
+    scale = np.where(is_force, force[:, None], theta[:, None])
+    floor = np.where(is_force, floors.force, floors.theta)
+    scale = np.maximum(scale, floor)
+    value = np.log(scale / floor) + 0.5 * TAIL**2 * np.log1p((residuals / scale / TAIL) ** 2)
+    share = np.zeros(len(is_force))
+    for kind in (False, True):
+        chosen = is_force == kind
+        if chosen.any():
+            share[chosen] = weight[chosen] / weight[chosen].sum()
+    return value * share
+
+
+def by_block(worlds: Worlds, values: Array) -> Array:
+    """Sum values of rows by block of time, shape (B,)."""
+    return group_sums(values, worlds.where.block, worlds.where.block_count)

@@ -1,0 +1,120 @@
+"""All sets of causes that were fitted, and the best of them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tendon_newton.diagnosis.search.floors import form_scales
+from tendon_newton.diagnosis.search.refit import Fit, refit, rescored, values_of
+from tendon_newton.diagnosis.search.worlds import Floors, Worlds
+from tendon_newton.effects import find_effect
+
+Log = Callable[[str], None]
+Allows = Callable[[tuple[str, ...], Mapping[int, float]], bool]
+RENEWED = 4
+"""Steps of a refit at other floors: what they hid was not fitted."""
+
+
+@dataclass
+class Pool:
+    """All sets that were fitted on one study, the best place of each."""
+
+    worlds: Worlds
+    floors: Floors
+    """Least scale of each signal; all scores are at these."""
+    price: float
+    """Gain in score that each number of a cause must bring [nat per row]."""
+    most: int
+    """Causes that are looked for at once."""
+    haste: float = 1.0
+    """Share of the price that is asked while the search is on [1]."""
+    log: Log = lambda _: None
+    allows: Allows = lambda _names, _values: True
+    """Whether a set may be named, given its values by column."""
+    until: float = np.inf
+    """Instant of the monotonic clock after which nothing further is looked for [s]."""
+    fits: dict[frozenset[str], Fit] = field(default_factory=dict)
+    alone: dict[str, tuple[float, dict[str, float]]] = field(default_factory=dict)
+    """Share of the gap that each effect explains alone as a survey sees it, and its numbers."""
+    added: dict[str, float] = field(default_factory=dict)
+    """Score that each effect would add to the last set that was looked around [nat per row]."""
+
+    @property
+    def is_late(self) -> bool:
+        """Whether the time is over."""
+        return time.monotonic() > self.until
+
+    def add(self, fits: Sequence[Fit]) -> None:
+        """Keep fits that are better than those of the same causes."""
+        for fit in fits:
+            key = frozenset(fit.names)
+            if not self.allows(fit.names, values_of(self.worlds, fit.columns, fit.place)):
+                continue
+            if key not in self.fits or fit.score < self.fits[key].score:
+                self.fits[key] = fit
+
+    def rescore(self, floors: Floors) -> None:
+        """Score all sets at other floors."""
+        if floors != self.floors:
+            self.floors = floors
+            new = rescored(self.worlds, list(self.fits.values()), floors)
+            self.fits = dict(zip(self.fits, new, strict=True))
+
+    def renew(self, floors: Floors, fit: Fit) -> Fit:
+        """Score all sets at other floors and follow one of them there; return the latter."""
+        if floors == self.floors:
+            return fit
+        self.rescore(floors)
+        own = self.fits[frozenset(fit.names)]
+        self.add(refit(self.worlds, [own], floors, iterations=RENEWED, coarse=0))
+        return self.fits[frozenset(fit.names)]
+
+    def bar(self, name: str) -> float:
+        """Return the gain in score that a cause must bring: each of its numbers has a price."""
+        return self.price * len(find_effect(name).parameters)
+
+    def change(self, fit: Fit, less: Fit) -> float:
+        """Return how much smaller residuals a fit has than another [errors of form of a law]."""
+        form, where = form_scales(self.worlds.study.scale), self.worlds.where
+        out = 0.0
+        for force, unit in ((False, form.theta), (True, form.force)):
+            rows = where.is_force == force
+            if rows.any():
+                gain = np.mean(less.residual[rows] ** 2) - np.mean(fit.residual[rows] ** 2)
+                out = max(out, float(np.sqrt(max(0.0, gain))) / unit)
+        return out
+
+    def worth(self, fit: Fit, less: Fit, name: str) -> float:
+        """Return what a cause is worth beside what is asked [1]: with less than one it goes."""
+        return min((less.score - fit.score) / self.bar(name), self.change(fit, less))
+
+    def cost(self, fit: Fit) -> float:
+        """Return a fit's score, its causes paid for [nat per row]."""
+        return fit.score + self.haste * sum(map(self.bar, fit.names))
+
+    def best(self) -> Fit:
+        """Return the best fit, its causes paid for."""
+        return min(self.fits.values(), key=self.cost)
+
+    def excess(self, fit: Fit) -> float:
+        """Return what a fit leaves above the floors: no cause can gain more [nat per row]."""
+        out = float(np.log(fit.scales.theta / self.floors.theta))
+        if fit.scales.force:
+            out += float(np.log(fit.scales.force / self.floors.force))
+        return out
+
+    def describe(self, fit: Fit) -> str:
+        """Say a fit in one line."""
+        owners = self.worlds.study.table.owners
+        numbers = " ".join(
+            f"{owners[c][0]}.{owners[c][1].name}={v:.4g}"
+            for c, v in values_of(self.worlds, fit.columns, fit.place).items()
+        )
+        return (
+            f"{fit.score:.3f} theta {1e3 * fit.scales.theta:.2f} mrad, force "
+            f"{fit.scales.force:.3f}: {numbers or 'nothing'}"
+        )

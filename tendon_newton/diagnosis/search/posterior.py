@@ -1,0 +1,43 @@
+"""Numbers of a set of causes with intervals, all of them uncertain together."""
+
+from __future__ import annotations
+
+from tendon_newton.diagnosis.findings import Found
+from tendon_newton.diagnosis.search.pool import Pool
+from tendon_newton.diagnosis.search.refit import (
+    LAST_SHARE,
+    Fit,
+    bounds_of,
+    linearise,
+    row_units,
+    values_of,
+)
+from tendon_newton.identification.intervals import LEAST_SHARE, half_widths
+from tendon_newton.identification.linearisation import Linearisation
+
+
+def found_of(pool: Pool, fit: Fit) -> Found:
+    """Return a fit's numbers with 95 % intervals out of the joint fit.
+
+    Blocks of time and whole recordings are drawn with replacement and all numbers refitted to first
+    order, in coordinates in which a limit that is infinite when absent lies at zero.
+    """
+    worlds = pool.worlds
+    (jacobian,) = linearise(worlds, [fit])
+    unit = row_units(worlds, fit, pool.floors, LAST_SHARE, None)
+    point = Linearisation(residual=fit.residual / unit, jacobian=jacobian / unit[:, None])
+    values = values_of(worlds, fit.columns, fit.place)
+    half = half_widths(point, worlds.where)
+    low, high = bounds_of(worlds, fit.columns)
+    intervals = {}
+    for f, (column, value) in enumerate(values.items()):
+        coordinate = worlds.coordinate(column)
+        ends = (max(low[f], fit.place[f] - half[f]), min(high[f], fit.place[f] + half[f]))
+        found = sorted(coordinate.value(float(u)) for u in ends)
+        slack = LEAST_SHARE * abs(value)
+        parameter = worlds.study.parameter(column)
+        intervals[column] = (
+            max(found[0] - slack, min(parameter.lower, value)),
+            min(found[1] + slack, max(parameter.upper, value)),
+        )
+    return Found(effects=fit.names, values=values, intervals=intervals, point=point)

@@ -1,0 +1,84 @@
+"""Causes dropped and exchanged, each by a real refit of all others."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from tendon_newton.diagnosis.search.choice import Chooser, exchanges
+from tendon_newton.diagnosis.search.floors import floors_of
+from tendon_newton.diagnosis.search.pool import Pool
+from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, without
+from tendon_newton.diagnosis.search.strategy import (
+    RIVALS,
+    follow,
+    new_starts,
+    note_singles,
+)
+from tendon_newton.diagnosis.search.survey import survey
+
+CLEAR = 6.0
+"""Prices that a cause is worth after two steps from which it needs no more of them [1]."""
+TURNS = 3
+"""Times that causes are pruned and exchanged at most."""
+
+
+def settle(pool: Pool, fit: Fit, names: Sequence[str], known: Sequence[str]) -> Fit:
+    """Drop causes that do not pay and exchange those that another explains better.
+
+    Args:
+        pool: Takes all fits.
+        fit: What was found.
+        names: Effects that may be named.
+        known: Effects of the starting model.
+    """
+    for _ in range(TURNS):
+        fit = prune(pool, fit)
+        pool.log(f"pruned: {pool.describe(fit)}; {pool.worlds.count} simulated")
+        if not fit.names or pool.is_late:
+            break
+        fit = pool.renew(floors_of(pool.worlds, (*known, *fit.names)), fit)
+        exchange(pool, fit, names)
+        best = pool.best()
+        if frozenset(best.names) == frozenset(fit.names):
+            break
+        fit = best
+    return fit
+
+
+def prune(pool: Pool, fit: Fit) -> Fit:
+    """Drop causes that do not pay, the least first."""
+    while fit.names:
+        less = leave_out(pool, fit)
+        worths = {n: pool.worth(fit, f, n) for n, f in less.items()}
+        pool.log("    worth " + ", ".join(f"{n} {v:.2f}" for n, v in worths.items()))
+        name = min(worths, key=lambda n: worths[n])
+        if worths[name] >= 1.0:
+            break
+        fit = pool.fits[frozenset(less[name].names)]
+    return fit
+
+
+def leave_out(pool: Pool, fit: Fit) -> dict[str, Fit]:
+    """Refit a set without each of its causes; what is clearly worse is not followed."""
+    todo = [n for n in fit.names if frozenset(fit.names) - {n} not in pool.fits]
+    less = start_fits(
+        pool.worlds, [without(fit, n, pool.worlds) for n in todo], pool.floors, fit.time_step
+    )
+    less = refit(pool.worlds, less, pool.floors, iterations=2, coarse=0)
+    near = [i for i, f in enumerate(less) if f.score - fit.score < CLEAR * pool.price]
+    again = refit(pool.worlds, [less[i] for i in near], pool.floors, iterations=3, coarse=0)
+    for i, f in zip(near, again, strict=True):
+        less[i] = f
+    pool.add(less)
+    return {n: pool.fits[frozenset(fit.names) - {n}] for n in fit.names}
+
+
+def exchange(pool: Pool, fit: Fit, names: Sequence[str]) -> None:
+    """Refit sets in which another cause stands in the place of each."""
+    view = survey(pool.worlds, fit, names, pool.floors, 0.99)
+    chooser = Chooser(view, pool.price, pool.most)
+    note_singles(pool, chooser, first=False)
+    starts = new_starts(pool, view, exchanges(chooser, RIVALS))
+    fits = start_fits(pool.worlds, starts, pool.floors, fit.time_step)
+    for found in follow(pool, fits, coarse=0):
+        pool.log(f"    instead: {pool.describe(found)}")

@@ -1,0 +1,227 @@
+"""Sets of causes fitted jointly: Levenberg-Marquardt for many sets at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tendon_newton.data.recording import Array, Mask
+from tendon_newton.diagnosis.search.worlds import Floors, Worlds
+from tendon_newton.identification.objective import Scales, loss_terms, loss_weights
+
+DAMPINGS = (1.0e-3, 0.1, 3.0)
+"""Marquardt factors that are tried side by side."""
+STEP_SHARE = 0.01
+"""Finite-difference step as a share of a coordinate, and of a typical size besides."""
+FIRST_SHARE, LAST_SHARE = 1.0, 0.98
+"""Share of the residuals whose size is a fit's scale, at first and then: what acts at times must be
+seen before rows at a jump are left out."""
+REACH = 2.0
+"""Typical sizes by which one step changes a number that is never zero."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fit:
+    """A set of causes at one place."""
+
+    names: tuple[str, ...]
+    """Effects whose numbers are free."""
+    columns: tuple[int, ...]
+    """Places of all free numbers, those of the model's own ``fit`` list first."""
+    place: Array
+    """Their coordinates, shape (F,)."""
+    residual: Array
+    """Measured minus simulated [rad, N], shape (M,)."""
+    time_step: float
+    """Of the simulation that gave the residual [s]."""
+    score: float
+    """Negative log likelihood per row [nat], see `Worlds.score`."""
+    scales: Scales
+    """Most likely scale of each signal."""
+
+
+def values_of(worlds: Worlds, columns: Sequence[int], place: Array) -> dict[int, float]:
+    """Return column -> value of coordinates."""
+    return {c: worlds.coordinate(c).value(float(u)) for c, u in zip(columns, place, strict=True)}
+
+
+def bounds_of(worlds: Worlds, columns: Sequence[int]) -> tuple[Array, Array]:
+    """Return the least and greatest coordinates of columns, shape (F,) each."""
+    found = [worlds.coordinate(c) for c in columns]
+    return np.array([c.lower for c in found]), np.array([c.upper for c in found])
+
+
+def start_fits(
+    worlds: Worlds,
+    starts: Sequence[tuple[tuple[str, ...], Mapping[int, float]]],
+    floors: Floors,
+    time_step: float,
+) -> list[Fit]:
+    """Evaluate sets of causes at given values, column -> value."""
+    if not starts:
+        return []
+    residuals = worlds.residuals([values for _, values in starts], time_step)
+    score = worlds.score(residuals, floors)
+    out = []
+    for n, (names, values) in enumerate(starts):
+        columns = tuple(values)
+        low, high = bounds_of(worlds, columns)
+        place = np.array([worlds.coordinate(c).place(values[c]) for c in columns])
+        out.append(
+            Fit(
+                names=names,
+                columns=columns,
+                place=np.clip(place, low, high),
+                residual=residuals[n],
+                time_step=time_step,
+                score=float(score.value[n]),
+                scales=Scales(theta=float(score.theta[n]), force=float(score.force[n])),
+            )
+        )
+    return out
+
+
+def refit(
+    worlds: Worlds,
+    fits: Sequence[Fit],
+    floors: Floors,
+    *,
+    iterations: int,
+    tolerance: float = 1.0e-3,
+    rows: Mask | None = None,
+    coarse: int = 1,
+) -> list[Fit]:
+    """Descend from each fit's place; all its numbers move together.
+
+    Args:
+        worlds: Simulates candidates.
+        fits: Where to start; their own time steps are kept.
+        floors: Least scale of each signal.
+        iterations: Steps at most.
+        tolerance: A step that lowers the loss per row by less [nat] is a fit's last.
+        rows: Rows that the fit may see, shape (M,); all by default.
+        coarse: Steps at the scale of all residuals before those of nearly all.
+    """
+    current = list(fits)
+    active = [bool(f.columns) for f in current]
+    for step in range(iterations):
+        chosen = [i for i, on in enumerate(active) if on]
+        if not chosen:
+            break
+        share = FIRST_SHARE if step < coarse else LAST_SHARE
+        jacobians = linearise(worlds, [current[i] for i in chosen])
+        trials, owners, units = [], [], []
+        for i, jacobian in zip(chosen, jacobians, strict=True):
+            unit = row_units(worlds, current[i], floors, share, rows)
+            units.append(unit)
+            for damping in DAMPINGS:
+                owners.append(i)
+                trials.append(damped(worlds, current[i], jacobian, unit, damping))
+        moved = start_fits(
+            worlds,
+            [(current[i].names, values_of(worlds, current[i].columns, u))
+             for i, u in zip(owners, trials, strict=True)],
+            floors, current[chosen[0]].time_step,
+        )  # fmt: skip
+        for k, i in enumerate(chosen):
+            span = moved[k * len(DAMPINGS) : (k + 1) * len(DAMPINGS)]
+            losses = [mean_loss(f.residual, units[k]) for f in span]
+            before = mean_loss(current[i].residual, units[k])
+            best = int(np.argmin(losses))
+            active[i] = losses[best] < before - tolerance or step < coarse
+            if losses[best] < before:
+                current[i] = span[best]
+    return current
+
+
+def mean_loss(residual: Array, unit: Array) -> float:
+    """Return the loss per row that counts; rows whose unit is infinite do not."""
+    seen = np.isfinite(unit)
+    return float(loss_terms(residual[seen] / unit[seen]).mean())
+
+
+def row_units(worlds: Worlds, fit: Fit, floors: Floors, share: float, rows: Mask | None) -> Array:
+    """Return one unit of residual for each row, infinite where a fit may not look, shape (M,)."""
+    unit = np.full(len(fit.residual), np.inf)
+    for force, floor in ((False, floors.theta), (True, floors.force)):
+        chosen = worlds.where.is_force == force
+        chosen = chosen if rows is None else chosen & rows
+        if chosen.any():
+            unit[chosen] = max(floor, trimmed_size(fit.residual[chosen], share))
+    return unit / np.sqrt(worlds.weights(floors))
+
+
+def trimmed_size(residual: Array, share: float) -> float:
+    """Return the root mean square of the smaller residuals, which are that share [1] of all."""
+    square = residual**2
+    if share < 1.0:
+        kept = max(1, int(share * len(square)))
+        square = np.partition(square, kept - 1)[:kept]
+    return float(np.sqrt(square.mean()))
+
+
+def linearise(worlds: Worlds, fits: Sequence[Fit]) -> list[Array]:
+    """Return the derivatives of fits' residuals by their coordinates, shape (M, F) each."""
+    models, steps = [], []
+    for fit in fits:
+        _, high = bounds_of(worlds, fit.columns)
+        for f in range(len(fit.columns)):
+            step = STEP_SHARE * (1.0 + abs(fit.place[f]))
+            step = -step if fit.place[f] + step > high[f] else step
+            moved = fit.place.copy()
+            moved[f] += step
+            models.append(values_of(worlds, fit.columns, moved))
+            steps.append(step)
+    if not models:
+        return [np.zeros((len(fit.residual), 0)) for fit in fits]
+    residuals = worlds.residuals(models, fits[0].time_step)
+    out, at = [], 0
+    for fit in fits:
+        count = len(fit.columns)
+        slopes = [(residuals[at + f] - fit.residual) / steps[at + f] for f in range(count)]
+        out.append(np.stack(slopes, axis=1) if count else np.zeros((len(fit.residual), 0)))
+        at += count
+    return out
+
+
+def damped(worlds: Worlds, fit: Fit, jacobian: Array, unit: Array, damping: float) -> Array:
+    """Return where one Marquardt step leads, inside the bounds, shape (F,)."""
+    scaled = fit.residual / unit
+    weight = loss_weights(scaled)
+    slopes = jacobian / unit[:, None]
+    hessian = slopes.T @ (weight[:, None] * slopes)
+    gradient = slopes.T @ (weight * scaled)
+    low, high = bounds_of(worlds, fit.columns)
+    held = ((fit.place <= low) & (gradient > 0.0)) | ((fit.place >= high) & (gradient < 0.0))
+    step = np.zeros_like(fit.place)
+    free = ~held
+    if free.any():
+        size = np.maximum(np.diag(hessian), 1.0e-9 * max(1.0e-30, float(np.diag(hessian).max())))
+        matrix = hessian + np.diag(damping * size)
+        step[free] = -np.linalg.solve(matrix[np.ix_(free, free)], gradient[free])
+    step = np.clip(step, -REACH * (1.0 + np.abs(fit.place)), REACH * (1.0 + np.abs(fit.place)))
+    return np.clip(fit.place + step, low, high)
+
+
+def without(fit: Fit, name: str, worlds: Worlds) -> tuple[tuple[str, ...], dict[int, float]]:
+    """Return a fit's names and values less one effect."""
+    own = worlds.study.table.columns(name)
+    values = values_of(worlds, fit.columns, fit.place)
+    return (
+        tuple(n for n in fit.names if n != name),
+        {c: v for c, v in values.items() if c not in own},
+    )
+
+
+def rescored(worlds: Worlds, fits: Sequence[Fit], floors: Floors) -> list[Fit]:
+    """Return fits with their scores at other floors."""
+    score = worlds.score(np.stack([f.residual for f in fits]), floors)
+    return [
+        replace(
+            f, score=float(score.value[n]),
+            scales=Scales(theta=float(score.theta[n]), force=float(score.force[n])),
+        )
+        for n, f in enumerate(fits)
+    ]  # fmt: skip

@@ -1,0 +1,56 @@
+"""Parts of long data: beginnings on which sets are chosen, and what decides where there is much."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tendon_newton.data.recording import Recording
+from tendon_newton.identification.cutting import rows_of
+
+SPAN, MOST_SPANS = 8.0, 10
+"""Length of a beginning [s] on which sets are chosen, and recordings of which one is looked at."""
+LONG_SPAN, MOST_LONG_SPANS = 15.0, 16
+"""The same of what decides, where recordings are longer than that together."""
+
+
+def beginnings(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
+    """Return the first seconds of recordings, spread evenly over a long list, benches in turn."""
+    return tuple(beginning(r, SPAN) for r in spread(recordings, MOST_SPANS))
+
+
+def deciding(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
+    """Return the recordings, or longer beginnings of some of them where there are hours."""
+    if sum(duration(r) for r in recordings) <= LONG_SPAN * MOST_LONG_SPANS:
+        return tuple(recordings)
+    chosen = spread(recordings, MOST_LONG_SPANS)
+    span = LONG_SPAN * MOST_LONG_SPANS / len(chosen)
+    return tuple(beginning(r, span) for r in chosen)
+
+
+def spread(recordings: Sequence[Recording], most: int) -> list[Recording]:
+    """Return some of a long list of recordings, evenly spread, each bench and gain in turn."""
+    if len(recordings) <= most:
+        return list(recordings)
+    kinds: dict[tuple[str, str], list[Recording]] = {}
+    for recording in recordings:
+        kind = repr((recording.bench_overrides, dict(recording.actuator_overrides)))
+        kinds.setdefault((recording.bench, kind), []).append(recording)
+    share = max(1, most // len(kinds))
+    chosen = []
+    for own in kinds.values():
+        places = np.unique(np.linspace(0, len(own) - 1, min(len(own), share)).round().astype(int))
+        chosen += [own[place] for place in places]
+    return chosen
+
+
+def beginning(recording: Recording, seconds: float) -> Recording:
+    """Return a recording's first seconds."""
+    row = int(np.searchsorted(recording.time - recording.time[0], seconds))
+    return rows_of(recording, slice(0, row), recording.name)
+
+
+def duration(recording: Recording) -> float:
+    """Return how long a recording is [s]."""
+    return float(recording.time[-1] - recording.time[0])

@@ -1,0 +1,132 @@
+"""Every effect of the catalogue looked at once, around one fit: secants, slopes and removals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tendon_newton.data.recording import Array
+from tendon_newton.diagnosis.search.coordinates import atoms
+from tendon_newton.diagnosis.search.refit import (
+    Fit,
+    bounds_of,
+    linearise,
+    trimmed_size,
+    values_of,
+    without,
+)
+from tendon_newton.diagnosis.search.worlds import Floors, Worlds
+from tendon_newton.identification.objective import loss_weights
+
+TRUST = 0.7
+"""Share of a coordinate, and of a typical size besides, by which a slope is trusted [1]."""
+STRETCH = (0.15, 2.0)
+"""Multiples of a secant's own size within which it is trusted [1]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Column:
+    """One direction in which residuals change."""
+
+    name: str
+    """Effect that it belongs to; empty for the model's own unknown numbers."""
+    kind: str
+    """``atom``: the effect appears; ``slope``: a number of it moves; ``removal``: it goes."""
+    values: dict[int, float]
+    """Column -> value at one unit of an atom; column -> coordinate step of a slope."""
+    low: float
+    """Least coefficient."""
+    high: float
+    """Greatest one."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Survey:
+    """Residuals around one fit, as a quadratic in many directions."""
+
+    fit: Fit
+    columns: tuple[Column, ...]
+    gram: Array
+    """Products of all directions, for angle and force, shape (2, C, C)."""
+    slope: Array
+    """Products of the directions with the residual, shape (2, C)."""
+    square: Array
+    """Squared residual, shape (2,)."""
+    rows: Array
+    """Rows that count, by weight, shape (2,)."""
+    floors: Floors
+    directions: Array
+    """Changes of the residual, shape (C, M)."""
+
+
+def survey(worlds: Worlds, fit: Fit, names: Sequence[str], floors: Floors, share: float) -> Survey:
+    """Look at every effect around a fit.
+
+    Args:
+        worlds: Simulates candidates.
+        fit: Where to look.
+        names: Effects that may be added.
+        floors: Least scale of each signal.
+        share: Share of the residuals whose size decides which rows count less.
+    """
+    values = values_of(worlds, fit.columns, fit.place)
+    found: list[Column] = []
+    models = []
+    for name in names:
+        if name in fit.names:
+            continue
+        for atom in atoms(worlds.study, name):
+            found.append(Column(name=name, kind="atom", values=atom, low=STRETCH[0],
+                                high=STRETCH[1]))  # fmt: skip
+            models.append({**values, **atom})
+    for name in fit.names:
+        found.append(Column(name=name, kind="removal", values={}, low=1.0, high=1.0))
+        models.append(without(fit, name, worlds)[1])
+    changes = worlds.residuals(models, fit.time_step) - fit.residual if models else None
+    slopes = linearise(worlds, [fit])[0].T
+    low, high = bounds_of(worlds, fit.columns)
+    for f, column in enumerate(fit.columns):
+        owner = worlds.study.table.owners[column][0]
+        reach = TRUST * (1.0 + abs(fit.place[f]))
+        found.append(
+            Column(
+                name=owner if owner in fit.names else "",
+                kind="slope",
+                values={column: 1.0},
+                low=max(-reach, low[f] - fit.place[f]),
+                high=min(reach, high[f] - fit.place[f]),
+            )
+        )
+    directions = slopes if changes is None else np.concatenate([changes, slopes])
+    return assemble(worlds, fit, tuple(found), directions, floors, share)
+
+
+def assemble(
+    worlds: Worlds, fit: Fit, columns: tuple[Column, ...], directions: Array, floors: Floors,
+    share: float,
+) -> Survey:  # fmt: skip
+    """Reduce directions to the products that a choice needs."""
+    gram, slope, square, rows = [], [], [], []
+    for force, floor in ((False, floors.theta), (True, floors.force)):
+        chosen = worlds.where.is_force == force
+        if not chosen.any():
+            zero = np.zeros(len(directions))
+            gram.append(np.outer(zero, zero))
+            slope.append(zero)
+            square.append(0.0)
+            rows.append(0.0)
+            continue
+        residual = fit.residual[chosen]
+        weight = loss_weights(residual / max(floor, trimmed_size(residual, share)))
+        weight = weight * worlds.weights(floors)[chosen]
+        part = directions[:, chosen]
+        gram.append((part * weight) @ part.T)
+        slope.append(part @ (weight * residual))
+        square.append(float(residual @ (weight * residual)))
+        rows.append(float(weight.sum()))
+    return Survey(
+        fit=fit, columns=columns, gram=np.array(gram), slope=np.array(slope),
+        square=np.array(square), rows=np.array(rows), floors=floors, directions=directions,
+    )  # fmt: skip

@@ -1,0 +1,156 @@
+"""Candidate models simulated on every recording, many at once, and how well each does."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tendon_newton.data.recording import Array, Mask
+from tendon_newton.diagnosis.search.coordinates import Coordinate, coordinate_of
+from tendon_newton.identification.objective import TAIL, Scales, layout, stack
+from tendon_newton.identification.study import Study, compares_force, replacements
+
+UNIT = Scales(theta=1.0, force=1.0)
+"""Residuals in their own units."""
+SANE_FORCE, SANE_ANGLE = 200.0, 20.0
+"""A world whose force [N] or angle [rad] is further off than this, on a nominal bench, diverged."""
+FINER = 0.4
+"""Share of the step with which such a world is simulated again [1]."""
+MOST_NUMBERS = 30_000_000
+"""Residuals held at once [1]; more worlds are simulated in turns."""
+STILL = 1.0e-9
+"""Change of the angle from row to row that is none [rad]."""
+NEAR = 3
+"""Rows either side without motion that make a row one at rest."""
+PASSES = 8
+"""Fixed-point passes for a scale; each gains a digit."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Floors:
+    """What a model that is right leaves."""
+
+    theta: float
+    """Least scale of the angle's residuals [rad]."""
+    force: float
+    """The same of the force [N]."""
+    rest: float = 1.0
+    """Weight of a row at rest [1]: a stuck tendon repeats one error in all of them."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Score:
+    """How likely residuals are, per row, with the scale of each signal at its best."""
+
+    value: Array
+    """Negative log likelihood per row, summed over signals [nat], shape (N,)."""
+    theta: Array
+    """Scale of the angle's residuals [rad], shape (N,)."""
+    force: Array
+    """The same of the force [N]; zero without a load cell, shape (N,)."""
+
+
+class Worlds:
+    """Simulates candidates and counts what it simulated.
+
+    Args:
+        study: Training recordings, with kernels that hold the whole catalogue.
+    """
+
+    def __init__(self, study: Study) -> None:
+        self.study = study
+        self.where = layout(study)
+        self.count = 0
+        self._coordinates: dict[int, Coordinate] = {}
+        self._rests = rests(study)
+        resting = max(1, int(self._rests.sum()))
+        self.rest_share = min(1.0, (len(self._rests) - resting) / resting)
+        """Weight of a row at rest with which rest counts at most as much as motion [1]."""
+
+    def coordinate(self, column: int) -> Coordinate:
+        """Return the coordinate of one column."""
+        if column not in self._coordinates:
+            self._coordinates[column] = coordinate_of(self.study, column)
+        return self._coordinates[column]
+
+    def residuals(self, models: Sequence[Mapping[int, float]], time_step: float) -> Array:
+        """Return measured minus simulated [rad, N] of candidates, shape (N, M).
+
+        Args:
+            models: Column -> value in place of the starting model's, for each candidate.
+            time_step: Of the simulation [s].
+        """
+        width = max(1, MOST_NUMBERS // len(self.where.is_force))
+        parts = [
+            self._simulate(models[at : at + width], time_step)
+            for at in range(0, len(models), width)
+        ]
+        return np.concatenate(parts)
+
+    def _simulate(self, models: Sequence[Mapping[int, float]], time_step: float) -> Array:
+        found = stack(self.study.residuals(*replacements(models), time_step), UNIT)
+        self.count += len(models)
+        wild = np.flatnonzero(self.is_wild(found))
+        if len(wild):
+            again = [models[i] for i in wild.tolist()]
+            found[wild] = stack(self.study.residuals(*replacements(again), FINER * time_step), UNIT)
+            self.count += len(again)
+        return found
+
+    def is_wild(self, residuals: Array) -> Mask:
+        """Tell which candidates left a sane range, shape (N,)."""
+        force = SANE_FORCE * self.study.scale.force
+        angle = SANE_ANGLE * max(1.0, self.study.scale.turn * self.study.scale.travel)
+        limit = np.where(self.where.is_force, force, angle)
+        return np.asarray((np.abs(residuals) > limit).any(axis=1), dtype=np.bool_)
+
+    def weights(self, floors: Floors) -> Array:
+        """Return how much each row counts [1], shape (M,)."""
+        return np.where(self._rests, floors.rest, 1.0)
+
+    def score(self, residuals: Array, floors: Floors, rows: Mask | None = None) -> Score:
+        """Return how likely residuals are, shape (N, M).
+
+        Each signal's density falls off like Student's, with the most likely scale that is not below
+        what noise and form errors leave.
+
+        Args:
+            residuals: Measured minus simulated [rad, N], shape (N, M).
+            floors: Least scale of each signal.
+            rows: Rows that count, shape (M,); all by default.
+        """
+        value, scales, weights = np.zeros(len(residuals)), [], self.weights(floors)
+        for force, floor in ((False, floors.theta), (True, floors.force)):
+            chosen = self.where.is_force == force
+            chosen = chosen if rows is None else chosen & rows
+            if not chosen.any():
+                scales.append(np.zeros(len(residuals)))
+                continue
+            square, weight = residuals[:, chosen] ** 2, weights[chosen] / weights[chosen].sum()
+            scale = likely_scale(square, weight, floor)
+            tail = 0.5 * TAIL**2 * np.log1p(square / (TAIL * scale[:, None]) ** 2)
+            value += np.log(scale / floor) + tail @ weight
+            scales.append(scale)
+        return Score(value=value, theta=scales[0], force=scales[1])
+
+
+def likely_scale(square: Array, weight: Array, floor: float) -> Array:
+    """Return the most likely scale of squared residuals, at least a floor, shape (N,)."""
+    variance = np.maximum(square @ weight, floor**2)
+    for _ in range(PASSES):
+        kept = square / (1.0 + square / (TAIL**2 * variance[:, None]))
+        variance = np.maximum(kept @ weight, floor**2)
+    return np.sqrt(variance)
+
+
+def rests(study: Study) -> Mask:
+    """Tell on which rows the encoder stands still, in the order of residuals, shape (M,)."""
+    out = []
+    for index, recording in enumerate(study.recordings):
+        moves = np.abs(np.diff(recording.motor_position[:, 0], prepend=np.nan)) > STILL
+        near = np.convolve(moves, np.ones(2 * NEAR + 1), mode="same") > 0.0
+        rest = ~near[study.timeline(index).trusted]
+        out += [rest] * (2 if compares_force(recording) else 1)
+    return np.concatenate(out)

@@ -1,0 +1,37 @@
+"""A fit around its optimum: residuals and their derivatives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tendon_newton.data.recording import Array
+from tendon_newton.identification.objective import loss_weights
+
+
+@dataclass(frozen=True, kw_only=True)
+class Linearisation:
+    """A candidate's residuals around its optimum."""
+
+    residual: Array
+    """Scaled residuals, shape (M,)."""
+    jacobian: Array
+    """Their derivatives by each parameter, shape (M, F)."""
+
+    def normal_matrix(self, rows: Array | None = None) -> Array:
+        """Return the weighted normal matrix over some rows, shape (F, F)."""
+        w = loss_weights(self.residual)
+        w = w if rows is None else w * rows
+        return self.jacobian.T @ (w[:, None] * self.jacobian)
+
+    def gradient(self, rows: Array | None = None) -> Array:
+        """Return the gradient of the loss over some rows, shape (F,)."""
+        w = loss_weights(self.residual)
+        w = w if rows is None else w * rows
+        return self.jacobian.T @ (w * self.residual)
+
+
+def invertible(hessian: Array) -> Array:
+    """Return a normal matrix with a ridge so small that it helps idle parameters only."""
+    return hessian + 1.0e-9 * np.diag(np.maximum(np.diag(hessian), 1.0e-30))

@@ -1,0 +1,127 @@
+"""Sets of causes are fitted jointly, many at once, each to its own optimum."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tendon_newton.data.recording import Recording
+from tendon_newton.diagnosis.search.fixed_set import fit_set_anew
+from tendon_newton.diagnosis.search.floors import floors_of
+from tendon_newton.diagnosis.search.held_out_gain import folds, held_out_terms
+from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, values_of
+from tendon_newton.diagnosis.search.worlds import Worlds
+from tendon_newton.identification.objective import group_sums
+from tendon_newton.identification.study import Study
+from tendon_newton.simulation.hosts.replay import replay, simulated_recording
+from tests.effect_bench import commanded, steps_and_waves
+from tests.physics.runs import ideal_model
+
+STEP = 1.0e-3  # [s]
+CAUSES = ("viscous_friction", "gain_error")
+TRUTH = {"viscous_friction": 1.2, "gain_error": 0.85}
+COUNT = 1.5e-3  # [rad]
+
+
+def log(seed: int, **effects: dict[str, float]) -> Recording:
+    """What a weak spring logs with some effects, and a sensor's noise."""
+    rng = np.random.default_rng(seed)
+    asked = replace(commanded((0.6 + 0.2 * seed) * steps_and_waves()), force=np.zeros((160, 1)))
+    (out,) = replay([asked], ideal_model(**effects), time_step=STEP)
+    found = simulated_recording(asked, out)
+    noise = rng.normal(0.0, COUNT, found.motor_position.shape)
+    return replace(found, name=f"log_{seed}", motor_position=found.motor_position + noise)
+
+
+@pytest.fixture(scope="module")
+def worlds() -> Worlds:
+    """Three logs of a servo with a weak gain and viscous friction."""
+    effects = {
+        "viscous_friction": {"coefficient": TRUTH["viscous_friction"]},
+        "gain_error": {"scale": TRUTH["gain_error"]},
+    }
+    logs = [log(seed, **effects) for seed in range(3)]
+    return Worlds(Study(logs, ideal_model(), CAUSES, time_step=STEP))
+
+
+def start(worlds: Worlds, **values: float) -> Fit:
+    """A set of causes at some values."""
+    columns = {worlds.study.table.columns(name)[0]: v for name, v in values.items()}
+    floors = floors_of(worlds, ())
+    return start_fits(worlds, [(tuple(values), columns)], floors, STEP)[0]
+
+
+def numbers(worlds: Worlds, fit: Fit) -> dict[str, float]:
+    """A fit's numbers by effect."""
+    values = values_of(worlds, fit.columns, fit.place)
+    return {name: values[worlds.study.table.columns(name)[0]] for name in fit.names}
+
+
+def test_each_set_finds_its_own_optimum(worlds: Worlds) -> None:
+    """Sets of different sizes side by side end where each ends alone; both causes at the truth."""
+    starts = [start(worlds, viscous_friction=0.3), start(worlds, viscous_friction=0.3,
+                                                         gain_error=1.0)]  # fmt: skip
+    floors = floors_of(worlds, ())
+    together = refit(worlds, starts, floors, iterations=10)
+    alone = [refit(worlds, [fit], floors, iterations=10)[0] for fit in starts]
+    for one, other in zip(together, alone, strict=True):
+        np.testing.assert_allclose(one.place, other.place, rtol=1e-6)
+    assert numbers(worlds, together[1]) == pytest.approx(TRUTH, rel=0.01)
+    assert together[1].score < together[0].score - 1.0
+
+
+def test_effects_are_added_from_their_typical_values(worlds: Worlds) -> None:
+    """No start is given: the truth is found to 1 %, whichever effect comes first."""
+    for names in (CAUSES, CAUSES[::-1]):
+        found = fit_set_anew(worlds, ideal_model(), names)
+        assert numbers(worlds, found) == pytest.approx(TRUTH, rel=0.01)
+
+
+def test_a_fit_stays_in_bounds(worlds: Worlds) -> None:
+    """Friction below none is not friction: data with less of it than the model end at none."""
+    clean = Worlds(Study([log(1)], ideal_model(), CAUSES, time_step=STEP))
+    found = refit(clean, [start(clean, viscous_friction=0.5)], floors_of(clean, ()), iterations=10)
+    assert 0.0 <= numbers(clean, found[0])["viscous_friction"] < 0.01
+
+
+def test_a_few_wild_rows_do_not_decide(worlds: Worlds) -> None:
+    """Readings that are off by a radian in 2 % of the rows move the numbers by less than 2 %."""
+    spoiled = []
+    for recording in worlds.study.recordings:
+        position = recording.motor_position.copy()
+        position[25::50] += 1.0
+        spoiled.append(replace(recording, motor_position=position))
+    other = Worlds(Study(spoiled, ideal_model(), CAUSES, time_step=STEP))
+    fit = start(other, viscous_friction=0.5, gain_error=1.0)
+    (found,) = refit(other, [fit], floors_of(worlds, ()), iterations=12)
+    assert numbers(other, found) == pytest.approx(TRUTH, rel=0.02)
+
+
+def test_what_a_part_holds_does_not_move_its_own_refit(worlds: Worlds) -> None:
+    """Another log in place of the first: the refit that does not see it is the same to the bit."""
+    other = log(0, viscous_friction={"coefficient": 3.0})
+    changed = Worlds(
+        Study([other, *worlds.study.recordings[1:]], ideal_model(), CAUSES, time_step=STEP)
+    )
+    floors, rows = floors_of(worlds, ()), folds(worlds) != 0
+    place = {"viscous_friction": 1.0, "gain_error": 0.9}
+    found = [
+        refit(w, [start(w, **place)], floors, iterations=3, rows=rows)[0] for w in (worlds, changed)
+    ]
+    np.testing.assert_array_equal(found[0].place, found[1].place)
+    seen = refit(changed, [start(changed, **place)], floors, iterations=3)[0]
+    assert not np.allclose(seen.place, found[1].place, rtol=1e-2)
+
+
+def test_a_cause_pays_on_left_out_parts_that_have_it_and_costs_on_others(worlds: Worlds) -> None:
+    """Two recordings of three have friction: left out, each gains by it, and the third loses."""
+    friction = {"viscous_friction": {"coefficient": 1.2}}
+    logs = [log(0, **friction), log(1, **friction), log(2)]
+    mixed = Worlds(Study(logs, ideal_model(), CAUSES, time_step=STEP))
+    floors = floors_of(mixed, ())
+    (found,) = refit(mixed, [start(mixed, viscous_friction=1.0)], floors, iterations=8)
+    left_out = held_out_terms(mixed, [start(mixed), found], floors)
+    gains = group_sums(left_out[0] - left_out[1], mixed.where.recording)
+    assert gains[0] > 0.0
+    assert gains[1] > 0.0
+    assert gains[2] < 0.0

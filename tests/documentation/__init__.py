@@ -1,0 +1,1 @@
+"""Tests of what users read: README, site, notebook, pages that are made from tables."""

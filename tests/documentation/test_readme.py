@@ -1,0 +1,80 @@
+"""The README's commands, from top to bottom in one folder, as they are written."""
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any, get_type_hints
+
+import pytest
+import tyro
+
+from tendon_newton.cli import VERBS, main
+
+ROOT = Path(__file__).resolve().parents[2]
+BLOCK = re.compile(r"```(sh|python)\n(.*?)```", re.DOTALL)
+SHORT = ("doctor", "collect", "calibrate", "plot", "asset")
+"""Verbs that answer within seconds; a deployment too, of the policy that comes along."""
+
+
+def blocks() -> list[tuple[str, str]]:
+    """Return language and text of each block, in order."""
+    return BLOCK.findall((ROOT / "README.md").read_text(encoding="utf-8"))
+
+
+def commands() -> list[list[str]]:
+    """Return the words of each command of the shell blocks, in order."""
+    lines = [line for kind, text in blocks() if kind == "sh" for line in text.splitlines()]
+    return [words for line in lines if (words := shlex.split(line, comments=True))]
+
+
+def is_short(words: list[str]) -> bool:
+    """Tell whether a command needs neither a compiler nor an earlier long one."""
+    return words[1] in SHORT or (words[1] == "deploy" and "finger-stairs" in words)
+
+
+def test_every_command_is_one_of_ours_and_means_something() -> None:
+    """The options of each exist: its verb's config is built from its words."""
+    assert len(commands()) > 15
+    for program, verb, *words in commands():
+        assert program == "tendon-newton"
+        module: Any = __import__(VERBS[verb], fromlist=["main"])
+        tyro.cli(get_type_hints(module.main)["config"], args=words)
+
+
+def test_the_short_commands_run_in_their_order(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Bench, recordings with their model, a policy that comes along, a finger: no error."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.stdin.isatty", lambda: False, raising=False)
+    short = [words for words in commands() if is_short(words)]
+    assert len(short) > 6
+    for words in short:
+        assert main(words[1:]) == 0, words
+    for file in ("recordings/model.toml", "cell.toml", "deployments/finger-stairs_0.svg"):
+        assert (tmp_path / file).stat().st_size > 0
+
+
+@pytest.mark.slow
+def test_the_readme_runs_from_top_to_bottom(tmp_path: Path) -> None:
+    """In one folder with the examples of a clone, by a shell, without any change."""
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    python = Path(sys.executable)
+    path = os.pathsep.join([str(python.parent), os.environ["PATH"]])
+    known = {**os.environ, "PATH": path, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}
+    said = ""
+    for kind, text in blocks():
+        program = ["bash", "-ec"] if kind == "sh" else [sys.executable, "-c"]
+        run = subprocess.run(
+            [*program, text], cwd=tmp_path, env=known, capture_output=True, text=True
+        )
+        assert run.returncode == 0, f"{text}\n{run.stdout[-2000:]}\n{run.stderr[-2000:]}"
+        assert "Traceback" not in run.stderr
+        said += run.stdout
+    assert said.count("viscous_friction") >= 2, "of the demo and of the Python block"
+    for file in ("demo/report.html", "diagnosis/report.html", "run.csv", "refreshed/refresh.html"):
+        if file != "run.csv" or "no run is needed" not in said:
+            assert (tmp_path / file).stat().st_size > 0, file

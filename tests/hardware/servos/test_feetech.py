@@ -1,0 +1,158 @@
+"""A Feetech servo under the driver that drives every servo."""
+
+from math import pi
+
+import pytest
+
+from hardware.errors import ServoAlert, ServoRefused, ServoReset, ServoSilent, UnsupportedServo
+from hardware.servos import SERVOS
+from hardware.servos.bus_servo import BusServo
+from hardware.servos.feetech.packets import BROADCAST, PING, READ, WRITE, FeetechPackets, frame
+from hardware.servos.host_position_loop import HostPositionLoop
+from hardware.virtual_bench import Faults, LockstepBench
+from hardware.virtual_bench.memory import feetech_table as at
+from hardware.virtual_bench.memory.feetech_table import STS3215
+from tests.hardware.servos.virtual_servo import VirtualServo
+
+LOOP = HostPositionLoop(gain=1.5, offset=0.0, duty_limit=0.6, position_range=(-1.0, 9.0))
+"""Softer than that of a servo with a third of the torque."""
+
+
+@pytest.fixture
+def rig() -> VirtualServo:
+    """A finger on an STS3215, configured and switched on."""
+    return VirtualServo(servo="sts3215")
+
+
+def test_frames_are_those_of_the_manual() -> None:
+    """Ping, read of two bytes at 56, and a write of one, for ID 1; a sum over a byte is cut."""
+    assert frame(1, PING) == bytes.fromhex("FF FF 01 02 01 FB")
+    assert frame(1, READ, bytes([56, 2])) == bytes.fromhex("FF FF 01 04 02 38 02 BE")
+    assert frame(BROADCAST, WRITE, bytes([5, 1])) == bytes.fromhex("FF FF FE 04 03 05 01 F4")
+
+
+def test_a_spool_is_followed_over_the_end_of_a_turn(rig: VirtualServo) -> None:
+    """The register begins anew with each turn, whose end is 360 counts from this home."""
+    encoder = rig.bench.bench.plant.encoder
+    encoder.home += 2000
+    rig.wait(0.1)
+    rig.servo.set_home()
+    assert encoder.home == 4096 - 362
+    for goal in (2.5, -0.5, 2.5):
+        state = rig.run(goal, 1.5, LOOP)[-1]
+        assert state.position == pytest.approx(goal, abs=0.25)  # dry friction, and no integral
+        assert rig.bench.state().angle == pytest.approx(state.position, abs=0.01)
+    assert rig.servo.close()
+
+
+def test_speed_and_current_have_their_sign_and_unit(rig: VirtualServo) -> None:
+    """Winding in is positive; a servo of the older unit, by its Phase, says the same."""
+    for phase in (12, 8):
+        rig.corrupt(at.PHASE, phase)
+        rig.servo.open()
+        for duty in (0.15, -0.15):
+            rig.servo.command_duty(duty)
+            rig.wait(0.3)
+            state = rig.servo.read_state()
+            assert state.velocity == pytest.approx(rig.bench.state().rate, abs=0.08)
+            assert state.velocity * duty > 0.05
+
+
+def test_what_its_firmware_does_by_itself_is_read_for_the_log(rig: VirtualServo) -> None:
+    """Dead zone, least duty, overload, gains and limits, in SI units."""
+    for address, counts in ((at.DEAD_ZONE_CW, 2), (at.OVERLOAD_TORQUE, 70), (at.P_GAIN, 16)):
+        rig.corrupt(address, counts)
+    settings = rig.servo.settings()
+    assert (settings.model, settings.firmware, settings.operating_mode) == ("sts3215", 310, 2)
+    assert settings.dead_zone == pytest.approx((2 * pi / 2048, 2 * pi / 4096))
+    assert settings.starting_duty == pytest.approx(0.016)
+    assert settings.overload is not None
+    assert settings.overload.duty == pytest.approx(0.7)
+    assert settings.overload.protective_duty == pytest.approx(0.2)
+    assert settings.overload.time == pytest.approx(2.0)
+    assert (settings.gains.proportional, settings.gains.derivative) == (16, 32)
+    assert settings.velocity_limit == pytest.approx(5.2, abs=0.05)  # 50 rev/min
+    assert (settings.duty_limit, settings.watchdog) == (1.0, 0.0)
+
+
+def test_nothing_is_kept_when_the_supply_goes(rig: VirtualServo) -> None:
+    """An arm that somebody else uses tomorrow is in its own mode, with its own delay."""
+    assert (rig.register(at.MODE), rig.register(at.RETURN_DELAY)) == (2, 0)
+    rig.let("reboot")
+    assert (rig.register(at.MODE), rig.register(at.RETURN_DELAY)) == (0, 250)
+
+
+def test_a_restart_is_noticed_and_set_up_again(rig: VirtualServo) -> None:
+    """The mark is gone; after recovery the servo is where it was, in the turn that it was."""
+    rig.run(3.0, 1.5, LOOP)
+    rig.let("reboot")
+    rig.wait(0.5)
+    with pytest.raises(ServoReset, match="started anew"):
+        rig.servo.check()
+    rig.servo.recover(resume_torque=True)
+    assert rig.register(at.MODE) == 2
+    assert rig.servo.read_state().position == pytest.approx(rig.bench.state().angle, abs=0.01)
+
+
+def test_an_overload_is_an_alert(rig: VirtualServo) -> None:
+    """Four fifths of the duty for two seconds against a stop: the firmware cuts it, and says so."""
+    rig.bench.set_obstacle("tape_roll")
+    rig.servo.command_duty(0.9)
+    rig.wait(1.9)
+    rig.servo.check()
+    rig.wait(0.3)
+    with pytest.raises(ServoAlert, match=r"overload \(register 65 is 32\).*supply off and on"):
+        rig.servo.check()
+    assert rig.bench.state().duty == pytest.approx(0.2)
+    rig.servo.disable_torque()
+
+
+def test_another_model_is_refused_by_name() -> None:
+    """An STS3250 has other numbers."""
+    bench = LockstepBench("finger", 3, model=STS3215)
+    servo = BusServo(SERVOS["sts3250"], bench.servo_port(), clock=bench.clock)
+    with pytest.raises(UnsupportedServo, match="model 777, sts3215"):
+        servo.open()
+
+
+def test_a_restart_over_the_bus_is_refused(rig: VirtualServo) -> None:
+    """The protocol has no such instruction."""
+    with pytest.raises(ServoRefused, match="switch its supply off and on"):
+        rig.servo.reboot()
+
+
+def test_all_servos_on_a_bus_are_found() -> None:
+    """A ping for all is answered by each in turn, through noise as well."""
+    bench = LockstepBench("finger_antagonist", 3, model=STS3215)
+    port = bench.servo_port()
+    assert port.openPort()
+    assert FeetechPackets(port).find_all() == {1: 777, 2: 777}
+    bench.set_faults(Faults(line_noise=0.5))
+    assert FeetechPackets(port).find_all() == {1: 777, 2: 777}
+
+
+def test_lost_and_broken_answers_are_asked_for_again(rig: VirtualServo) -> None:
+    """With 5 % lost and 5 % broken, three attempts lose one read in a thousand; none is wrong."""
+    rig.bench.set_faults(Faults(dropped_replies=0.05, corrupted_replies=0.05, line_noise=0.1))
+    missed = 0
+    for _ in range(400):
+        try:
+            state = rig.servo.read_state()
+        except ServoSilent:
+            missed += 1
+            continue
+        assert abs(state.position) < 5e-3
+    counters = rig.servo.counters
+    assert missed == counters.missed <= 4  # 0.4 expected
+    assert counters.silent > 10
+    assert counters.corrupted > 10
+
+
+def test_a_late_answer_is_never_taken_for_another_questions(rig: VirtualServo) -> None:
+    """Every answer is later than the driver waits: what it reads is true."""
+    rig.bench.set_faults(Faults(extra_latency=6.5e-3))
+    for _ in range(20):
+        health = rig.servo.read_health()
+        assert (health.hardware_error, health.torque_enabled) == (0, True)
+        assert health.voltage == pytest.approx(rig.bench.state().voltage, abs=0.16)  # a count
+        assert rig.servo.read_state().position == pytest.approx(0.0, abs=5e-3)

@@ -1,0 +1,106 @@
+"""Every verb that drives a bench drives one with a Feetech servo."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hardware.clock import MonotonicClock
+from hardware.doctor.observation import Observation
+from hardware.doctor.servo_checks import check_servo
+from hardware.doctor.servo_search import (
+    Found,
+    find_servos,
+    reboot_servos,
+    set_baud,
+    set_identifier,
+)
+from hardware.errors import ServoRefused
+from hardware.virtual_bench import FaultEvent, VirtualPorts
+from tendon_newton.cli import main
+from tendon_newton.data.formats.mcap_file import read_mcap, read_session
+
+FAST = ["--port", "virtual::3", "--servo", "sts3215", "--faster-than-real-time"]
+
+
+@pytest.fixture(scope="module")
+def ports() -> Iterator[VirtualPorts]:
+    """One bench for all tests of this file."""
+    with VirtualPorts("finger", 2, servo="sts3215") as ports:
+        yield ports
+
+
+def quiet(text: str) -> None:
+    """Show nothing."""
+    del text
+
+
+def examined(ports: VirtualPorts) -> dict[str, Observation]:
+    """Return what the doctor says of each subject."""
+    return {x.subject: x for x in check_servo(ports.servo_port, MonotonicClock(), quiet)}
+
+
+def test_collect_records_what_the_firmware_does_by_itself(tmp_path: Path) -> None:
+    """Dead zone, profile, least duty and overload stand in the recording: they are causes."""
+    words = ["--excitation", "sine", "--duration", "4", "--out", str(tmp_path)]
+    assert main(["collect", *FAST, *words]) == 0
+    path = tmp_path / "finger_sine_0.mcap"
+    session = read_session(path)
+    assert (session["servo.model"], session["servo.operating_mode"]) == ("sts3215", "2")
+    assert (session["servo.overload.duty"], session["servo.overload.time"]) == ("0.8", "2.0")
+    assert session["servo.overload.protective_duty"] == "0.2"
+    assert (session["servo.starting_duty"], session["servo.profile_acceleration"]) == (
+        "0.016",
+        "254",
+    )
+    assert session["servo.dead_zone"].count("0.0015") == 2
+    assert float(session["host_loop.gain"]) == pytest.approx(0.1 * 0.75 / 2.94)
+    recording = read_mcap(path, bench="finger")
+    assert np.ptp(recording.motor_position) > 0.2  # a loop this soft hardly beats the gear
+    assert recording.force is not None
+
+
+def test_deploy_turns_the_spool_by_hand(tmp_path: Path) -> None:
+    """`--jog` opens, arms and closes the servo, and logs it."""
+    assert main(["deploy", "--jog", *FAST, "--duration", "2", "--out", str(tmp_path)]) == 0
+    assert read_session(tmp_path / "jog_0.mcap")["servo.model"] == "sts3215"
+
+
+def test_the_doctor_says_what_is_special_about_it(ports: VirtualPorts) -> None:
+    """No watchdog of its own, and what its firmware does by itself."""
+    found = examined(ports)
+    assert found["servo 1"].found == "sts3215 at 1000000 baud"
+    assert found["servo 1 watchdog"].verdict == "note"
+    assert "20% duty after 2 s at 80% or more" in found["servo 1 firmware"].found
+    assert "errors of 1.5 mrad" in found["servo 1 firmware"].found
+    assert found["servo 1 supply"].verdict == "good"
+
+
+def test_the_doctor_examines_a_virtual_one(capsys: pytest.CaptureFixture[str]) -> None:
+    """`--servo` names what a virtual bench has; a real servo needs no name."""
+    assert main(["doctor", "--port", "virtual", "--servo", "sts3215"]) == 0
+    assert "sts3215 at 1000000 baud" in capsys.readouterr().out
+
+
+def test_an_alert_is_named_and_ends_with_the_supply(ports: VirtualPorts) -> None:
+    """Nothing restarts it over the bus, and the doctor does not say that something would."""
+    ports.plan(FaultEvent(name="alert", alert="overheating"))
+    alerts = examined(ports)["servo 1 alerts"]
+    assert (alerts.verdict, alerts.found) == ("fix", "overheating")
+    assert "switch its supply off and on" in alerts.remedy
+    with pytest.raises(ServoRefused, match="switch its supply off and on"):
+        reboot_servos(ports.servo_port, MonotonicClock(), quiet)
+    ports.plan(FaultEvent(name="reboot"))
+
+
+def test_id_and_rate_are_kept_without_the_supply(ports: VirtualPorts) -> None:
+    """They are written behind the open lock, which is shut again."""
+    clock = MonotonicClock()
+    assert "has the ID 7" in set_identifier(ports.servo_port, 7, clock, quiet).found
+    assert "from 1000000 to 500000" in set_baud(ports.servo_port, 500_000, clock, quiet).found
+    ports.plan(FaultEvent(name="reboot"))
+    clock.sleep_until(clock.now() + 1.0)
+    assert find_servos(ports.servo_port, clock, quiet) == Found(
+        family="feetech", rate=500_000, models={7: 777}
+    )

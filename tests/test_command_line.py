@@ -1,0 +1,64 @@
+"""The door: completion by a shell, and --quiet."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tendon_newton.cli import VERBS, main
+
+COMPLETE = """
+source {script}
+COMP_WORDS=({words})
+COMP_CWORD=$(( ${{#COMP_WORDS[@]}} - 1 ))
+_tyro_tendon_newton tendon-newton "${{COMP_WORDS[-1]}}" ""
+echo "${{COMPREPLY[@]}}"
+"""
+
+
+def completed(script: Path, words: str) -> list[str]:
+    """Return what bash offers after some words."""
+    code = COMPLETE.format(script=script, words=words)
+    return subprocess.run(
+        ["bash", "-c", code], capture_output=True, text=True, check=True
+    ).stdout.split()
+
+
+def test_bash_completes_verbs_and_their_options(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """By the script that the program prints; it knows every verb."""
+    assert main(["--completion", "bash"]) == 0
+    script = tmp_path / "completion.bash"
+    script.write_text(capsys.readouterr().out, encoding="utf-8")
+    assert completed(script, "tendon-newton eval") == ["evaluate-force", "evaluate-policy"]
+    assert set(VERBS) <= set(completed(script, "tendon-newton ''"))
+    assert completed(script, "tendon-newton collect --pl") == ["--plan"]
+    assert "check" in completed(script, "tendon-newton asset ''")
+
+
+def test_a_shell_that_is_not_known_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    """With those that are."""
+    assert main(["--completion", "fish"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "known: bash, tcsh, zsh" in line
+
+
+def test_a_quiet_verb_prints_nothing_but_warnings_and_errors(tmp_path: Path) -> None:
+    """What an operator must hear goes to the error stream, as errors do; the files are the same."""
+    words = ["collect", "--port", "virtual", "--faster-than-real-time", "--duration", "2"]
+
+    def run(*more: str) -> subprocess.CompletedProcess[str]:
+        program = [sys.executable, "-m", "tendon_newton", *words, *more]
+        return subprocess.run(program, capture_output=True, text=True)
+
+    loud, quiet = run("--out", str(tmp_path / "a")), run("--quiet", "--out", str(tmp_path / "b"))
+    assert (loud.returncode, quiet.returncode) == (0, 0)
+    assert "rows, 0 missed" in loud.stdout
+    assert (quiet.stdout, quiet.stderr) == ("", "")
+    name = "finger_random_steps_0.mcap"
+    assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
+    stopped = run("--quiet", "--force-limit", "0.5", "--out", str(tmp_path / "c"))
+    assert (stopped.returncode, stopped.stdout) == (2, "")
+    assert "tension" in stopped.stderr

@@ -1,0 +1,72 @@
+"""Build wheel and sdist, install them into a clean environment, and run the demo from there.
+
+``python -m tests.wheel`` takes minutes and an index of packages; `make nightly` runs it. The wheel
+comes from the sdist, so that both have all that they need.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import venv
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def main() -> None:
+    """Build, install, run; leave with the code of what failed."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        wheel = build(folder)
+        python = clean_environment(folder / "clean")
+        pip(python, "-c", str(ROOT / "constraints.txt"), f"{wheel}[sim]")
+        check(python, folder)
+    print("the wheel, made from the sdist, runs the demo in a clean environment")
+
+
+def build(folder: Path) -> Path:
+    """Make the sdist of the clone, and a wheel of the sdist."""
+    python = clean_environment(folder / "builder")
+    pip(python, "build")
+    run([python, "-m", "build", "--outdir", str(folder), str(ROOT)])
+    (wheel,) = folder.glob("*.whl")
+    (sdist,) = folder.glob("*.tar.gz")
+    print(f"{wheel.name} {wheel.stat().st_size:,} bytes, {sdist.name} {sdist.stat().st_size:,}")
+    return wheel
+
+
+def check(python: str, folder: Path) -> None:
+    """Run the demo in a folder that is no clone, and look at its answer."""
+    program = str(Path(python).with_name("tendon-newton"))
+    run([program, "demo", "--out", "demo"], cwd=folder)
+    stated = json.loads((folder / "demo" / "diagnosis.json").read_text(encoding="utf-8"))
+    assert [effect["name"] for effect in stated["effects"]] == ["viscous_friction"], stated
+    assert (folder / "demo" / "report.html").stat().st_size > 0
+    run([program, "asset", "check", "finger"], cwd=folder)
+
+
+def clean_environment(folder: Path) -> str:
+    """Make an empty environment and return its interpreter."""
+    venv.create(folder, with_pip=True)
+    return str(folder / "bin" / "python")
+
+
+def pip(python: str, *words: str) -> None:
+    """Install into an environment."""
+    run([python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *words])
+
+
+def run(words: list[str], cwd: Path | None = None) -> None:
+    """Run a program; no package of ours is found but the installed one."""
+    known = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+    result = subprocess.run(words, cwd=cwd, env=known)
+    if result.returncode:
+        sys.exit(f"{' '.join(words)}: exit code {result.returncode}")
+
+
+if __name__ == "__main__":
+    main()
