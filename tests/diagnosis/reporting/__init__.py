@@ -1,1 +1,1 @@
-"""Tests of what a diagnosis finds, proposes and shows."""
+"""Tests of reports and of what they show."""
