@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tendon_newton.cli.diagnose import summary
@@ -76,6 +77,19 @@ def test_two_runs_that_contradict_each_other_are_both_named() -> None:
     assert len(said) == 1
     assert said[0].startswith(f"{first.name} and again.csv have the same bench")
     assert "differ by 50 mrad" in said[0]
+
+
+def test_an_error_that_comes_at_times_is_told_with_its_time() -> None:
+    """Three knocks of a tenth of a second in one recording of five, the greatest after 2.5 s."""
+    first, *others = springs()
+    moved = np.array(first.motor_position)
+    for row, size in ((100, 0.2), (200, 0.3), (300, 0.2)):
+        moved[row : row + 8] += size
+    (said,) = told([replace(first, motor_position=moved), *others])
+    assert said.startswith(
+        f"The error comes at times: in {first.name}, 10 % of the rows hold 100 % of the squared"
+    )
+    assert "most of it about t = 2.5 s" in said
 
 
 def test_the_set_that_came_closest_is_told_with_what_stopped_it() -> None:
@@ -156,6 +170,13 @@ def test_what_to_record_follows_from_what_is_missing() -> None:
     assert "Record the force" in said
     assert "All recordings are of finger" in said
     assert "depends most on theta: record slow ramps over the whole range" in said
+
+
+def test_where_nothing_comes_close_that_is_said() -> None:
+    """The best single cause explains a hundredth."""
+    scores = (CandidateScore(name="backlash", score=0.01, values={"width": 0.1}),)
+    (said,) = came_closest(replace(diagnosis("unexplained"), candidates=scores))
+    assert said.startswith("No effect of the catalogue explains 10 % of the gap alone")
 
 
 def test_after_an_early_end_the_next_step_is_to_let_it_end() -> None:

@@ -68,9 +68,13 @@ def came_closest(diagnosis: Diagnosis) -> Iterator[str]:
             f"above the noise is left, and at most {percent(left.bar)} may be."
         )
         return
-    for cause in sorted(causes, key=lambda c: -c.share)[:CLOSE]:
-        if cause.share > WORTH_SAYING:
-            yield came_close(cause)
+    close = [c for c in sorted(causes, key=lambda c: -c.share)[:CLOSE] if c.share > WORTH_SAYING]
+    yield from map(came_close, close)
+    if causes and not close:
+        yield (
+            f"No effect of the catalogue explains {percent(WORTH_SAYING)} of the gap alone: what "
+            "is missing is probably none of them. An effect of your own is one file."
+        )
 
 
 def came_close(cause: Account) -> str:

@@ -17,6 +17,8 @@ APART = 5.0
 """A recording whose error is so many times the median one of the others stands apart [1]."""
 BETTER = 3.0
 """Another bench fits a recording if it makes its error so many times smaller [1]."""
+FEW_ROWS, NEARLY_ALL = 0.1, 0.9
+"""An error comes at times if so few rows have so much of its square [1]."""
 LEAST_RECORDINGS = 3
 """Fewer have no majority."""
 ALIKE = 1.0e-6
@@ -56,7 +58,27 @@ def suspects(study: Study, model: Model, values: Mapping[int, float]) -> tuple[S
     """
     base, residuals = study.residuals(*replacements([{}])), study.residuals(*replacements([values]))
     found = [*wrong_units(study.recordings, base), *contradictions(study)]
-    return (*found, *strangers(study, model, values, residuals))
+    times = tuple(at_times(study, residuals))
+    return (*found, *(times or strangers(study, model, values, residuals)))
+
+
+def at_times(study: Study, residuals: Sequence[Residual]) -> Iterator[Suspect]:
+    """Say when an error comes if few rows of the worst recording have nearly all of it."""
+    worst = max(range(len(residuals)), key=lambda index: size_of(residuals[index], study))
+    recording, residual = study.recordings[worst], residuals[worst]
+    square = np.where(residual.trusted, residual.theta[0] ** 2, 0.0)
+    ranked = np.sort(square)[::-1]
+    first = float(ranked[: max(1, int(FEW_ROWS * len(ranked)))].sum())
+    share = first / max(float(ranked.sum()), len(ranked) * study.noise.theta**2)
+    if share < NEARLY_ALL:
+        return
+    row = int(np.argmax(square))
+    yield Suspect(
+        recording=recording.name,
+        text=f"The error comes at times: in {recording.name}, {100.0 * FEW_ROWS:.0f} % of the rows "
+        f"hold {100.0 * share:.0f} % of the squared error of the motor angle, most of it about "
+        f"t = {recording.time[row]:.1f} s. A knock, a cable or something in the way does that.",
+    )
 
 
 def wrong_units(recordings: Sequence[Recording], base: Sequence[Residual]) -> Iterator[Suspect]:
