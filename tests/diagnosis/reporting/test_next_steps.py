@@ -18,7 +18,7 @@ from tendon_newton.diagnosis.accounts.next_steps import (
     next_steps,
     to_record,
 )
-from tendon_newton.diagnosis.accounts.suspect_data import suspects
+from tendon_newton.diagnosis.accounts.suspect_data import plainly_wrong, standing_apart
 from tendon_newton.diagnosis.explanation import Setting
 from tendon_newton.diagnosis.reporting.report import write_report
 from tendon_newton.diagnosis.result import CandidateScore, Criterion, Errors
@@ -26,6 +26,7 @@ from tendon_newton.diagnosis.search.account import ADDED, TOGETHER
 from tendon_newton.identification.study import Study
 from tests.diagnosis.made_up import COEFFICIENT, EXAMPLE, beginning, diagnosis, evidence
 
+BENCHES = ("spring_weak", "spring_strong", "finger")
 KILOGRAM_FORCE = 0.102  # [kgf] in one newton
 
 
@@ -41,7 +42,8 @@ def told(recordings: Sequence[Recording]) -> list[str]:
     model = load_model(EXAMPLE / "model.toml")
     study = Study(recordings, model, ("viscous_friction",), time_step=1e-3)
     (column,) = study.table.columns("viscous_friction")
-    return [suspect.text for suspect in suspects(study, model, {column: COEFFICIENT})]
+    apart = standing_apart(study, model, {column: COEFFICIENT}, BENCHES)
+    return [suspect.text for suspect in (*plainly_wrong(study), *apart)]
 
 
 def test_good_data_are_not_suspect() -> None:
@@ -56,17 +58,20 @@ def test_a_force_in_another_unit_is_called_that() -> None:
     said = told([replace(first, force=KILOGRAM_FORCE * first.force), *others])
     unit = [text for text in said if "kgf in place of N?" in text]
     assert len(unit) == 1
-    assert unit[0].startswith(first.name)
+    assert unit[0].startswith(f"{first.name}: force is")
+    whole = [replace(r, force=KILOGRAM_FORCE * r.force) for r in springs() if r.force is not None]
+    (said_once,) = told(whole)[:1]
+    assert said_once.startswith(f"{first.name} and 4 more recordings: force is")
 
 
 def test_a_recording_of_another_bench_is_found_with_its_bench() -> None:
     """A strong spring that its entry calls a weak one stands apart, and fits where it belongs."""
-    recordings = springs()
-    strong = next(i for i, r in enumerate(recordings) if r.bench == "spring_strong")
-    recordings[strong] = replace(recordings[strong], bench="spring_weak")
-    (said,) = told(recordings)
-    assert said.startswith(f"{recordings[strong].name} stands apart")
+    weak = [r for r in springs() if r.bench == "spring_weak"]
+    strong = next(r for r in springs() if r.bench == "spring_strong")
+    (said,) = told([*weak, replace(strong, bench="spring_weak")])
+    assert said.startswith(f"{strong.name} stands apart")
     assert "As a recording of spring_strong it fits" in said
+    assert "its entry in dataset.toml says spring_weak" in said
 
 
 def test_two_runs_that_contradict_each_other_are_both_named() -> None:
