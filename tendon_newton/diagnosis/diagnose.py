@@ -11,6 +11,7 @@ import numpy as np
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.diagnosis.accounts.next_steps import next_steps
+from tendon_newton.diagnosis.accounts.suspect_data import plainly_wrong
 from tendon_newton.diagnosis.evaluation import (
     SquaredErrors,
     evaluate_models,
@@ -91,6 +92,9 @@ def diagnose(
     progress("reading benches and compiling kernels")
     train = Study(dataset.train, model, tuple(EFFECTS), time_step=SEARCH_STEP, in_pieces=True)
     names = testable_effects(train)
+    wrong = tuple(suspect.text for suspect in plainly_wrong(train))
+    for text in wrong:
+        progress(text)
     expected = expectation(*expected_times(dataset.train, model, train))
     progress(f"looking at {len(names)} effects on {len(dataset.train)} recordings, {expected}")
     if budget is not None:
@@ -102,7 +106,7 @@ def diagnose(
     test = Study(dataset.test, model, tuple(EFFECTS))
     diagnosis, evidence = conclude(train, findings, model, test, rng, start)
     steps = next_steps(diagnosis, dataset, model, train, findings.closest.values)
-    return replace(diagnosis, next_steps=steps), evidence
+    return replace(diagnosis, next_steps=(*wrong, *steps)), evidence
 
 
 def conclude(

@@ -28,7 +28,8 @@ MANY = 3
 
 def sentences(cause: Account) -> list[str]:
     """Return why a cause was named or not, and what would tell, in the order of reading."""
-    out = [f"{what(cause)} explains {percent(cause.share)} of the gap alone{places(cause)}."]
+    share = f"{percent(cause.share)} of the gap" if cause.share > 0.0 else "nothing"
+    out = [f"{what(cause)} explains {share} alone{places(cause)}."]
     out.append(outcome(cause))
     out += [criterion_sentence(criterion) for criterion in cause.criteria]
     if cause.probability is not None:
@@ -40,7 +41,7 @@ def sentences(cause: Account) -> list[str]:
 
 def line(cause: Account) -> str:
     """Return an account on one line: name, share alone, and what became of it."""
-    return f"{cause.name:28s} {percent(cause.share):>6s}  {short_outcome(cause)}"
+    return f"{cause.name:28s} {percent(max(0.0, cause.share)):>6s}  {short_outcome(cause)}"
 
 
 def what(cause: Account) -> str:
