@@ -28,7 +28,7 @@ from tendon_newton.data.recording import Array, Recording
 from tendon_newton.device_code.quiet import quiet_warp
 from tendon_newton.identification.cutting import rows_of
 from tendon_newton.workflows.options import RefreshOptions
-from tendon_newton.workflows.refreshing import correct, find
+from tendon_newton.workflows.refreshing import correct_model, find_drift_in_logs
 from tests.physics.runs import ideal_model
 from tests.train.actuator.without_cell.pulled_benches import pulled_log
 from tests.train.actuator.without_cell.servo_logs import write_servo_dataset
@@ -43,7 +43,9 @@ SIGNALS = ("command", "motor_position", "motor_velocity", "force", "tip")
 NO_DATASET = {
     "demo": "is diagnose, on the recordings that come along",
     "experiment": "reads a diagnosis",
+    "explain": "reads a diagnosis",
     "asset": "reads an asset",
+    "export": "reads a model",
     "train-policy": "reads a model and, if told, the intervals of a diagnosis",
     "evaluate-policy": "reads policies",
     "doctor": "reads a bench",
@@ -233,7 +235,7 @@ def refresh(folder: Path, noisy: bool) -> Made:
         config.out.mkdir()
         ledger = Ledger(config.out / "refresh.json", {})
         if forced is None:
-            drift = find(config, ledger, SilentOperator())
+            drift = find_drift_in_logs(config, ledger, SilentOperator())
             reported = [drift.theta_rmse, drift.corrected_theta_rmse, drift.reference_theta_rmse]
             made |= {"verdict": drift.verdict, "causes": drift.causes}
         else:
@@ -244,7 +246,7 @@ def refresh(folder: Path, noisy: bool) -> Made:
                 corrected_theta_rmse=0.0,
                 reference_theta_rmse=None,
             )
-        correct(config, drift, ledger, SilentOperator())
+        correct_model(config, drift, ledger, SilentOperator())
         made[f"{way}/model.toml"] = (config.out / "model.toml").read_text()
     return Made(decided=made, reported=reported)
 

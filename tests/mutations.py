@@ -270,7 +270,7 @@ MUTATIONS: tuple[Mutation, ...] = (
     ),
     Mutation(
         name="tension-rule-twice-as-high",
-        file="hardware/safety_rules/safety.py",
+        file="hardware/safety_rules/rules.py",
         old="bounds=at_most(lambda limits: limits.force),",
         new="bounds=at_most(lambda limits: 2.0 * limits.force),",
         tests="tests/hardware/deploy/test_safety.py",

@@ -33,7 +33,7 @@ from train.reproduction.reproduction import BEST, IDEALS, MODELS, Reproduction
 from train.reproduction.settings import PolicyEffort, ReproductionSettings
 from train.reproduction.steps.hybrid_stage import hybrid_of
 from train.reproduction.steps.stages import MODELS as MADE
-from train.reproduction.steps.stages import STAGES, Stage, run_stages
+from train.reproduction.steps.stages import REPRODUCTION_STAGES, Stage, run_stages
 from train.reproduction.steps.tip_stage import COLOURS, SINES
 from train.reproduction.unit import (
     Unit,
@@ -81,7 +81,7 @@ def main() -> None:
             tell=say,
             executor=executor,
         )
-        found = run_stages(reproduction, tuple(LESS), STAGES | LESS)
+        found = run_stages(reproduction, tuple(LESS), REPRODUCTION_STAGES | LESS)
     print(rows_table([row for name in LESS for row in found[name].rows]))
 
 

@@ -34,6 +34,7 @@ from train.policy.config.training_config import PolicyTrainingConfig
 from train.policy.runs.export import export_policy
 from train.policy.runs.training import train_policy
 from train.refresh.drift import find_drift, growth, model_error
+from train.refresh.fit_all_numbers import tune
 from train.refresh.logs import (
     fitted_parts,
     logs_as_dataset,
@@ -43,8 +44,7 @@ from train.refresh.logs import (
 )
 from train.refresh.outcome import judge_drift
 from train.refresh.slip import taut_from
-from train.refresh.tuning import tune
-from train.refresh.turning import slip_since
+from train.refresh.slip_by_reference import slip_since
 
 STATES = ("new", "friction", "spool")
 ANSWERS: dict[str, tuple[str, ...]] = {

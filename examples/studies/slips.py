@@ -29,7 +29,7 @@ from train.policy.scoring.evaluation import reachable_error
 from train.policy.scoring.evaluation_scores import score
 from train.refresh.logs import read_logs, without_beginning
 from train.refresh.slip import find_slip
-from train.refresh.turning import slip_since
+from train.refresh.slip_by_reference import slip_since
 
 
 def main() -> None:

@@ -15,8 +15,8 @@ from hardware.errors import HardwareFault, LogNotWritten, SafetyStop
 from hardware.logs.session import Session
 from hardware.logs.session_log import SessionLog, open_log
 from hardware.pacing import PacingReport
-from hardware.safety_rules.safety import COLLECTION_RULES, refuse_unreachable
-from hardware.safety_rules.safety_limits import DeployLimits
+from hardware.safety_rules.rule_limits import DeployLimits
+from hardware.safety_rules.rules import COLLECTION_RULES, refuse_unreachable
 from hardware.safety_rules.sensor_reach import reach_of
 from hardware.servos.base import ServoSettings
 from hardware.stop_request import StopRequest

@@ -2,8 +2,9 @@
 
 from dataclasses import dataclass, field
 
-from hardware.safety_rules.limits import SafetyLimits
+from hardware.safety_rules.bench_limits import SafetyLimits
 from hardware.servos.host_position_loop import HostPositionLoop
+from tendon_newton.data.cards.policy_observation import SERVO_RATE
 from tendon_newton.errors import InvalidParameter
 
 COMMAND_RATE = 20.0
@@ -14,7 +15,7 @@ COMMAND_RATE = 20.0
 class CollectSettings:
     """Rates, the position loop, limits, and what is drawn."""
 
-    rate: float = 80.0
+    rate: float = SERVO_RATE
     """Readings of the servo per second [Hz]."""
     command_rate: float | None = None
     """Commands per second [Hz], of which the rate is a whole multiple."""

@@ -24,8 +24,8 @@ from hardware.logs.session import Session, flattened
 from hardware.logs.session_log import open_log
 from hardware.pacing import PacingReport
 from hardware.safety_rules.force_estimate import ForceEstimate
-from hardware.safety_rules.safety import refuse_unreachable
-from hardware.safety_rules.safety_guards import Trip
+from hardware.safety_rules.rules import refuse_unreachable
+from hardware.safety_rules.rules_applied import Trip
 from hardware.safety_rules.sensor_reach import reach_of
 from hardware.servos.base import ServoSettings
 from hardware.stop_request import StopRequest

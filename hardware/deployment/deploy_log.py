@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hardware.control.pilot import PilotStep
 from hardware.logs import ros_messages as ros
 from hardware.logs.session_log import SessionLog
-from hardware.safety_rules.safety_guards import Trip
+from hardware.safety_rules.rules_applied import Trip
 from tendon_newton.data.formats.mcap_file import McapReading
 from tendon_newton.errors import InvalidRecording
 

@@ -32,7 +32,7 @@ from hardware.errors import (
 )
 from hardware.pacing import Ticker
 from hardware.safety_rules.force_estimate import ForceEstimate
-from hardware.safety_rules.safety_guards import SafetyGuards, Trip
+from hardware.safety_rules.rules_applied import SafetyGuards, Trip
 from hardware.safety_rules.tip_watch import TipWatch
 from hardware.servos.base import ServoState
 from hardware.stop_request import StopRequest

@@ -23,8 +23,8 @@ from hardware.errors import (
 )
 from hardware.pacing import Ticker
 from hardware.safety_rules.force_watch import ForceWatch
-from hardware.safety_rules.safety import Glance
-from hardware.safety_rules.safety_limits import SKIP_WINDOW
+from hardware.safety_rules.rule_limits import SKIP_WINDOW
+from hardware.safety_rules.rules import Glance
 from hardware.servos.base import ServoHealth, ServoState
 from hardware.stop_request import StopRequest
 

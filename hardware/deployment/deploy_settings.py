@@ -7,7 +7,7 @@ from math import isfinite
 
 from hardware.benches.bench_address import BenchAddress
 from hardware.errors import PolicyMismatch
-from hardware.safety_rules.safety_limits import DeployLimits
+from hardware.safety_rules.rule_limits import DeployLimits
 from hardware.servos.host_position_loop import HostPositionLoop
 from hardware.virtual_bench.physics.unit import servo_count
 from tendon_newton.data.cards.policy_card import FurtherServo, PolicyCard

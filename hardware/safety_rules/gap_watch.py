@@ -6,7 +6,7 @@ from hardware.clock import Clock
 from hardware.control.operator import Operator
 from hardware.errors import SafetyStop
 from hardware.logs.session_log import SessionLog
-from hardware.safety_rules.limits import SafetyLimits
+from hardware.safety_rules.bench_limits import SafetyLimits
 
 WORTH_TELLING = 0.5
 """Gap that the operator is told of [s]."""

@@ -135,5 +135,8 @@ def summary(diagnosis: Diagnosis) -> str:
         before, after = getattr(diagnosis.baseline, name), getattr(diagnosis.extended, name)
         if before is not None and after is not None:
             lines.append(f"  {label:22s} {scale * before:8.4g}   {scale * after:8.4g} {unit}")
+    if diagnosis.next_steps:
+        lines += ["", "  what came closest, and what to do next:"]
+        lines += [f"  - {step}" for step in diagnosis.next_steps]
     lines += [f"  note: {note}" for note in (*doubts(diagnosis), *diagnosis.notes)]
     return "\n".join(lines)

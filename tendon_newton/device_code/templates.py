@@ -31,6 +31,11 @@ def device_template(function: Function) -> Function:
     return function
 
 
+def is_device_template(value: Any) -> bool:
+    """Tell whether something is device code with placeholders."""
+    return getattr(value, _TEMPLATE, False) is True
+
+
 def device_struct(declaration: Declaration) -> Declaration:
     """Mark a class as the declaration of a struct."""
     setattr(declaration, _STRUCT, True)
@@ -190,4 +195,4 @@ class Specialiser:
     def _bound(self, value: Any) -> Any:
         """Return what a global of a template stands for."""
         found = self._bindings[value]
-        return self.function(found) if getattr(found, _TEMPLATE, False) is True else found
+        return self.function(found) if is_device_template(found) else found

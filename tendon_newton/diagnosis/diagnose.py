@@ -10,6 +10,7 @@ import numpy as np
 
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.diagnosis.accounts.next_steps import next_steps
 from tendon_newton.diagnosis.evaluation import (
     SquaredErrors,
     evaluate_models,
@@ -94,7 +95,9 @@ def diagnose(
     )
     progress("measuring the gain on held-out recordings")
     test = Study(dataset.test, model, tuple(EFFECTS))
-    return conclude(train, findings, model, test, rng, start)
+    diagnosis, evidence = conclude(train, findings, model, test, rng, start)
+    steps = next_steps(diagnosis, dataset, model, train, findings.closest.values)
+    return replace(diagnosis, next_steps=steps), evidence
 
 
 def conclude(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -76,7 +77,7 @@ class CandidateScore:
 
     name: str
     score: float
-    """Share of the loss above the noise that it removes on folds it was not fitted on."""
+    """Share of the squared error above the noise that it removes from the recordings fitted."""
     values: Mapping[str, float]
     at_bound: Mapping[str, float] = field(default_factory=dict)
     """Numbers that ended at a bound, with that bound: it cannot be named, whatever its score."""
@@ -84,12 +85,22 @@ class CandidateScore:
     """What it passed and what it did not."""
     probability: float | None = None
     """Chance that it acts; None where nobody asked."""
+    acts_in: tuple[str, ...] | None = None
+    """Recordings in which it changes more than is left over anyway; None where nobody looked."""
+    looked_at: int = 0
+    """Recordings in which that was looked at."""
 
     def to_json(self) -> dict[str, Any]:
-        """Return it as the contract names it; what is not the case is left out."""
-        out = {"name": self.name, "score": self.score, "parameters": dict(self.values)}
+        """Return it as the contract names it; what is not the case is left out.
+
+        JSON has no infinity: a number at an infinite null is left out.
+        """
+        finite = {name: value for name, value in self.values.items() if math.isfinite(value)}
+        out: dict[str, Any] = {"name": self.name, "score": self.score, "parameters": finite}
         if self.at_bound:
             out["at_bound"] = list(self.at_bound)
+        if self.acts_in is not None:
+            out |= {"acts_in": list(self.acts_in), "looked_at": self.looked_at}
         return {**out, **account_json(self.criteria, self.probability)}
 
 
@@ -144,6 +155,8 @@ class Diagnosis:
     """Benches of the training data, as they were set up."""
     notes: tuple[str, ...] = ()
     """What the reader must know: sides that could not be tested, defects of the data."""
+    next_steps: tuple[str, ...] = ()
+    """What came closest, what stopped it and what to do, where a gap is left."""
 
     def to_json(self) -> dict[str, Any]:
         """Return the contract's dictionary."""
@@ -165,6 +178,7 @@ class Diagnosis:
             "scale": asdict(self.scale),
             "recorded": [setting.to_json() for setting in self.recorded],
             "notes": list(self.notes),
+            "next_steps": list(self.next_steps),
         }
 
     def identifiability(self) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from hardware.collection.collect_plan import SINGLE_RUNS, Collection, collect, f
 from hardware.collection.collect_settings import CollectSettings
 from hardware.collection.excitation_plan import PlannedRun, find_plan
 from hardware.control.operator import Operator
-from hardware.safety_rules.limits import SafetyLimits
+from hardware.safety_rules.bench_limits import SafetyLimits
 from hardware.servos import find_servo
 from hardware.servos.host_position_loop import HostPositionLoop, no_stronger
 from hardware.stop_request import StopRequest

@@ -19,9 +19,9 @@ from hardware.control.policy_runner import Policy, load_policy
 from hardware.deployment.deploy import Deployment, DeployOutcome, deploy
 from hardware.deployment.deploy_replay import DIFFERENCE, replay_log
 from hardware.deployment.deploy_settings import DeploySettings, loops_of, refuse_mismatch
+from hardware.safety_rules.bench_limits import SafetyLimits
 from hardware.safety_rules.force_estimate import ForceEstimate, load_estimate
-from hardware.safety_rules.limits import SafetyLimits
-from hardware.safety_rules.safety_limits import limits_for
+from hardware.safety_rules.rule_limits import limits_for
 from hardware.servos import find_servo
 from hardware.servos.host_position_loop import HostPositionLoop, no_stronger
 from hardware.stop_request import StopRequest

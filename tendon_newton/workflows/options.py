@@ -8,6 +8,8 @@ from typing import Annotated, Literal
 
 import tyro
 
+from tendon_newton.data.cards.policy_observation import SERVO_RATE
+
 
 @dataclass(frozen=True, kw_only=True)
 class LoadCellOptions:
@@ -54,7 +56,7 @@ class BenchOptions(LoadCellOptions):
     """Rate of the bus [1/s]."""
     retries: int | None = None
     """How often an instruction to the servo is sent again, 4 ms each; 2 unless given."""
-    rate: float = 80.0
+    rate: float = SERVO_RATE
     """Readings of the servo per second [Hz]; a policy's card must name the same."""
     spool_radius: float = 0.0125
     """Radius of the spool [m]; a policy's card must name the same, a recording's model has it."""

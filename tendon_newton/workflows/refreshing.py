@@ -30,6 +30,7 @@ from train.policy.scoring.evaluation_figure import draw_climbs
 from train.policy.scoring.evaluation_scores import ClimbScore, score
 from train.policy.worlds.force_model import file_hash
 from train.refresh.drift import SUSPECTS, find_drift, growth, model_error
+from train.refresh.fit_all_numbers import tune
 from train.refresh.ledger import Ledger
 from train.refresh.logs import fitted_parts, log_files, logs_as_dataset, read_logs, taut_parts
 from train.refresh.outcome import (
@@ -43,11 +44,10 @@ from train.refresh.outcome import (
 )
 from train.refresh.retraining import find_training, retrain
 from train.refresh.slip import SLIP, SLIPS, taut_from, with_slip
-from train.refresh.tuning import tune
-from train.refresh.turning import slip_since
+from train.refresh.slip_by_reference import slip_since
 
 POLICY_ENDINGS = (".onnx", ".pt")
-"""Of the two files that a training writes of the same policy."""
+"""Endings of the two files that a training writes of the same policy."""
 
 
 def refresh(options: RefreshOptions, operator: Operator) -> Drift:
@@ -72,17 +72,17 @@ def refresh(options: RefreshOptions, operator: Operator) -> Drift:
                 f"{log} was flown by another policy than {options.policy}: it tells of the bench, "
                 "and its tip error is not that of the old policy"
             )
-    drift = find(options, ledger, operator)
+    drift = find_drift_in_logs(options, ledger, operator)
     operator.announce(f"\n{headline(drift)}")
     for cause in drift.causes:
         operator.announce(f"  {cause.name:26s} {', '.join(cause.numbers)}   ({cause.words})")
     figures: list[TipFigure] = []
     picture = None
     if drift.verdict != AGREES or options.anyway:
-        correct(options, drift, ledger, operator)
-        train(options, ledger, operator)
-        figures, picture = compare(options, ledger, operator)
-    finish(options, drift, figures, ledger, picture, operator)
+        correct_model(options, drift, ledger, operator)
+        train_policy_on(options, ledger, operator)
+        figures, picture = compare_policies(options, ledger, operator)
+    write_outcome(options, drift, figures, ledger, picture, operator)
     return drift
 
 
@@ -103,7 +103,7 @@ def open_ledger(options: RefreshOptions, out: Path) -> Ledger:
     return Ledger(out / "refresh.json", inputs)
 
 
-def find(options: RefreshOptions, ledger: Ledger, operator: Operator) -> Drift:
+def find_drift_in_logs(options: RefreshOptions, ledger: Ledger, operator: Operator) -> Drift:
     """Hold the logs against the model."""
     if (done := ledger.done("drift")) is not None:
         return read_drift(done)
@@ -113,13 +113,13 @@ def find(options: RefreshOptions, ledger: Ledger, operator: Operator) -> Drift:
     folder = make_folder(options.out / "diagnosis")
     operator.announce("reading benches and compiling kernels ...")
     dataset = logs_as_dataset(options.logs[0], logs, taut_from(later, model))
-    earlier, grown, slip = None, None, None
+    reference_error, grown, slip = None, None, None
     if options.reference:
-        new = read_logs(options.reference, policy_span)
-        reference = logs_as_dataset(options.out, new)
-        earlier = model_error(reference.test, model)
+        reference_logs = read_logs(options.reference, policy_span)
+        reference = logs_as_dataset(options.out, reference_logs)
+        reference_error = model_error(reference.test, model)
         grown = growth(dataset, reference, model)
-        slip = slip_since(fitted_parts(new), later) if SLIP in suspects else None
+        slip = slip_since(fitted_parts(reference_logs), later) if SLIP in suspects else None
     diagnosis, evidence = find_drift(
         dataset,
         model,
@@ -129,12 +129,14 @@ def find(options: RefreshOptions, ledger: Ledger, operator: Operator) -> Drift:
     write_diagnosis(folder / "diagnosis.json", diagnosis)
     write_model(folder / "model.toml", diagnosis.model)
     write_report(folder / "report.html", diagnosis, evidence, Origin())
-    drift = judge_drift(diagnosis, earlier, grown=grown, slip=slip)
+    drift = judge_drift(diagnosis, reference_error, grown=grown, slip=slip)
     ledger.finish("drift", asdict(drift))
     return drift
 
 
-def correct(options: RefreshOptions, drift: Drift, ledger: Ledger, operator: Operator) -> None:
+def correct_model(
+    options: RefreshOptions, drift: Drift, ledger: Ledger, operator: Operator
+) -> None:
     """Put what was found into the model; where nothing was, fit all its numbers to the logs."""
     if ledger.done("model") is not None:
         return
@@ -142,8 +144,8 @@ def correct(options: RefreshOptions, drift: Drift, ledger: Ledger, operator: Ope
     logs = fitted_parts(read_logs(options.logs, policy_span))
     model = load_model(options.model)
     if any(cause.name in SLIPS for cause in drift.causes):
-        new = read_logs(options.reference, policy_span) if options.reference else ()
-        corrected, how = with_slip(logs, model, fitted_parts(new)), "slip"
+        reference = read_logs(options.reference, policy_span) if options.reference else ()
+        corrected, how = with_slip(logs, model, fitted_parts(reference)), "slip"
     elif drift.causes:  # all else was right when the bench was new
         corrected, how = load_model(options.out / "diagnosis" / "model.toml"), "cause"
     else:
@@ -152,7 +154,7 @@ def correct(options: RefreshOptions, drift: Drift, ledger: Ledger, operator: Ope
     ledger.finish("model", {"fitted": how})
 
 
-def train(options: RefreshOptions, ledger: Ledger, operator: Operator) -> None:
+def train_policy_on(options: RefreshOptions, ledger: Ledger, operator: Operator) -> None:
     """Train the policy on."""
     done = ledger.done("training")
     if done is not None and done["iterations"] == options.iterations:
@@ -177,7 +179,7 @@ def train(options: RefreshOptions, ledger: Ledger, operator: Operator) -> None:
     )
 
 
-def compare(
+def compare_policies(
     options: RefreshOptions, ledger: Ledger, operator: Operator
 ) -> tuple[list[TipFigure], Path]:
     """Measure the old and the new policy, before and after, simulated and on the bench."""
@@ -195,11 +197,11 @@ def compare(
 
 def simulated(options: RefreshOptions) -> list[Climb]:
     """Let both policies climb the stairs on the old and on the corrected model."""
-    earlier = find_training(options.policy).config.environment
+    trained_in = find_training(options.policy).config.environment
     goals = stairs()
-    count = round((goals.end + 1.5) * earlier.rate)
-    levels = np.array([goals.value((k + 0.5) / earlier.rate) for k in range(count)])
-    old, new = options.policy, options.out / "training" / "policy.onnx"
+    count = round((goals.end + 1.5) * trained_in.rate)
+    levels = np.array([goals.value((k + 0.5) / trained_in.rate) for k in range(count)])
+    old, new = options.policy, new_policy(options)
     climbs: list[Climb] = []
     for name, file, force, place in (
         ("old", old, options.model, "simulation, as the model had it"),
@@ -208,7 +210,7 @@ def simulated(options: RefreshOptions) -> list[Climb]:
     ):
         loaded = load_policy(file)
         policy = RunnablePolicy(name=name, card=loaded.card, run=loaded.run)
-        worlds = replace(earlier, force=str(force), worlds=1, randomise=("none",))
+        worlds = replace(trained_in, force=str(force), worlds=1, randomise=("none",))
         climbs += [replace(c, place=place) for c in climb_stairs([policy], levels, worlds)]
     return climbs
 
@@ -220,6 +222,11 @@ def logged(options: RefreshOptions) -> list[Climb]:
         for when, logs in (("before", options.reference), ("now", options.logs))
         for log in log_files(logs)
     ]
+
+
+def new_policy(options: RefreshOptions) -> Path:
+    """Return the file of the policy that was trained on."""
+    return options.out / "training" / "policy.onnx"
 
 
 def is_of(policy: Path, log: Path) -> bool:
@@ -235,8 +242,7 @@ def deployed_anew(options: RefreshOptions, ledger: Ledger, operator: Operator) -
         return []
     done = ledger.done("bench")
     if done is None or done["iterations"] != options.iterations:
-        new = options.out / "training" / "policy.onnx"
-        log = climbed(options, new, options.out / "deployments", operator)
+        log = climbed(options, new_policy(options), options.out / "deployments", operator)
         ledger.finish("bench", {"iterations": options.iterations, "log": str(log)})
     return [climb_of(options, "new", Path(ledger.done("bench")["log"]), "now")]
 
@@ -249,7 +255,7 @@ def climb_of(options: RefreshOptions, policy: str, log: Path, when: str) -> Clim
     return replace(climb, place=f"{climb.place}, {when}: {log.name}")
 
 
-def finish(
+def write_outcome(
     options: RefreshOptions,
     drift: Drift,
     figures: list[TipFigure],

@@ -11,7 +11,7 @@ from hardware.benches.bench import Bench
 from hardware.control.goals import FixedGoal
 from hardware.deployment.deploy_settings import DeploySettings
 from hardware.errors import SafetyStop
-from hardware.safety_rules.safety_limits import DeployLimits
+from hardware.safety_rules.rule_limits import DeployLimits
 from hardware.stop_request import StopRequest
 from hardware.virtual_bench.faults import ALERT_BITS
 from tests.faults import injections as on

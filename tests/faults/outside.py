@@ -28,9 +28,9 @@ from hardware.control.operator import SilentOperator
 from hardware.control.signed_goals import signed_goal
 from hardware.deployment.deploy_settings import DeploySettings
 from hardware.errors import RuleOutOfReach, SharedIdentifier
+from hardware.safety_rules.bench_limits import SafetyLimits
 from hardware.safety_rules.force_estimate import ForceEstimate
-from hardware.safety_rules.limits import SafetyLimits
-from hardware.safety_rules.safety_limits import DeployLimits
+from hardware.safety_rules.rule_limits import DeployLimits
 from hardware.servos import SERVOS
 from hardware.servos.bus_servo import BusServo
 from hardware.stop_request import StopRequest

@@ -28,7 +28,7 @@ from hardware.control.operator import SilentOperator
 from hardware.errors import SafetyStop
 from hardware.load_cells.calibration_file import write_calibration
 from hardware.logs.session import software
-from hardware.safety_rules.limits import SafetyLimits
+from hardware.safety_rules.bench_limits import SafetyLimits
 from hardware.servos.host_position_loop import HostPositionLoop
 from hardware.stop_request import StopRequest
 from hardware.virtual_bench import VirtualPorts

@@ -28,7 +28,7 @@ from hardware.errors import LogNotWritten, SafetyStop, ServoAlert
 from hardware.logs.background_log import BackgroundLog
 from hardware.logs.mcap_file import McapFile
 from hardware.logs.session_log import SessionLog, TimeBase
-from hardware.safety_rules.limits import SafetyLimits
+from hardware.safety_rules.bench_limits import SafetyLimits
 from hardware.servos.base import ServoState
 from hardware.stop_request import StopRequest
 from hardware.virtual_bench import FaultEvent, Faults

@@ -13,7 +13,7 @@ from tendon_newton.diagnosis.diagnose import SEARCH_STEP
 from tendon_newton.identification.objective import loss_terms
 from tendon_newton.identification.study import Study, replacements
 from train.refresh.logs import LOOSE
-from train.refresh.turning import slip_since
+from train.refresh.slip_by_reference import slip_since
 
 SLIP = "position_offset"
 SLIPS = (SLIP, "tendon_slack")

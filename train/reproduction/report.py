@@ -15,7 +15,7 @@ from tendon_newton.errors import InvalidOutput
 from train.actuator.fitting.export import git_commit
 from train.reproduction.outcome import Outcome, Row
 from train.reproduction.reproduction import BEST, MODELS, Reproduction
-from train.reproduction.steps.stages import STAGES
+from train.reproduction.steps.stages import REPRODUCTION_STAGES
 
 SCHEMA = 1
 VIRTUAL = (
@@ -67,14 +67,14 @@ def to_markdown(reproduction: Reproduction, outcomes: Mapping[str, Outcome]) -> 
         rows_table([row for outcome in outcomes.values() for row in outcome.rows]),
     ]
     for name, outcome in outcomes.items():
-        parts.append(f"## {STAGES[name].title}")
+        parts.append(f"## {REPRODUCTION_STAGES[name].title}")
         if outcome.text:
             parts.append(outcome.text)
         parts += [
             f"![{figure.caption}](figures/{figure.file})\n\n*{figure.caption}*"
             for figure in outcome.figures
         ]
-    missing = [name for name in STAGES if name not in outcomes]
+    missing = [name for name in REPRODUCTION_STAGES if name not in outcomes]
     if missing:
         parts.append(f"Not run: {', '.join(missing)}.")
     parts += ["## Which model to take", choice_text(outcomes)]

@@ -43,9 +43,10 @@ UNCHANGED = (
     "numbers, if any, fitted."
 )
 RANKING = (
-    "Each effect of the catalogue was added alone to the starting model and fitted. The bar is the "
-    "share of the error above the noise that it removes on parts of the training recordings that "
-    "it was not fitted on."
+    "Each effect of the catalogue was added alone to the starting model. The bar is the share of "
+    "the squared error above the noise that it removes from the recordings it was fitted to; for "
+    "effects that were not followed, a survey estimates it. The verb explain says what became of "
+    "each."
 )
 
 
@@ -100,8 +101,6 @@ def ranking_caption(diagnosis: Diagnosis) -> str:
             "imitates the cause."
         )
     text = f"{RANKING} Named causes are in colour."
-    if len(diagnosis.effects) > 1:
-        text += " All but the first were found with the others already in the model."
     if any(effect.indistinguishable_from for effect in diagnosis.effects):
         return f"{text} A bracket joins causes that this data cannot tell apart."
     return f"{text} Another with a long bar imitates the cause, but does clearly worse."

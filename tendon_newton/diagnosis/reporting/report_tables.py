@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 from tendon_newton.data.checks.finding import SEVERITIES, Finding
 from tendon_newton.data.checks.lint import lint_dataset, lint_recording
 from tendon_newton.data.parameters import BenchScale
+from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.diagnose import Evidence
 from tendon_newton.diagnosis.reporting.report_words import (
     cause_sentence,
@@ -118,9 +120,8 @@ def percent(share: float) -> str:
     return f"{100.0 * share:.{decimals}f}".replace("-", "−")
 
 
-def finding_rows(evidence: Evidence) -> dict[str, list[Row]]:
+def finding_rows(train: Sequence[Recording], test: Sequence[Recording]) -> dict[str, list[Row]]:
     """Check the recordings; return what misleads and, apart from it, what is good to know."""
-    train, test = evidence.train.recordings, evidence.test.recordings
     found = list(lint_dataset(train, test))
     for recording in (*train, *test):
         found += lint_recording(recording)

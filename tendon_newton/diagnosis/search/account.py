@@ -14,8 +14,11 @@ from tendon_newton.diagnosis.search.refit import Fit, values_of
 
 LOSS = "score lost without it [nat per row]"
 HELD_OUT = "the same on parts left out [nat per row]"
+CHANGE = "larger residuals without it [errors of form of a law]"
 IN_RANGE = "numbers at the edge of their ranges"
 ADDED = "score that it would add to the named causes [nat per row]"
+BEHIND = "score by which the best set with it stays behind, causes paid for [nat per row]"
+TOGETHER = "share of the squared error above the noise that the found causes leave [1]"
 
 
 def explained_share(pool: Pool, before: Fit, after: Fit) -> float:
@@ -31,18 +34,67 @@ def explained_share(pool: Pool, before: Fit, after: Fit) -> float:
 def criteria_of(fine: Pool, fit: Fit, decided: Decided, name: str) -> tuple[Criterion, ...]:
     """Return what a cause of the final set had to pass."""
     loss, gain, edge = decided.losses[name], decided.held_out[name], at_bound(fine, fit, name)
-    bar = fine.bar(name)
+    bar, change = fine.bar(name), decided.changes[name]
     return (
         Criterion(name=LOSS, value=loss, bar=bar, passed=loss >= bar),
         Criterion(name=HELD_OUT, value=gain, bar=bar, passed=gain >= bar),
+        Criterion(name=CHANGE, value=change, bar=1.0, passed=change >= 1.0),
         Criterion(name=IN_RANGE, value=float(edge), bar=0.0, passed=not edge),
     )
 
 
+def refusal_of(pool: Pool, fine: Pool, decided: Decided, name: str) -> tuple[Criterion, ...]:
+    """Return what kept a cause out of the final set: a survey's promise, then real refits."""
+    added, bar = pool.added.get(name, 0.0), pool.bar(name)
+    out = [Criterion(name=ADDED, value=added, bar=bar, passed=added >= bar)]
+    if name in decided.refused:
+        gain, edge = decided.refused[name]
+        out.append(Criterion(name=HELD_OUT, value=gain, bar=bar, passed=gain >= bar))
+        out.append(Criterion(name=IN_RANGE, value=float(edge), bar=0.0, passed=not edge))
+    for some in (fine, pool):
+        chosen = some.fits.get(frozenset(decided.fit.names))
+        costs = [some.cost(fit) for fit in some.fits.values() if name in fit.names]
+        if chosen is not None and costs:
+            behind = min(costs) - some.cost(chosen)
+            out.append(Criterion(name=BEHIND, value=behind, bar=0.0, passed=behind <= 0.0))
+            break
+    return tuple(out)
+
+
+def acts_in(pool: Pool, before: Fit | None, after: Fit | None) -> tuple[str, ...] | None:
+    """Return the recordings in which two fits differ by more than is left over anyway."""
+    if before is None or after is None:
+        return None
+    worlds = pool.worlds
+    floor = np.where(worlds.where.is_force, pool.floors.force, pool.floors.theta)
+    square = ((after.residual - before.residual) / floor) ** 2
+    found = []
+    for index, recording in enumerate(worlds.study.recordings):
+        own = worlds.where.recording == index
+        sizes = [square[own & (worlds.where.is_force == kind)] for kind in (False, True)]
+        if any(len(size) and size.mean() > 1.0 for size in sizes):
+            found.append(recording.name)
+    return tuple(dict.fromkeys(found))
+
+
 def candidates(
-    pool: Pool, fine: Pool, names: Sequence[str], final: Fit, decided: Decided
+    pool: Pool,
+    fine: Pool,
+    names: Sequence[str],
+    final: Fit,
+    decided: Decided,
+    verdict: Criterion | None = None,
 ) -> tuple[CandidateScore, ...]:
-    """Return how every effect did alone, best first, and what it passed."""
+    """Return how every effect did alone, best first, and what it passed.
+
+    Args:
+        pool: Sets fitted on the beginnings.
+        fine: Sets fitted on all rows.
+        names: Effects that were tried.
+        final: What was found.
+        decided: What that had to pass.
+        verdict: What kept all that was found from being named; None where nothing did.
+    """
     start = pool.fits[frozenset()]
     out = []
     for name in names:
@@ -55,9 +107,12 @@ def candidates(
             share, values = (0.0, {}) if guess is None else guess
         if name in final.names:
             criteria = criteria_of(fine, final, decided, name)
+            criteria += () if verdict is None else (verdict,)
+            less = fine.fits.get(frozenset(final.names) - {name})
+            places, looked = acts_in(fine, less, final), fine.worlds.study
         else:
-            added, bar = pool.added.get(name, 0.0), pool.bar(name)
-            criteria = (Criterion(name=ADDED, value=added, bar=bar, passed=added >= bar),)
+            criteria = refusal_of(pool, fine, decided, name)
+            places, looked = acts_in(pool, start, own), pool.worlds.study
         out.append(
             CandidateScore(
                 name=name,
@@ -66,6 +121,8 @@ def candidates(
                 at_bound=ended(pool, own, name),
                 criteria=criteria,
                 probability=decided.probabilities.get(name),
+                acts_in=places,
+                looked_at=0 if places is None else len({r.name for r in looked.recordings}),
             )
         )
     return tuple(sorted(out, key=lambda c: -c.score))

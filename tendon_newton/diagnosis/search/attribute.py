@@ -11,8 +11,13 @@ import numpy as np
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.findings import Findings
-from tendon_newton.diagnosis.result import Verdict
-from tendon_newton.diagnosis.search.account import candidates, criteria_of, explained_share
+from tendon_newton.diagnosis.result import Criterion, Verdict
+from tendon_newton.diagnosis.search.account import (
+    TOGETHER,
+    candidates,
+    criteria_of,
+    explained_share,
+)
 from tendon_newton.diagnosis.search.decision import Decided, decide, transfer
 from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.pool import Allows, Pool
@@ -20,7 +25,7 @@ from tendon_newton.diagnosis.search.posterior import found_of
 from tendon_newton.diagnosis.search.prune import settle
 from tendon_newton.diagnosis.search.refit import Fit
 from tendon_newton.diagnosis.search.rule import LEAST_EXPLAINED, PRICE
-from tendon_newton.diagnosis.search.spans import beginnings
+from tendon_newton.diagnosis.search.spans import beginnings, deciding
 from tendon_newton.diagnosis.search.strategy import find
 from tendon_newton.diagnosis.search.worlds import Worlds
 from tendon_newton.identification.study import Study
@@ -62,16 +67,11 @@ def find_causes(
     """
     known = [effect.name for effect in model.effects]
     until = np.inf if budget is None else time.monotonic() + budget
-    short = Study(
-        recordings if study.kinematic else beginnings(recordings),
-        model,
-        study.table.effects,
-        time_step=study.time_step,
-        in_pieces=True,
-        scale=study.scale,
-    )
-    short.noise = study.noise
-    worlds, fine_worlds = Worlds(short), Worlds(study)
+    chosen = deciding(recordings)
+    short = part_of(study, recordings if study.kinematic else beginnings(recordings), model)
+    is_all = all(own is other for own, other in zip(chosen, recordings, strict=False))
+    fine_study = study if is_all else part_of(study, chosen, model)
+    worlds, fine_worlds = Worlds(short), Worlds(fine_study)
     pool, fine = (
         Pool(
             worlds=w, floors=floors_of(w, known), price=price, haste=haste, most=most,
@@ -88,11 +88,25 @@ def find_causes(
     except KeyboardInterrupt:
         interrupted = True
         fit = pool.best()
-    progress("deciding on all rows")
+    progress(f"deciding on {len(chosen)} of {len(recordings)} recordings")
     (baseline,) = transfer(pool, [pool.fits[frozenset()]], fine)
     decided = decide(pool, fit, fine, known, rng)
     baseline = fine.fits[frozenset()]
     return conclude_search(pool, fine, names, fit, baseline, decided, interrupted)
+
+
+def part_of(study: Study, recordings: Sequence[Recording], model: Model) -> Study:
+    """Return a study of some of its recordings, with its scale and its noise."""
+    part = Study(
+        recordings,
+        model,
+        study.table.effects,
+        time_step=study.time_step,
+        in_pieces=True,
+        scale=study.scale,
+    )
+    part.noise = study.noise
+    return part
 
 
 def conclude_search(
@@ -105,16 +119,14 @@ def conclude_search(
     verdict = verdict_of(fine, baseline, final, share)
     named = final if verdict in ("explained", "partly_explained") else None
     shown = found_of(fine, final)
+    stop = None
+    if named is None and final.names:
+        stop = Criterion(name=TOGETHER, value=1.0 - share, bar=1.0 - LEAST_EXPLAINED, passed=False)
     notes = []
     if interrupted:
         notes.append("The search was stopped before its end: causes may be missing.")
     elif pool.is_late:
         notes.append("The search ended at its budget of time: causes may be missing.")
-    if named is None and final.names:
-        notes.append(
-            f"{', '.join(final.names)} came closest: together they explain {100.0 * share:.0f} % "
-            f"of the squared error above the noise, and {100.0 * LEAST_EXPLAINED:.0f} % are asked."
-        )
     return Findings(
         verdict=verdict,
         baseline=found_of(fine, baseline),
@@ -124,7 +136,7 @@ def conclude_search(
             name: tuple((new_name(final, rival), found_of(fine, rival)) for rival in rivals)
             for name, rivals in decided.rivals.items()
         },
-        candidates=candidates(pool, fine, names, final, decided),
+        candidates=candidates(pool, fine, names, final, decided, stop),
         criteria={name: criteria_of(fine, final, decided, name) for name in final.names},
         probabilities=decided.probabilities,
         notes=tuple(notes),

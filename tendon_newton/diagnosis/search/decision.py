@@ -30,10 +30,15 @@ class Decided:
     """Score lost without each [nat per row]."""
     held_out: dict[str, float]
     """The same on parts that no number has seen."""
+    changes: dict[str, float]
+    """How much larger residuals are without each [errors of form of a law]."""
     probabilities: dict[str, float]
     """Share of draws of blocks of time in which that passes the bar."""
     rivals: dict[str, tuple[Fit, ...]]
     """Fits with another cause in the place of each that explain the data as well."""
+    refused: dict[str, tuple[float, bool]]
+    """What each dropped cause was worth on parts that no number has seen [nat per row], and whether
+    a number of it ended at the edge of its range."""
 
 
 def transfer(pool: Pool, fits: Sequence[Fit], fine: Pool) -> list[Fit]:
@@ -78,6 +83,7 @@ def decide(
     transfer(pool, [fit, *sets.values()], fine)
     best = simplest(fine, fine.best())
     final = prune(fine, best)
+    refused: dict[str, tuple[float, bool]] = {}
     while final.names:
         terms_ = held_out_terms(fine.worlds, [final, *leave_out(fine, final).values()], fine.floors)
         gains = {
@@ -87,15 +93,27 @@ def decide(
         ended = [n for n in final.names if at_bound(fine, final, n)]
         worst = min(ended or gains, key=lambda n: float(gains[n].sum()) / fine.bar(n))
         if not ended and gains[worst].sum() >= fine.bar(worst):
+            less = leave_out(fine, final)
             return Decided(
                 fit=final,
-                losses={n: f.score - final.score for n, f in leave_out(fine, final).items()},
+                losses={n: f.score - final.score for n, f in less.items()},
+                changes={n: fine.change(final, f) for n, f in less.items()},
                 held_out={n: float(g.sum()) for n, g in gains.items()},
                 probabilities={n: probability(g, fine.bar(n), rng) for n, g in gains.items()},
                 rivals={n: close_rivals(fine, final, n) for n in final.names},
+                refused=refused,
             )
+        refused[worst] = (float(gains[worst].sum()), worst in ended)
         final = prune(fine, leave_out(fine, final)[worst])
-    return Decided(fit=final, losses={}, held_out={}, probabilities={}, rivals={})
+    return Decided(
+        fit=final,
+        losses={},
+        held_out={},
+        changes={},
+        probabilities={},
+        rivals={},
+        refused=refused,
+    )
 
 
 def probability(gains: Array, bar: float, rng: np.random.Generator) -> float:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from tendon_newton.diagnosis.search.floors import form_scales
 from tendon_newton.diagnosis.search.refit import Fit, refit, rescored, values_of
 from tendon_newton.diagnosis.search.worlds import Floors, Worlds
 from tendon_newton.effects import find_effect
@@ -75,6 +76,21 @@ class Pool:
     def bar(self, name: str) -> float:
         """Return the gain in score that a cause must bring: each of its numbers has a price."""
         return self.price * len(find_effect(name).parameters)
+
+    def change(self, fit: Fit, less: Fit) -> float:
+        """Return how much smaller residuals a fit has than another [errors of form of a law]."""
+        form, where = form_scales(self.worlds.study.scale), self.worlds.where
+        out = 0.0
+        for force, unit in ((False, form.theta), (True, form.force)):
+            rows = where.is_force == force
+            if rows.any():
+                gain = np.mean(less.residual[rows] ** 2) - np.mean(fit.residual[rows] ** 2)
+                out = max(out, float(np.sqrt(max(0.0, gain))) / unit)
+        return out
+
+    def worth(self, fit: Fit, less: Fit, name: str) -> float:
+        """Return what a cause is worth beside what is asked [1]: with less than one it goes."""
+        return min((less.score - fit.score) / self.bar(name), self.change(fit, less))
 
     def cost(self, fit: Fit) -> float:
         """Return a fit's score, its causes paid for [nat per row]."""

@@ -49,10 +49,10 @@ def prune(pool: Pool, fit: Fit) -> Fit:
     """Drop causes that do not pay, the least first."""
     while fit.names:
         less = leave_out(pool, fit)
-        losses = {n: f.score - fit.score for n, f in less.items()}
-        pool.log("    lost without " + ", ".join(f"{n} {v:.3f}" for n, v in losses.items()))
-        name = min(losses, key=lambda n: losses[n] / pool.bar(n))
-        if losses[name] >= pool.bar(name):
+        worths = {n: pool.worth(fit, f, n) for n, f in less.items()}
+        pool.log("    worth " + ", ".join(f"{n} {v:.2f}" for n, v in worths.items()))
+        name = min(worths, key=lambda n: worths[n])
+        if worths[name] >= 1.0:
             break
         fit = pool.fits[frozenset(less[name].names)]
     return fit

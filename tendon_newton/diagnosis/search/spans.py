@@ -1,4 +1,4 @@
-"""The beginnings of recordings, on which sets of causes are chosen before all rows decide."""
+"""Parts of long data: beginnings on which sets are chosen, and what decides where there is much."""
 
 from __future__ import annotations
 
@@ -9,28 +9,48 @@ import numpy as np
 from tendon_newton.data.recording import Recording
 from tendon_newton.identification.cutting import rows_of
 
-SPAN = 8.0
-"""Length of a beginning [s]."""
-MOST_SPANS = 10
-"""Recordings of which a beginning is looked at."""
+SPAN, MOST_SPANS = 8.0, 10
+"""Length of a beginning [s] on which sets are chosen, and recordings of which one is looked at."""
+LONG_SPAN, MOST_LONG_SPANS = 15.0, 16
+"""The same of what decides, where recordings are longer than that together."""
 
 
 def beginnings(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
     """Return the first seconds of recordings, spread evenly over a long list, benches in turn."""
-    by_bench: dict[str, list[Recording]] = {}
+    return tuple(beginning(r, SPAN) for r in spread(recordings, MOST_SPANS))
+
+
+def deciding(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
+    """Return the recordings, or longer beginnings of some of them where there are hours."""
+    if sum(duration(r) for r in recordings) <= LONG_SPAN * MOST_LONG_SPANS:
+        return tuple(recordings)
+    chosen = spread(recordings, MOST_LONG_SPANS)
+    span = LONG_SPAN * MOST_LONG_SPANS / len(chosen)
+    return tuple(beginning(r, span) for r in chosen)
+
+
+def spread(recordings: Sequence[Recording], most: int) -> list[Recording]:
+    """Return some of a long list of recordings, evenly spread, each bench and gain in turn."""
+    if len(recordings) <= most:
+        return list(recordings)
+    kinds: dict[tuple[str, str], list[Recording]] = {}
     for recording in recordings:
-        by_bench.setdefault(recording.bench, []).append(recording)
-    share = max(1, MOST_SPANS // len(by_bench))
+        kind = repr((recording.bench_overrides, dict(recording.actuator_overrides)))
+        kinds.setdefault((recording.bench, kind), []).append(recording)
+    share = max(1, most // len(kinds))
     chosen = []
-    for own in by_bench.values():
+    for own in kinds.values():
         places = np.unique(np.linspace(0, len(own) - 1, min(len(own), share)).round().astype(int))
         chosen += [own[place] for place in places]
-    if len(recordings) <= MOST_SPANS:
-        chosen = list(recordings)
-    return tuple(beginning(recording) for recording in chosen)
+    return chosen
 
 
-def beginning(recording: Recording) -> Recording:
+def beginning(recording: Recording, seconds: float) -> Recording:
     """Return a recording's first seconds."""
-    row = int(np.searchsorted(recording.time - recording.time[0], SPAN))
+    row = int(np.searchsorted(recording.time - recording.time[0], seconds))
     return rows_of(recording, slice(0, row), recording.name)
+
+
+def duration(recording: Recording) -> float:
+    """Return how long a recording is [s]."""
+    return float(recording.time[-1] - recording.time[0])

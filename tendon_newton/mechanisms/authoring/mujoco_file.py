@@ -12,6 +12,7 @@ import newton
 import numpy as np
 from newton.solvers import SolverMuJoCo
 
+from tendon_newton.data.recording import BenchOverrides
 from tendon_newton.errors import InvalidOutput
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.worlds import build_model
@@ -40,9 +41,17 @@ def write_mujoco(path: Path, mechanism: Mechanism) -> None:
     Raises:
         InvalidOutput: The file cannot be written.
     """
+    spec = mujoco_spec(mechanism)
+    for tendon in mechanism.tendons:
+        add_motor(spec, tendon.name, tendon.force_limit, direct=tendon.direct)
+    write_spec(path, spec)
+
+
+def mujoco_spec(mechanism: Mechanism) -> Any:
+    """Return a mechanism, with its own numbers, as MuJoCo's editable model without actuators."""
     with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
         draft = Path(folder) / "export.xml"
-        model = build_model(mechanism, 1, device="cpu")
+        model = build_model(mechanism, 1, overrides=[BenchOverrides()], device="cpu")
         solver: Any = SolverMuJoCo(model, disable_contacts=True, save_to_mjcf=str(draft))
         text = short_names(draft.read_text(encoding="utf-8"), mechanism)
     spec = newton_s_mujoco().MjSpec.from_string(text)
@@ -51,8 +60,15 @@ def write_mujoco(path: Path, mechanism: Mechanism) -> None:
     for joint, stop in zip(spec.joints, solver.mj_model.jnt_solref, strict=True):
         joint.solref_limit = stop  # the export leaves the end stops at MuJoCo's default
     draw_shapes(spec, mechanism)
-    for tendon in mechanism.tendons:
-        add_motor(spec, tendon.name, tendon.force_limit, direct=tendon.direct)
+    return spec
+
+
+def write_spec(path: Path, spec: Any) -> None:
+    """Write MuJoCo's editable model as MJCF.
+
+    Raises:
+        InvalidOutput: The file cannot be written.
+    """
     spec.compile()
     try:
         path.write_text(spec.to_xml(), encoding="utf-8")

@@ -20,7 +20,7 @@ from hardware.deployment.deploy import Deployment, DeployOutcome, deploy
 from hardware.deployment.deploy_settings import DeploySettings
 from hardware.load_cells.calibration_file import write_calibration
 from hardware.safety_rules.force_estimate import ForceEstimate
-from hardware.safety_rules.safety_guards import Trip
+from hardware.safety_rules.rules_applied import Trip
 from hardware.servos.base import ServoState
 from hardware.stop_request import StopRequest
 from tests.hardware.deploy.policies import policy_of

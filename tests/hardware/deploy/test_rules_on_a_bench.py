@@ -9,7 +9,7 @@ import signal
 import pytest
 
 from hardware.control.keyboard import Keyboard
-from hardware.safety_rules.safety import SAFETY_RULES
+from hardware.safety_rules.rules import SAFETY_RULES
 from hardware.virtual_bench import Faults
 from tests.faults.cases import ALLOWED, CASES, SETTINGS, moments
 from tests.hardware.deploy.runs import Flight, Watching

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from hardware.safety_rules.limits import SafetyLimits
-from hardware.safety_rules.safety import HARDNESS, SAFETY_RULES, Glance
-from hardware.safety_rules.safety_guards import SafetyGuard
-from hardware.safety_rules.safety_limits import DeployLimits, limits_for
+from hardware.safety_rules.bench_limits import SafetyLimits
+from hardware.safety_rules.rule_limits import DeployLimits, limits_for
+from hardware.safety_rules.rules import HARDNESS, SAFETY_RULES, Glance
+from hardware.safety_rules.rules_applied import SafetyGuard
 from hardware.servos import SERVOS
 from tendon_newton.errors import InvalidParameter
 

@@ -13,6 +13,7 @@ from tendon_newton.simulation.hosts.replay import replay, simulated_recording
 from tests.effect_bench import commanded
 from tests.physics.runs import ideal_model, stairs
 from train.refresh.drift import SUSPECTS, find_drift, growth, model_error
+from train.refresh.fit_all_numbers import tune
 from train.refresh.logs import logs_as_dataset
 from train.refresh.outcome import (
     AGREES,
@@ -23,7 +24,6 @@ from train.refresh.outcome import (
     read_drift,
     write_page,
 )
-from train.refresh.tuning import tune
 
 ENCODER, CELL = 1.5e-3, 0.02
 """Noise of encoder [rad] and load cell [N]."""

@@ -26,7 +26,7 @@ from train.reproduction.report import rows_table, write_report
 from train.reproduction.reproduction import MODELS, NotDone, Reproduction
 from train.reproduction.settings import POLICIES, find_settings
 from train.reproduction.steps import policy_stage
-from train.reproduction.steps.stages import STAGES, Stage, run_stages, with_needs
+from train.reproduction.steps.stages import REPRODUCTION_STAGES, Stage, run_stages, with_needs
 from train.reproduction.steps.tip_stage import SINES
 from train.reproduction.unit import Unit, of_benches
 
@@ -281,7 +281,7 @@ def test_stages_bring_what_they_need() -> None:
     assert with_needs(["ramp"]) == {"ramp"}
     with pytest.raises(UnknownName, match="did you mean 'tip'"):
         with_needs(["tips"])
-    assert set(STAGES) == with_needs(tuple(STAGES))
+    assert set(REPRODUCTION_STAGES) == with_needs(tuple(REPRODUCTION_STAGES))
 
 
 def test_an_unknown_stage_is_one_line(

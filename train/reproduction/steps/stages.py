@@ -35,7 +35,7 @@ class Stage:
 
 RECORDINGS = "recordings"
 MODELS = ("networks", "diagnosis", "hybrids")
-STAGES: dict[str, Stage] = {
+REPRODUCTION_STAGES: dict[str, Stage] = {
     RECORDINGS: Stage(title="Recordings", run=recording_stage.run),
     "diagnosis": Stage(title="What the diagnosis finds", run=diagnosis_stage.run),
     "networks": Stage(title="Force networks", run=network_stage.run),
@@ -50,7 +50,9 @@ STAGES: dict[str, Stage] = {
 
 
 def run_stages(
-    reproduction: Reproduction, only: Sequence[str] = (), stages: Mapping[str, Stage] = STAGES
+    reproduction: Reproduction,
+    only: Sequence[str] = (),
+    stages: Mapping[str, Stage] = REPRODUCTION_STAGES,
 ) -> dict[str, Outcome]:
     """Run stages and those that they need; of others, tell what an earlier run found.
 
@@ -96,7 +98,7 @@ async def settled(
     return {name: task.result() for name, task in tasks.items()}
 
 
-def with_needs(names: Sequence[str], stages: Mapping[str, Stage] = STAGES) -> set[str]:
+def with_needs(names: Sequence[str], stages: Mapping[str, Stage] = REPRODUCTION_STAGES) -> set[str]:
     """Return stages and all that they need.
 
     Raises:

@@ -11,7 +11,7 @@ from tests.physics.runs import ideal_model
 from tests.train.refresh.test_drift import FITTED, log_of
 from tests.train.refresh.test_slip import offset_of
 from train.refresh.slip import with_slip
-from train.refresh.turning import slip_since
+from train.refresh.slip_by_reference import slip_since
 
 RADIUS = 0.0125
 """Of the spool [m]."""

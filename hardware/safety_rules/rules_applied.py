@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from hardware.safety_rules.safety import (
+from hardware.safety_rules.rule_limits import DeployLimits
+from hardware.safety_rules.rules import (
     COMMON_RULES,
     HARDNESS,
     SAFETY_RULES,
@@ -14,7 +15,6 @@ from hardware.safety_rules.safety import (
     Mode,
     SafetyRule,
 )
-from hardware.safety_rules.safety_limits import DeployLimits
 
 RECOVERY = 0.1
 """Patience that comes back while a rule is kept, as a share of the patience spent while it is

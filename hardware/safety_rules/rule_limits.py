@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from math import isfinite
 
-from hardware.safety_rules.limits import SafetyLimits
+from hardware.safety_rules.bench_limits import SafetyLimits
 from hardware.servos.base import ServoSpec
 from tendon_newton.errors import InvalidParameter
 

@@ -1,4 +1,4 @@
-"""Limits of a policy: the table of rules, which `safety_guards.py` applies every tick.
+"""Limits of a policy: the table of rules, which `rules_applied.py` applies every tick.
 
 Each rule says what it looks at, the limit, how far that can be passed at all, for how long it must
 be, what happens then and why. A rule whose limit lies beyond what its sensor can say would never
@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from hardware.errors import RuleOutOfReach
-from hardware.safety_rules.safety_limits import SKIP_WINDOW, DeployLimits
+from hardware.safety_rules.rule_limits import SKIP_WINDOW, DeployLimits
 from hardware.safety_rules.sensor_reach import SensorReach
 
 Action = Literal["cut", "hold", "unwind", "off"]
@@ -269,7 +269,7 @@ COMMON_RULES = ("kill", "operator", "log", "policy_failure", "loop_overrun")
 COLLECTION_RULES = tuple(
     rule for rule in SAFETY_RULES if rule.name in ("position_window", "tension", "temperature")
 )
-"""Those whose limits `limits.py` applies while data is collected; each switches the motor off."""
+"""Those that `bench_limits.py` applies while data is collected; each switches the motor off."""
 
 
 def refuse_unreachable(

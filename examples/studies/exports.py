@@ -1,0 +1,177 @@
+"""How far exported models stray from our own simulation: each bench, actuator and effect.
+
+    python -m examples.studies.exports [mujoco ...]
+
+Effects have a number that shows, the standard commands of an export, and our own solver at steps of
+50 us as the truth. The results go to exports.json beside this file; docs/export.md shows them.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.recording import Recording
+from tendon_newton.device_code.quiet import quiet_warp
+from tendon_newton.effects import EFFECTS
+from tendon_newton.exports import EXPORTS
+from tendon_newton.exports.departure import Departure, departure, replayed, standard_runs
+from tendon_newton.simulation.hosts.replay import bench_of, rollout_of
+from tendon_newton.simulation.hosts.rollout import Trajectory
+from tendon_newton.simulation.model.parameter_table import spool_radius_of
+
+RESULTS = Path(__file__).with_suffix(".json")
+TRUTH_STEP = 5.0e-5
+"""Step of our own solver [s]; a quarter of it moves no number below by a hundredth."""
+NETWORK = Path(__file__).parents[2] / "assets/networks/transformer-simulation-paper-0.safetensors"
+IDEAL = {"gain": 4.2, "spool_radius": 0.0125}
+PWM = {
+    "duty_per_rad": 1.0,
+    "max_duty": 0.9,
+    "supply_voltage": 5.0,
+    "torque_constant": 0.4,
+    "resistance": 10.0,
+    "armature": 2.0e-4,
+    "spool_radius": 0.0125,
+}
+LEARNED = {"file": str(NETWORK), "spool_radius": 0.0125}
+SHAFT = {**PWM, "spool_radius": 1.0, "armature": 0.002}
+BENCHES = ("finger", "spring_weak", "spring_strong", "thumb", "pendulum")
+TYPICAL: dict[str, dict[str, float]] = {
+    "command_delay": {"delay": 0.03},
+    "command_rate_limit": {"limit": 3.0},
+    "acceleration_limit": {"limit": 40.0, "speed": 4.0},
+    "starting_duty": {"duty": 0.03},
+    "overload_cut": {"duty": 0.2, "fraction": 0.1, "time": 0.2},
+    "asymmetric_friction": {"winding": 0.7, "unwinding": 0.3},
+    "hysteresis": {"force": 0.6, "travel": 0.0005},
+    "sample_period_error": {"scale": 1.1},
+    "spool_radius_error": {"scale": 1.2},
+    "position_offset": {"angle": 0.1},
+    "tendon_slack": {"length": 0.002},
+    "backlash": {"width": 0.05},
+    "deadband": {"width": 0.05},
+    "gain_error": {"scale": 1.3},
+    "gain_drift": {"rate": 0.03},
+    "force_saturation": {"limit": 3.0},
+    "voltage_sag": {"sag": 0.03},
+    "torque_fade": {"fade": 0.02, "time_constant": 0.7},
+    "actuator_lag": {"time_constant": 0.03},
+    "viscous_friction": {"coefficient": 0.8},
+    "coulomb_friction": {"force": 0.6},
+    "stribeck_friction": {"coulomb_force": 0.4, "static_force": 0.8, "stribeck_velocity": 1.0},
+    "load_dependent_friction": {"coefficient": 0.15},
+    "gear_load_friction": {"coefficient": 0.1},
+    "load_stribeck_friction": {
+        "coefficient": 0.08,
+        "static_coefficient": 0.16,
+        "stribeck_velocity": 1.0,
+    },
+    "holding_friction": {"share": 0.25},
+    "tendon_compliance": {"stiffness": 8000.0},
+    "speed_limit": {"limit": 4.0},
+    "routing_friction": {"exponent": 0.15},
+    "obstruction": {"stiffness": 800.0, "position": 0.6},
+    "joint_stiffness_error": {"scale": 1.2},
+    "spring_stiffening": {"beta": 0.8},
+    "viscoelastic_spring": {"stiffness_ratio": 0.3, "relaxation_time": 0.4},
+    "joint_damping_error": {"scale": 3.0},
+    "joint_dry_friction": {"fraction": 0.05},
+    "inertia_error": {"scale": 2.0},
+    "gravity_misalignment": {"angle": 0.4},
+    "load_cell_delay": {"delay": 0.03},
+    "load_cell_lag": {"time_constant": 0.03},
+    "load_cell_gain": {"scale": 1.1},
+    "load_cell_bias": {"offset": 0.3},
+    "load_cell_drift": {"rate": 0.05},
+}
+"""A number for each effect that shows on the standard commands."""
+TORQUE = {"kp": 0.05, "kd": 0.002, "max_torque": 0.25, "armature": 2.0e-4, "spool_radius": 0.0125}
+ACTUATORS = {"ideal": IDEAL, "pwm_servo": PWM, "pd_torque": TORQUE, "learned": LEARNED}
+
+
+def model_of(bench: str, actuator: str, *effects: str) -> Model:
+    """Return a model of a bench with some effects at their typical numbers."""
+    values: dict[str, Any] = dict(ACTUATORS[actuator])
+    if bench == "pendulum" and actuator == "pwm_servo":
+        values = dict(SHAFT)
+    elif bench == "pendulum":
+        values["spool_radius"] = 1.0
+    return Model(
+        actuator=NamedValues(name=actuator, values=values),
+        effects=tuple(NamedValues(name=name, values=TYPICAL[name]) for name in effects),
+    )
+
+
+def cases(target: str) -> list[tuple[str, str, tuple[str, ...]]]:
+    """Return (bench, actuator, effects of which each is tried alone) for a target."""
+    held = tuple(name for name, kind in EXPORTS[target].coverage.items() if kind != "none")
+    return [
+        (bench, actuator, held if bench == "finger" and actuator in ("ideal", "pwm_servo") else ())
+        for bench in BENCHES
+        for actuator in ACTUATORS
+        if (bench, actuator) != ("pendulum", "learned")  # it has no string whose force was learned
+    ]
+
+
+def truths(
+    bench: str, actuator: str, effects: tuple[str, ...], runs: list[Recording]
+) -> list[list[Trajectory]]:
+    """Return our own simulation without effects, then with each of them, by one kernel."""
+    plain = model_of(bench, actuator)
+    rollout = rollout_of(bench_of(bench, plain), runs, plain, effects=effects, time_step=TRUTH_STEP)
+    models = [plain, *(model_of(bench, actuator, effect) for effect in effects)]
+    return rollout.run(np.stack([rollout.base_vectors(model) for model in models]))
+
+
+def strays(
+    target: str, model: Model, runs: list[Recording], ours: list[Trajectory]
+) -> dict[str, list[float]]:
+    """Return how far each way of running an export strays [mrad, N]."""
+    mechanism = bench_of(runs[0].bench, model)
+    out = {}
+    with tempfile.TemporaryDirectory() as folder:
+        exported = EXPORTS[target].write(Path(folder), mechanism, model)
+        for way in exported.replays:
+            theirs = replayed(EXPORTS[target], exported, way, model, runs)
+            out[way] = in_units(departure(mechanism, theirs, ours))
+    return out
+
+
+def in_units(found: Departure) -> list[float]:
+    """Return a departure in [mrad, N]."""
+    return [round(1e3 * found.angle, 4), round(found.force, 5)]
+
+
+def main(words: list[str]) -> None:
+    """Run the cases of some targets and keep the numbers."""
+    quiet_warp()
+    kept = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.exists() else {}
+    for target in words or list(EXPORTS):
+        rows: list[dict[str, Any]] = []
+        for bench, actuator, effects in cases(target):
+            plain = model_of(bench, actuator)
+            mechanism = bench_of(bench, plain)
+            runs = standard_runs(mechanism, spool_radius_of(plain))
+            known = truths(bench, actuator, effects, runs)
+            for effect, ours in zip((None, *effects), known, strict=True):
+                model = plain if effect is None else model_of(bench, actuator, effect)
+                row: dict[str, Any] = {"bench": bench, "actuator": actuator, "effect": effect}
+                if effect is not None:
+                    row["worth"] = in_units(departure(mechanism, known[0], ours))
+                row |= strays(target, model, runs, ours)
+                rows.append(row)
+                print(target, row, flush=True)
+                kept[target] = rows
+                RESULTS.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    assert set(TYPICAL) == set(EFFECTS)
+    main(sys.argv[1:])

@@ -1,0 +1,195 @@
+"""Why a cause was named or not, in plain sentences, and what would tell.
+
+Scores are in nat per row: a gain of g makes the residuals smaller by the share 1 - exp(-g).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from tendon_newton.diagnosis.accounts.account_file import Account
+from tendon_newton.diagnosis.reporting.report_words import docstring_part, quantity
+from tendon_newton.diagnosis.result import Criterion
+from tendon_newton.diagnosis.search.account import ADDED, BEHIND, HELD_OUT, IN_RANGE, LOSS, TOGETHER
+from tendon_newton.effects import EFFECTS
+
+MANY = 3
+"""Recordings that are told by name."""
+
+
+def sentences(cause: Account) -> list[str]:
+    """Return why a cause was named or not, and what would tell, in the order of reading."""
+    out = [f"{what(cause)} explains {percent(cause.share)} of the gap alone{places(cause)}."]
+    out.append(outcome(cause))
+    out += [criterion_sentence(criterion) for criterion in cause.criteria]
+    if cause.probability is not None:
+        out.append(
+            f"In {percent(cause.probability)} of the draws of blocks of time it passes again."
+        )
+    return [*out, *what_would_tell(cause)]
+
+
+def line(cause: Account) -> str:
+    """Return an account on one line: name, share alone, and what became of it."""
+    return f"{cause.name:28s} {percent(cause.share):>6s}  {short_outcome(cause)}"
+
+
+def what(cause: Account) -> str:
+    """Return a cause with its numbers."""
+    known = {p.name: p for p in EFFECTS[cause.name].parameters} if cause.name in EFFECTS else {}
+    units = {name: parameter.unit for name, parameter in known.items()}
+    numbers = [quantity(value, units.get(name, "1")) for name, value in cause.values.items()]
+    if len(numbers) > 1:
+        numbers = [f"{name} {text}" for name, text in zip(cause.values, numbers, strict=True)]
+    return f"{cause.name} {', '.join(numbers)}".rstrip()
+
+
+def places(cause: Account) -> str:
+    """Say in which recordings a cause acts, as the end of a sentence."""
+    if cause.acts_in is None or not cause.looked_at:
+        return ""
+    count = len(cause.acts_in)
+    if count == cause.looked_at:
+        return f" and acts in all {count} recordings" if count > 1 else ""
+    named = f" ({', '.join(cause.acts_in)})" if 0 < count <= MANY else ""
+    return f" and acts in {count or 'none'} of {cause.looked_at} recordings{named}"
+
+
+def outcome(cause: Account) -> str:
+    """Say whether a cause was named, and by what it was stopped."""
+    if cause.named and cause.rivals:
+        return f"It was named, and the data cannot tell it from {', '.join(cause.rivals)}."
+    if cause.named:
+        return "It was named: it passed everything that is asked."
+    if cause.rival_of:
+        return f"It was not named alone: the data cannot tell it from {', '.join(cause.rival_of)}."
+    if any(c.name == TOGETHER for c in cause.failed):
+        return "It was found and not named: with all causes found too much is left."
+    if cause.at_bound:
+        return (
+            f"It was not named: {', '.join(cause.at_bound)} ended at the edge of the range. "
+            "Something that the range rules out fits better."
+        )
+    if cause.failed:
+        return "It was not named, since it did not pass what is asked:"
+    return "It was not named: another set of causes explains the data at less cost."
+
+
+def short_outcome(cause: Account) -> str:
+    """Say the same in a few words."""
+    if cause.named:
+        return "named" + (f"; or {', '.join(cause.rivals)}" if cause.rivals else "")
+    if cause.rival_of:
+        return f"not told apart from {', '.join(cause.rival_of)}"
+    if cause.at_bound and not any(c.name == TOGETHER for c in cause.failed):
+        return f"{', '.join(cause.at_bound)} at the edge of the range"
+    if cause.failed:
+        criterion = cause.failed[0]
+        return SHORT.get(criterion.name, plainly)(criterion)
+    return "another set explains the data at less cost"
+
+
+def what_would_tell(cause: Account) -> list[str]:
+    """Say what to record to be surer of a cause."""
+    if cause.experiment:
+        return [f"To tell them apart, {cause.experiment}."]
+    if cause.rival_of:
+        return ["To tell them apart, record what the verb experiment proposes."]
+    if cause.named or cause.name not in EFFECTS:
+        return []
+    out = []
+    signature = docstring_part(cause.name, "Signature")
+    if signature:
+        out.append(f"What would tell: recordings that show its mark. Its mark is: {signature}")
+    confused = docstring_part(cause.name, "Confused with")
+    if confused:
+        out.append(f"It is easily confused with: {confused}")
+    if cause.acts_in and len(cause.acts_in) < cause.looked_at:
+        out.append(f"Record more like {cause.acts_in[0]}: there it acts.")
+    return out
+
+
+def not_tried(name: str, *, has_force: bool) -> list[str]:
+    """Say why an effect of the catalogue stands in no account."""
+    effect = EFFECTS[name]
+    if effect.acts_on_cell_only() and not has_force:
+        why = "It changes only what a load cell reads, and the recordings have no force."
+    elif effect.needs_string:
+        why = "It needs a string, a guide or a spool, or something else that these benches lack."
+    else:
+        why = "It cannot act on the benches that were recorded, or the model drives nothing there."
+    return [f"{name} was not tried. {why}"]
+
+
+def criterion_sentence(criterion: Criterion) -> str:
+    """Say what was asked of a cause and what the data say."""
+    return LONG.get(criterion.name, plainly)(criterion)
+
+
+def plainly(criterion: Criterion) -> str:
+    """Say a criterion that has no sentence of its own."""
+    passed = "passed" if criterion.passed else "not passed"
+    return f"{criterion.name}: {criterion.value:.3g}, asked {criterion.bar:.3g}: {passed}."
+
+
+def smaller(gain: float) -> str:
+    """Return by how much a gain in score makes residuals smaller."""
+    return f"{percent(1.0 - math.exp(-gain))} smaller" if gain > 0.0 else "no smaller"
+
+
+def larger(loss: float) -> str:
+    """Return by how much a loss in score makes residuals larger."""
+    if loss > math.log(2.0):
+        return f"{math.exp(min(loss, 20.0)):.2g} times as large"
+    return f"{percent(math.exp(loss) - 1.0)} larger" if loss > 0.0 else "no larger"
+
+
+def percent(share: float) -> str:
+    """Return a share in per cent, one decimal where it is small."""
+    value = 100.0 * share
+    text = f"{value:.1f}" if 0.0 < abs(value) < 1.0 else f"{value:.0f}"
+    return f"{text} %".replace("-", "−")
+
+
+LONG: dict[str, Callable[[Criterion], str]] = {
+    LOSS: lambda c: (
+        f"Beside the other causes it makes the residuals {smaller(c.value)}; "
+        f"{smaller(c.bar)} is asked."
+    ),
+    HELD_OUT: lambda c: (
+        "On parts of the data that no number had seen it makes them "
+        f"{smaller(c.value)}; {smaller(c.bar)} is asked."
+    ),
+    IN_RANGE: lambda c: (
+        "All its numbers lie inside their ranges."
+        if c.passed
+        else "A number ended at the edge of its range: what the range rules out fits better."
+    ),
+    ADDED: lambda c: (
+        f"Added to the causes found, it promises residuals {smaller(c.value)}; "
+        f"{smaller(c.bar)} is asked."
+    ),
+    BEHIND: lambda c: (
+        "In real refits no set without it does better."
+        if c.passed
+        else "In real refits the best set with it was beaten: its residuals, with a price for "
+        f"every cause, are {larger(c.value)}."
+    ),
+    TOGETHER: lambda c: (
+        f"All causes found together leave {percent(c.value)} of the squared error "
+        f"above the noise; at most {percent(c.bar)} may be left."
+    ),
+}
+SHORT: dict[str, Callable[[Criterion], str]] = {
+    LOSS: lambda c: f"residuals {smaller(c.value)}; {smaller(c.bar)} asked",
+    HELD_OUT: lambda c: f"on unseen data residuals {smaller(c.value)}; {smaller(c.bar)} asked",
+    IN_RANGE: lambda _: "a number at the edge of its range",
+    ADDED: lambda c: (
+        f"residuals {smaller(c.value)}; {smaller(c.bar)} asked"
+        if c.value > 0.0
+        else "adds nothing to the causes found"
+    ),
+    BEHIND: lambda c: f"the best set with it was beaten: residuals {larger(c.value)}",
+    TOGETHER: lambda c: f"found, but all causes leave {percent(c.value)}",
+}

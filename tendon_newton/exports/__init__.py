@@ -1,0 +1,29 @@
+"""Identified models carried into other programs: one file a target, one line each in the table.
+
+An export writes files, a page that says how to load them, how far what was written strays from our
+own simulation of the same commands, and what it leaves out.
+"""
+
+from __future__ import annotations
+
+from tendon_newton.errors import unknown_name
+from tendon_newton.exports.base import Exported, ExportTarget
+from tendon_newton.exports.mujoco_target import MUJOCO
+
+EXPORTS: dict[str, ExportTarget] = {
+    "mujoco": MUJOCO,
+}
+
+
+def find_export(name: str) -> ExportTarget:
+    """Return a target of the table.
+
+    Raises:
+        UnknownName: No such target; the message lists the known ones.
+    """
+    if name not in EXPORTS:
+        raise unknown_name("export target", name, EXPORTS)
+    return EXPORTS[name]
+
+
+__all__ = ["EXPORTS", "ExportTarget", "Exported", "find_export"]

@@ -1,0 +1,41 @@
+"""What every target of an export declares, and what an export hands back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+from tendon_newton.data.model_file import Model
+from tendon_newton.data.recording import Recording
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.simulation.hosts.rollout import Trajectory
+
+Coverage = Literal["exact", "approximate", "none"]
+"""Whether a target says what an effect does: as it is, nearly, or not at all."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Exported:
+    """What an export wrote, and how to run it."""
+
+    files: tuple[Path, ...]
+    loading: str
+    """How a user loads the files, in Markdown."""
+    replays: Mapping[str, Callable[[Recording], Trajectory]] = field(default_factory=dict)
+    """Ways in which the target runs what was written, where it is installed: name -> replay."""
+    left_out: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    """Effects of the model that each way of running it does not have."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExportTarget:
+    """One program that an identified model can be carried into."""
+
+    summary: str
+    """What is written and who reads it, in one line."""
+    coverage: Mapping[str, Coverage]
+    """What becomes of each effect of the catalogue."""
+    write: Callable[[Path, Mechanism, Model], Exported]
+    """(folder, bench with the model's own numbers, model) -> what was written."""

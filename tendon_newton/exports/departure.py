@@ -1,0 +1,173 @@
+"""How far two runs of the same commands lie apart, and what an effect that is left out costs."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from tendon_newton.data.excitations import RATE
+from tendon_newton.data.model_file import Model
+from tendon_newton.data.recording import Array, Recording
+from tendon_newton.exports.base import Exported, ExportTarget
+from tendon_newton.mechanisms.geometry.kinematics import tip_position
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.overrides import override_mechanism
+from tendon_newton.simulation.hosts.replay import bench_of, rollout_of
+from tendon_newton.simulation.hosts.rollout import TIME_STEP, Trajectory, rollout_groups
+
+STANDARD_SPAN = (0.1, 0.8)
+"""Share of a bench's range between which the standard commands move."""
+SWING = (-0.5, 0.5)
+"""The same of a bench without end stops [rad]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Departure:
+    """Root mean squares over all rows of all runs."""
+
+    angle: float
+    """Of the motor [rad]."""
+    force: float
+    """At the load cell [N]; of a shaft, a torque [N m]."""
+    tip: float | None
+    """Of the tip [m]; None where the bench has none."""
+
+    @property
+    def text(self) -> str:
+        """Say it in the units of a bench."""
+        tip = "-" if self.tip is None else f"{1e3 * self.tip:.3f} mm"
+        return f"{1e3 * self.angle:.2f} mrad | {self.force:.4f} N | {tip}"
+
+
+def departure(
+    mechanism: Mechanism, one: Sequence[Trajectory], other: Sequence[Trajectory]
+) -> Departure:
+    """Return how far runs of the same commands lie apart."""
+
+    def rms(differences: list[Array]) -> float:
+        return float(np.sqrt(np.mean(np.concatenate([d.ravel() ** 2 for d in differences]))))
+
+    pairs = list(zip(one, other, strict=True))
+    tip = None
+    if mechanism.tip is not None:
+        tip = rms([tips(mechanism, a) - tips(mechanism, b) for a, b in pairs])
+    return Departure(
+        angle=rms([a.motor_position - b.motor_position for a, b in pairs]),
+        force=rms([a.force - b.force for a, b in pairs]),
+        tip=tip,
+    )
+
+
+def tips(mechanism: Mechanism, trajectory: Trajectory) -> Array:
+    """Return where the tip was in each row [m], shape (T, 3)."""
+    return np.array([tip_position(mechanism, q) for q in trajectory.joint_position])
+
+
+def standard_runs(mechanism: Mechanism, radius: float | None = None) -> list[Recording]:
+    """Return commands that tell a servo and its tendon apart, for a bench without recordings.
+
+    They are steps and their return, and a sine, inside the range of the bench.
+
+    Args:
+        mechanism: The bench.
+        radius: Of the spool [m] in place of the asset's.
+    """
+    time = np.arange(round(3.0 * RATE)) / RATE
+    low, high = command_range(mechanism, radius)
+    steps = np.floor(2.0 * time) % 2.0
+    sine = 0.5 - 0.5 * np.cos(1.5 * np.pi * (time - 1.5))
+    share = np.where(time < 1.5, steps, sine)  # 0, 1, 0, then from 0 at 1.5 s
+    command = np.repeat((low + (high - low) * share)[:, None], len(mechanism.tendons), axis=1)
+    return [
+        Recording(
+            name="standard",
+            bench=mechanism.name,
+            time=time,
+            command=command,
+            motor_position=np.zeros_like(command),
+            motor_velocity=np.zeros_like(command),
+        )
+    ]
+
+
+def command_range(mechanism: Mechanism, radius: float | None = None) -> tuple[float, float]:
+    """Return motor angles [rad] inside the range of a bench."""
+    upper = np.array([joint.limits[1] for joint in mechanism.joints])
+    if not np.isfinite(upper).all():
+        return SWING
+    tendon = mechanism.tendons[0]
+    reach = float(np.abs(tendon.moment_arm) @ upper) / (radius or tendon.spool_radius)
+    return STANDARD_SPAN[0] * reach, STANDARD_SPAN[1] * reach
+
+
+def replayed(
+    target: ExportTarget,
+    exported: Exported,
+    way: str,
+    model: Model,
+    recordings: Sequence[Recording],
+) -> list[Trajectory]:
+    """Run recordings in the target; one with numbers of its own is exported anew for that."""
+    out = []
+    for recording in recordings:
+        own = exported
+        if recording.bench_overrides != type(recording.bench_overrides)() or (
+            recording.actuator_overrides
+        ):
+            with tempfile.TemporaryDirectory() as folder:
+                bench = override_mechanism(
+                    bench_of(recording.bench, model), recording.bench_overrides
+                )
+                own = target.write(Path(folder), bench, with_numbers(model, recording))
+                out.append(own.replays[way](recording))
+        else:
+            out.append(own.replays[way](recording))
+    return out
+
+
+def with_numbers(model: Model, recording: Recording) -> Model:
+    """Return a model with the actuator numbers of one recording."""
+    values = {**model.actuator.values, **recording.actuator_overrides}
+    return replace(model, actuator=replace(model.actuator, values=values))
+
+
+def with_and_without(
+    model: Model,
+    recordings: Sequence[Recording],
+    effects: Sequence[str],
+    *,
+    time_step: float = TIME_STEP,
+    trust: bool = False,
+) -> tuple[list[Trajectory], dict[str, list[Trajectory]]]:
+    """Return our own simulation of recordings, and what it is without each of some effects.
+
+    Args:
+        model: Actuator and effects.
+        recordings: Recordings with commands.
+        effects: Effects of the model that are left out, one at a time.
+        time_step: Longest step [s].
+        trust: Whether to trust a force network's file from now on.
+    """
+    full: dict[int, Trajectory] = {}
+    fewer: dict[str, dict[int, Trajectory]] = {name: {} for name in effects}
+    for members in rollout_groups(recordings):
+        group = [recordings[i] for i in members]
+        bench = bench_of(group[0].bench, model)
+        rollout = rollout_of(bench, group, model, time_step=time_step, trust=trust)
+        base = rollout.base_vectors(model)
+        null = rollout.table.null_vector()
+        candidates = [base]
+        for name in effects:
+            columns = list(rollout.table.columns(name))
+            candidates.append(base.copy())
+            candidates[-1][:, columns] = null[columns]
+        first, *others = rollout.run(np.stack(candidates))
+        full.update(zip(members, first, strict=True))
+        for name, runs in zip(effects, others, strict=True):
+            fewer[name].update(zip(members, runs, strict=True))
+    order = range(len(recordings))
+    return [full[i] for i in order], {name: [fewer[name][i] for i in order] for name in effects}

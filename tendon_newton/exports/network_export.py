@@ -1,0 +1,38 @@
+"""The force network of a learned actuator as a file for programs without torch."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tendon_newton.actuators import find_actuator
+from tendon_newton.data.model_file import Model
+from tendon_newton.exports.program import NetworkFacts
+
+NETWORK_FILE = "network.onnx"
+
+
+def exported_network(folder: Path, model: Model) -> tuple[NetworkFacts | None, Model]:
+    """Write a model's force network as ONNX, if it has one.
+
+    Returns:
+        What a program must know to ask it, and the model with the hold law of its card.
+
+    Raises:
+        InvalidNetworkFile: The network's file is damaged.
+        UntrustedNetworkFile: It is a program that the user has not said to trust.
+    """
+    if not find_actuator(model.actuator.name).held:
+        return None, model
+    from tendon_newton.actuators.networks.artifact import load_network
+    from tendon_newton.actuators.networks.onnx_file import write_onnx
+    from tendon_newton.actuators.networks.query import network_file, with_hold
+    from tendon_newton.force_networks.weights_file import network_of_weights
+
+    file = load_network(network_file(model))
+    card = file.card
+    network = network_of_weights(file.path.read_bytes(), card)
+    write_onnx(folder / NETWORK_FILE, network, card)
+    facts = NetworkFacts(
+        file=NETWORK_FILE, rate=card.rate, window=card.window, streaming=card.streaming
+    )
+    return facts, with_hold(model, card.hold)

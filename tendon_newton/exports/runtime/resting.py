@@ -1,0 +1,153 @@
+"""Where a mechanism comes to rest under its servos, friction left out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from tendon_newton.exports.runtime.engine import mujoco
+from tendon_newton.exports.runtime.servos import SETTLED, Now, Servo
+
+SETTLING_STEPS = 400
+"""Most steps towards rest."""
+STRIDE = 0.3
+"""Longest of them [rad, m]."""
+STILL = 1.0e-11
+"""A step that is shorter has arrived [rad, m]."""
+GUIDE_STIFFNESS = 1.0e6
+"""Stiffness [N/m] of the guide that brings a tendon to a measured angle."""
+HALVINGS = 60
+"""Bisections of a balance between two forces."""
+
+
+def balance(excess: Any, low: float, high: float) -> float:
+    """Return where a function that falls from above zero to below it is zero."""
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        if excess(middle) > 0.0:
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)
+
+
+def resting_spool(servo: Servo, now: Now) -> tuple[float, float]:
+    """Return the tension [N] of a rotor's string at rest, and by how much its spool leads [m]."""
+
+    def net(lead: float) -> float:
+        moved = now._replace(lead=lead)
+        pulled = servo.string * max(lead, 0.0) if servo.elastic else 0.0
+        return servo.motor_flow(servo.tendon_at(moved, 0.0))[1][0] - pulled
+
+    if not servo.elastic and (servo.numbers["direct"] or net(0.0) >= 0.0):
+        return net(0.0), 0.0
+    span = 10.0 * servo.radius
+    lead = balance(net, -span, span)
+    return (servo.string * max(lead, 0.0) if servo.elastic else 0.0), lead
+
+
+class Rest:
+    """The search for the rest of a hook's model.
+
+    Args:
+        hook: Whose model it is.
+        target: Motor angles [rad] at which stiff guides hold it, None for its own servos.
+    """
+
+    def __init__(self, hook: Any, target: Any = None) -> None:
+        self.hook, self.target = hook, target
+
+    def nows(self) -> list[Now]:
+        """Return the present of each tendon after everything has come to rest."""
+        return [now._replace(elapsed=SETTLED, velocity=0.0) for now in self.hook.now_of(0.0)]
+
+    def torque(self, q: Any) -> Any:
+        """Return what moves the joints at a place [N m]."""
+        hook = self.hook
+        hook.data.qpos[hook.places] = q
+        hook.data.qvel[hook.dofs] = 0.0
+        mujoco.mj_step1(hook.model, hook.data)
+        out = -hook.data.qfrc_bias.copy()
+        for joint, place, dof in zip(hook.joints, hook.places, hook.dofs, strict=True):
+            joint.position, joint.velocity = float(hook.data.qpos[place]), 0.0
+            joint.elapsed = SETTLED
+            spring, _ = hook.own_torques(joint)
+            over = max(joint.position - joint.upper, 0.0) + min(joint.position - joint.lower, 0.0)
+            out[dof] += spring[0] - joint.stop_stiffness * over
+        for d, (servo, now) in enumerate(zip(hook.servos, self.nows(), strict=True)):
+            out += hook.arms()[d] * self.pull(d, servo, now)
+        return out[hook.dofs]
+
+    def pull(self, d: int, servo: Servo, now: Now) -> float:
+        """Return the pull [N] of a tendon at rest."""
+        if self.target is not None:
+            angle, _ = servo.motor_flow(servo.tendon_at(now, 0.0))
+            radius = servo.numbers["spool_radius"]
+            return GUIDE_STIFFNESS * radius * (self.target[d] - angle[0])
+        if servo.rotor:
+            return servo.guided(resting_spool(servo, now)[0], now, 0.0)
+        return servo.flow(now, 0.0).pull[0]
+
+    def slope(self, q: Any, torque: Any, width: float = 1.0e-7) -> Any:
+        """Return how the torques change with the joints [N m/rad]."""
+        columns = []
+        for j in range(len(q)):
+            moved = q.copy()
+            moved[j] += width
+            columns.append((self.torque(moved) - torque) / width)
+        return np.array(columns).T
+
+    def find(self) -> None:
+        """Bring the model to rest, and every memory with it."""
+        hook = self.hook
+        q = np.array([min(max(j.rest, j.lower), j.upper) for j in hook.joints])
+        pace = 3.0e-3
+        here = self.torque(q)
+        for _ in range(SETTLING_STEPS):
+            mass = self.mass()
+            move = np.linalg.solve(mass / pace**2 - self.slope(q, here), here)
+            move *= min(1.0, STRIDE / max(float(np.abs(move).max()), STRIDE))
+            there = self.not_through_stops(q, q + move)
+            if np.abs(there - q).max() <= STILL and pace > 1.0:
+                break
+            ahead = self.torque(there)
+            work = here @ (there - q)
+            if work > 0.0 and ahead @ (there - q) >= -0.5 * work:
+                q, pace = there, min(2.0 * pace, 10.0)
+                self.relax()
+                here = self.torque(q)
+            elif np.abs(there - q).max() <= STILL:
+                break
+            else:
+                pace *= 0.4
+        self.torque(q)
+        self.relax()
+
+    def mass(self) -> Any:
+        """Return the mass matrix of the joints [kg m2]."""
+        model, data = self.hook.model, self.hook.data
+        answer = np.zeros((model.nv, model.nv))
+        mujoco.mj_solveM(model, data, answer, np.eye(model.nv))
+        return np.linalg.inv(answer)[np.ix_(self.hook.dofs, self.hook.dofs)]
+
+    def not_through_stops(self, q: Any, there: Any) -> Any:
+        """Return where a step leads that is cut at the end stops that it would meet."""
+        for j, joint in enumerate(self.hook.joints):
+            if q[j] <= joint.upper < there[j]:
+                there[j] = joint.upper + 1.0e-6
+            if q[j] >= joint.lower > there[j]:
+                there[j] = joint.lower - 1.0e-6
+        return there
+
+    def relax(self) -> None:
+        """Let every memory and every spool follow to where the mechanism is."""
+        hook = self.hook
+        for d, (servo, now) in enumerate(zip(hook.servos, self.nows(), strict=True)):
+            servo.memory = servo.renewed(now, 0.0)
+            if self.target is None and servo.rotor and not servo.numbers["direct"]:
+                _, lead = resting_spool(servo, now)
+                hook.lead[d] = lead
+                hook.slack[d] = servo.elastic or lead < 0.0
+        for joint in hook.joints:
+            hook.renew_strain(joint)

@@ -1,0 +1,549 @@
+"""MuJoCo stepped with what its model file cannot say: the hook of an exported model."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from types import SimpleNamespace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tendon_newton.exports.runtime.engine import mujoco
+from tendon_newton.exports.runtime.jets import Jet, renew, staged
+from tendon_newton.exports.runtime.resting import Rest, balance
+from tendon_newton.exports.runtime.servos import Flow, Now, Servo
+
+INSTANT = 1.0e-6
+"""Instants [s] closer than this are one."""
+STICKING = (0.9999, 0.99999, 1.0e-4, 0.5, 2.0)
+"""MuJoCo's `solimp` of dry friction with which it creeps least."""
+REMEMBERED = 1.0
+"""For how long commands and readings are kept [s]; nothing is later."""
+
+
+class Hold(NamedTuple):
+    """The sides of a tendon's motion: between them it may be held."""
+
+    least: Flow
+    most: Flow
+    sides: tuple[float, float]
+    lower: float
+    """Least pull on the mechanism [N]."""
+    upper: float
+    speed: float
+    """Rate of the excursion [m/s] at which it would be held."""
+
+
+class Reading(NamedTuple):
+    """What the bench reports, one number per tendon."""
+
+    angle: list[float]
+    """Motor angle [rad]."""
+    angle_rate: list[float]
+    """Motor speed [rad/s]."""
+    force: list[float]
+    """What the load cell shows [N]."""
+    tension: list[float]
+    """What it would show if it were perfect [N]."""
+
+
+class Hook:
+    """Steps a MuJoCo model whose tendons are pulled by identified servos.
+
+    Write the desired motor angles [rad] into `command` whenever they change, then call `step`.
+    `read` returns what encoders and load cells report just after the command took effect.
+
+    The hook takes over end stops, springs, dampers and dry friction of the joints that it knows:
+    it solves them as the identified model does, implicitly where they are stiff, by an inertia of
+    step times damping beside each.
+
+    Args:
+        model: The exported model, or a scene that holds its bodies and tendons.
+        data: Its state.
+        servos: One per tendon.
+        joints: What the model says of the joints.
+        stages: Effects on joints, on the log and on the load cell.
+        spring_memories: How many numbers they remember of each joint.
+        network: Force network of a learned actuator, None of an equation.
+    """
+
+    def __init__(
+        self,
+        model: Any,
+        data: Any,
+        servos: list[Servo],
+        joints: list[Any],
+        stages: dict[str, Any],
+        spring_memories: int = 0,
+        network: Any = None,
+    ) -> None:
+        self.spring_memories = spring_memories
+        self.model, self.data, self.servos, self.network = model, data, servos, network
+        self.joints = [SimpleNamespace(index=j, **row) for j, row in enumerate(joints)]
+        self.stages = stages
+        self.places = [int(model.joint(joint.name).qposadr[0]) for joint in self.joints]
+        self.dofs = [int(model.joint(joint.name).dofadr[0]) for joint in self.joints]
+        self.tendons = [int(model.tendon(servo.numbers["name"]).id) for servo in servos]
+        self.command = np.zeros(len(servos))
+        self.voltage, self.enabled = 0.0, 1.0
+        self.period = staged(1.0, stages["period"])
+        self.cell_lag = staged(0.0, stages["cell_lag"])
+        self.cell_is_slow = self.cell_lag > 0.0 or staged(0.0, stages["cell_clock"]) != 0.0
+        self.own_armature = model.dof_armature.copy()
+        self.take_over()
+        self.reset(self.command)
+
+    def take_over(self) -> None:
+        """Leave to MuJoCo's own forces only what the hook does not give."""
+        model = self.model
+        model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
+        model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_EULERDAMP
+        # islands have copies of the constraints, which the hook's numbers would not reach
+        model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND
+        for joint, dof in zip(self.joints, self.dofs, strict=True):
+            number = model.joint(joint.name).id
+            model.jnt_limited[number] = 0
+            model.jnt_stiffness[number] = 0.0
+            model.dof_damping[dof] = 0.0
+            friction = staged(joint.friction, self.stages["joint_friction"], joint)
+            model.dof_frictionloss[dof] = friction
+            model.dof_solimp[dof] = STICKING
+        for servo, tendon in zip(self.servos, self.tendons, strict=True):
+            motor = model.actuator(servo.numbers["name"]).id
+            model.actuator_gaintype[motor] = mujoco.mjtGain.mjGAIN_FIXED
+            model.actuator_biastype[motor] = mujoco.mjtBias.mjBIAS_NONE
+            model.actuator_dyntype[motor] = mujoco.mjtDyn.mjDYN_NONE
+            model.actuator_gainprm[motor] = 0.0
+            model.tendon_damping[tendon] = 0.0
+            model.tendon_armature[tendon] = 0.0
+            model.tendon_solimp_fri[tendon] = STICKING
+            holds = servo.dry or servo.greatest_speed < math.inf
+            model.tendon_frictionloss[tendon] = 1.0 if holds else 0.0  # renewed in every step
+
+    # ---- the state
+
+    def reset(self, command: Any, angle: Any = None, rate: Any = None) -> None:
+        """Put the model at rest under a command, friction left out, every memory relaxed.
+
+        Args:
+            command: Desired motor angles [rad], one per tendon.
+            angle: Motor angles [rad] at which it is held instead.
+            rate: Motor speeds [rad/s] at which it starts then.
+        """
+        self.command[:] = command
+        self.time = 0.0
+        self.data.time = 0.0
+        self.edges = [(-math.inf, self.command.copy())]
+        self.lead = np.zeros(len(self.servos))
+        self.lead_rate = np.zeros(len(self.servos))
+        self.slack = [servo.elastic for servo in self.servos]
+        self.strain = [[0.0] * self.spring_memories for _ in self.joints]
+        self.bow = [0.0] * len(self.servos)
+        self.carried = [0.0] * len(self.servos)
+        self.next_query = 0.0
+        for servo in self.servos:
+            servo.memory = [0.0] * len(servo.memory)
+        self.data.qvel[self.dofs] = 0.0
+        rest = Rest(self, angle)
+        rest.find()
+        if self.network is not None:
+            self.balance_network(rest)
+        if rate is not None:
+            arms = self.arms()[:, self.dofs]
+            for arm, servo, speed in zip(arms, self.servos, rate, strict=True):
+                self.data.qvel[self.dofs] += arm * (speed * servo.radius / (arm @ arm))
+        mujoco.mj_step1(self.model, self.data)
+        self.tension = self.solved_tension()
+        self.cells = deque([(-math.inf, list(self.tension)), (0.0, list(self.tension))])
+
+    def excursions(self) -> tuple[list[float], list[float]]:
+        """Return how much of each tendon is wound in [m] and its rate [m/s]."""
+        length = [
+            s.numbers["sign"] * float(self.data.ten_length[t]) + s.numbers["offset"]
+            for s, t in zip(self.servos, self.tendons, strict=True)
+        ]
+        rate = [
+            s.numbers["sign"] * float(self.data.ten_velocity[t])
+            for s, t in zip(self.servos, self.tendons, strict=True)
+        ]
+        return length, rate
+
+    def arms(self) -> Any:
+        """Return the moment arms of all tendons [m], positive closes, shape (D, nv)."""
+        model, data = self.model, self.data
+        out = np.zeros((len(self.servos), model.nv))
+        for row, (servo, tendon) in enumerate(zip(self.servos, self.tendons, strict=True)):
+            first, count = model.ten_J_rowadr[tendon], model.ten_J_rownnz[tendon]
+            columns = model.ten_J_colind[first : first + count]
+            out[row, columns] = servo.numbers["sign"] * data.ten_J[first : first + count]
+        return out
+
+    # ---- commands
+
+    def note_command(self) -> None:
+        """Keep a command that has changed."""
+        if not np.array_equal(self.edges[-1][1], self.command):
+            self.edges.append((self.time, self.command.copy()))
+            while len(self.edges) > 2 and self.edges[1][0] < self.time - REMEMBERED:
+                del self.edges[0]
+
+    def command_at(self, instant: float) -> Any:
+        """Return the command [rad] in force at an instant [s]."""
+        return next(c for t, c in reversed(self.edges) if t <= instant + INSTANT)
+
+    def command_mean(self, d: int, start: float, end: float) -> float:
+        """Return the mean command [rad] of a tendon between two instants [s]."""
+        total, upper = 0.0, end
+        for edge, command in reversed(self.edges):
+            if edge < upper - 1.0e-12:
+                total += (upper - max(edge, start)) * command[d]
+                upper = max(edge, start)
+            if upper <= start + 1.0e-12:
+                break
+        return float(total / (end - start))
+
+    def now_of(self, h: float, velocity: Any = None) -> list[Now]:
+        """Return the present of each tendon, under its mean command over the next h [s]."""
+        self.note_command()
+        length, rate = self.excursions()
+        out = []
+        for d, servo in enumerate(self.servos):
+            start = servo.clock(self.time)
+            asked = (
+                self.command_mean(d, start, servo.clock(self.time + h))
+                if h > 0.0
+                else self.command_at(start)[d]
+            )
+            out.append(
+                Now(
+                    time=self.time,
+                    command=float(asked),
+                    length=length[d],
+                    velocity=rate[d],
+                    lead=float(self.lead[d]),
+                    lead_rate=float(self.lead_rate[d]),
+                    carried=self.carried[d],
+                    voltage=self.voltage,
+                    enabled=self.enabled,
+                )
+            )
+        return out
+
+    # ---- forces
+
+    def joint_torques(self, h: float) -> Any:
+        """Return springs, dampers and stops [N m], and note what makes them implicit."""
+        out = np.zeros(self.model.nv)
+        for joint, place, dof in zip(self.joints, self.places, self.dofs, strict=True):
+            joint.position = float(self.data.qpos[place])
+            joint.velocity = float(self.data.qvel[dof])
+            joint.elapsed = 0.0
+            spring, damper = self.own_torques(joint)
+            out[dof] += spring[0] + damper[0]
+            damping = -damper[2]
+            bound = joint.upper if joint.position > joint.upper else joint.lower
+            push = joint.stop_stiffness * (joint.position - bound)
+            push += joint.stop_damping * joint.velocity
+            beyond = 1.0 if bound == joint.upper else -1.0
+            if not joint.lower <= joint.position <= joint.upper and push * beyond > 0.0:
+                out[dof] -= push
+                damping += joint.stop_damping
+            self.model.dof_armature[dof] = self.own_armature[dof] + h * damping
+        return out
+
+    def own_torques(self, joint: Any) -> tuple[Jet, Jet]:
+        """Return the torques of a joint's spring and damper [N m]."""
+        spring = Jet(-joint.stiffness * (joint.position - joint.rest), -joint.stiffness)
+        damper = Jet(-joint.damping * joint.velocity, 0.0, -joint.damping)
+        memory = self.strain[joint.index]
+        return (
+            staged(spring, self.stages["spring"], joint, memory=memory),
+            staged(damper, self.stages["damping"], joint),
+        )
+
+    def hold_of(self, servo: Servo, now: Now, loose: bool) -> Hold:
+        """Return between what a tendon may be held, and where its motion is nearest to that."""
+        rate, bound = now.velocity, servo.greatest_speed
+        sides, speed = (1.0, -1.0), 0.0
+        if rate > 0.5 * bound:
+            sides, speed = (2.0, 1.0), bound
+        if rate < -0.5 * bound:
+            sides, speed = (-1.0, -2.0), -bound
+        least = servo.flow(now, sides[0])
+        most = least if not (servo.dry or speed) else servo.flow(now, sides[1])
+        lower, upper = least.pull[0], most.pull[0]
+        if loose:
+            _, _, tension = servo.spool_flow(now, 0.0)
+            lower, upper = (servo.guided(tension, now, side) for side in (1.0, -1.0))
+        return Hold(least, most, sides, lower, max(upper, lower), speed)
+
+    def prepare(self, nows: list[Now], h: float) -> list[Hold]:
+        """Give MuJoCo the forces of the step to come; `mj_step1` has been called."""
+        data = self.data
+        applied = self.joint_torques(h)
+        arms = self.moment_arms = self.arms()
+        holds = []
+        rows = self.rows = self.friction_rows()
+        for d, (servo, now) in enumerate(zip(self.servos, nows, strict=True)):
+            loose = self.slack[d]
+            hold = self.hold_of(servo, now, loose)
+            holds.append(hold)
+            applied += arms[d] * (0.5 * (hold.lower + hold.upper))
+            self.next_inertia(d, servo, now, hold, h)
+            row = rows.get(self.tendons[d])
+            if row is not None:
+                data.efc_frictionloss[row] = 0.5 * (hold.upper - hold.lower)
+                sign = servo.numbers["sign"]
+                data.efc_aref[row] = sign * (hold.speed - now.velocity) / h
+        for dof, joint_row in self.joint_rows.items():
+            data.efc_aref[joint_row] = -data.qvel[dof] / h
+        data.qfrc_applied[:] = applied
+        return holds
+
+    def next_inertia(self, d: int, servo: Servo, now: Now, hold: Hold, h: float) -> None:
+        """Note for the next step what a tendon's rotor and its damping add to the inertia."""
+        flow = hold.least if now.velocity >= hold.speed else hold.most
+        inertia = 0.0
+        if not self.slack[d]:
+            inertia = servo.inertia * flow.pull_gain
+            inertia += h * max(0.0, -0.5 * (hold.least.pull[2] + hold.most.pull[2]))
+        self.model.tendon_armature[self.tendons[d]] = inertia
+
+    def friction_rows(self) -> dict[int, int]:
+        """Return the constraint row of each tendon's dry friction, and note those of joints."""
+        of_joint = int(mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF)
+        of_tendon = int(mujoco.mjtConstraint.mjCNSTR_FRICTION_TENDON)
+        first, count = self.data.ne, self.data.nf
+        kinds = self.data.efc_type[first : first + count].tolist()
+        numbers = self.data.efc_id[first : first + count].tolist()
+        rows = list(zip(kinds, numbers, range(first, first + count), strict=True))
+        self.joint_rows = {number: row for kind, number, row in rows if kind == of_joint}
+        return {number: row for kind, number, row in rows if kind == of_tendon}
+
+    def tensions(self, nows: list[Now], holds: list[Hold]) -> tuple[list[float], list[float]]:
+        """Return the true tensions [N] once MuJoCo has solved, and where each tendon is held.
+
+        The share is 0 at its least pull and 1 at its most.
+        """
+        arms, rows = self.moment_arms, self.rows
+        out, shares = [], []
+        for d, (servo, now, hold) in enumerate(zip(self.servos, nows, holds, strict=True)):
+            row = rows.get(self.tendons[d])
+            share, span = 0.5, hold.upper - hold.lower
+            if row is not None and span > 0.0:
+                share = 0.5 + servo.numbers["sign"] * self.data.efc_force[row] / span
+            shares.append(min(max(share, 0.0), 1.0))
+            if self.slack[d]:
+                out.append(servo.spool_flow(now, 0.0)[2])
+                continue
+            low, high = hold.least, hold.most
+            tension = low.tension[0] + shares[-1] * (high.tension[0] - low.tension[0])
+            if servo.rotor:
+                gain = low.tension_gain + shares[-1] * (high.tension_gain - low.tension_gain)
+                rate = float(arms[d] @ self.data.qacc) + self.bow[d]
+                tension -= gain * servo.inertia * rate
+                slides = span <= 0.0 or not 0.0 < shares[-1] < 1.0
+                if servo.numbers["direct"]:
+                    self.carried[d] = low.motor[0] - servo.inertia * rate if slides else 0.0
+            out.append(tension)
+        return out, shares
+
+    # ---- stepping
+
+    def step(self) -> None:
+        """Advance by the model's time step."""
+        h = self.model.opt.timestep
+        self.ask_network()
+        nows = self.now_of(h)
+        holds = self.prepare(nows, h)
+        mujoco.mj_step2(self.model, self.data)
+        self.note_cells()
+        self.tension, shares = self.tensions(nows, holds)
+        was_slack = list(self.slack)
+        self.let_go()
+        answer = self.moment_arms @ self.data.qacc
+        self.time += h
+        mujoco.mj_step1(self.model, self.data)
+        _, rate = self.excursions()
+        change = [(r - now.velocity) / h for r, now in zip(rate, nows, strict=True)]
+        self.bow = [c - a for c, a in zip(change, answer, strict=True)]
+        for d, servo in enumerate(self.servos):
+            if was_slack[d]:
+                self.move_spool(d, servo, nows[d], h)
+        self.remember(nows, change, holds, shares, h)
+
+    def let_go(self) -> None:
+        """Let the strings go that would have to push a rotor."""
+        for d, servo in enumerate(self.servos):
+            if servo.rotor and not self.slack[d] and self.tension[d] < servo.least:
+                self.slack[d] = True
+                self.lead[d] = self.lead_rate[d] = self.tension[d] = 0.0
+                self.model.tendon_armature[self.tendons[d]] = 0.0
+
+    def remember(
+        self, nows: list[Now], change: list[float], holds: list[Hold], shares: list[float], h: float
+    ) -> None:
+        """Renew what effects remember, at the end of a step."""
+        length, rate = self.excursions()
+        for d, servo in enumerate(self.servos):
+            if servo.memory:
+                now = nows[d]._replace(
+                    time=self.time,
+                    length=length[d],
+                    velocity=rate[d],
+                    acceleration=change[d],
+                    lead=float(self.lead[d]),
+                    lead_rate=float(self.lead_rate[d]),
+                    elapsed=h,
+                )
+                least, most = (servo.renewed(now, side) for side in holds[d].sides)
+                servo.memory = [a + shares[d] * (b - a) for a, b in zip(least, most, strict=True)]
+        for joint, place, dof in zip(self.joints, self.places, self.dofs, strict=True):
+            joint.position = float(self.data.qpos[place])
+            joint.velocity = float(self.data.qvel[dof])
+            joint.elapsed = h
+            self.renew_strain(joint)
+
+    def renew_strain(self, joint: Any) -> None:
+        """Renew what effects remember of a joint."""
+        kept = self.strain[joint.index]
+        renew(Jet(0.0), self.stages["remember_spring"], joint, list(kept), kept)
+
+    def move_spool(self, d: int, servo: Servo, now: Now, h: float) -> None:
+        """Turn a spool whose string is slack or stretches; catch one that has wound it in."""
+        length, rate = self.excursions()
+        after = self.spool_speed(servo, now, now.velocity + now.lead_rate, h)
+        self.lead[d] = now.length + now.lead + h * after - length[d]
+        self.lead_rate[d] = after - rate[d]
+        if not servo.elastic and self.lead[d] > 0.0:
+            self.catch(d, servo, after)
+
+    def spool_speed(self, servo: Servo, now: Now, speed: float, h: float) -> float:
+        """Return a free spool's speed [m/s] after a step; dry friction may hold it."""
+        bound = servo.greatest_speed
+        damping = h * max(0.0, -servo.motor_flow(servo.tendon_at(now, 0.0))[1][2])
+        inertia = servo.inertia + damping
+        inward = speed + h * servo.spool_flow(now, 1.0)[1] / inertia
+        outward = speed + h * servo.spool_flow(now, -1.0)[1] / inertia
+        after = 0.0
+        if inward > 0.0 and (speed >= 0.0 or outward > 0.0):
+            after = inward if speed >= 0.0 else 0.0
+        if outward < 0.0 and (speed <= 0.0 or inward < 0.0):
+            after = outward if speed <= 0.0 else 0.0
+        if not servo.dry:
+            after = inward
+        return min(max(after, -bound), bound)
+
+    def catch(self, d: int, servo: Servo, speed: float) -> None:
+        """Let a string without slack stop its spool, without bounce."""
+        arm = self.arms()[d]
+        answer = np.zeros((1, self.model.nv))
+        mujoco.mj_solveM(self.model, self.data, answer, arm[None])
+        difference = speed - arm @ self.data.qvel
+        share = servo.inertia * difference / (1.0 + servo.inertia * arm @ answer[0])
+        self.data.qvel[:] += answer[0] * share
+        self.slack[d] = False
+        self.lead[d] = self.lead_rate[d] = 0.0
+        flow = servo.flow(self.now_of(0.0)[d], 1.0)
+        self.model.tendon_armature[self.tendons[d]] = servo.inertia * flow.pull_gain
+        mujoco.mj_step1(self.model, self.data)
+
+    # ---- what the bench reports
+
+    def solved_tension(self) -> list[float]:
+        """Return the true tensions [N] just after a command, which MuJoCo solves for."""
+        tension: list[float] = []
+        for _ in range(2 if any(s.rotor and s.numbers["direct"] for s in self.servos) else 1):
+            nows = self.now_of(0.0)  # the second knows what a shaft carries
+            holds = self.prepare(nows, self.model.opt.timestep)
+            mujoco.mj_fwdActuation(self.model, self.data)
+            mujoco.mj_fwdAcceleration(self.model, self.data)
+            mujoco.mj_fwdConstraint(self.model, self.data)
+            tension, _ = self.tensions(nows, holds)
+        return [max(t, s.least) for t, s in zip(tension, self.servos, strict=True)]
+
+    def read(self) -> Reading:
+        """Return what encoders and load cells report just after a command took effect."""
+        self.ask_network()
+        tension = self.solved_tension()
+        angle, rate, force = [], [], []
+        at = staged(self.time, self.stages["cell_clock"])
+        for d, (servo, now) in enumerate(zip(self.servos, self.now_of(0.0), strict=True)):
+            side = 1.0 if now.velocity + now.lead_rate >= 0.0 else -1.0
+            kept = servo.memory
+            servo.memory = servo.renewed(now, side)
+            reported = servo.reported_angle(now, side, tension[d])
+            servo.memory = kept
+            angle.append(reported[0])
+            rate.append(reported[1] * (now.velocity + now.lead_rate))
+            true = self.cell_value(d, at) if self.cell_is_slow else tension[d]
+            force.append(staged(true, self.stages["cell"], self.time))
+        return Reading(angle, rate, force, tension)
+
+    def note_cells(self) -> None:
+        """Keep what slow cells showed at the start of a step."""
+        if not self.cell_is_slow:
+            return
+        shown = [self.lagged_cell(d, self.time) for d in range(len(self.servos))]
+        self.cells.append((self.time, shown))
+        while len(self.cells) > 2 and self.cells[1][0] < self.time - REMEMBERED:
+            self.cells.popleft()
+
+    def lagged_cell(self, d: int, instant: float) -> float:
+        """Return what a cell's lag makes of the present tension by an instant [s]."""
+        since, shown = self.cells[-1]
+        if self.cell_lag <= 0.0:
+            return self.tension[d]
+        kept = math.exp(-(instant - max(since, 0.0)) / self.cell_lag)
+        return self.tension[d] + kept * (shown[d] - self.tension[d])
+
+    def cell_value(self, d: int, instant: float) -> float:
+        """Return what a cell's lag makes of the tension by a past instant [s]."""
+        if instant >= self.cells[-1][0]:
+            return self.lagged_cell(d, instant)
+        for k in range(len(self.cells) - 1, 0, -1):
+            (start, before), (end, after) = self.cells[k - 1], self.cells[k]
+            if start <= instant:
+                share = 1.0 if end - start == math.inf else (instant - start) / (end - start)
+                return before[d] + share * (after[d] - before[d])
+        return self.cells[0][1][d]
+
+    # ---- a force network
+
+    def ask_network(self) -> None:
+        """Show the network the present, whenever its own period has passed, and hold its answer."""
+        if self.network is None or self.time < self.next_query - INSTANT:
+            return
+        self.next_query += 1.0 / self.network.rate
+        self.network.show(self.samples())
+        self.hold_answers(self.network.ask())
+
+    def samples(self) -> Any:
+        """Return what the network is shown of each servo: angles [rad] and speed, shape (D, 3)."""
+        tension = self.solved_tension()
+        out = []
+        for d, (servo, now) in enumerate(zip(self.servos, self.now_of(0.0), strict=True)):
+            reported = servo.reported_angle(now, 1.0, tension[d])
+            asked = servo.asked_angle(now, reported[0])
+            out.append((asked, reported[0], reported[1] * now.velocity))
+        return np.array(out, dtype=np.float32)
+
+    def hold_answers(self, forces: Any) -> None:
+        """Hold the network's forces [N] from now on."""
+        for servo, now, force in zip(self.servos, self.now_of(0.0), forces, strict=True):
+            servo.hold_force(float(force), now)
+
+    def balance_network(self, rest: Rest) -> None:
+        """Find the force that the network gives where that very force holds the mechanism."""
+        least = max(self.servos[0].least, -self.servos[0].limit)
+
+        def excess(force: float) -> float:
+            self.hold_answers([force] * len(self.servos))
+            rest.find()
+            self.network.fill(self.samples())
+            answer = float(self.network.ask()[0])
+            return min(max(answer, least), self.servos[0].limit) - force
+
+        balance(excess, least, self.servos[0].limit)
+        self.network.fill(self.samples())

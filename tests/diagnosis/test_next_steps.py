@@ -1,0 +1,168 @@
+"""Where a gap is left the answer says what came closest, what stopped it, and what to do."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from tendon_newton.cli.diagnose import summary
+from tendon_newton.data.dataset import Dataset, load_dataset
+from tendon_newton.data.model_file import Model, NamedValues, load_model, write_model
+from tendon_newton.data.recording import Recording
+from tendon_newton.diagnosis.accounts.next_steps import (
+    better_start,
+    came_closest,
+    next_steps,
+    to_record,
+)
+from tendon_newton.diagnosis.accounts.suspect_data import suspects
+from tendon_newton.diagnosis.explanation import Setting
+from tendon_newton.diagnosis.reporting.report import write_report
+from tendon_newton.diagnosis.result import CandidateScore, Criterion, Errors
+from tendon_newton.diagnosis.search.account import ADDED, TOGETHER
+from tendon_newton.identification.study import Study
+from tests.diagnosis.made_up import COEFFICIENT, EXAMPLE, beginning, diagnosis, evidence
+
+KILOGRAM_FORCE = 0.102  # [kgf] in one newton
+
+
+def springs() -> list[Recording]:
+    """Beginnings of the example's recordings of springs, five of them."""
+    dataset = load_dataset(EXAMPLE)
+    every = (*dataset.train, *dataset.test)
+    return [beginning(r, force=True) for r in every if r.bench.startswith("spring")]
+
+
+def told(recordings: Sequence[Recording]) -> list[str]:
+    """Return what is suspect of recordings, under the model that is right for the bench."""
+    model = load_model(EXAMPLE / "model.toml")
+    study = Study(recordings, model, ("viscous_friction",), time_step=1e-3)
+    (column,) = study.table.columns("viscous_friction")
+    return [suspect.text for suspect in suspects(study, model, {column: COEFFICIENT})]
+
+
+def test_good_data_are_not_suspect() -> None:
+    """Five recordings of two springs, as they were made."""
+    assert told(springs()) == []
+
+
+def test_a_force_in_another_unit_is_called_that() -> None:
+    """The one in kgf is named, with the unit; the others are not."""
+    first, *others = springs()
+    assert first.force is not None
+    said = told([replace(first, force=KILOGRAM_FORCE * first.force), *others])
+    unit = [text for text in said if "kgf in place of N?" in text]
+    assert len(unit) == 1
+    assert unit[0].startswith(first.name)
+
+
+def test_a_recording_of_another_bench_is_found_with_its_bench() -> None:
+    """A strong spring that its entry calls a weak one stands apart, and fits where it belongs."""
+    recordings = springs()
+    strong = next(i for i, r in enumerate(recordings) if r.bench == "spring_strong")
+    recordings[strong] = replace(recordings[strong], bench="spring_weak")
+    (said,) = told(recordings)
+    assert said.startswith(f"{recordings[strong].name} stands apart")
+    assert "As a recording of spring_strong it fits" in said
+
+
+def test_two_runs_that_contradict_each_other_are_both_named() -> None:
+    """The same command on the same bench, 50 mrad apart."""
+    first, *others = springs()
+    moved = replace(first, name="again.csv", motor_position=first.motor_position + 0.05)
+    said = [text for text in told([first, moved, *others]) if "contradict" in text]
+    assert len(said) == 1
+    assert said[0].startswith(f"{first.name} and again.csv have the same bench")
+    assert "differ by 50 mrad" in said[0]
+
+
+def test_the_set_that_came_closest_is_told_with_what_stopped_it() -> None:
+    """45 % are left and at most 20 % may be."""
+    stop = Criterion(name=TOGETHER, value=0.45, bar=0.2, passed=False)
+    scores = (
+        CandidateScore(name="command_delay", score=0.4, values={"delay": 0.02}, criteria=(stop,)),
+        CandidateScore(name="backlash", score=0.5, values={"width": 0.1}, criteria=()),
+    )
+    (said,) = came_closest(replace(diagnosis("unexplained"), candidates=scores))
+    assert said.startswith("command_delay 20.0 ms came closest")
+    assert "45 % of the squared error above the noise is left, and at most 20 % may be" in said
+
+
+def test_without_a_set_the_best_single_causes_are_told() -> None:
+    """Those that explain a tenth or more, each with its reason."""
+    refused = (Criterion(name=ADDED, value=0.05, bar=0.1, passed=False),)
+    scores = (
+        CandidateScore(name="speed_limit", score=0.82, values={"limit": 7.0}, criteria=refused,
+                       acts_in=("steps.csv",), looked_at=5),
+        CandidateScore(name="deadband", score=0.05, values={"width": 0.01}, criteria=refused),
+    )  # fmt: skip
+    (said,) = came_closest(replace(diagnosis("unexplained"), candidates=scores))
+    assert "speed_limit 7.00 rad/s came close: it explains 82 % alone" in said
+    assert "acts in 1 of 5 recordings" in said
+    assert "What stopped it: residuals 5 % smaller; 10 % smaller asked" in said
+
+
+@pytest.mark.parametrize("verdict", ["no_gap", "explained"])
+def test_an_answer_without_a_gap_has_no_next_step(verdict: str) -> None:
+    """Nothing is looked at where nothing is missing: the study is not even read."""
+    found = diagnosis("no_gap") if verdict == "no_gap" else diagnosis("explained")
+    nothing = Dataset(path=Path(), train=(), test=())
+    shown = evidence()
+    model = load_model(EXAMPLE / "model.toml")
+    assert next_steps(found, nothing, model, shown.train, {}) == ()
+
+
+def test_the_model_beside_the_recordings_is_offered_with_what_it_removes(tmp_path: Path) -> None:
+    """A model of another kind of actuator that fits better, and none where it fits worse."""
+    good = load_model(EXAMPLE / "model.toml")
+    recordings = springs()[:1]
+    dataset = Dataset(path=tmp_path, train=tuple(recordings), test=tuple(recordings))
+    study = Study(recordings, good, ("viscous_friction",), time_step=1e-3)
+    found = replace(
+        diagnosis("unexplained"), baseline=Errors(force_rmse=9.0, theta_rmse=3.0, theta_mae=2.0)
+    )
+    servo = Model(actuator=NamedValues(name="pwm_servo", values={}))
+    write_model(tmp_path / "model.toml", good)
+    (said,) = better_start(dataset, servo, found, study)
+    assert said.startswith(f"Your actuator is pwm_servo; model.toml beside the recordings says "
+                           f"{good.actuator.name}, which alone")  # fmt: skip
+    assert f"--model {tmp_path / 'model.toml'}" in said
+    exact = replace(found, baseline=Errors(force_rmse=0.06, theta_rmse=0.001, theta_mae=0.001))
+    assert list(better_start(dataset, servo, exact, study)) == []
+
+
+def test_the_mode_of_a_collection_is_told_where_no_model_lies_beside_it(tmp_path: Path) -> None:
+    """An ideal actuator for recordings in mode pwm."""
+    ideal = Model(actuator=NamedValues(name="ideal", values={"gain": 4.0}))
+    dataset = Dataset(path=tmp_path, train=(), test=())
+    study = evidence().train
+    assert list(better_start(dataset, ideal, diagnosis("unexplained"), study)) == []
+    (tmp_path / "collection.toml").write_text('mode = "pwm"\n')
+    (said,) = better_start(dataset, ideal, diagnosis("unexplained"), study)
+    assert said.startswith("Your actuator is ideal; these were recorded in mode pwm")
+
+
+def test_what_to_record_follows_from_what_is_missing() -> None:
+    """No force, one bench, and the signal that the rest depends on."""
+    found = diagnosis("unexplained")
+    blind = replace(
+        found,
+        baseline=replace(found.baseline, force_rmse=None),
+        recorded=(Setting(bench="finger", seconds=30.0),),
+    )
+    said = "\n".join(to_record(blind))
+    assert "Record the force" in said
+    assert "All recordings are of finger" in said
+    assert "depends most on theta: record slow ramps over the whole range" in said
+
+
+def test_report_and_screen_tell_the_next_step(tmp_path: Path) -> None:
+    """The same sentences on both."""
+    found = replace(diagnosis("unexplained"), next_steps=("Do <this> first.",))
+    write_report(tmp_path / "report.html", found, evidence())
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "What came closest, and what to do next" in page
+    assert "<li>Do &lt;this&gt; first.</li>" in page
+    assert "- Do <this> first." in summary(found)
+    assert found.to_json()["next_steps"] == ["Do <this> first."]

@@ -1,0 +1,1 @@
+"""Models carried into other programs."""

@@ -1,0 +1,150 @@
+"""An identified model in plain MuJoCo: what it does there, and what it says of itself."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import mujoco
+import pytest
+
+from examples.studies.exports import TYPICAL, model_of
+from tendon_newton.data.model_file import Model, NamedValues, write_model
+from tendon_newton.effects import EFFECTS
+from tendon_newton.errors import InvalidModelFile
+from tendon_newton.exports.mujoco_target import (
+    IN_THE_FILE,
+    MODEL_FILE,
+    PROGRAM_FILE,
+    write_model_file,
+    write_mujoco_target,
+)
+from tendon_newton.exports.program import program_text, servo_numbers
+from tendon_newton.simulation.hosts.replay import bench_of
+from tests.exports.models import ANGLE, FORCE, strays
+
+ALONE = f"{MODEL_FILE} alone"
+ACTUATOR_SIDE = (
+    "command_delay",
+    "actuator_lag",
+    "viscous_friction",
+    "stribeck_friction",
+    "load_dependent_friction",
+    "routing_friction",
+    "viscoelastic_spring",
+    "inertia_error",
+    "gravity_misalignment",
+    "load_cell_delay",
+    "load_cell_lag",
+)
+ROTOR_SIDE = ("tendon_slack", "coulomb_friction", "tendon_compliance", "torque_fade", "speed_limit")
+STANDARD_LIBRARY = set(sys.stdlib_module_names)
+
+
+@pytest.mark.parametrize(
+    ("bench", "actuator", "effects"),
+    [("finger", "ideal", ACTUATOR_SIDE), ("finger", "pwm_servo", ROTOR_SIDE)],
+)
+def test_many_effects_at_once_run_in_mujoco(
+    bench: str, actuator: str, effects: tuple[str, ...], tmp_path: Path
+) -> None:
+    """The program beside the file strays by less than an encoder count and 0.05 N."""
+    found = strays(tmp_path, "mujoco", PROGRAM_FILE, bench, actuator, *effects)
+    assert found.angle < ANGLE
+    assert found.force < FORCE
+
+
+def test_a_loose_string_leaves_the_rotor_to_itself(tmp_path: Path) -> None:
+    """A command that jumps back lets the string go; the spool is caught again where ours is."""
+    found = strays(tmp_path, "mujoco", PROGRAM_FILE, "spring_weak", "pwm_servo")
+    assert found.angle < ANGLE
+    assert found.force < FORCE
+
+
+def test_the_file_alone_says_what_it_leaves_out(tmp_path: Path) -> None:
+    """What MJCF has no words for stands in the list, and nothing else does."""
+    model = model_of("finger", "ideal", "gain_error", "backlash", "load_cell_bias")
+    exported = write_mujoco_target(tmp_path, bench_of("finger", model), model)
+    assert exported.left_out == {ALONE: ("backlash", "load_cell_bias")}
+
+
+@pytest.fixture(scope="module")
+def finger_file(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list, list]:
+    """The finger in MJCF, with the signs and offsets of its tendons."""
+    path = tmp_path_factory.mktemp("finger") / MODEL_FILE
+    model = model_of("finger", "pwm_servo")
+    return (path, *write_model_file(path, bench_of("finger", model), model))
+
+
+@pytest.mark.parametrize("actuator", ["ideal", "pwm_servo"])
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_the_program_of_every_effect_is_whole(
+    effect: str, actuator: str, finger_file: tuple[Path, list, list]
+) -> None:
+    """It compiles, needs nothing but MuJoCo and numpy, and takes a step."""
+    path, signs, offsets = finger_file
+    model = model_of("finger", actuator, effect)
+    mechanism = bench_of("finger", model)
+    servos = servo_numbers(mechanism, model, signs, offsets)
+    text = program_text(mechanism, model, servos, title="One effect.", span=(0.0, 1.0))
+    assert imported_by(text) <= STANDARD_LIBRARY | {"mujoco", "numpy", "onnxruntime"}
+    scope: dict = {"__name__": "tendon_step", "__file__": str(path.parent / PROGRAM_FILE)}
+    exec(compile(text, PROGRAM_FILE, "exec"), scope)
+    mj_model = mujoco.MjModel.from_xml_path(str(path))
+    hook = scope["make_hook"](mj_model, mujoco.MjData(mj_model))
+    hook.reset([0.3])
+    hook.command[:] = 0.6
+    hook.step()
+    reading = hook.read()
+    assert reading.angle[0] == pytest.approx(0.3, abs=0.3)  # at rest below its command
+    carried = any(line.startswith("def ") and effect in line for line in text.splitlines())
+    assert carried or effect in ("inertia_error", "gravity_misalignment")
+
+
+def imported_by(text: str) -> set[str]:
+    """Return the packages that a program imports."""
+    names = set()
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Import):
+            names |= {alias.name.split(".")[0] for alias in node.names}
+        if isinstance(node, ast.ImportFrom):
+            names.add(str(node.module).split(".")[0])
+    return names
+
+
+def test_two_commands_lead_from_a_model_to_a_running_simulation(tmp_path: Path) -> None:
+    """The second is plain Python, isolated from this package."""
+    model = tmp_path / "model.toml"
+    write_model(model, model_of("finger", "ideal", "command_delay"))
+    command = [sys.executable, "-m", "tendon_newton", "export", str(model)]
+    said = subprocess.run(
+        [*command, "--to", "mujoco", "--out", str(tmp_path / "out")],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert PROGRAM_FILE in said.stdout
+    page = (tmp_path / "out" / "README.md").read_text(encoding="utf-8")
+    assert "| tendon_step.py |" in page
+    assert "| model.xml alone | command_delay |" in page
+    commands = tmp_path / "commands.csv"
+    commands.write_text("t,theta_d\n" + "".join(f"{k / 80},{0.5}\n" for k in range(8)))
+    run = [sys.executable, "-I", PROGRAM_FILE, str(commands), "--out", "replay.csv"]
+    said = subprocess.run(run, capture_output=True, text=True, check=True, cwd=tmp_path / "out")
+    assert "8 rows" in said.stdout
+    rows = (tmp_path / "out" / "replay.csv").read_text(encoding="utf-8").splitlines()
+    assert rows[0] == "t,theta,theta_dot,force"
+    assert len(rows) == 9
+
+
+def test_a_servo_without_force_is_refused(tmp_path: Path) -> None:
+    """MuJoCo could not apply it."""
+    model = Model(actuator=NamedValues(name="ideal_position", values={}))
+    with pytest.raises(InvalidModelFile, match="gives a force"):
+        write_mujoco_target(tmp_path, bench_of("servo", model), model)
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_typical_numbers_are_those_of_every_effect() -> None:
+    """The study leaves none out, and the file's own list neither."""
+    assert set(TYPICAL) == set(EFFECTS) == set(IN_THE_FILE)

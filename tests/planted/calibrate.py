@@ -1,0 +1,104 @@
+"""False names against the price of a cause: ``python -m tests.planted.calibrate SETS --out DIR``.
+
+Every set of an exam is searched with a low price. What each cause that is named there is worth, on
+all rows and on parts left out, says at which prices it would go; the truth says whether it should.
+Writes DIR/worths.json, DIR/calibration.png and the table DIR/calibration.txt.
+"""
+
+import argparse
+import json
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+LOW = 0.03
+"""Price of the searches [nat per row and number]."""
+PRICES = (0.03, 0.05, 0.07, 0.1, 0.15, 0.2, 0.3, 0.5, 0.7, 1.0)
+"""Prices of the table."""
+
+
+def worths_of(sets: Path, price: float, name: str) -> list[dict[str, Any]]:
+    """Return every cause that a search with a low price names, with what each number is worth."""
+    from tendon_newton.data.dataset import load_dataset
+    from tendon_newton.data.model_file import load_model
+    from tendon_newton.device_code.quiet import quiet_warp
+    from tendon_newton.diagnosis.diagnose import SEARCH_STEP
+    from tendon_newton.diagnosis.search.account import HELD_OUT, LOSS
+    from tendon_newton.diagnosis.search.attribute import find_causes
+    from tendon_newton.effects import EFFECTS, find_effect
+    from tendon_newton.identification.study import Study
+    from tendon_newton.identification.testable import testable_effects
+
+    quiet_warp()
+    truth = json.loads((sets / "truth" / f"{name}.json").read_text(encoding="utf-8"))
+    right = {e["name"] for e in truth["effects"]}
+    right |= {name for cause in truth["outside"] for name in cause["near"]}
+    recordings, model = load_dataset(sets / name).train, load_model(sets / name / "model.toml")
+    study = Study(recordings, model, tuple(EFFECTS), time_step=SEARCH_STEP, in_pieces=True)
+    rng = np.random.default_rng(0)
+    names = testable_effects(study)
+    found = find_causes(recordings, study, model, names, rng=rng, price=price)
+    out = []
+    for cause, criteria in found.criteria.items():
+        values = {c.name: c.value for c in criteria}
+        rivals = {other for other, _ in found.classes.get(cause, ())}
+        worth = min(values[LOSS], values[HELD_OUT]) / len(find_effect(cause).parameters)
+        true = bool(right & {cause, *rivals})
+        out.append({"set": name, "cause": cause, "worth": worth, "true": true})
+    return out
+
+
+def table(worths: Sequence[dict[str, Any]], sets: int) -> Iterator[str]:
+    """Say for each price how many names would stay, right and wrong ones."""
+    yield f"{'price':>7s} {'false names per set':>20s} {'true names left':>16s}"
+    true = np.array([w["worth"] for w in worths if w["true"]])
+    false = np.array([w["worth"] for w in worths if not w["true"]])
+    for price in PRICES:
+        kept = float(np.mean(true >= price)) if true.size else 1.0
+        yield f"{price:7.2f} {float(np.sum(false >= price)) / sets:20.3f} {kept:16.3f}"
+
+
+def draw(worths: Sequence[dict[str, Any]], sets: int, path: Path) -> None:
+    """Draw both curves."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(5.0, 3.2), layout="constrained")
+    axes = figure.subplots()
+    prices = np.geomspace(PRICES[0], 10.0, 200)
+    for true, label, count in ((False, "false names per set", sets), (True, "true names left", 0)):
+        values = np.array([w["worth"] for w in worths if w["true"] == true])
+        share = (values[:, None] >= prices).sum(axis=0) / max(1, count or values.size)
+        axes.plot(prices, share, label=label)
+    axes.set_xscale("log")
+    axes.set_xlabel("price of a number [nat per row]")
+    axes.legend()
+    figure.savefig(path, dpi=150)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Search all sets of an exam and print the curve."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("sets", type=Path, help="made by tests.planted.exam")
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--price", type=float, default=LOW)
+    parser.add_argument("--jobs", type=int, default=1)
+    chosen = parser.parse_args(arguments)
+    names = sorted(path.stem for path in (chosen.sets / "truth").glob("*.json"))
+    with ProcessPoolExecutor(chosen.jobs, mp_context=get_context("spawn")) as pool:
+        found = list(pool.map(partial(worths_of, chosen.sets, chosen.price), names))
+    worths = [worth for own in found for worth in own]
+    chosen.out.mkdir(parents=True, exist_ok=True)
+    text = json.dumps({"sets": len(names), "price": chosen.price, "worths": worths}, indent=1)
+    (chosen.out / "worths.json").write_text(text + "\n", encoding="utf-8")
+    draw(worths, len(names), chosen.out / "calibration.png")
+    lines = "\n".join(table(worths, len(names)))
+    (chosen.out / "calibration.txt").write_text(lines + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
