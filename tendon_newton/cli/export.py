@@ -20,7 +20,7 @@ class ExportConfig:
     model: Annotated[Path, tyro.conf.Positional]
     """Model file, or a diagnosis: its folder or its diagnosis.json."""
     to: str
-    """Target: mujoco; the table in docs/export.md says what each can hold."""
+    """Target: mujoco or bam; the table in docs/export.md says what each can hold."""
     out: Path
     """Folder for the files; made if it is not there."""
     bench: str | None = None

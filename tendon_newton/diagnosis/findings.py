@@ -41,6 +41,8 @@ class Findings:
     criteria: Mapping[str, tuple[Criterion, ...]] = field(default_factory=dict)
     """What each named cause had to pass."""
     probabilities: Mapping[str, float] = field(default_factory=dict)
-    """Chance that each named cause passes again on other blocks of time."""
+    """Share of draws of blocks of time in which each named cause passes the bar."""
+    finished: bool = True
+    """Whether the search came to its end; else causes may be missing."""
     notes: tuple[str, ...] = ()
     """What the reader must know of the search."""

@@ -84,7 +84,7 @@ class CandidateScore:
     criteria: tuple[Criterion, ...] = ()
     """What it passed and what it did not."""
     probability: float | None = None
-    """Chance that it acts; None where nobody asked."""
+    """Share of draws of blocks of time in which it passes the bar; None where nobody asked."""
     acts_in: tuple[str, ...] | None = None
     """Recordings in which it changes more than is left over anyway; None where nobody looked."""
     looked_at: int = 0
@@ -142,9 +142,6 @@ class Diagnosis:
     unexplained: Unexplained
     model: Model
     """The extended model."""
-    p_value: float | None = None
-    """Chance of the best candidate's gain if the residual were noise of its own colour; None where
-    the search has another rule."""
     fitted: Mapping[str, Estimate] = field(default_factory=dict)
     """Numbers of the model's ``fit`` list."""
     confounded: tuple[Confounded, ...] = ()
@@ -155,6 +152,8 @@ class Diagnosis:
     """Benches of the training data, as they were set up."""
     notes: tuple[str, ...] = ()
     """What the reader must know: sides that could not be tested, defects of the data."""
+    finished: bool = True
+    """Whether the search came to its end; else causes may be missing."""
     next_steps: tuple[str, ...] = ()
     """What came closest, what stopped it and what to do, where a gap is left."""
 
@@ -164,7 +163,7 @@ class Diagnosis:
             "schema": SCHEMA,
             "wall_time_s": round(self.wall_time_s, 2),
             "verdict": self.verdict,
-            "p_value": self.p_value,
+            "finished": self.finished,
             "baseline": errors_json(self.baseline),
             "extended": errors_json(self.extended),
             "noise_floor": {"force": self.noise_force, "theta": self.noise_theta},

@@ -138,6 +138,5 @@ def diagnosis(verdict: Verdict) -> Diagnosis:
             actuator=NamedValues(name="ideal", values={"gain": 4.2, "spool_radius": 0.0125}),
             effects=effects,
         ),
-        p_value=0.004975,
         notes=("Something <odd> & unusual.",),
     )

@@ -11,6 +11,7 @@ from tendon_newton.data.dataset import Dataset, load_dataset
 from tendon_newton.data.model_file import Model, NamedValues, load_model, write_model
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.accounts.next_steps import (
+    GO_ON,
     better_start,
     came_closest,
     next_steps,
@@ -155,6 +156,14 @@ def test_what_to_record_follows_from_what_is_missing() -> None:
     assert "Record the force" in said
     assert "All recordings are of finger" in said
     assert "depends most on theta: record slow ramps over the whole range" in said
+
+
+def test_after_an_early_end_the_next_step_is_to_let_it_end() -> None:
+    """Nothing is asked to be recorded before the search has looked at what there is."""
+    found = replace(diagnosis("unexplained"), finished=False, candidates=())
+    shown, model = evidence(), load_model(EXAMPLE / "model.toml")
+    nothing = Dataset(path=Path(), train=(), test=())
+    assert next_steps(found, nothing, model, shown.train, shown.extended) == (GO_ON,)
 
 
 def test_report_and_screen_tell_the_next_step(tmp_path: Path) -> None:

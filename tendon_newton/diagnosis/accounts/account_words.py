@@ -11,7 +11,15 @@ from collections.abc import Callable
 from tendon_newton.diagnosis.accounts.account_file import Account
 from tendon_newton.diagnosis.reporting.report_words import docstring_part, quantity
 from tendon_newton.diagnosis.result import Criterion
-from tendon_newton.diagnosis.search.account import ADDED, BEHIND, HELD_OUT, IN_RANGE, LOSS, TOGETHER
+from tendon_newton.diagnosis.search.account import (
+    ADDED,
+    BEHIND,
+    CHANGE,
+    HELD_OUT,
+    IN_RANGE,
+    LOSS,
+    TOGETHER,
+)
 from tendon_newton.effects import EFFECTS
 
 MANY = 3
@@ -161,6 +169,10 @@ LONG: dict[str, Callable[[Criterion], str]] = {
         "On parts of the data that no number had seen it makes them "
         f"{smaller(c.value)}; {smaller(c.bar)} is asked."
     ),
+    CHANGE: lambda c: (
+        f"It changes the residuals by {c.value:.2g} times what simple laws of friction miss "
+        f"anyway; {c.bar:.2g} is asked."
+    ),
     IN_RANGE: lambda c: (
         "All its numbers lie inside their ranges."
         if c.passed
@@ -184,6 +196,7 @@ LONG: dict[str, Callable[[Criterion], str]] = {
 SHORT: dict[str, Callable[[Criterion], str]] = {
     LOSS: lambda c: f"residuals {smaller(c.value)}; {smaller(c.bar)} asked",
     HELD_OUT: lambda c: f"on unseen data residuals {smaller(c.value)}; {smaller(c.bar)} asked",
+    CHANGE: lambda c: f"changes {c.value:.2g} times what simple laws of friction miss anyway",
     IN_RANGE: lambda _: "a number at the edge of its range",
     ADDED: lambda c: (
         f"residuals {smaller(c.value)}; {smaller(c.bar)} asked"

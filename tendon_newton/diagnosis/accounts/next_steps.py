@@ -21,6 +21,8 @@ CLOSE = 3
 """Single causes that are told where no set was found."""
 WORTH_SAYING = 0.1
 """Share of the gap from which a cause came close [1]."""
+GO_ON = "Let the search come to its end: run it again, with more --budget or without Ctrl-C."
+"""What to do first after a search that was ended early."""
 RECORD: dict[str, str] = {
     "theta": "slow ramps over the whole range, there and back",
     "theta_dot": "sines of several speeds",
@@ -50,7 +52,8 @@ def next_steps(
         return ()
     data = [suspect.text for suspect in suspects(train, model, closest)]
     tried = tuple(came_closest(diagnosis)) if diagnosis.verdict == "unexplained" else ()
-    return (*data, *tried, *better_start(dataset, model, diagnosis, train), *to_record(diagnosis))
+    last = to_record(diagnosis) if diagnosis.finished else [GO_ON]
+    return (*data, *tried, *better_start(dataset, model, diagnosis, train), *last)
 
 
 def came_closest(diagnosis: Diagnosis) -> Iterator[str]:

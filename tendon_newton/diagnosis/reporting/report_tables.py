@@ -205,9 +205,6 @@ def detail_rows(
         ("wall time", f"{diagnosis.wall_time_s:.0f} s"),
         ("versions", ", ".join(packages)),
     ]
-    if diagnosis.p_value is not None:
-        chance = number(diagnosis.p_value, 2)
-        rows.insert(1, ("chance of such a gain from noise alone (p)", chance))
     for name, estimate in diagnosis.fitted.items():
         value, interval = estimate_text(diagnosis.model.actuator.name, name, estimate)
         rows.append((f"fitted {name.replace('_', ' ')}", f"{value}, 95 % interval {interval}"))
