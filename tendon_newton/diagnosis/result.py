@@ -52,7 +52,7 @@ class Criterion:
 
 @dataclass(frozen=True, kw_only=True)
 class NamedEffect:
-    """A cause that passed its gates."""
+    """A cause that passed what is asked."""
 
     name: str
     side: str

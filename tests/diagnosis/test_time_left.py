@@ -61,9 +61,9 @@ def test_the_time_told_grows_with_the_data_and_the_causes(monkeypatch: pytest.Mo
 
 
 def test_time_left_follows_from_what_is_done() -> None:
-    """Half of the time has passed when the first tests begin; before that nobody knows."""
+    """Three fifths have passed when the tests begin; before that nobody knows."""
     assert time_left("looking at 42 effects", 3.0) == ""
-    assert time_left("testing viscous_friction", 30.0) == ", about 30 s left"
+    assert time_left("testing viscous_friction", 30.0) == ", about 20 s left"
     assert time_left("measuring the gain", 190.0) == ", about 10 s left"
 
 
