@@ -20,6 +20,7 @@ VERBS: dict[str, str] = {
     "experiment": "tendon_newton.cli.experiment",
     "asset": "tendon_newton.cli.asset",
     "export": "tendon_newton.cli.export",
+    "compare": "tendon_newton.cli.compare",
     "train-force": "tendon_newton.cli.train_force",
     "evaluate-force": "tendon_newton.cli.evaluate_force",
     "fit-tendon": "tendon_newton.cli.fit_tendon",

@@ -7,11 +7,15 @@ own simulation of the same commands, and what it leaves out.
 from __future__ import annotations
 
 from tendon_newton.errors import unknown_name
+from tendon_newton.exports.bam_target import BAM
 from tendon_newton.exports.base import Exported, ExportTarget
 from tendon_newton.exports.mujoco_target import MUJOCO
+from tendon_newton.exports.usd_target import USD
 
 EXPORTS: dict[str, ExportTarget] = {
     "mujoco": MUJOCO,
+    "bam": BAM,
+    "usd": USD,
 }
 
 

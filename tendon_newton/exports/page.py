@@ -3,24 +3,20 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from tendon_newton.data.model_file import Model
-from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidOutput
 from tendon_newton.exports.base import Exported, ExportTarget
 from tendon_newton.exports.departure import (
     Departure,
     departure,
     replayed,
-    standard_runs,
     with_and_without,
 )
-from tendon_newton.mechanisms.geometry.mechanism import Mechanism
-from tendon_newton.simulation.model.parameter_table import spool_radius_of
+from tendon_newton.exports.source import Source
 
 PAGE, NUMBERS = "README.md", "replay.json"
 
@@ -38,25 +34,17 @@ class Fidelity:
 
 
 def measure(
-    target: ExportTarget,
-    exported: Exported,
-    mechanism: Mechanism,
-    model: Model,
-    recordings: Sequence[Recording] = (),
-    *,
-    trust: bool = False,
+    target: ExportTarget, exported: Exported, source: Source, *, trust: bool = False
 ) -> Fidelity:
     """Replay recordings in the target and in our own simulation.
 
     Args:
         target: Where the model went.
         exported: What was written.
-        mechanism: The bench with the model's own numbers.
-        model: Actuator and effects.
-        recordings: Commands; the standard ones where there are none.
+        source: Model, bench and commands.
         trust: Whether to trust a force network's file from now on.
     """
-    runs = list(recordings) or standard_runs(mechanism, spool_radius_of(model))
+    mechanism, model, runs = source.mechanism, source.model, source.runs
     left_out = sorted({name for names in exported.left_out.values() for name in names})
     ours, without = with_and_without(model, runs, left_out, trust=trust)
     worth = {name: departure(mechanism, fewer, ours) for name, fewer in without.items()}

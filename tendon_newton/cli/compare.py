@@ -1,0 +1,55 @@
+"""Run one command through several simulators, and draw how far they lie apart."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+
+@dataclass(frozen=True, kw_only=True)
+class CompareConfig:
+    """Run one command through several simulators, and draw how far they lie apart.
+
+    Writes compare.png and compare.md. All are measured against our own solver.
+    """
+
+    model: Annotated[Path, tyro.conf.Positional]
+    """Model file, or a diagnosis: its folder or its diagnosis.json."""
+    simulators: tuple[str, ...] = ("newton", "mujoco", "mjcf")
+    """Others than ours: newton (SolverMuJoCo), mujoco (an export's program), mjcf (its file alone),
+    bam (where Rhoban/bam is installed)."""
+    out: Path = Path("comparison")
+    """Folder for picture and table; made if it is not there."""
+    bench: str | None = None
+    """Bench; by default that of the recordings, or the finger."""
+    dataset: Path | None = None
+    """Dataset whose recordings are run; by default some steps and a sine."""
+    trust: bool = False
+    """Trust the network's file from now on: it is a program that runs with your rights."""
+
+
+def main(config: CompareConfig) -> None:
+    """Run, draw and print the table."""
+    from tendon_newton.data.files.result_folder import make_folder
+    from tendon_newton.device_code.quiet import quiet_warp
+    from tendon_newton.errors import InvalidOutput
+    from tendon_newton.exports.comparison import compare, comparison_table, plot_comparison
+    from tendon_newton.exports.source import read_source
+
+    quiet_warp()
+    source = read_source(config.model, config.bench, config.dataset)
+    out = make_folder(config.out)
+    found = compare(
+        config.simulators, source.mechanism, source.model, source.runs, trust=config.trust
+    )
+    plot_comparison(out / "compare.png", found)
+    table = comparison_table(found)
+    try:
+        (out / "compare.md").write_text(table + "\n", encoding="utf-8")
+    except OSError as error:
+        raise InvalidOutput(f"{out}: {error.strerror or error}") from error
+    print(table)
+    print(f"\nwrote compare.png and compare.md to {out}")

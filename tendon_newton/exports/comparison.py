@@ -1,0 +1,141 @@
+"""One command through several simulators: a table and a picture of how far they lie apart."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from tendon_newton.data.model_file import Model
+from tendon_newton.data.recording import Recording
+from tendon_newton.errors import InvalidOutput, InvalidParameter, unknown_name
+from tendon_newton.exports import EXPORTS
+from tendon_newton.exports.departure import Departure, departure, replayed
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.simulation.hosts.rollout import Trajectory
+from tendon_newton.simulation.simulators import MujocoSimulator, TendonSimulator
+
+OURS = "tendon"
+"""Our own solver, which all others are measured against."""
+COLORS = ("#1f6f8b", "#b8860b", "#8a3b5c", "#4b7f3a", "#8a8f98")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Comparison:
+    """What several simulators make of the same commands."""
+
+    recordings: tuple[Recording, ...]
+    trajectories: Mapping[str, list[Trajectory]]
+    """By simulator, ours first."""
+    departures: Mapping[str, Departure]
+    """Of every other simulator from ours."""
+
+
+def exported_run(
+    target: str, way: str
+) -> Callable[[Mechanism, Model, Sequence[Recording]], list[Trajectory]]:
+    """Return how recordings run through an export."""
+
+    def run(mechanism: Mechanism, model: Model, runs: Sequence[Recording]) -> list[Trajectory]:
+        with tempfile.TemporaryDirectory() as folder:
+            exported = EXPORTS[target].write(Path(folder), mechanism, model)
+            if way not in exported.replays:
+                raise InvalidParameter(
+                    f"{way} of the target {target} cannot run here: there is "
+                    f"{', '.join(exported.replays) or 'no program that runs it'}"
+                )
+            return replayed(EXPORTS[target], exported, way, model, runs)
+
+    return run
+
+
+def newton_run(mechanism: Mechanism, model: Model, runs: Sequence[Recording]) -> list[Trajectory]:
+    """Run recordings with Newton's SolverMuJoCo."""
+    return MujocoSimulator().simulate(runs, model)
+
+
+COMPARED: dict[str, Callable[[Mechanism, Model, Sequence[Recording]], list[Trajectory]]] = {
+    "newton": newton_run,
+    "mujoco": exported_run("mujoco", "tendon_step.py"),
+    "mjcf": exported_run("mujoco", "model.xml alone"),
+    "bam": exported_run("bam", "bam_servo.py"),
+}
+"""Simulators beside ours: Newton's SolverMuJoCo, the exported program, its file alone, bam's."""
+
+
+def compare(
+    names: Sequence[str],
+    mechanism: Mechanism,
+    model: Model,
+    recordings: Sequence[Recording],
+    *,
+    trust: bool = False,
+) -> Comparison:
+    """Run recordings in our own simulator and in others.
+
+    Args:
+        names: Others, as in `COMPARED`.
+        mechanism: The bench with the model's own numbers.
+        model: Actuator and effects.
+        recordings: Recordings of it, with commands.
+        trust: Whether to trust a force network's file from now on.
+
+    Raises:
+        UnknownName: No such simulator.
+        InvalidParameter: One of them cannot hold the model.
+    """
+    for name in names:
+        if name not in COMPARED:
+            raise unknown_name("simulator", name, COMPARED)
+    trajectories = {OURS: TendonSimulator(trust=trust).simulate(recordings, model)}
+    for name in names:
+        trajectories[name] = COMPARED[name](mechanism, model, recordings)
+    return Comparison(
+        recordings=tuple(recordings),
+        trajectories=trajectories,
+        departures={
+            name: departure(mechanism, trajectories[name], trajectories[OURS]) for name in names
+        },
+    )
+
+
+def comparison_table(comparison: Comparison) -> str:
+    """Return how far the others stray from ours, in Markdown."""
+    lines = ["| simulator | motor angle | force | tip |", "|---|---|---|---|"]
+    lines += [f"| {name} | {found.text} |" for name, found in comparison.departures.items()]
+    return "\n".join(lines)
+
+
+def plot_comparison(path: Path, comparison: Comparison) -> None:
+    """Draw angle and force of the first recording's first tendon by all simulators.
+
+    Raises:
+        InvalidOutput: The file cannot be written.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(10.5, 6.5), layout="constrained")
+    FigureCanvasAgg(figure)
+    angle, force = figure.subplots(2, 1, sharex=True)
+    run = comparison.recordings[0]
+    if run.command is not None:
+        angle.step(run.time, run.command[:, 0], where="post", color="#c9ccd2", label="command")
+    for place, (name, trajectories) in enumerate(comparison.trajectories.items()):
+        style = {"color": COLORS[place % len(COLORS)], "linewidth": 2.4 - 0.4 * min(place, 4)}
+        angle.plot(run.time, trajectories[0].motor_position[:, 0], label=name, **style)
+        force.plot(run.time, trajectories[0].force[:, 0], **style)
+    angle.set_ylabel("motor angle [rad]")
+    force.set_ylabel("force [N]")
+    force.set_xlabel("time [s]")
+    angle.legend(loc="upper right", frameon=False)
+    for axes in (angle, force):
+        axes.grid(color="#e4e6ea", linewidth=0.8)
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.margins(x=0.0)
+    figure.suptitle(f"{run.bench}: {run.name}", parse_math=False)  # names are no formulas
+    try:
+        figure.savefig(path, dpi=110)
+    except OSError as error:
+        raise InvalidOutput(f"{path}: {error.strerror or error}") from error

@@ -1,0 +1,71 @@
+"""What is exported or compared: a model or a diagnosis, a bench, and the commands to replay."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from tendon_newton.data.dataset import load_dataset
+from tendon_newton.data.model_file import Model, load_model
+from tendon_newton.data.recording import Recording
+from tendon_newton.errors import InvalidParameter
+from tendon_newton.exports.departure import standard_runs
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.simulation.hosts.replay import bench_of
+from tendon_newton.simulation.model.parameter_table import spool_radius_of
+
+FINGER = "finger"
+"""Bench where neither a user nor a dataset names one."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Source:
+    """A model on its bench, with commands."""
+
+    model: Model
+    mechanism: Mechanism
+    """With the model's own numbers."""
+    runs: Sequence[Recording]
+    """Recordings with commands."""
+
+
+def read_source(model: Path, bench: str | None, dataset: Path | None) -> Source:
+    """Read what a user names.
+
+    Args:
+        model: Model file, or a diagnosis: its folder or its diagnosis.json.
+        bench: Name of the bench, None where the dataset says it.
+        dataset: Recordings with the commands to replay, None for the standard ones.
+
+    Raises:
+        InvalidParameter: The dataset has several benches, or none with commands.
+        TendonNewtonError: A file is damaged or missing.
+    """
+    read = load_model(model_path(model))
+    recordings: list[Recording] = []
+    if dataset is not None:
+        found = load_dataset(dataset, require_train=False, require_test=False)
+        recordings = [run for run in (*found.train, *found.test) if run.command is not None]
+    benches = sorted({run.bench for run in recordings})
+    if bench is None and len(benches) > 1:
+        raise InvalidParameter(
+            f"--bench must name one of the dataset's benches: {', '.join(benches)}"
+        )
+    name = bench or (benches[0] if benches else FINGER)
+    mechanism = bench_of(name, read)
+    runs = [run for run in recordings if run.bench == name]
+    if dataset is not None and not runs:
+        raise InvalidParameter(f"{dataset} must hold commands of the bench {name}; it has none")
+    return Source(
+        model=read,
+        mechanism=mechanism,
+        runs=runs or standard_runs(mechanism, spool_radius_of(read)),
+    )
+
+
+def model_path(path: Path) -> Path:
+    """Return the model file of a diagnosis, or the path itself."""
+    if path.is_dir():
+        return path / "model.toml"
+    return path.with_name("model.toml") if path.suffix == ".json" else path
