@@ -1,6 +1,6 @@
 """Train a policy for a finger by reinforcement learning in simulation.
 
-The paper's budget of 105 million steps, minutes on a GPU and most of a day on a CPU:
+The paper's budget of 105 million steps, minutes on a GPU and hours on a CPU:
   tendon-newton train-policy --out policies/ideal
 
 On a diagnosed model, within its intervals, or on a force network:
