@@ -1,7 +1,7 @@
 """The constants that decide whether a cause is named, all of them.
 
 Everything else that the search compares with data follows from the sensors, the bench or the data,
-or only says how long it looks. `python -m tests.planted.calibrate` draws the curve of the price.
+or only says how long it looks. `python -m tests.planted.sets.calibrate` draws the price's curve.
 """
 
 PRICE = 0.1
