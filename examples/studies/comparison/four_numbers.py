@@ -52,8 +52,7 @@ def simulate(grid: Grid, numbers: Array) -> Array:
     A goal within the deadband moves nothing, nor does a motor that is off.
     """
     lag, delay, deadband, offset = numbers
-    late = round(abs(delay) / STEP)
-    goal = np.concatenate([np.repeat(grid.command[:1], late, axis=0), grid.command])
+    goal = delayed(grid.command, abs(delay) / STEP)
     share = 1.0 - np.exp(-STEP / max(abs(lag), 1e-4))
     angle = grid.position[0].copy()
     out = np.empty_like(grid.position)
@@ -63,6 +62,15 @@ def simulate(grid: Grid, numbers: Array) -> Array:
         moved = np.sign(error) * np.maximum(np.abs(error) - abs(deadband), 0.0)
         angle = angle + share * moved * (grid.enabled[row] > 0.5)
     return out
+
+
+def delayed(command: Array, rows: float) -> Array:
+    """Return a command that comes some rows late, shape (T, R)."""
+    places = np.maximum(np.arange(command.shape[0]) - rows, 0.0)
+    before = places.astype(np.intp)
+    after = np.minimum(before + 1, command.shape[0] - 1)
+    share = (places - before)[:, None]
+    return (1.0 - share) * command[before] + share * command[after]
 
 
 def mean_error(grid: Grid, numbers: Array) -> float:

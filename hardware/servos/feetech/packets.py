@@ -22,7 +22,8 @@ SHORTEST, LONGEST = 2, 250
 """Lengths that a frame can state: what follows it, with the sum."""
 FIND_TIME = 800.0
 """Time in which every servo has answered a ping for all [ms]: each waits for those before it."""
-FIND_ATTEMPTS = 3
+FIND_ATTEMPTS = 20
+"""Reads of a model, as many as the doctor affords: a busy computer answers late."""
 
 
 def checksum(body: bytes) -> int:
