@@ -278,7 +278,9 @@ class Hook:
         if loose:
             _, _, tension = servo.spool_flow(now, 0.0)
             lower, upper = (servo.guided(tension, now, side) for side in (1.0, -1.0))
-        return Hold(least, most, sides, lower, max(upper, lower), speed)
+        if upper < lower:  # a motor that brakes its rotor while the string is taut: nothing sticks
+            lower = upper = lower if rate >= speed else upper
+        return Hold(least, most, sides, lower, upper, speed)
 
     def prepare(self, nows: list[Now], h: float, within: float | None = None) -> list[Hold]:
         """Give MuJoCo the forces of the step to come; `mj_step1` has been called.
@@ -346,7 +348,8 @@ class Hook:
         out, shares = [], []
         for d, (servo, now, hold) in enumerate(zip(self.servos, nows, holds, strict=True)):
             row = rows.get(self.tendons[d])
-            share, span = 0.5, hold.upper - hold.lower
+            share = 0.0 if now.velocity >= hold.speed else 1.0
+            span = hold.upper - hold.lower
             if row is not None and span > 0.0:
                 share = 0.5 + servo.numbers["sign"] * self.data.efc_force[row] / span
             shares.append(min(max(share, 0.0), 1.0))
