@@ -1,12 +1,33 @@
-"""Name what a model gets wrong about measured data, extend it, and measure the gain."""
+"""Name what a model gets wrong about measured data, extend it, and measure the gain.
+
+The model is simulated under the recorded commands. Where it errs by more than the sensors do,
+effects of a catalogue (friction, delay, slack, ...) are added and fitted together. Those that
+the data ask for are named, with numbers and 95 % intervals. The verdict is one of:
+  no_gap            the error is noise
+  explained         the named causes account for the error
+  partly_explained  the named causes are real, and something else remains
+  unexplained       there is an error, and no cause accounts for it; the answer says what came
+                    closest, what stopped it and what to do next
+
+Before the search starts its data are checked, and the time that it will take is told. Ctrl-C
+ends the search and reports what it has so far, said to be unfinished.
+
+Writes into DIR: report.html (for people), diagnosis.json (for programs), model.toml (the
+extended model, usable as the next --model), identified.usda (what was found about the
+mechanism, above its asset). Then ask why a cause was named or not: tendon-newton explain DIR.
+
+Example: tendon-newton diagnose recordings --out results --budget 5min
+"""
 
 from __future__ import annotations
 
+import os
 import shlex
 import sys
+import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, TextIO
 
 import tyro
 
@@ -17,13 +38,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class DiagnoseConfig:
-    """Name what a model gets wrong about measured data.
-
-    Writes DIR/report.html (for people), DIR/diagnosis.json (for programs), DIR/model.toml (the
-    extended model, usable as the next --model) and DIR/identified.usda (what was found about the
-    mechanism, above its asset). The verdict is one of: no_gap, explained, partly_explained,
-    unexplained.
-    """
+    """What to diagnose, from which model, and how."""
 
     dataset: Annotated[Path, tyro.conf.Positional]
     """Folder with dataset.toml and its recordings; test recordings only report the error."""
@@ -34,15 +49,24 @@ class DiagnoseConfig:
     hold_out: float | None = None
     """Share of each recording, from its end, that only reports the error: for a dataset without
     test recordings, such as one long log of a deployment."""
+    budget: str | None = None
+    """Time that all of it may take, about: 90s, 5min, 1h. What is found by then is reported."""
+    jobs: int | None = None
+    """Cores to simulate on; all of them by default."""
+    json: bool = False
+    """Print diagnosis.json and nothing else; progress goes to the error stream."""
 
 
 def main(config: DiagnoseConfig) -> None:
     """Diagnose and write what was found."""
+    from tendon_newton.cli.duration import read_duration
     from tendon_newton.data.files.result_folder import make_folder
     from tendon_newton.data.model_file import load_model, write_model
     from tendon_newton.device_code.quiet import quiet_warp
 
     quiet_warp()
+    budget = None if config.budget is None else read_duration(config.budget, "--budget")
+    limit_cores(config.jobs)
     dataset = read_dataset(config)
     model = load_model(model_file(config))
     out = make_folder(config.out)
@@ -52,17 +76,64 @@ def main(config: DiagnoseConfig) -> None:
     from tendon_newton.diagnosis.reporting.report import Origin, write_report
     from tendon_newton.diagnosis.result import write_diagnosis
 
-    diagnosis, evidence = diagnose(dataset, model, progress=lambda text: print(f"  {text} ..."))
+    progress = Progress(sys.stderr if config.json else sys.stdout)
+    progress.show_findings(dataset)
+    diagnosis, evidence = diagnose(dataset, model, progress=progress, budget=budget)
     write_diagnosis(out / "diagnosis.json", diagnosis)
     write_model(out / "model.toml", diagnosis.model)
     origin = Origin(dataset=config.dataset, command=shlex.join(["tendon-newton", *sys.argv[1:]]))
     write_report(out / "report.html", diagnosis, evidence, origin)
     layers = write_identified(out, diagnosis, dataset)
+    if config.json:
+        print((out / "diagnosis.json").read_text(encoding="utf-8"), end="")
+        return
     print(summary(diagnosis))
     print(f"\n  report          {out / 'report.html'}")
     print(f"  extended model  {out / 'model.toml'}")
     print(f"  for programs    {out / 'diagnosis.json'}")
     print(f"  for USD         {', '.join(map(str, layers))}")
+    print(f"  why, or why not  tendon-newton explain {out} [CAUSE]")
+
+
+class Progress:
+    """Tells what is being done, since when, and how much time is left.
+
+    Args:
+        stream: Where it is told.
+    """
+
+    def __init__(self, stream: TextIO) -> None:
+        self.stream, self.start = stream, time.monotonic()
+
+    def __call__(self, text: str) -> None:
+        """Tell what comes next."""
+        from tendon_newton.diagnosis.time_left import time_left
+
+        elapsed = time.monotonic() - self.start
+        left = time_left(text, elapsed) or " ..."
+        print(f"  {elapsed:4.0f} s  {text}{left}", file=self.stream, flush=True)
+
+    def show_findings(self, dataset: Dataset) -> None:
+        """Tell what is wrong with the data, before anything is made of them."""
+        from tendon_newton.diagnosis.reporting.report_tables import finding_rows
+
+        for row in finding_rows(dataset.train, dataset.test)["findings"]:
+            print(
+                f"  {row['severity']} in {row['channel']}: {row['evidence']}; {row['consequence']}",
+                file=self.stream,
+            )
+
+
+def limit_cores(jobs: int | None) -> None:
+    """Let simulations take so many cores; all of them by default."""
+    from tendon_newton.errors import InvalidParameter
+    from tendon_newton.scheduler import MOST_JOBS, THREADS_VARIABLE
+
+    if jobs is None:
+        return
+    if not 1 <= jobs <= MOST_JOBS:
+        raise InvalidParameter(f"--jobs must be 1 to {MOST_JOBS} cores; they are {jobs}")
+    os.environ[THREADS_VARIABLE] = str(jobs)
 
 
 def model_file(config: DiagnoseConfig) -> Path:
@@ -115,6 +186,8 @@ def summary(diagnosis: Diagnosis) -> str:
 
     force = diagnosis.scale
     lines = ["", VERDICTS[diagnosis.verdict], ""]
+    if not diagnosis.finished:
+        lines[1:1] = ["UNFINISHED: the search was ended early, and causes may be missing. So far:"]
     for effect in diagnosis.effects:
         numbers = ", ".join(
             f"{name} = {with_unit(f'{p.value:.4g}', p.unit)} [{p.ci95[0]:.4g}, {p.ci95[1]:.4g}]"

@@ -1,4 +1,14 @@
-"""Say why a diagnosis named a cause or did not, and what would tell."""
+"""Say why a diagnosis named a cause or did not, and what would tell.
+
+Without CAUSE every cause that was tried stands on one line: its name, the share of the gap that
+it explains alone, and what became of it. With CAUSE the whole account is told.
+
+A cause is named if it makes the residuals smaller by what is asked of it, also on parts of the
+data that no number had seen, and if its numbers end inside their ranges. All named causes
+together must leave little. A cause that explains much alone may add nothing to better ones.
+
+Example: tendon-newton explain results speed_limit
+"""
 
 from __future__ import annotations
 
@@ -18,17 +28,7 @@ WIDTH = 100
 
 @dataclass(frozen=True, kw_only=True)
 class ExplainConfig:
-    """Say why a diagnosis named a cause or did not, and what would tell.
-
-    Without CAUSE every cause that was tried stands on one line: its name, the share of the gap that
-    it explains alone, and what became of it. With CAUSE the whole account is told.
-
-    A cause is named if it makes the residuals smaller by what is asked of it, also on parts of the
-    data that no number had seen, and if its numbers end inside their ranges. All named causes
-    together must leave little. A cause that explains much alone may add nothing to better ones.
-
-    Example: tendon-newton explain results speed_limit
-    """
+    """Which diagnosis to explain, and which cause of it."""
 
     diagnosis: Annotated[Path, tyro.conf.Positional]
     """Folder that the verb diagnose wrote, or its diagnosis.json."""

@@ -92,7 +92,7 @@ def main(config: TrainPolicyConfig) -> None:
 def show_forecast(expected: Forecast) -> None:
     """Say what the training will take, and what takes less."""
     print(f"  {expected.text}", flush=True)
-    if expected.seconds > LONG:
+    if expected.seconds is not None and expected.seconds > LONG:
         print(f"  a try in some minutes: {TRY}", flush=True)
 
 

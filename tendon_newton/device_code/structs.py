@@ -644,6 +644,18 @@ class Flow:
 
 
 @device_struct
+class FreeEquation:
+    """An equation matrix x = load in which some joints are held."""
+
+    matrix: JointMatrix
+    """Their rows and columns are those of one."""
+    load: JointVector
+    """Their loads are zero."""
+    arms: RowMatrix
+    """Tendons' rows, zero along them [m] or [1]."""
+
+
+@device_struct
 class Spool:
     """Forces at both ends of a string whose spool moves on its own."""
 

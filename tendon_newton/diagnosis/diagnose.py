@@ -11,6 +11,7 @@ import numpy as np
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.diagnosis.accounts.next_steps import next_steps
+from tendon_newton.diagnosis.accounts.suspect_data import plainly_wrong
 from tendon_newton.diagnosis.evaluation import (
     SquaredErrors,
     evaluate_models,
@@ -35,6 +36,7 @@ from tendon_newton.diagnosis.result import (
     Verdict,
 )
 from tendon_newton.diagnosis.search.attribute import find_causes
+from tendon_newton.diagnosis.time_left import SEARCH_SHARE, expectation, expected_times
 from tendon_newton.diagnosis.unexplained.structure import find_structure
 from tendon_newton.effects import EFFECTS, find_effect
 from tendon_newton.identification.study import Study, refuse_several_tendons
@@ -78,7 +80,8 @@ def diagnose(
         dataset: Training recordings decide, test recordings only report.
         model: The model to start from.
         progress: Told, in a few words, what is being done.
-        budget: Time after which the search looks no further [s]; what it has is decided and told.
+        budget: Time that the whole diagnosis may take, about [s]: the search looks no further in
+            time to decide what it has.
 
     Raises:
         TendonNewtonError: The dataset or the model cannot be used; the message says why.
@@ -89,7 +92,13 @@ def diagnose(
     progress("reading benches and compiling kernels")
     train = Study(dataset.train, model, tuple(EFFECTS), time_step=SEARCH_STEP, in_pieces=True)
     names = testable_effects(train)
-    progress(f"looking at {len(names)} effects on {len(dataset.train)} recordings")
+    wrong = tuple(suspect.text for suspect in plainly_wrong(train))
+    for text in wrong:
+        progress(text)
+    expected = expectation(*expected_times(dataset.train, model, train))
+    progress(f"looking at {len(names)} effects on {len(dataset.train)} recordings, {expected}")
+    if budget is not None:
+        budget = max(0.0, SEARCH_SHARE * budget - (time.monotonic() - start))
     findings = find_causes(
         dataset.train, train, model, names, rng=rng, progress=progress, budget=budget
     )
@@ -97,7 +106,7 @@ def diagnose(
     test = Study(dataset.test, model, tuple(EFFECTS))
     diagnosis, evidence = conclude(train, findings, model, test, rng, start)
     steps = next_steps(diagnosis, dataset, model, train, findings.closest.values)
-    return replace(diagnosis, next_steps=steps), evidence
+    return replace(diagnosis, next_steps=(*wrong, *steps)), evidence
 
 
 def conclude(
@@ -121,6 +130,7 @@ def conclude(
     diagnosis = Diagnosis(
         verdict=verdict,
         wall_time_s=time.monotonic() - start,
+        finished=findings.finished,
         baseline=before.pooled(),
         extended=after.pooled(),
         noise_force=train.noise.force,

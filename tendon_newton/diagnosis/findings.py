@@ -42,5 +42,7 @@ class Findings:
     """What each named cause had to pass."""
     probabilities: Mapping[str, float] = field(default_factory=dict)
     """Share of draws of blocks of time in which each named cause passes the bar."""
+    finished: bool = True
+    """Whether the search came to its end; else causes may be missing."""
     notes: tuple[str, ...] = ()
     """What the reader must know of the search."""

@@ -152,6 +152,8 @@ class Diagnosis:
     """Benches of the training data, as they were set up."""
     notes: tuple[str, ...] = ()
     """What the reader must know: sides that could not be tested, defects of the data."""
+    finished: bool = True
+    """Whether the search came to its end; else causes may be missing."""
     next_steps: tuple[str, ...] = ()
     """What came closest, what stopped it and what to do, where a gap is left."""
 
@@ -161,6 +163,7 @@ class Diagnosis:
             "schema": SCHEMA,
             "wall_time_s": round(self.wall_time_s, 2),
             "verdict": self.verdict,
+            "finished": self.finished,
             "baseline": errors_json(self.baseline),
             "extended": errors_json(self.extended),
             "noise_floor": {"force": self.noise_force, "theta": self.noise_theta},

@@ -47,6 +47,7 @@ class Hysteresis(Effect):
     name = "hysteresis"
     side = "actuator"
     memory = Stage.TENSION
+    includes = ("coulomb_friction",)
     parameters = (
         Parameter(
             name="force",

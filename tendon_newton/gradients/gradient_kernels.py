@@ -41,12 +41,7 @@ from tendon_newton.device_code.structs import (
 )
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.gradients.substep_kernels import with_command
-from tendon_newton.simulation.dynamics.forces import (
-    along_free,
-    free_rows,
-    smooth_forces,
-    without_held,
-)
+from tendon_newton.simulation.dynamics.forces import free_part, smooth_forces
 from tendon_newton.simulation.dynamics.memory import remembered
 from tendon_newton.simulation.dynamics.modes import SWEEPS, choose_modes, row_force
 from tendon_newton.simulation.dynamics.sensors import tensions_in
@@ -205,10 +200,12 @@ def holding_forces(
 ) -> RowVector:
     """Return the pull [N] of each tendon that sticks: nothing accelerates along what holds."""
     forces = smooth_forces(mechanism, p, here, modes)
-    load = along_free(forces.torque, modes)
-    free = free_rows(row_arms(mechanism, here, modes), modes)
+    arms = row_arms(mechanism, here, modes)
+    part = free_part(forces.mass_matrix, forces.torque, arms, modes)
+    load = part.load
+    free = part.arms
     bow = row_bow(here)
-    mobility = inverse(without_held(forces.mass_matrix, modes))
+    mobility = inverse(part.matrix)
     hold = RowVector()
     for d in range(ROWS):
         if modes.tendon_sticks[d] > real(0.0):

@@ -26,7 +26,7 @@ from tendon_newton.device_code.placeholders import (
 from tendon_newton.device_code.structs import Commands, Drive, Log, Mechanism, Modes
 from tendon_newton.device_code.templates import Specialiser, device_template
 from tendon_newton.simulation.contact.contact_distances import constant_share, halved_share
-from tendon_newton.simulation.dynamics.forces import along_free, free_rows, touching
+from tendon_newton.simulation.dynamics.forces import free_part, touching
 from tendon_newton.simulation.dynamics.modes import SWEEPS, choose_modes, constrained_solve
 from tendon_newton.simulation.kernels.command_log import find_row
 
@@ -46,8 +46,9 @@ def constraint_forces(
 
     A^T z = load - M x over the joints that are free.
     """
-    rest = along_free(load - matrix * x, modes)
-    free = free_rows(arms, modes)
+    part = free_part(matrix, load - matrix * x, arms, modes)
+    rest = part.load
+    free = part.arms
     z = RowVector()
     for _sweep in range(wp.static(1 if ROWS == 1 else SWEEPS)):
         for d in range(ROWS):

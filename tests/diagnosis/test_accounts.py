@@ -143,6 +143,7 @@ def test_a_number_at_an_infinite_null_does_not_break_the_file(tmp_path: Path) ->
     cause = read.find("force_saturation")
     assert cause is not None
     assert cause.values == {}
+    assert "force_saturation explains nothing alone." in text(read, "force_saturation")
 
 
 def test_a_criterion_without_a_sentence_is_told_plainly(tmp_path: Path) -> None:

@@ -37,7 +37,7 @@ def data(shared: Path, name: str) -> Path:
         (
             "Rotation",
             ("chirp_sweep", "slow_precision"),
-            0.74,
+            0.75,
             {"actuator_lag", "command_delay", "deadband"},
         ),
         (

@@ -11,7 +11,15 @@ from collections.abc import Callable
 from tendon_newton.diagnosis.accounts.account_file import Account
 from tendon_newton.diagnosis.reporting.report_words import docstring_part, quantity
 from tendon_newton.diagnosis.result import Criterion
-from tendon_newton.diagnosis.search.account import ADDED, BEHIND, HELD_OUT, IN_RANGE, LOSS, TOGETHER
+from tendon_newton.diagnosis.search.account import (
+    ADDED,
+    BEHIND,
+    CHANGE,
+    HELD_OUT,
+    IN_RANGE,
+    LOSS,
+    TOGETHER,
+)
 from tendon_newton.effects import EFFECTS
 
 MANY = 3
@@ -20,7 +28,8 @@ MANY = 3
 
 def sentences(cause: Account) -> list[str]:
     """Return why a cause was named or not, and what would tell, in the order of reading."""
-    out = [f"{what(cause)} explains {percent(cause.share)} of the gap alone{places(cause)}."]
+    share = f"{percent(cause.share)} of the gap" if cause.share > 0.0 else "nothing"
+    out = [f"{what(cause)} explains {share} alone{places(cause)}."]
     out.append(outcome(cause))
     out += [criterion_sentence(criterion) for criterion in cause.criteria]
     if cause.probability is not None:
@@ -32,7 +41,7 @@ def sentences(cause: Account) -> list[str]:
 
 def line(cause: Account) -> str:
     """Return an account on one line: name, share alone, and what became of it."""
-    return f"{cause.name:28s} {percent(cause.share):>6s}  {short_outcome(cause)}"
+    return f"{cause.name:28s} {percent(max(0.0, cause.share)):>6s}  {short_outcome(cause)}"
 
 
 def what(cause: Account) -> str:
@@ -161,6 +170,10 @@ LONG: dict[str, Callable[[Criterion], str]] = {
         "On parts of the data that no number had seen it makes them "
         f"{smaller(c.value)}; {smaller(c.bar)} is asked."
     ),
+    CHANGE: lambda c: (
+        f"It changes the residuals by {c.value:.2g} times what simple laws of friction miss "
+        f"anyway; {c.bar:.2g} is asked."
+    ),
     IN_RANGE: lambda c: (
         "All its numbers lie inside their ranges."
         if c.passed
@@ -184,6 +197,7 @@ LONG: dict[str, Callable[[Criterion], str]] = {
 SHORT: dict[str, Callable[[Criterion], str]] = {
     LOSS: lambda c: f"residuals {smaller(c.value)}; {smaller(c.bar)} asked",
     HELD_OUT: lambda c: f"on unseen data residuals {smaller(c.value)}; {smaller(c.bar)} asked",
+    CHANGE: lambda c: f"changes {c.value:.2g} times what simple laws of friction miss anyway",
     IN_RANGE: lambda _: "a number at the edge of its range",
     ADDED: lambda c: (
         f"residuals {smaller(c.value)}; {smaller(c.bar)} asked"

@@ -9,7 +9,7 @@ from tendon_newton.data.files.toml_file import read_toml
 from tendon_newton.data.model_file import Model, load_model
 from tendon_newton.diagnosis.accounts.account_file import Account, state_accounts
 from tendon_newton.diagnosis.accounts.account_words import percent, places, short_outcome, what
-from tendon_newton.diagnosis.accounts.suspect_data import suspects
+from tendon_newton.diagnosis.accounts.suspect_data import standing_apart
 from tendon_newton.diagnosis.evaluation import evaluate_models, explained_fraction
 from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.diagnosis.search.account import TOGETHER
@@ -21,6 +21,8 @@ CLOSE = 3
 """Single causes that are told where no set was found."""
 WORTH_SAYING = 0.1
 """Share of the gap from which a cause came close [1]."""
+GO_ON = "Let the search come to its end: run it again, with more --budget or without Ctrl-C."
+"""What to do first after a search that was ended early."""
 RECORD: dict[str, str] = {
     "theta": "slow ramps over the whole range, there and back",
     "theta_dot": "sines of several speeds",
@@ -48,9 +50,11 @@ def next_steps(
     """
     if diagnosis.verdict in ("no_gap", "explained"):
         return ()
-    data = [suspect.text for suspect in suspects(train, model, closest)]
+    benches = tuple(dict.fromkeys(r.bench for r in (*dataset.train, *dataset.test)))
+    data = [suspect.text for suspect in standing_apart(train, model, closest, benches)]
     tried = tuple(came_closest(diagnosis)) if diagnosis.verdict == "unexplained" else ()
-    return (*data, *tried, *better_start(dataset, model, diagnosis, train), *to_record(diagnosis))
+    last = to_record(diagnosis) if diagnosis.finished else [GO_ON]
+    return (*data, *tried, *better_start(dataset, model, diagnosis, train), *last)
 
 
 def came_closest(diagnosis: Diagnosis) -> Iterator[str]:
@@ -65,9 +69,13 @@ def came_closest(diagnosis: Diagnosis) -> Iterator[str]:
             f"above the noise is left, and at most {percent(left.bar)} may be."
         )
         return
-    for cause in sorted(causes, key=lambda c: -c.share)[:CLOSE]:
-        if cause.share > WORTH_SAYING:
-            yield came_close(cause)
+    close = [c for c in sorted(causes, key=lambda c: -c.share)[:CLOSE] if c.share > WORTH_SAYING]
+    yield from map(came_close, close)
+    if causes and not close:
+        yield (
+            f"No effect of the catalogue explains {percent(WORTH_SAYING)} of the gap alone: what "
+            "is missing is probably none of them. An effect of your own is one file."
+        )
 
 
 def came_close(cause: Account) -> str:

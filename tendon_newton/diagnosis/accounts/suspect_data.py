@@ -17,6 +17,8 @@ APART = 5.0
 """A recording whose error is so many times the median one of the others stands apart [1]."""
 BETTER = 3.0
 """Another bench fits a recording if it makes its error so many times smaller [1]."""
+FEW_ROWS, NEARLY_ALL = 0.1, 0.9
+"""An error comes at times if so few rows have so much of its square [1]."""
 LEAST_RECORDINGS = 3
 """Fewer have no majority."""
 ALIKE = 1.0e-6
@@ -46,21 +48,50 @@ class Suspect:
     """What was seen and what follows, in sentences."""
 
 
-def suspects(study: Study, model: Model, values: Mapping[int, float]) -> tuple[Suspect, ...]:
-    """Look for recordings that the others or the model's units contradict.
+def plainly_wrong(study: Study) -> tuple[Suspect, ...]:
+    """Look, before any cause is sought, for recordings that contradict units or each other."""
+    base = study.residuals(*replacements([{}]))
+    return (*wrong_units(study.recordings, base), *contradictions(study))
+
+
+def standing_apart(
+    study: Study, model: Model, values: Mapping[int, float], benches: Sequence[str]
+) -> tuple[Suspect, ...]:
+    """Look for errors of single recordings or moments, where no cause explains them.
 
     Args:
         study: Training recordings.
         model: The model that was started from.
         values: Parameter column -> value of the model that came closest.
+        benches: Benches to which a recording may belong.
     """
-    base, residuals = study.residuals(*replacements([{}])), study.residuals(*replacements([values]))
-    found = [*wrong_units(study.recordings, base), *contradictions(study)]
-    return (*found, *strangers(study, model, values, residuals))
+    residuals = study.residuals(*replacements([values]))
+    times = tuple(at_times(study, residuals))
+    return times or tuple(strangers(study, model, values, residuals, benches))
+
+
+def at_times(study: Study, residuals: Sequence[Residual]) -> Iterator[Suspect]:
+    """Say when an error comes if few rows of the worst recording have nearly all of it."""
+    worst = max(range(len(residuals)), key=lambda index: size_of(residuals[index], study))
+    recording, residual = study.recordings[worst], residuals[worst]
+    square = np.where(residual.trusted, residual.theta[0] ** 2, 0.0)
+    ranked = np.sort(square)[::-1]
+    first = float(ranked[: max(1, int(FEW_ROWS * len(ranked)))].sum())
+    share = first / max(float(ranked.sum()), len(ranked) * study.noise.theta**2)
+    if share < NEARLY_ALL:
+        return
+    row = int(np.argmax(square))
+    yield Suspect(
+        recording=recording.name,
+        text=f"The error comes at times: in {recording.name}, {100.0 * FEW_ROWS:.0f} % of the rows "
+        f"hold {100.0 * share:.0f} % of the squared error of the motor angle, most of it about "
+        f"t = {recording.time[row]:.1f} s. A knock, a cable or something in the way does that.",
+    )
 
 
 def wrong_units(recordings: Sequence[Recording], base: Sequence[Residual]) -> Iterator[Suspect]:
     """Find signals that follow the simulated one in another unit."""
+    found: dict[tuple[str, str], list[tuple[str, float]]] = {}
     for recording, residual in zip(recordings, base, strict=True):
         pairs = [("theta", recording.motor_position[:, 0], residual.theta[0])]
         if recording.force is not None and residual.force is not None:
@@ -69,12 +100,16 @@ def wrong_units(recordings: Sequence[Recording], base: Sequence[Residual]) -> It
             ratio = ratio_of(measured[residual.trusted], (measured - missed)[residual.trusted])
             for unit, words in UNITS[signal]:
                 if ratio is not None and abs(ratio / unit - 1.0) < NEAR_UNIT:
-                    yield Suspect(
-                        recording=recording.name,
-                        text=f"{recording.name}: {signal} is {ratio:.3g} times what the model "
-                        f"gives and follows it otherwise: {words}? Mend the unit and diagnose "
-                        "again; no cause should be made of this.",
-                    )
+                    found.setdefault((signal, words), []).append((recording.name, ratio))
+    for (signal, words), rows in found.items():
+        (name, ratio), more = rows[0], len(rows) - 1
+        others = f" and {more} more recordings" if more else ""
+        yield Suspect(
+            recording=name,
+            text=f"{name}{others}: {signal} is {ratio:.3g} times what the model gives and follows "
+            f"it otherwise: {words}? Mend the unit and diagnose again. No cause should be made of "
+            "this.",
+        )
 
 
 def ratio_of(measured: Array, simulated: Array) -> float | None:
@@ -111,7 +146,11 @@ def same_run(one: Recording, other: Recording) -> bool:
 
 
 def strangers(
-    study: Study, model: Model, values: Mapping[int, float], residuals: Sequence[Residual]
+    study: Study,
+    model: Model,
+    values: Mapping[int, float],
+    residuals: Sequence[Residual],
+    benches: Sequence[str],
 ) -> Iterator[Suspect]:
     """Find single recordings that stand apart, and look whether another bench fits them."""
     recordings, sizes = study.recordings, np.array([size_of(r, study) for r in residuals])
@@ -125,11 +164,14 @@ def strangers(
             f"{recording.name} stands apart: its error is {sizes[index] / max(others, 1.0):.2g} "
             "times that of the other recordings. "
         )
-        bench = better_bench(study, model, values, recording, float(sizes[index]))
-        if bench is not None:
+        others_of = [bench for bench in benches if bench != recording.bench]
+        fits = {b: size_on(b, study, model, values, recording) for b in others_of}
+        bench = min(fits, key=lambda name: fits[name], default=None)
+        if bench is not None and BETTER * fits[bench] < sizes[index]:
             text += (
-                f"As a recording of {bench} it fits: its entry in dataset.toml says "
-                f"{recording.bench}. Mend the entry and diagnose again."
+                f"As a recording of {bench} it fits {sizes[index] / fits[bench]:.2g} times better, "
+                f"and its entry in dataset.toml says {recording.bench}. Mend the entry and "
+                "diagnose again."
             )
         else:
             text += "Check its bench, its load and its zero, or diagnose without it."
@@ -146,22 +188,17 @@ def size_of(residual: Residual, study: Study) -> float:
     return float(np.sqrt(np.mean(squares)))
 
 
-def better_bench(
-    study: Study, model: Model, values: Mapping[int, float], recording: Recording, size: float
-) -> str | None:
-    """Return another bench of the data that fits a recording clearly better; None without one."""
-    benches = dict.fromkeys(r.bench for r in study.recordings if r.bench != recording.bench)
-    found: dict[str, float] = {}
-    for bench in benches:
-        try:
-            moved = Study([replace(recording, bench=bench)], model, study.table.effects,
-                          time_step=study.time_step, scale=study.scale)  # fmt: skip
-            moved.noise = study.noise
-            owners = [study.table.owners[column] for column in values]
-            own = {moved.table.column(owner, p.name): v
-                   for (owner, p), v in zip(owners, values.values(), strict=True)}  # fmt: skip
-        except TendonNewtonError:  # what the entry states of its bench does not suit another
-            continue
-        found[bench] = size_of(moved.residuals(*replacements([own]))[0], moved)
-    best = min(found, key=lambda name: found[name], default=None)
-    return best if best is not None and BETTER * found[best] < size else None
+def size_on(
+    bench: str, study: Study, model: Model, values: Mapping[int, float], recording: Recording
+) -> float:
+    """Return a recording's error as a recording of another bench [1]; infinite if it is none."""
+    try:
+        moved = Study([replace(recording, bench=bench)], model, study.table.effects,
+                      time_step=study.time_step, scale=study.scale)  # fmt: skip
+        moved.noise = study.noise
+        owners = [study.table.owners[column] for column in values]
+        own = {moved.table.column(owner, p.name): v
+               for (owner, p), v in zip(owners, values.values(), strict=True)}  # fmt: skip
+    except TendonNewtonError:  # what the entry states of its bench does not suit another
+        return float("inf")
+    return size_of(moved.residuals(*replacements([own]))[0], moved)

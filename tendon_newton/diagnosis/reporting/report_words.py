@@ -168,6 +168,12 @@ COUNTS = ("No", "One", "Two", "Three")
 
 def headline(diagnosis: Diagnosis) -> str:
     """Return the verdict in one sentence."""
+    text = finished_headline(diagnosis)
+    return text if diagnosis.finished else f"Unfinished search. So far: {text[0].lower()}{text[1:]}"
+
+
+def finished_headline(diagnosis: Diagnosis) -> str:
+    """Return the verdict of a search that came to its end."""
     if diagnosis.verdict in HEADLINES:
         return HEADLINES[diagnosis.verdict]
     count = len(diagnosis.effects)

@@ -45,8 +45,10 @@ def criteria_of(fine: Pool, fit: Fit, decided: Decided, name: str) -> tuple[Crit
 
 def refusal_of(pool: Pool, fine: Pool, decided: Decided, name: str) -> tuple[Criterion, ...]:
     """Return what kept a cause out of the final set: a survey's promise, then real refits."""
-    added, bar = pool.added.get(name, 0.0), pool.bar(name)
-    out = [Criterion(name=ADDED, value=added, bar=bar, passed=added >= bar)]
+    out, bar = [], pool.bar(name)
+    if name in pool.added:  # not where it stood in the set that was looked around last
+        added = pool.added[name]
+        out.append(Criterion(name=ADDED, value=added, bar=bar, passed=added >= bar))
     if name in decided.refused:
         gain, edge = decided.refused[name]
         out.append(Criterion(name=HELD_OUT, value=gain, bar=bar, passed=gain >= bar))

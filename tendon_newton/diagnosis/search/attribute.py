@@ -32,6 +32,8 @@ from tendon_newton.identification.study import Study
 
 HASTE = 0.3
 """Share of that price which the search asks of a cause, before the rule decides [1]."""
+STOPPED = "The search was stopped before its end: causes may be missing."
+OVER_BUDGET = "The search ended at its budget of time: causes may be missing."
 MOST_CAUSES = 7
 """Causes that are looked for at once."""
 
@@ -79,20 +81,23 @@ def find_causes(
         )
         for w, haste in ((worlds, HASTE), (fine_worlds, 1.0))
     )  # fmt: skip
-    interrupted = False
     try:
         fit = find(pool, study.fit_columns(model), names, known, progress)
         pool.haste = 1.0
         progress(f"testing {', '.join(fit.names) or 'whether anything is missing'}")
         fit = settle(pool, fit, names, known)
+        early = OVER_BUDGET if pool.is_late else None
     except KeyboardInterrupt:
-        interrupted = True
+        if frozenset() not in pool.fits:
+            raise
+        early = STOPPED
         fit = pool.best()
+        progress("ending the search; Ctrl-C again ends without an answer")
     progress(f"deciding on {len(chosen)} of {len(recordings)} recordings")
     (baseline,) = transfer(pool, [pool.fits[frozenset()]], fine)
     decided = decide(pool, fit, fine, known, rng)
     baseline = fine.fits[frozenset()]
-    return conclude_search(pool, fine, names, fit, baseline, decided, interrupted)
+    return conclude_search(pool, fine, names, fit, baseline, decided, early)
 
 
 def part_of(study: Study, recordings: Sequence[Recording], model: Model) -> Study:
@@ -111,7 +116,7 @@ def part_of(study: Study, recordings: Sequence[Recording], model: Model) -> Stud
 
 def conclude_search(
     pool: Pool, fine: Pool, names: Sequence[str], fit: Fit, baseline: Fit, decided: Decided,
-    interrupted: bool,
+    early: str | None,
 ) -> Findings:  # fmt: skip
     """Put what was decided into words and numbers."""
     final = ordered(decided)
@@ -122,11 +127,6 @@ def conclude_search(
     stop = None
     if named is None and final.names:
         stop = Criterion(name=TOGETHER, value=1.0 - share, bar=1.0 - LEAST_EXPLAINED, passed=False)
-    notes = []
-    if interrupted:
-        notes.append("The search was stopped before its end: causes may be missing.")
-    elif pool.is_late:
-        notes.append("The search ended at its budget of time: causes may be missing.")
     return Findings(
         verdict=verdict,
         baseline=found_of(fine, baseline),
@@ -139,7 +139,8 @@ def conclude_search(
         candidates=candidates(pool, fine, names, final, decided, stop),
         criteria={name: criteria_of(fine, final, decided, name) for name in final.names},
         probabilities=decided.probabilities,
-        notes=tuple(notes),
+        finished=early is None,
+        notes=() if early is None else (early,),
     )
 
 

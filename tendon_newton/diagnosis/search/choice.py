@@ -241,7 +241,9 @@ def exchanges(chooser: Chooser, count: int) -> list[Trial]:
             trial = chooser.solve([atom], [name])
             if rival not in ranked or trial.score < ranked[rival].score:
                 ranked[rival] = trial
-        out += sorted(ranked.values(), key=lambda trial: trial.score)[:count]
+        best = sorted(ranked, key=lambda rival: ranked[rival].score)[:count]
+        special = [rival for rival in find_effect(name).includes if rival in ranked]
+        out += [ranked[rival] for rival in dict.fromkeys([*best, *special])]
     return out
 
 

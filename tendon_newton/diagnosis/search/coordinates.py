@@ -102,25 +102,25 @@ def atoms(study: Study, effect: str) -> list[dict[int, float]]:
     parameters = [study.parameter(c) for c in columns]
     if len(parameters) == 1:
         return [{columns[0]: v} for v in sizes(study, columns[0])]
+    law = find_effect(effect)
     named = {p.name: (c, p) for c, p in zip(columns, parameters, strict=True)}
     grids: list[list[float]] = []
-    shapes = [p for p in parameters if is_shape(p)]
     for parameter in parameters:
         if parameter.name == "position":
             grids.append(places(study, parameter))
         elif is_shape(parameter):
             grids.append([inside(parameter, f * parameter.nominal) for f in SHAPES])
+        elif np.isinf(parameter.null) and not grids:
+            grids.append([inside(parameter, x) for x in limits(study, parameter)])
         else:
             grids.append([parameter.nominal])
     out = []
     for values in itertools.product(*grids):
         atom = dict(zip(columns, values, strict=True))
-        if any(p.name == "position" for p in shapes) or "position" in named:
-            pass
-        sliding = [(c, p) for c, p in named.values() if p.name in find_effect(effect).dry]
-        if len(sliding) == 2:
-            (first, _), (rest, p) = sliding
-            atom[rest] = inside(p, REST_FACTOR * atom[first])
+        for name in law.dry:
+            if name.startswith("static"):
+                (first, _), (rest, p) = named[law.dry[0]], named[name]
+                atom[rest] = inside(p, REST_FACTOR * atom[first])
         out.append(atom)
     return out
 

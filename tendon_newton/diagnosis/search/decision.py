@@ -132,12 +132,17 @@ def at_bound(pool: Pool, fit: Fit, name: str) -> bool:
 
 
 def simplest(pool: Pool, fit: Fit) -> Fit:
-    """Return a fit with special cases in the place of laws that explain no more."""
+    """Return a fit with special cases in the place of laws that explain no more.
+
+    Nor does a law explain more that changes less than a law's own error of form.
+    """
     for name in fit.names:
         for special in find_effect(name).includes:
             key = (frozenset(fit.names) - {name}) | {special}
             other = pool.fits.get(key)
-            if other is not None and pool.cost(other) <= pool.cost(fit):
+            if other is None:
+                continue
+            if pool.cost(other) <= pool.cost(fit) or pool.change(fit, other) < 1.0:
                 return simplest(pool, other)
     return fit
 

@@ -22,7 +22,7 @@ def floors_of(worlds: Worlds, names: Sequence[str]) -> Floors:
     """
     noise, scale = worlds.study.noise, worlds.study.scale
     form, dry = form_scales(scale), is_dry(names)
-    jumps = any(len(find_effect(name).dry) > 1 for name in names)
+    jumps = any(map(breaks_away, names))
     rung = LADDER if jumps else 1.0 if dry else 1.0 / LADDER
     return Floors(
         theta=float(np.hypot(noise.theta, rung * form.theta)),
@@ -40,5 +40,11 @@ def form_scales(scale: BenchScale) -> Scales:
 
 
 def is_dry(names: Sequence[str]) -> bool:
-    """Tell whether some effects make a tendon or a joint stick."""
-    return any(find_effect(name).dry or name == "joint_dry_friction" for name in names)
+    """Tell whether some effects make a tendon or a joint stick, or stand for what does."""
+    laws = {law for name in names for law in (name, *find_effect(name).includes)}
+    return any(find_effect(law).dry or law == "joint_dry_friction" for law in laws)
+
+
+def breaks_away(name: str) -> bool:
+    """Tell whether an effect's friction at rest is another than in motion: it jumps."""
+    return any(number.startswith("static") for number in find_effect(name).dry)

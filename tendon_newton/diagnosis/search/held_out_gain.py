@@ -15,6 +15,8 @@ FOLDS = 5
 """Parts that are left out in turn, at most."""
 LEAST_PARTS = 3
 """Conditions or recordings from which whole ones are left out; fewer are cut in time."""
+PART = 4
+"""Length of the spans of time [blocks] that are left out where recordings are few: every fifth."""
 STEPS = 2
 """Steps of a refit, from the optimum of all rows."""
 
@@ -35,7 +37,7 @@ def folds(worlds: Worlds) -> Indices:
         return part[worlds.where.recording]
     if len(recordings) >= LEAST_PARTS:
         return worlds.where.recording % FOLDS
-    return worlds.where.block * FOLDS // max(1, worlds.where.block_count)
+    return worlds.where.block // PART % FOLDS
 
 
 def held_out_terms(worlds: Worlds, fits: Sequence[Fit], floors: Floors) -> Array:

@@ -79,13 +79,10 @@ class Pool:
 
     def change(self, fit: Fit, less: Fit) -> float:
         """Return how much smaller residuals a fit has than another [errors of form of a law]."""
-        form, where = form_scales(self.worlds.study.scale), self.worlds.where
-        out = 0.0
-        for force, unit in ((False, form.theta), (True, form.force)):
-            rows = where.is_force == force
-            if rows.any():
-                gain = np.mean(less.residual[rows] ** 2) - np.mean(fit.residual[rows] ** 2)
-                out = max(out, float(np.sqrt(max(0.0, gain))) / unit)
+        form, out = form_scales(self.worlds.study.scale), 0.0
+        for signal in ("theta", "force"):
+            before, after, unit = (getattr(x, signal) for x in (less.scales, fit.scales, form))
+            out = max(out, float(np.sqrt(max(0.0, before**2 - after**2))) / unit)
         return out
 
     def worth(self, fit: Fit, less: Fit, name: str) -> float:

@@ -127,6 +127,8 @@ def start_of(pool: Pool, view: Survey, trial: Trial) -> tuple[tuple[str, ...], d
 def follow(pool: Pool, fits: list[Fit], *, coarse: int) -> list[Fit]:
     """Refit sets jointly, following fewer the longer it takes; add them, best first."""
     for count in FOLLOWED:
+        if pool.is_late:
+            break
         fits.sort(key=pool.cost)
         fits[:count] = refit(pool.worlds, fits[:count], pool.floors, iterations=2, coarse=coarse)
         coarse = 0

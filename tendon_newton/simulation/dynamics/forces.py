@@ -23,7 +23,7 @@ from tendon_newton.device_code.placeholders import (
     real,
 )
 from tendon_newton.device_code.slots import chain_terms, contact_terms
-from tendon_newton.device_code.structs import Drive, Forces, Mechanism, Modes
+from tendon_newton.device_code.structs import Drive, Forces, FreeEquation, Mechanism, Modes
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.tendons.pipeline import (
     damping_torque,
@@ -61,9 +61,8 @@ def smooth_forces(mechanism: Mechanism, p: ParameterVector, here: Drive, modes: 
         damping = damping + touch.damping
     arms = tendon_arms(mechanism, here)
     bow = tendon_bow(here)
-    loaded = here
     if wp.static(HAS_ROTOR and not FREE_SPOOL):
-        loaded.carried = carried_forces(mechanism, p, here, modes, mass_matrix, torque)
+        here = loaded(mechanism, p, here, modes, mass_matrix, torque)
     out = Forces()
     tension = TendonVector()
     slack = TendonVector()
@@ -76,7 +75,7 @@ def smooth_forces(mechanism: Mechanism, p: ParameterVector, here: Drive, modes: 
         if wp.static(FREE_SPOOL):
             moves = modes.joint_sticks[LINKS + d] == real(0.0)
         if modes.tendon_sticks[d] == real(0.0) and not moves:
-            flow = flow_at(mechanism, p, loaded, d, modes.tendon[d])
+            flow = flow_at(mechanism, p, here, d, modes.tendon[d])
             pull = flow.pull
             tension[d] = pull[0]
             slack[d] = flow.slack
@@ -122,49 +121,40 @@ def smooth_forces(mechanism: Mechanism, p: ParameterVector, here: Drive, modes: 
 
 
 @device_template
-def without_held(matrix: JointMatrix, modes: Modes) -> JointMatrix:
-    """Return a matrix that leaves the joints alone which are held: their rows are those of one."""
-    out = matrix
+def free_part(
+    matrix: JointMatrix, load: JointVector, arms: RowMatrix, modes: Modes
+) -> FreeEquation:
+    """Return matrix x = load on the joints that are not held; x is zero along those that are."""
+    m = matrix
+    b = load
+    free = arms
     for j in range(JOINTS):
         if modes.joint_sticks[j] > real(0.0):
             for i in range(JOINTS):
-                out[i, j] = real(0.0)
-                out[j, i] = real(0.0)
-            out[j, j] = real(1.0)
-    return out
-
-
-@device_template
-def along_free(load: JointVector, modes: Modes) -> JointVector:
-    """Return a load on the joints that are not held."""
-    out = load
-    for j in range(JOINTS):
-        if modes.joint_sticks[j] > real(0.0):
-            out[j] = real(0.0)
-    return out
-
-
-@device_template
-def free_rows(arms: RowMatrix, modes: Modes) -> RowMatrix:
-    """Return the rows of the tendons on the joints that are not held."""
-    out = arms
-    for j in range(JOINTS):
-        if modes.joint_sticks[j] > real(0.0):
+                m[i, j] = real(0.0)
+                m[j, i] = real(0.0)
             for d in range(ROWS):
-                out[d, j] = real(0.0)
+                free[d, j] = real(0.0)
+            m[j, j] = real(1.0)
+            b[j] = real(0.0)
+    # a tape does not see numbers that are written into a struct one by one
+    out = FreeEquation()
+    out.matrix = m
+    out.load = b
+    out.arms = free
     return out
 
 
 @device_template
-def carried_forces(
+def loaded(
     mechanism: Mechanism,
     p: ParameterVector,
     here: Drive,
     modes: Modes,
     mass_matrix: JointMatrix,
     torque: JointVector,
-) -> TendonVector:
-    """Return the force [N] that each sliding gear is given, by its motor less the rotor.
+) -> Drive:
+    """Return a drive that knows what each sliding gear is given [N], by its motor less the rotor.
 
     Friction under load is taken on the side of the motor here. That changes how much the gear
     carries, and not on which side: what is left of it after dry friction is a sum of the motor's
@@ -187,13 +177,16 @@ def carried_forces(
                 push[i] = push[i] + arms[d, i] * passed
                 for j in range(JOINTS):
                     m[i, j] = m[i, j] + arms[d, i] * arms[d, j] * flow.pull_gain * inertia
-    acceleration = inverse(without_held(m, modes)) * along_free(push, modes)
+    free = free_part(m, push, RowMatrix(), modes)
+    acceleration = inverse(free.matrix) * free.load
     for d in range(TENDONS):
         rate = bow[d]
         for j in range(JOINTS):
             rate = rate + arms[d, j] * acceleration[j]
         force[d] = force[d] - felt[d] * rate
-    return force
+    out = here
+    out.carried = force
+    return out
 
 
 @device_template

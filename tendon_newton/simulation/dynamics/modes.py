@@ -31,13 +31,7 @@ from tendon_newton.device_code.placeholders import (
 )
 from tendon_newton.device_code.structs import Drive, Mechanism, Modes
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.simulation.dynamics.forces import (
-    along_free,
-    free_rows,
-    smooth_forces,
-    touching,
-    without_held,
-)
+from tendon_newton.simulation.dynamics.forces import free_part, smooth_forces, touching
 from tendon_newton.simulation.tendons.pipeline import flow_at
 from tendon_newton.simulation.tendons.routes import row_arms, row_bow
 from tendon_newton.simulation.tendons.spools import (
@@ -299,9 +293,10 @@ def constrained_solve(
     matrix: JointMatrix, load: JointVector, modes: Modes, arms: RowMatrix, bow: RowVector
 ) -> JointVector:
     """Solve matrix x = load with x = 0 along every joint that is held, -bow along every tendon."""
-    free = free_rows(arms, modes)
-    mobility = inverse(without_held(matrix, modes))
-    x = mobility * along_free(load, modes)
+    part = free_part(matrix, load, arms, modes)
+    free = part.arms
+    mobility = inverse(part.matrix)
+    x = mobility * part.load
     if wp.static(MAY_HOLD):
         for _sweep in range(wp.static(1 if ROWS == 1 else SWEEPS)):
             for d in range(ROWS):

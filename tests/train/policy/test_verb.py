@@ -8,6 +8,7 @@ import pytest
 import torch
 
 from tendon_newton.cli import main
+from tendon_newton.cli.train_policy import show_forecast
 from tendon_newton.data.cards.policy_card import PolicyCard
 from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tests.physics.learned.networks import force_network, write_force_network
@@ -46,7 +47,8 @@ def test_a_user_trains_and_goes_on(tmp_path: Path, capsys: pytest.CaptureFixture
     out = tmp_path / "run"
     assert train(out, "--iterations", "2") == 0
     said = capsys.readouterr().out
-    assert said.index("64 steps of 8 fingers on the CPU, about ") < said.index("iteration    1 of")
+    size, first = said.index("64 steps of 8 fingers on the CPU; "), said.index("iteration    1 of")
+    assert size < said.index("about 1 s for 64 steps") < first
     assert "iteration    2 of 2" in said
     assert train(out, "--iterations", "4") == 0
     said = capsys.readouterr().out
@@ -68,12 +70,16 @@ def test_a_user_trains_and_goes_on(tmp_path: Path, capsys: pytest.CaptureFixture
     assert "discount = 0.95, and now it is 0.5; use another folder" in line
 
 
-def test_a_long_training_says_so_before_it_starts() -> None:
-    """In hours, with what takes less; a GPU that is there and not used is named."""
-    asked = Forecast(steps=10**8, worlds=64, device="the CPU", seconds=8.0e4, idle_gpu=False)
-    assert asked.text.endswith("about 22 h; torch finds no GPU here")
-    assert "--device cuda" in replace(asked, idle_gpu=True).text
-    assert replace(asked, device="NVIDIA H200", seconds=130.0).text.endswith("H200, about 2 min")
+def test_a_long_training_says_so_before_it_starts(capsys: pytest.CaptureFixture[str]) -> None:
+    """In hours, with what takes less; and whether a GPU is there."""
+    asked = Forecast(steps=10**8, worlds=64, device="cpu")
+    assert "100,000,000 steps of 64 fingers on the CPU" in asked.text
+    assert ("no GPU here" in asked.text) == (not torch.cuda.is_available())
+    show_forecast(replace(asked, seconds=8.0e4))
+    said = capsys.readouterr().out
+    assert "about 22 h for" in said
+    assert "a try in some minutes: --worlds 256" in said
+    assert replace(asked, seconds=130.0).text.startswith("about 2 min for")
 
 
 def test_a_finger_of_ones_own_is_evaluated_as_that_finger(

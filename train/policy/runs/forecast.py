@@ -9,8 +9,10 @@ import torch
 
 from train.policy.worlds.environment import FingerEnvironment
 
-TIMED_STEPS = 3
-"""Steps of all worlds that are timed, after one that compiles and warms up."""
+LONGEST = 1.0
+"""Time that is spent on timing at least, unless one step takes longer [s]."""
+STEPS = 20
+"""Most steps of all worlds that are timed, after one that compiles and warms up."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,28 +23,28 @@ class Forecast:
     """Policy steps that are left, of all worlds."""
     worlds: int
     device: str
-    """Name of the device, as people know it."""
-    seconds: float
-    """Time that acting takes; learning comes on top, and is little beside it on a CPU [s]."""
-    idle_gpu: bool
-    """Whether a GPU is there and not used."""
+    """Torch's word for the device."""
+    seconds: float | None = None
+    """Time that acting takes; learning comes on top, and is little beside it on a CPU [s]. None
+    before any step was timed."""
 
     @property
     def text(self) -> str:
-        """The figures as a line."""
-        if self.idle_gpu:
+        """The figures as a line: the size first, and the time once it is known."""
+        if self.seconds is not None:
+            return f"about {time_in_words(self.seconds)} for {self.steps:,} steps"
+        where, gpu = "the CPU", "; torch finds no GPU here"
+        if torch.device(self.device).type == "cuda":
+            where, gpu = torch.cuda.get_device_name(self.device), ""
+        elif torch.cuda.is_available():
             gpu = "; a GPU is there and not used (--device cuda)"
-        elif self.device == "the CPU":
-            gpu = "; torch finds no GPU here"
-        else:
-            gpu = ""
         return (
-            f"{self.steps:,} steps of {self.worlds:,} fingers on {self.device}, "
-            f"about {time_in_words(self.seconds)}{gpu}"
+            f"{self.steps:,} steps of {self.worlds:,} fingers on {where}{gpu}; "
+            "compiling, and timing a few"
         )
 
 
-def forecast(environment: FingerEnvironment, steps: int) -> Forecast:
+def timed(environment: FingerEnvironment, steps: int) -> Forecast:
     """Time some steps of all worlds; whoever trains must let the environment begin anew.
 
     Args:
@@ -52,17 +54,13 @@ def forecast(environment: FingerEnvironment, steps: int) -> Forecast:
     device = torch.device(environment.device)
     actions = torch.zeros(environment.num_envs, environment.num_actions)
     environment.step(actions)
-    begin = now(device)
-    for _ in range(TIMED_STEPS):
+    begin, count = now(device), 0
+    while count == 0 or (count < STEPS and now(device) - begin < LONGEST):
         environment.step(actions)
-    pace = (now(device) - begin) / (TIMED_STEPS * environment.num_envs)
-    on_cpu = device.type == "cpu"
+        count += 1
+    pace = (now(device) - begin) / (count * environment.num_envs)
     return Forecast(
-        steps=steps,
-        worlds=environment.num_envs,
-        device="the CPU" if on_cpu else torch.cuda.get_device_name(device),
-        seconds=pace * steps,
-        idle_gpu=on_cpu and torch.cuda.is_available(),
+        steps=steps, worlds=environment.num_envs, device=str(device), seconds=pace * steps
     )
 
 

@@ -25,7 +25,7 @@ from train.policy.runs.checkpoint import (
     training_settings,
 )
 from train.policy.runs.curve import CurveLogger, CurvePoint, Progress
-from train.policy.runs.forecast import Forecast, forecast
+from train.policy.runs.forecast import Forecast, timed
 from train.policy.runs.process import Process
 from train.policy.worlds.environment import FingerEnvironment
 from train.policy.worlds.force_model import hashes
@@ -60,12 +60,17 @@ def train_policy(
         out: Folder for checkpoints and the TensorBoard log.
         report: Called after every iteration, in the first process.
         start: Checkpoint of another training whose weights this one begins with.
-        expect: Called before the first iteration, in the first process, with what it will take.
+        expect: Called in the first process before anything is compiled, with the size, and before
+            the first iteration, with the time.
     """
     process = Process.own()
     device = process.device(config.device)
     torch.set_num_threads(config.threads)
     process.seed_draws(config.seed, 0)
+    if expect is not None and process.rank == 0:
+        worlds = config.environment.worlds
+        steps = config.iterations * worlds * config.steps
+        expect(Forecast(steps=steps, worlds=worlds, device=device))
     environment = FingerEnvironment(config.environment, seed=config.seed, device=device)
     runner = make_runner(environment, config, device)
     files = files_of(environment, config) | ({} if start is None else hashes(start))
@@ -84,7 +89,7 @@ def train_policy(
     runner.logger = logger
     left = config.iterations - len(logger.points)
     if expect is not None and first and left > 0:
-        expect(forecast(environment, left * config.environment.worlds * config.steps))
+        expect(timed(environment, left * config.environment.worlds * config.steps))
     try:
         while (done := len(logger.points)) < config.iterations:
             environment.reset(seed=process.seed_draws(config.seed, done))

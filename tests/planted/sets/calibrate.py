@@ -1,4 +1,6 @@
-"""False names against the price of a cause: ``python -m tests.planted.calibrate SETS --out DIR``.
+"""False names against the price of a cause.
+
+``python -m tests.planted.sets.calibrate SETS --out DIR``.
 
 Every set of an exam is searched with a low price. What each cause that is named there is worth, on
 all rows and on parts left out, says at which prices it would go; the truth says whether it should.

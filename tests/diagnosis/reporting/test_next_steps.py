@@ -1,9 +1,11 @@
 """Where a gap is left the answer says what came closest, what stopped it, and what to do."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tendon_newton.cli.diagnose import summary
@@ -11,12 +13,13 @@ from tendon_newton.data.dataset import Dataset, load_dataset
 from tendon_newton.data.model_file import Model, NamedValues, load_model, write_model
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.accounts.next_steps import (
+    GO_ON,
     better_start,
     came_closest,
     next_steps,
     to_record,
 )
-from tendon_newton.diagnosis.accounts.suspect_data import suspects
+from tendon_newton.diagnosis.accounts.suspect_data import plainly_wrong, standing_apart
 from tendon_newton.diagnosis.explanation import Setting
 from tendon_newton.diagnosis.reporting.report import write_report
 from tendon_newton.diagnosis.result import CandidateScore, Criterion, Errors
@@ -24,6 +27,7 @@ from tendon_newton.diagnosis.search.account import ADDED, TOGETHER
 from tendon_newton.identification.study import Study
 from tests.diagnosis.made_up import COEFFICIENT, EXAMPLE, beginning, diagnosis, evidence
 
+BENCHES = ("spring_weak", "spring_strong", "finger")
 KILOGRAM_FORCE = 0.102  # [kgf] in one newton
 
 
@@ -39,7 +43,8 @@ def told(recordings: Sequence[Recording]) -> list[str]:
     model = load_model(EXAMPLE / "model.toml")
     study = Study(recordings, model, ("viscous_friction",), time_step=1e-3)
     (column,) = study.table.columns("viscous_friction")
-    return [suspect.text for suspect in suspects(study, model, {column: COEFFICIENT})]
+    apart = standing_apart(study, model, {column: COEFFICIENT}, BENCHES)
+    return [suspect.text for suspect in (*plainly_wrong(study), *apart)]
 
 
 def test_good_data_are_not_suspect() -> None:
@@ -54,17 +59,20 @@ def test_a_force_in_another_unit_is_called_that() -> None:
     said = told([replace(first, force=KILOGRAM_FORCE * first.force), *others])
     unit = [text for text in said if "kgf in place of N?" in text]
     assert len(unit) == 1
-    assert unit[0].startswith(first.name)
+    assert unit[0].startswith(f"{first.name}: force is")
+    whole = [replace(r, force=KILOGRAM_FORCE * r.force) for r in springs() if r.force is not None]
+    (said_once,) = told(whole)[:1]
+    assert re.match(rf"{first.name} and [34] more recordings: force is", said_once)
 
 
 def test_a_recording_of_another_bench_is_found_with_its_bench() -> None:
     """A strong spring that its entry calls a weak one stands apart, and fits where it belongs."""
-    recordings = springs()
-    strong = next(i for i, r in enumerate(recordings) if r.bench == "spring_strong")
-    recordings[strong] = replace(recordings[strong], bench="spring_weak")
-    (said,) = told(recordings)
-    assert said.startswith(f"{recordings[strong].name} stands apart")
+    weak = [r for r in springs() if r.bench == "spring_weak"]
+    strong = next(r for r in springs() if r.bench == "spring_strong")
+    (said,) = told([*weak, replace(strong, bench="spring_weak")])
+    assert said.startswith(f"{strong.name} stands apart")
     assert "As a recording of spring_strong it fits" in said
+    assert "its entry in dataset.toml says spring_weak" in said
 
 
 def test_two_runs_that_contradict_each_other_are_both_named() -> None:
@@ -75,6 +83,19 @@ def test_two_runs_that_contradict_each_other_are_both_named() -> None:
     assert len(said) == 1
     assert said[0].startswith(f"{first.name} and again.csv have the same bench")
     assert "differ by 50 mrad" in said[0]
+
+
+def test_an_error_that_comes_at_times_is_told_with_its_time() -> None:
+    """Three knocks of a tenth of a second in one recording of five, the greatest after 2.5 s."""
+    first, *others = springs()
+    moved = np.array(first.motor_position)
+    for row, size in ((100, 0.2), (200, 0.3), (300, 0.2)):
+        moved[row : row + 8] += size
+    (said,) = told([replace(first, motor_position=moved), *others])
+    assert said.startswith(
+        f"The error comes at times: in {first.name}, 10 % of the rows hold 100 % of the squared"
+    )
+    assert "most of it about t = 2.5 s" in said
 
 
 def test_the_set_that_came_closest_is_told_with_what_stopped_it() -> None:
@@ -155,6 +176,21 @@ def test_what_to_record_follows_from_what_is_missing() -> None:
     assert "Record the force" in said
     assert "All recordings are of finger" in said
     assert "depends most on theta: record slow ramps over the whole range" in said
+
+
+def test_where_nothing_comes_close_that_is_said() -> None:
+    """The best single cause explains a hundredth."""
+    scores = (CandidateScore(name="backlash", score=0.01, values={"width": 0.1}),)
+    (said,) = came_closest(replace(diagnosis("unexplained"), candidates=scores))
+    assert said.startswith("No effect of the catalogue explains 10 % of the gap alone")
+
+
+def test_after_an_early_end_the_next_step_is_to_let_it_end() -> None:
+    """Nothing is asked to be recorded before the search has looked at what there is."""
+    found = replace(diagnosis("unexplained"), finished=False, candidates=())
+    shown, model = evidence(), load_model(EXAMPLE / "model.toml")
+    nothing = Dataset(path=Path(), train=(), test=())
+    assert next_steps(found, nothing, model, shown.train, shown.extended) == (GO_ON,)
 
 
 def test_report_and_screen_tell_the_next_step(tmp_path: Path) -> None:

@@ -6,8 +6,8 @@ import pytest
 
 from tendon_newton.diagnosis.reporting.report import write_report
 from tendon_newton.exam.exam_report import write_exam_report
-from tests.diagnosis.browser import find_browser, look_at
 from tests.diagnosis.made_up import VERDICTS, diagnosis, evidence
+from tests.diagnosis.reporting.browser import find_browser, look_at
 from tests.exam.made_up_exam import marks
 
 WIDTHS = (1280, 400)  # [px] a desk and a phone

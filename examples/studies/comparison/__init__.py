@@ -1,0 +1,1 @@
+"""One page that compares everybody on the same logs and splits."""

@@ -1,0 +1,69 @@
+"""Tables of the comparison, and their place in the page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+BEGIN, END = "<!-- tables: begin -->", "<!-- tables: end -->"
+REPEATS = "repeats"
+ROWS = {
+    REPEATS: "repeats of the same motion: no model can do better",
+    "data sheet": "data sheet, nothing fitted",
+    "four numbers": "lag, delay, deadband and offset, no physics",
+    **{f"bam {m}": f"Rhoban/bam {m}, refitted by its own program" for m in
+       ("m1", "m2", "m3", "m4", "m5", "m6")},
+    "ours, two effects": "ours, two effects named beforehand",
+    "ours, diagnosed": "ours, diagnosed",
+}  # fmt: skip
+"""Rows, in order, with their words."""
+
+Results = Mapping[str, Mapping[str, Mapping[str, Any]]]
+
+
+def tables(results: Results) -> str:
+    """Return one table of errors and one of costs."""
+    servos = list(dict.fromkeys(key.split(":")[0] for key in results))
+    return "\n\n".join(
+        part
+        for servo in servos
+        for keys in [[key for key in results if key.startswith(f"{servo}:")]]
+        for part in (f"### {servo.upper()}", errors(results, keys), costs(results, keys))
+    )
+
+
+def errors(results: Results, keys: Sequence[str]) -> str:
+    """Return held-out errors, with those on the training logs in brackets [mrad]."""
+    head = ["held out (trained) [mrad]", *(key.split(": ")[1] for key in keys)]
+    lines = [head, ["---"] * len(head)]
+    for row, words in ROWS.items():
+        if row == REPEATS and not any(row in results[key] for key in keys):
+            continue  # nothing was recorded twice
+        lines.append([words, *(error(results[key].get(row)) for key in keys)])
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def error(found: Mapping[str, Any] | None) -> str:
+    """Return one error in words; a row that waits has a dash."""
+    if found is None:
+        return "waits"
+    if "trained" not in found:
+        return f"{found['held_out']:.1f}"
+    return f"{found['held_out']:.1f} ({found['trained']:.1f})"
+
+
+def costs(results: Results, keys: Sequence[str]) -> str:
+    """Return numbers, time and what each says, of the first split that has the row."""
+    lines = [["", "numbers", "time of a fit", "says"], ["---"] * 4]
+    for row, words in ROWS.items():
+        found = next((results[key][row] for key in keys if row in results[key]), {})
+        if "seconds" in found:
+            own = [str(found["numbers"]), f"{found['seconds']:.0f} s", str(found["says"])]
+            lines.append([words, *own])
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def page_with(page: str, text: str) -> str:
+    """Return a page with its tables replaced."""
+    before, rest = page.split(BEGIN, 1)
+    return f"{before}{BEGIN}\n{text}\n{END}{rest.split(END, 1)[1]}"

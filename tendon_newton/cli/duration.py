@@ -1,0 +1,29 @@
+"""Times that a person types."""
+
+from __future__ import annotations
+
+import re
+
+from tendon_newton.errors import InvalidParameter
+
+DURATION = re.compile(r"(\d+(?:\.\d+)?)\s*(s|min|h)?")
+UNITS = {"s": 1.0, "min": 60.0, "h": 3600.0, None: 1.0}
+
+
+def read_duration(text: str, option: str) -> float:
+    """Return a time such as 90s, 5min or 1h [s]; a bare number is in seconds.
+
+    Args:
+        text: The time.
+        option: Its option, for messages.
+
+    Raises:
+        InvalidParameter: It is none, or not above zero.
+    """
+    found = DURATION.fullmatch(text.strip())
+    seconds = 0.0 if found is None else float(found[1]) * UNITS[found[2]]
+    if seconds <= 0.0:
+        raise InvalidParameter(
+            f"{option} must be a time above zero such as 90s, 5min or 1h; it is {text!r:.40}"
+        )
+    return seconds

@@ -1,0 +1,77 @@
+"""How long a diagnosis will take, said before it starts, and how much of that is left."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+
+from tendon_newton.data.model_file import Model
+from tendon_newton.data.recording import Recording
+from tendon_newton.diagnosis.search.spans import beginnings, deciding
+from tendon_newton.diagnosis.search.strategy import ROUGH_STEP
+from tendon_newton.identification.cutting import rows_of
+from tendon_newton.identification.study import Study, replacements
+
+ONE_CAUSE, SEVERAL_CAUSES = (500, 30), (1600, 200)
+"""Candidates that are simulated on the beginnings of recordings, and on what decides: with one
+cause to find, and with four. Counted on the example and on planted sets."""
+TRIALS = 64
+"""Candidates that are simulated to see how fast this computer is."""
+TRIAL_ROWS = 100
+"""Rows of a recording on which that is seen."""
+SEARCH_SHARE = 0.6
+"""Share of a budget that the search may take; deciding on all rows takes the rest [1]."""
+DONE: tuple[tuple[str, float], ...] = (
+    ("testing", 0.5),
+    ("deciding", 0.65),
+    ("measuring", 0.95),
+)
+"""Beginning of a message -> share of the time that has passed by then, typically [1]."""
+
+
+def expected_times(
+    recordings: Sequence[Recording], model: Model, study: Study
+) -> tuple[float, float]:
+    """Return what a diagnosis will take [s], with one cause to find and with several.
+
+    A part of one recording is simulated first, by as many candidates as keep all cores busy.
+
+    Args:
+        recordings: Training recordings as they are.
+        model: The model to start from.
+        study: The same recordings, all rows.
+    """
+    part = rows_of(recordings[0], slice(0, TRIAL_ROWS), recordings[0].name)
+    small = Study([part], model, study.table.effects, scale=study.scale)
+    candidates = replacements([{}] * TRIALS)
+    small.residuals(*candidates, ROUGH_STEP)  # loads the kernels
+    start = time.monotonic()
+    small.residuals(*candidates, ROUGH_STEP)
+    pace = (time.monotonic() - start) / TRIALS / part.duration
+    first = sum(r.duration for r in (recordings if study.kinematic else beginnings(recordings)))
+    whole = sum(r.duration for r in deciding(recordings)) * ROUGH_STEP / study.time_step
+    one, several = (pace * (n * first + m * whole) for n, m in (ONE_CAUSE, SEVERAL_CAUSES))
+    return one, several
+
+
+def expectation(one: float, several: float) -> str:
+    """Say what a diagnosis will take."""
+    return f"{time_text(one)} if there is one cause to find, {time_text(several)} if there are four"
+
+
+def time_left(message: str, elapsed: float) -> str:
+    """Say after a message of progress how much time is left; empty where that is unknown.
+
+    Args:
+        message: What is being done.
+        elapsed: Time since the start [s].
+    """
+    done = next((share for begin, share in DONE if message.startswith(begin)), 0.0)
+    return f", {time_text(elapsed * (1.0 - done) / done)} left" if done else ""
+
+
+def time_text(seconds: float) -> str:
+    """Return a time as a person would say it."""
+    if seconds > 90.0:
+        return f"about {seconds / 60.0:.0f} min"
+    return f"about {max(1.0, seconds):.0f} s"

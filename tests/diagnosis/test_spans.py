@@ -1,0 +1,44 @@
+"""Long data are searched and decided on parts that every bench and gain has a share in."""
+
+import numpy as np
+
+from tendon_newton.data.recording import Recording
+from tendon_newton.diagnosis.search.spans import (
+    LONG_SPAN,
+    MOST_LONG_SPANS,
+    MOST_SPANS,
+    SPAN,
+    beginnings,
+    deciding,
+    duration,
+)
+from tests.effect_bench import commanded
+
+
+def runs(count: int, seconds: float, bench: str) -> list[Recording]:
+    """Recordings of one bench."""
+    return [commanded(np.zeros(int(80 * seconds)), bench) for _ in range(count)]
+
+
+def test_little_data_decide_as_they_are() -> None:
+    """Five recordings of 15 s: the same objects, nothing is cut."""
+    data = runs(5, 15.0, "spring_weak")
+    assert all(own is other for own, other in zip(deciding(data), data, strict=True))
+
+
+def test_hours_are_decided_on_minutes_of_every_bench() -> None:
+    """36 minutes on three benches: four minutes decide, a minute and a half is searched."""
+    benches = ("finger", "spring_weak", "spring_strong")
+    data = [run for bench in benches for run in runs(16, 45.0, bench)]
+    chosen, first = deciding(data), beginnings(data)
+    assert {r.bench for r in chosen} == {r.bench for r in first} == set(benches)
+    assert len(chosen) <= MOST_LONG_SPANS
+    assert len(first) <= MOST_SPANS
+    assert sum(map(duration, chosen)) <= LONG_SPAN * MOST_LONG_SPANS
+    assert max(map(duration, first)) <= SPAN
+
+
+def test_one_long_run_keeps_what_it_may() -> None:
+    """Ten minutes of one recording: the first four of them decide."""
+    (chosen,) = deciding(runs(1, 600.0, "spring_weak"))
+    assert abs(duration(chosen) - LONG_SPAN * MOST_LONG_SPANS) < 0.1

@@ -1,0 +1,49 @@
+"""The page of the comparison shows what its command has found, and the baseline is what it says."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from examples.studies.comparison.four_numbers import Grid, fitted, simulate
+from examples.studies.comparison.table import page_with, tables
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = ROOT / "docs" / "comparison.md"
+RESULTS = ROOT / "examples" / "studies" / "comparison" / "comparison.json"
+
+
+def test_the_page_shows_the_results() -> None:
+    """Its tables are those that the command prints of the kept results."""
+    page = PAGE.read_text(encoding="utf-8")
+    assert page == page_with(page, tables(json.loads(RESULTS.read_text())))
+
+
+def test_a_row_that_was_not_made_waits() -> None:
+    """Nothing stands in for a fit that nobody has made."""
+    text = tables({"xl330: test kp 100": {"data sheet": {"held_out": 12.34, "trained": 5.67,
+                                                          "numbers": 0, "seconds": 0.0,
+                                                          "says": ""}}})  # fmt: skip
+    assert "| data sheet, nothing fitted | 12.3 (5.7) |" in text
+    assert "| Rhoban/bam m6, refitted by its own program | waits |" in text
+    assert "repeats" not in text
+
+
+def test_lag_delay_deadband_and_offset_are_found() -> None:
+    """A servo that is nothing else is told by its four numbers."""
+    time = 0.005 * np.arange(600)
+    command = np.stack([np.sign(np.sin(2.0 * time)), np.sin(3.0 * time)], axis=1)
+    still = np.zeros_like(command)
+    grid = Grid(command=command, position=still, enabled=still + 1.0, valid=still + 1.0)
+    known = np.array([0.06, 0.02, 0.02, 0.05])
+    found = fitted(replace(grid, position=simulate(grid, known)))
+    assert np.abs(found) == pytest.approx(known, rel=0.1)  # the delay is one of whole steps
+
+
+def test_a_motor_that_is_off_stays() -> None:
+    """The baseline knows no weight."""
+    command = np.ones((50, 1))
+    off = Grid(command=command, position=0.0 * command, enabled=0.0 * command, valid=command)
+    assert np.all(simulate(off, np.array([0.05, 0.0, 0.0, 0.0])) == 0.0)
