@@ -22,7 +22,7 @@ from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import InvalidModelFile, InvalidOutput
 from tendon_newton.exports.base import Coverage, Exported, ExportTarget
 from tendon_newton.exports.mjcf_servo import FRICTION_SHAPE, FRICTION_TIME, number, spool_of
-from tendon_newton.exports.mujoco_target import change_mechanism
+from tendon_newton.exports.mujoco_target import change_mechanism, refuse_damaged
 from tendon_newton.mechanisms.authoring.mujoco_file import (
     mujoco_spec,
     newton_s_mujoco,
@@ -76,6 +76,7 @@ def write_bam_target(folder: Path, mechanism: Mechanism, model: Model) -> Export
         InvalidOutput: A file cannot be written.
     """
     tendon = the_tendon(mechanism, model)
+    refuse_damaged(model)
     write_spec(folder / MODEL_FILE, bench_spec(mechanism, model, tendon))
     program = files("tendon_newton.exports").joinpath("bam_servo.template").read_text("utf-8")
     parameters = json.dumps(parameter_table(model, tendon), indent=2) + "\n"

@@ -32,6 +32,8 @@ from tendon_newton.mechanisms.authoring.mujoco_file import (
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.simulation.hosts.rollout import Trajectory
 from tendon_newton.simulation.hosts.timeline import make_timeline
+from tendon_newton.simulation.model.parameter_table import ParameterTable, spool_radius_of
+from tendon_newton.simulation.model.structure import in_catalogue_order
 
 MODEL_FILE = "model.xml"
 PROGRAM_FILE = "tendon_step.py"
@@ -75,6 +77,7 @@ def write_mujoco_target(folder: Path, mechanism: Mechanism, model: Model) -> Exp
         InvalidOutput: A file cannot be written.
     """
     refuse_kinematic(model, "MuJoCo")
+    refuse_damaged(model)
     network, model = exported_network(folder, model)
     path = folder / MODEL_FILE
     signs, offsets = write_model_file(path, mechanism, model)
@@ -114,6 +117,15 @@ def refuse_kinematic(model: Model, target: str) -> None:
             f"{target} needs an actuator that gives a force; {model.actuator.name!r} only moves "
             "its shaft"
         )
+
+
+def refuse_damaged(model: Model) -> None:
+    """Refuse a number that is missing or out of range, before anything is written."""
+    names = in_catalogue_order(tuple(effect.name for effect in model.effects))
+    table = ParameterTable(actuator=model.actuator.name, effects=names)
+    if not find_actuator(model.actuator.name).held:  # a network's card fills in what is missing
+        table.vector(model)
+    spool_radius_of(model)
 
 
 def write_model_file(

@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import mujoco
@@ -12,6 +13,7 @@ from examples.studies.exports import TYPICAL, model_of
 from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import InvalidModelFile
+from tendon_newton.exports.bam_target import write_bam_target
 from tendon_newton.exports.mujoco_target import (
     IN_THE_FILE,
     MODEL_FILE,
@@ -143,6 +145,37 @@ def test_a_servo_without_force_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InvalidModelFile, match="gives a force"):
         write_mujoco_target(tmp_path, bench_of("servo", model), model)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("write", [write_mujoco_target, write_bam_target])
+def test_a_damaged_model_leaves_no_file(write: Callable[..., object], tmp_path: Path) -> None:
+    """Its number is named, and nothing is written that somebody could take for the model."""
+    sound = model_of("finger", "pwm_servo")
+    values = {**sound.actuator.values, "resistance": -3.0}
+    model = Model(actuator=NamedValues(name="pwm_servo", values=values))
+    with pytest.raises(InvalidModelFile, match="resistance"):
+        write(tmp_path, bench_of("finger", sound), model)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_tendon_that_sticks_does_not_creep(finger_file: tuple[Path, list, list]) -> None:
+    """Two seconds of a held force move it by less than a micrometre."""
+    path, signs, offsets = finger_file
+    model = model_of("finger", "ideal", "coulomb_friction")
+    mechanism = bench_of("finger", model)
+    servos = servo_numbers(mechanism, model, signs, offsets)
+    text = program_text(mechanism, model, servos, title="Friction.", span=(0.0, 1.0))
+    scope: dict = {"__name__": "tendon_step", "__file__": str(path.parent / PROGRAM_FILE)}
+    exec(compile(text, PROGRAM_FILE, "exec"), scope)
+    mj_model = mujoco.MjModel.from_xml_path(str(path))
+    mj_model.opt.timestep = 5.0e-4
+    hook = scope["make_hook"](mj_model, mujoco.MjData(mj_model))
+    hook.reset([0.5])
+    before = hook.read().angle[0]
+    hook.command[:] = 0.6  # 0.42 N more, of 0.6 N that stick
+    for _ in range(4000):
+        hook.step()
+    assert abs(hook.read().angle[0] - before) * 0.0125 < 1.0e-6
 
 
 def test_the_typical_numbers_are_those_of_every_effect() -> None:

@@ -141,6 +141,8 @@ class Hook:
         self.strain = [[0.0] * self.spring_memories for _ in self.joints]
         self.bow = [0.0] * len(self.servos)
         self.carried = [0.0] * len(self.servos)
+        self.kept = [0.0] * len(self.servos)
+        self.kept_of_joint: dict[int, float] = {}
         self.next_query = 0.0
         for servo in self.servos:
             servo.memory = [0.0] * len(servo.memory)
@@ -276,10 +278,22 @@ class Hook:
         if loose:
             _, _, tension = servo.spool_flow(now, 0.0)
             lower, upper = (servo.guided(tension, now, side) for side in (1.0, -1.0))
-        return Hold(least, most, sides, lower, max(upper, lower), speed)
+        if upper < lower:  # a motor that brakes its rotor while the string is taut: nothing sticks
+            lower = upper = lower if rate >= speed else upper
+        return Hold(least, most, sides, lower, upper, speed)
 
-    def prepare(self, nows: list[Now], h: float) -> list[Hold]:
-        """Give MuJoCo the forces of the step to come; `mj_step1` has been called."""
+    def prepare(self, nows: list[Now], h: float, within: float | None = None) -> list[Hold]:
+        """Give MuJoCo the forces of the step to come; `mj_step1` has been called.
+
+        MuJoCo's friction gives way in proportion to its force. What it gave way by in the step
+        before is asked of it on top, so that what sticks does not creep.
+
+        Args:
+            nows: The present of each tendon.
+            h: Step [s].
+            within: Time [s] in which friction may bring a motion to rest, a step by default.
+        """
+        within = within or h
         data = self.data
         applied = self.joint_torques(h)
         arms = self.moment_arms = self.arms()
@@ -293,11 +307,15 @@ class Hook:
             self.next_inertia(d, servo, now, hold, h)
             row = rows.get(self.tendons[d])
             if row is not None:
-                data.efc_frictionloss[row] = 0.5 * (hold.upper - hold.lower)
+                half = 0.5 * (hold.upper - hold.lower)
+                data.efc_frictionloss[row] = half
                 sign = servo.numbers["sign"]
-                data.efc_aref[row] = sign * (hold.speed - now.velocity) / h
+                kept = self.kept[d]
+                data.efc_aref[row] = sign * (hold.speed - now.velocity) / within
+                data.efc_aref[row] += data.efc_R[row] * min(max(kept, -half), half)
         for dof, joint_row in self.joint_rows.items():
-            data.efc_aref[joint_row] = -data.qvel[dof] / h
+            kept = data.efc_R[joint_row] * self.kept_of_joint.get(dof, 0.0)
+            data.efc_aref[joint_row] = kept - data.qvel[dof] / within
         data.qfrc_applied[:] = applied
         return holds
 
@@ -330,7 +348,8 @@ class Hook:
         out, shares = [], []
         for d, (servo, now, hold) in enumerate(zip(self.servos, nows, holds, strict=True)):
             row = rows.get(self.tendons[d])
-            share, span = 0.5, hold.upper - hold.lower
+            share = 0.0 if now.velocity >= hold.speed else 1.0
+            span = hold.upper - hold.lower
             if row is not None and span > 0.0:
                 share = 0.5 + servo.numbers["sign"] * self.data.efc_force[row] / span
             shares.append(min(max(share, 0.0), 1.0))
@@ -359,6 +378,7 @@ class Hook:
         holds = self.prepare(nows, h)
         mujoco.mj_step2(self.model, self.data)
         self.note_cells()
+        self.keep_frictions()
         self.tension, shares = self.tensions(nows, holds)
         was_slack = list(self.slack)
         self.let_go()
@@ -372,6 +392,15 @@ class Hook:
             if was_slack[d]:
                 self.move_spool(d, servo, nows[d], h)
         self.remember(nows, change, holds, shares, h)
+
+    def keep_frictions(self) -> None:
+        """Note what MuJoCo's dry frictions gave in a step."""
+        force = self.data.efc_force
+        self.kept = [
+            float(force[self.rows[tendon]]) if tendon in self.rows else 0.0
+            for tendon in self.tendons
+        ]
+        self.kept_of_joint = {dof: float(force[row]) for dof, row in self.joint_rows.items()}
 
     def let_go(self) -> None:
         """Let the strings go that would have to push a rotor."""
@@ -456,7 +485,7 @@ class Hook:
         tension: list[float] = []
         for _ in range(2 if any(s.rotor and s.numbers["direct"] for s in self.servos) else 1):
             nows = self.now_of(0.0)  # the second knows what a shaft carries
-            holds = self.prepare(nows, self.model.opt.timestep)
+            holds = self.prepare(nows, self.model.opt.timestep, INSTANT)
             mujoco.mj_fwdActuation(self.model, self.data)
             mujoco.mj_fwdAcceleration(self.model, self.data)
             mujoco.mj_fwdConstraint(self.model, self.data)
