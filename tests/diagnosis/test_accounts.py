@@ -19,7 +19,7 @@ from tendon_newton.diagnosis.result import (
     NamedEffect,
     write_diagnosis,
 )
-from tendon_newton.diagnosis.search.account import (
+from tendon_newton.diagnosis.search.decide.account import (
     ADDED,
     BEHIND,
     HELD_OUT,

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from tendon_newton.diagnosis.accounts.account_file import Account
 from tendon_newton.diagnosis.reporting.report_words import docstring_part, quantity
 from tendon_newton.diagnosis.result import Criterion
-from tendon_newton.diagnosis.search.account import (
+from tendon_newton.diagnosis.search.decide.account import (
     ADDED,
     BEHIND,
     CHANGE,

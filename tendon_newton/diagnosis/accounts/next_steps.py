@@ -12,7 +12,7 @@ from tendon_newton.diagnosis.accounts.account_words import percent, places, shor
 from tendon_newton.diagnosis.accounts.suspect_data import standing_apart
 from tendon_newton.diagnosis.evaluation import evaluate_models, explained_fraction
 from tendon_newton.diagnosis.result import Diagnosis
-from tendon_newton.diagnosis.search.account import TOGETHER
+from tendon_newton.diagnosis.search.decide.account import TOGETHER
 from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import InvalidDataset, TendonNewtonError
 from tendon_newton.identification.study import Study

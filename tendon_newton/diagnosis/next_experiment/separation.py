@@ -13,8 +13,8 @@ from tendon_newton.data.excitations import EXCITATIONS, excite
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.diagnosis.explanation import OpenClass, Setting
 from tendon_newton.diagnosis.imitation import Likeness, Trial, find_likenesses
+from tendon_newton.diagnosis.search.decide.rule import CLASS_ERRORS
 from tendon_newton.diagnosis.search.floors import form_scales
-from tendon_newton.diagnosis.search.rule import CLASS_ERRORS
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.study import Study, replacements
 

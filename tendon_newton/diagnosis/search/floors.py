@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tendon_newton.data.parameters import BenchScale
-from tendon_newton.diagnosis.search.rule import FORM_FORCE, FORM_THETA, LADDER, REST
+from tendon_newton.diagnosis.search.decide.rule import FORM_FORCE, FORM_THETA, LADDER, REST
 from tendon_newton.diagnosis.search.worlds import Floors, Worlds
 from tendon_newton.effects import find_effect
 from tendon_newton.identification.objective import Scales

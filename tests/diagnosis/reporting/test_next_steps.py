@@ -23,7 +23,7 @@ from tendon_newton.diagnosis.accounts.suspect_data import plainly_wrong, standin
 from tendon_newton.diagnosis.explanation import Setting
 from tendon_newton.diagnosis.reporting.report import write_report
 from tendon_newton.diagnosis.result import CandidateScore, Criterion, Errors
-from tendon_newton.diagnosis.search.account import ADDED, TOGETHER
+from tendon_newton.diagnosis.search.decide.account import ADDED, TOGETHER
 from tendon_newton.identification.study import Study
 from tests.diagnosis.made_up import COEFFICIENT, EXAMPLE, beginning, diagnosis, evidence
 

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_newton.data.recording import Array
+from tendon_newton.diagnosis.search.decide.rule import CLASS_ERRORS, LADDER, SHARE
 from tendon_newton.diagnosis.search.floors import floors_of, form_scales
 from tendon_newton.diagnosis.search.held_out_gain import by_block, held_out_terms, terms
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.prune import leave_out, prune
 from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, values_of
-from tendon_newton.diagnosis.search.rule import CLASS_ERRORS, LADDER, SHARE
 from tendon_newton.diagnosis.search.worlds import Floors
 from tendon_newton.effects import find_effect
 

@@ -12,19 +12,19 @@ from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.findings import Findings
 from tendon_newton.diagnosis.result import Criterion, Verdict
-from tendon_newton.diagnosis.search.account import (
+from tendon_newton.diagnosis.search.decide.account import (
     TOGETHER,
     candidates,
     criteria_of,
     explained_share,
 )
-from tendon_newton.diagnosis.search.decision import Decided, decide, transfer
+from tendon_newton.diagnosis.search.decide.decision import Decided, decide, transfer
+from tendon_newton.diagnosis.search.decide.posterior import found_of
+from tendon_newton.diagnosis.search.decide.rule import LEAST_EXPLAINED, PRICE
 from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.pool import Allows, Pool
-from tendon_newton.diagnosis.search.posterior import found_of
 from tendon_newton.diagnosis.search.prune import settle
 from tendon_newton.diagnosis.search.refit import Fit
-from tendon_newton.diagnosis.search.rule import LEAST_EXPLAINED, PRICE
 from tendon_newton.diagnosis.search.spans import beginnings, deciding
 from tendon_newton.diagnosis.search.strategy import find
 from tendon_newton.diagnosis.search.worlds import Worlds

@@ -8,7 +8,7 @@ import numpy as np
 
 from tendon_newton.diagnosis.result import CandidateScore, Criterion
 from tendon_newton.diagnosis.search.coordinates import inside
-from tendon_newton.diagnosis.search.decision import Decided, at_bound
+from tendon_newton.diagnosis.search.decide.decision import Decided, at_bound
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.refit import Fit, values_of
 
