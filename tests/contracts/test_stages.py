@@ -155,7 +155,7 @@ def calls_of(name: str, place: int) -> Iterator[tuple[ast.FunctionDef, ast.Call,
                     yield function, node, variable.id
 
 
-@pytest.mark.parametrize("stage", GIVEN, ids=lambda stage: stage.value)
+@pytest.mark.parametrize("stage", sorted(GIVEN, key=lambda s: s.value), ids=lambda s: s.value)
 def test_what_a_stage_knows_is_written_before_its_effects_are_called(stage: Stage) -> None:
     """At every place of the device code that calls them, followed from caller to caller."""
     expected = {field for field, stages in KNOWN_IN.items() if stage in stages}

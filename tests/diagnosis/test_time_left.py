@@ -20,7 +20,7 @@ from tendon_newton.data.model_file import load_model
 from tendon_newton.diagnosis import diagnose as diagnosing
 from tendon_newton.diagnosis import time_left as timing
 from tendon_newton.diagnosis.reporting.report_words import headline
-from tendon_newton.diagnosis.search import attribute
+from tendon_newton.diagnosis.search.decide import attribute
 from tendon_newton.diagnosis.search.decide.attribute import find_causes
 from tendon_newton.diagnosis.time_left import expected_times, time_left
 from tendon_newton.errors import InvalidParameter
