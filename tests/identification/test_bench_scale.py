@@ -19,7 +19,9 @@ from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.model.parameter_table import ParameterTable
 from tests.effect_bench import GAIN, RADIUS, commanded, steps_and_waves
 
-WITHOUT_DIMENSION = {"1", "s", "1/s", "V", "ohm", "N m/A"}
+OF_A_MOTOR = {"V", "ohm", "N m/A", "N m", "N m/rad", "N m s/rad"}
+"""Units of a motor's own numbers. Their ranges hold motors of any size, so no bench moves them."""
+WITHOUT_DIMENSION = {"1", "s", "1/s", *OF_A_MOTOR}
 
 
 def model(radius: float | None = None, **values: float) -> Model:
