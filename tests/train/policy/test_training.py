@@ -163,7 +163,7 @@ def test_several_processes_need_a_gpu_each(monkeypatch: pytest.MonkeyPatch) -> N
     alone = Process(rank=0, local_rank=0, count=1)
     assert alone.seed_draws(0, 5) != process.seed_draws(0, 5)
     assert alone.seed_draws(0, 5) == alone.seed_draws(0, 5)
-    with pytest.raises(InvalidParameter, match="device must be cpu or cuda; it is 'gpu'"):
+    with pytest.raises(InvalidParameter, match="device must be cpu, cuda or auto; it is 'gpu'"):
         alone.device("gpu")
 
 
