@@ -46,6 +46,7 @@ NO_DATASET = {
     "explain": "reads a diagnosis",
     "asset": "reads an asset",
     "export": "reads a model",
+    "compare": "reads a model and draws what simulators make of it",
     "train-policy": "reads a model and, if told, the intervals of a diagnosis",
     "evaluate-policy": "reads policies",
     "doctor": "reads a bench",
