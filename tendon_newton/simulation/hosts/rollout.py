@@ -315,7 +315,7 @@ class Rollout:
     def _simulate(self, launch: Launch, step: Any, first: Any, readout: Any) -> None:
         """Take all worlds from their start through all rows, and renew their forces on the way."""
         rounds = self.force.rounds([timeline.time for timeline in self.timelines])
-        rounds = self._chains.by_world(rounds.T).T
+        rounds = np.repeat(rounds, self._chains.count, axis=1)
         servos = RolloutServos(self.kernels, launch, rounds[0])
         force = self.force.open(launch.count, self.kernels.structure.tendon_count, self.device)
         force.settle(servos)
