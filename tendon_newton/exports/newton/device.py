@@ -12,6 +12,7 @@ import warp as wp
 
 from tendon_newton.device_code.placeholders import (
     FREE_SPOOL,
+    HAS_ROTOR,
     Jet,
     MemoryVector,
     ParameterVector,
@@ -26,7 +27,7 @@ from tendon_newton.device_code.slots import (
     string_effects,
     tension_memory,
 )
-from tendon_newton.device_code.structs import Tendon
+from tendon_newton.device_code.structs import Joint, Tendon
 from tendon_newton.device_code.templates import device_struct, device_template
 from tendon_newton.simulation.tendons.pipeline import (
     gear_line,
@@ -46,6 +47,8 @@ SETTLED = 1.0e9
 OUTRUN = 4.0
 """What a motor at its greatest speed holds against, in shares of its greatest force [1]."""
 UNBOUNDED = 1.0e30
+STUCK = 1.0e-3
+"""Share of its span [1] by which friction that sticks is away from sliding."""
 DRAWS = 1.0e-6
 """A force [N] whose sign is that of a string that pulls."""
 SPAN = 10.0
@@ -62,8 +65,14 @@ class Kept:
     """Of the effects."""
     bend: real
     """How far dry friction has bent [m]."""
+    joint_bend: real
+    """The same of the joint [rad, m]."""
+    outrun: real
+    """How far the tendon has outrun its motor [m]."""
     share: real
     """Where the tendon is between sliding in (0) and out (1)."""
+    pull: real
+    """On the mechanism one step ago [N]."""
     wound: real
     """String on the spool [m]."""
     wound_rate: real
@@ -74,6 +83,8 @@ class Kept:
     """Desired motor angle one step ago [rad]."""
     time: real
     """Since the reset [s]."""
+    count: int
+    """Steps since the reset."""
 
 
 @device_struct
@@ -84,6 +95,8 @@ class Bench:
     """Of the mechanism, as felt at the string [kg]."""
     rotor: real
     """Of the motor's rotor, as felt at the string [kg]."""
+    joint_inertia: real
+    """Of the mechanism, as felt at the joint [kg m2, kg]."""
     step: real
     """[s]."""
 
@@ -138,32 +151,68 @@ def renewed_memory(tendon: Tendon, p: ParameterVector, share: real) -> MemoryVec
 
 
 @device_template
-def bent_share(bend: real, speed: real, half: real, bench: Bench) -> real:
+def bent_share(bend: real, speed: real, half: real, inertia: real, step: real) -> real:
     """Return where dry friction of +-half [N] is between sliding in (0) and out (1)."""
     share = real(0.5)
     if half > real(0.0):
-        pace = real(GRIP) / bench.step
-        force = bench.inertia * (pace * pace * bend + real(GRIP_DAMPING) / bench.step * speed)
+        pace = real(GRIP) / step
+        force = inertia * (pace * pace * bend + real(GRIP_DAMPING) / step * speed)
         share = real(0.5) * (real(1.0) - wp.clamp(force / half, real(-1.0), real(1.0)))
     return share
 
 
 @device_template
-def bent_on(bend: real, speed: real, half: real, bench: Bench) -> real:
+def bent_on(bend: real, speed: real, half: real, inertia: real, step: real) -> real:
     """Return how far dry friction has bent [m] a step later."""
-    pace = real(GRIP) / bench.step
-    most = wp.max(half, real(0.0)) / (bench.inertia * pace * pace)
-    return wp.clamp(bend + speed * bench.step, -most, most)
+    pace = real(GRIP) / step
+    most = wp.max(half, real(0.0)) / (inertia * pace * pace)
+    return wp.clamp(bend + speed * step, -most, most)
 
 
 @device_template
-def beyond_speed(tendon: Tendon, p: ParameterVector, bench: Bench) -> real:
-    """Return what holds a tendon back that runs faster than its motor can [N]."""
+def rebent(before: Kept, inward: real, half: real, bench: Bench) -> real:
+    """Return how far dry friction is bent [m] under a new command.
+
+    What sticks takes up what the motor gives more or less, as far as it can.
+    """
+    bend = before.bend
+    if half > real(0.0) and before.share > real(STUCK) and before.share < real(1.0) - real(STUCK):
+        pace = real(GRIP) / bench.step
+        share = wp.clamp(real(0.5) * (before.pull - inward) / half, real(0.0), real(1.0))
+        bend = (real(1.0) - real(2.0) * share) * half / (bench.inertia * pace * pace)
+    return bend
+
+
+@device_template
+def joint_grip(limit: real, joint: Joint, kept: Kept, bench: Bench) -> real:
+    """Return what dry friction of a joint gives [N m]."""
+    share = bent_share(kept.joint_bend, joint.velocity, limit, bench.joint_inertia, bench.step)
+    return (real(2.0) * share - real(1.0)) * limit
+
+
+@device_template
+def outrun_by(before: real, tendon: Tendon, p: ParameterVector, bench: Bench) -> real:
+    """Return how far a tendon has outrun its motor [m], which without a rotor has no speed."""
     most = speed_effects(real(UNBOUNDED), p) * tendon.spool_radius
-    over = tendon.velocity - wp.clamp(tendon.velocity, -most, most)
-    held = real(GRIP_DAMPING) * bench.inertia / bench.step * over
+    after = real(0.0)
+    if before > real(0.0) or tendon.velocity > most:
+        after = wp.max(before + (tendon.velocity - most) * bench.step, real(0.0))
+    if before < real(0.0) or tendon.velocity < -most:
+        after = wp.min(before + (tendon.velocity + most) * bench.step, real(0.0))
+    return after
+
+
+@device_template
+def held_back(outrun: real, tendon: Tendon, p: ParameterVector, bench: Bench) -> real:
+    """Return what holds a tendon back that has outrun its motor [N]."""
+    most = speed_effects(real(UNBOUNDED), p) * tendon.spool_radius
+    force = real(0.0)
+    if outrun != real(0.0):
+        pace = real(GRIP) / bench.step
+        over = tendon.velocity - wp.sign(outrun) * most
+        force = bench.inertia * (pace * pace * outrun + real(GRIP_DAMPING) / bench.step * over)
     most_held = real(OUTRUN) * tendon.force_limit
-    return wp.clamp(held, -most_held, most_held)
+    return wp.clamp(force, -most_held, most_held)
 
 
 @device_template
@@ -273,6 +322,9 @@ def at_rest(tendon: Tendon, p: ParameterVector, bench: Bench) -> Kept:
             kept.wound = tendon.length + resting_lead(resting, p, bench)
             resting = seen(resting, kept.wound, real(0.0), p, bench)
         kept.memory = renewed_on(resting, p, real(0.0))
+    plain = tendon_flow(on_side(resting, real(0.0)), p)
+    pulled = plain.pull
+    kept.pull = pulled[0]
     kept.wound_rate = tendon.velocity
     kept.speed = tendon.velocity
     kept.command = tendon.command
@@ -301,11 +353,16 @@ def answered(tendon: Tendon, p: ParameterVector, before: Kept, bench: Bench) -> 
     past.command = before.command
     past.acceleration = (rate - before.speed) / bench.step
     here.memory = renewed_memory(past, p, before.share)
+    if wp.static(HAS_ROTOR):
+        driven = servo_flow(on_side(here, real(0.0)), p)
+        driving = driven.motor_force
+        here.carried = driving[0] - bench.rotor * past.acceleration
     kept = before
     kept.memory = here.memory
     kept.command = tendon.command
     kept.speed = rate
     kept.time = before.time + bench.step
+    kept.count = before.count + 1
     if wp.static(FREE_SPOOL):
         lead = before.wound - tendon.length
         out.tension = string_tension(lead, rate - tendon.velocity, p, bench)
@@ -318,8 +375,8 @@ def answered(tendon: Tendon, p: ParameterVector, before: Kept, bench: Bench) -> 
         inward = guide_line(out.tension, on_side(here, real(1.0)), p)
         outward = guide_line(out.tension, on_side(here, real(-1.0)), p)
         half = real(0.5) * (outward[0] - inward[0])
-        kept.share = bent_share(before.bend, tendon.velocity, half, bench)
-        kept.bend = bent_on(before.bend, tendon.velocity, half, bench)
+        kept.share = bent_share(before.bend, tendon.velocity, half, bench.inertia, bench.step)
+        kept.bend = bent_on(before.bend, tendon.velocity, half, bench.inertia, bench.step)
         out.pull = inward[0] + kept.share * (outward[0] - inward[0])
         out.pull_gain = inward[1] + kept.share * (outward[1] - inward[1])
     else:
@@ -328,16 +385,25 @@ def answered(tendon: Tendon, p: ParameterVector, before: Kept, bench: Bench) -> 
         inward = least.pull
         outward = most.pull
         half = real(0.5) * (outward[0] - inward[0])
-        kept.share = bent_share(before.bend, tendon.velocity, half, bench)
-        kept.bend = bent_on(before.bend, tendon.velocity, half, bench)
+        bend = rebent(before, inward[0], half, bench)
+        kept.share = bent_share(bend, tendon.velocity, half, bench.inertia, bench.step)
+        kept.bend = bent_on(bend, tendon.velocity, half, bench.inertia, bench.step)
         cell = least.tension + (most.tension - least.tension) * kept.share
-        held = beyond_speed(tendon, p, bench)
+        kept.outrun = outrun_by(before.outrun, tendon, p, bench)
+        held = held_back(kept.outrun, tendon, p, bench)
         out.pull = inward[0] + kept.share * (outward[0] - inward[0]) - held
         out.tension = cell[0] - held
         if tendon.least_tension == real(0.0):
             out.pull = wp.max(out.pull, real(0.0))
             out.tension = wp.max(out.tension, real(0.0))
+        kept.pull = out.pull
         out.tension_gain = least.tension_gain
+        if wp.static(HAS_ROTOR):
+            # the joint's own armature is all of the rotor
+            gain = least.pull_gain + kept.share * (most.pull_gain - least.pull_gain)
+            out.pull = out.pull + (real(1.0) - gain) * bench.rotor * past.acceleration
+            cell_gain = kept.share * (most.tension_gain - least.tension_gain)
+            out.tension_gain = least.tension_gain + cell_gain
     out.kept = kept
     return reported(out, here, p)
 
@@ -346,8 +412,12 @@ def answered(tendon: Tendon, p: ParameterVector, before: Kept, bench: Bench) -> 
 def reported(answer: Answer, tendon: Tendon, p: ParameterVector) -> Answer:
     """Add what the encoder reports."""
     out = answer
-    flow = servo_flow(on_side(tendon, real(1.0)), p)
-    sliding = on_side(tendon, real(1.0))
+    side = real(1.0)
+    if tendon.velocity < real(0.0):
+        side = real(-1.0)
+    sliding = on_side(tendon, side)
+    sliding.memory = renewed_on(tendon, p, side)  # a new command may change both at once
+    flow = servo_flow(sliding, p)
     sliding.tension = answer.tension
     angle = encoder_effects(flow.angle, sliding, p)
     out.angle = angle[0]

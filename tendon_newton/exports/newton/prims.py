@@ -69,15 +69,18 @@ def delay_numbers(model: Model, step: float) -> tuple[tuple[str, ...], dict[str,
     return (("NewtonActuatorDelayAPI",), {"delaySteps": steps}) if steps else ((), {})
 
 
-def own_prims(mechanism: Mechanism, model: Model, step: float) -> list[ActuatorPrim]:
-    """Return a prim of our drive for each joint that a tendon drives."""
-    late, delay = delay_numbers(model, step)
+def own_prims(mechanism: Mechanism) -> list[ActuatorPrim]:
+    """Return a prim of our drive for each joint that a tendon drives.
+
+    The schema stands alone: beside one that USD knows, Newton's reader passes over any that USD
+    does not know.
+    """
     return [
         ActuatorPrim(
             name=f"{tendon.name}_{joint.name}",
             joint=joint.prim,
-            schemas=("TendonDriveAPI", *late),
-            numbers={"tendon": d, "joint": j, **delay},
+            schemas=("TendonDriveAPI",),
+            numbers={"tendon": d, "joint": j},
         )
         for d, tendon in enumerate(mechanism.tendons)
         for j, joint in enumerate(mechanism.joints)

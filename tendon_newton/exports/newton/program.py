@@ -35,6 +35,7 @@ STAGES: dict[Stage, Any] = {
     Stage.ENCODER: slots.encoder_effects,
     Stage.SPRING: slots.spring_effects,
     Stage.DAMPING: slots.damping_effects,
+    Stage.JOINT_FRICTION: slots.joint_friction_effects,
 }
 """Stages that a drive has, with the functions that call their effects."""
 MEMORIES: dict[Stage, Any] = {
@@ -159,7 +160,7 @@ def carried_text(model: Model, places: Places, *, duty: bool) -> str:
         code.add(stage_text(code, stage, slot, places))
     for stage, slot in MEMORIES.items():
         code.add(memory_text(code, stage, slot, places))
-    for function in (device.at_rest, device.answered, pipeline.spring_torque):
+    for function in (device.at_rest, device.answered, device.joint_grip, pipeline.spring_torque):
         code.carry(function, function.__name__)
     code.carry(pipeline.damping_torque, "damping_torque")
     return code.text()

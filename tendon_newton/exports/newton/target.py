@@ -92,7 +92,7 @@ def write_newton_target(folder: Path, mechanism: Mechanism, model: Model) -> Exp
     write_bench(folder / BENCH_FILE, correction, model)
     network, held = exported_network(folder, model)
     step = longest_step(correction.corrected, held)
-    own = own_prims(mechanism, model, step)
+    own = own_prims(mechanism)
     write_actuators(folder / DRIVE_FILE, folder / BENCH_FILE, own, own_joints(mechanism, model))
     paths = [path_of(mechanism, tendon) for tendon in mechanism.tendons]
     numbers = drive_numbers(mechanism, correction.corrected, held, paths, network, step)
@@ -179,6 +179,7 @@ def drive_numbers(
     if len(set(direct)) > 1:
         raise InvalidModelFile("A bench for Newton must have strings or shafts, not both.")
     rows = zip(mechanism.tendons, paths, strict=True)
+    joint_inertias = [least_inertia(corrected, row) for row in np.eye(len(corrected.joints))]
     asked = None
     if network is not None:
         asked = {"file": network.file, "asked": [network.rate, network.window, network.streaming]}
@@ -194,8 +195,12 @@ def drive_numbers(
                 "upper": old.limits[1],
                 "written": [new.stiffness, new.damping],
                 "stop": [new.stop_stiffness, new.stop_damping],
+                "friction": old.friction,
+                "inertia": inertia,
             }
-            for old, new in zip(mechanism.joints, corrected.joints, strict=True)
+            for old, new, inertia in zip(
+                mechanism.joints, corrected.joints, joint_inertias, strict=True
+            )
         ],
         free_spool=rotor and not any(direct),
         delay=number(model, "command_delay", "delay"),
@@ -206,11 +211,13 @@ def drive_numbers(
 
 
 def own_joints(mechanism: Mechanism, model: Model) -> dict[str, dict[str, float]]:
-    """Return what joints are with our drive: end stops are the drive's, a shaft's rotor is theirs.
+    """Return what joints are with our drive, which has their end stops and dry friction itself.
+
+    A shaft's rotor is theirs.
 
     The limits of the file are out of the way.
     """
-    out: dict[str, dict[str, float]] = {joint.prim: {} for joint in mechanism.joints}
+    out = {joint.prim: {"newton:friction": 0.0} for joint in mechanism.joints}
     for joint in mechanism.joints:
         lower, upper = joint.limits
         scale = math.degrees(1.0) if joint.kind == "revolute" else 1.0
@@ -242,7 +249,7 @@ def tendon_row(
         "factor": [float(x) for x in path.factor],
         "powers": [list(row) for row in path.powers],
         "arm": [float(x) for x in tendon.moment_arm],
-        "inertia": string_inertia(corrected, tendon),
+        "inertia": least_inertia(corrected, tendon),
         "rotor": rotor,
         "radius": radius,
         "limit": tendon.force_limit,
@@ -261,13 +268,18 @@ def longest_step(mechanism: Mechanism, model: Model) -> float:
     for tendon in mechanism.tendons:
         radius = spool_of(tendon, model)
         if damping > 0.0:
-            steps.append(DAMPED_SHARE * string_inertia(mechanism, tendon) * radius / damping)
+            steps.append(DAMPED_SHARE * least_inertia(mechanism, tendon) * radius / damping)
     least = min(steps)
     return LONGEST_STEP / math.ceil(LONGEST_STEP / least - 1.0e-9)
 
 
-def string_inertia(mechanism: Mechanism, tendon: Tendon) -> float:
-    """Return the least inertia [kg] with which a mechanism answers its string."""
+def least_inertia(mechanism: Mechanism, pulled: Tendon | Array) -> float:
+    """Return the least inertia with which a mechanism answers a string [kg], or a joint's torque.
+
+    Args:
+        mechanism: The bench.
+        pulled: The tendon, or a direction of the joints.
+    """
     mujoco = newton_s_mujoco()
     compiled = mujoco_spec(mechanism).compile()
     data = mujoco.MjData(compiled)
@@ -281,7 +293,7 @@ def string_inertia(mechanism: Mechanism, tendon: Tendon) -> float:
         data.qpos[places] = q
         mujoco.mj_forward(compiled, data)
         arm = np.zeros((1, compiled.nv))
-        arm[0, dofs] = moment_arms(tendon, q)
+        arm[0, dofs] = moment_arms(pulled, q) if isinstance(pulled, Tendon) else pulled
         answer = np.zeros_like(arm)
         mujoco.mj_solveM(compiled, data, answer, arm)
         found.append(1.0 / float(arm[0] @ answer[0]))
