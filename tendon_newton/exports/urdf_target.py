@@ -7,7 +7,6 @@ import xml.etree.ElementTree as ET
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tendon_newton.data.model_file import Model
@@ -47,9 +46,7 @@ def write_urdf_target(folder: Path, mechanism: Mechanism, model: Model) -> Expor
     except OSError as error:
         raise InvalidOutput(f"{path}: {error.strerror or error}") from error
     left = tuple(e.name for e in model.effects if COVERAGE[e.name] == "none")
-    return Exported(
-        files=(path,), loading=LOADING, left_out={ROBOT_FILE: left}, checked=CHECKED
-    )
+    return Exported(files=(path,), loading=LOADING, left_out={ROBOT_FILE: left}, checked=CHECKED)
 
 
 def joint_name(joint: Joint) -> str:
@@ -110,10 +107,10 @@ def effort_of(mechanism: Mechanism, joint: Joint) -> float:
     return sum(abs(float(t.moment_arm[place])) * t.force_limit for t in mechanism.tendons)
 
 
-CHECKED = """Nothing can be replayed: URDF has no servo. The file's inertias, places and axes are those of the
-bench in MuJoCo (a test compares their mass matrices)."""
-LOADING = """Any program that reads URDF takes `bench.urdf`: links, joints, ranges, damping and dry friction, in
-SI units. URDF has no springs, tendons or servos: add the return springs of `model.toml` yourself,
+CHECKED = """Nothing can be replayed: URDF has no servo. The file's inertias, places and axes are
+those of the bench in MuJoCo (a test compares their mass matrices)."""
+LOADING = """Any program that reads URDF takes `bench.urdf`: links, joints, ranges, damping and
+dry friction, in SI units. URDF has no springs, tendons or servos. Add the return springs yourself,
 or take another target.
 """
 

@@ -139,9 +139,7 @@ def test_mjlab_has_the_fields_of_the_file(
 
 
 @pytest.mark.parametrize("bench", ["finger", "thumb"])
-def test_mjlab_s_motor_at_the_tendon_rests_where_the_servo_does(
-    bench: str, tmp_path: Path
-) -> None:
+def test_mjlab_s_motor_at_the_tendon_rests_where_the_servo_does(bench: str, tmp_path: Path) -> None:
     """The file's numbers, given to MuJoCo as mjlab does, hold the servo's force at an error."""
     model = model_of(bench, "pwm_servo")
     mechanism = bench_of(bench, model)

@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import numpy as np
-import onnxruntime
 import pytest
 import torch
 from newton.actuators import DriveNeuralLSTM, DriveNeuralMLP
@@ -56,6 +55,8 @@ def test_newton_s_drive_reads_the_mlp(lessons: Lessons, tmp_path: Path) -> None:
     assert (drive.input_order, list(drive.input_idx)) == ("pos_vel", list(range(HISTORY)))
     scales = (drive.pos_scale, drive.vel_scale, drive.effort_scale)
     assert scales == pytest.approx(lessons.scales)
+    import onnxruntime
+
     x = np.random.default_rng(0).normal(size=(4, 2 * HISTORY)).astype(np.float32)
     (theirs,) = onnxruntime.InferenceSession(str(path)).run(None, {"input": x})
     ours = network(torch.tensor(x)).detach().numpy()
@@ -69,6 +70,8 @@ def test_newton_s_drive_reads_the_lstm(lessons: Lessons, tmp_path: Path) -> None
     write_lstm_onnx(path, network, lessons.scales)
     drive = DriveNeuralLSTM(str(path))
     assert drive.effort_scale == pytest.approx(lessons.scales[2])
+    import onnxruntime
+
     session = onnxruntime.InferenceSession(str(path))
     hidden = cell = np.zeros((1, 3, MEMORY), dtype=np.float32)
     state = (torch.zeros(1, 3, MEMORY), torch.zeros(1, 3, MEMORY))
@@ -84,7 +87,7 @@ def test_isaac_lab_s_lstm_has_its_scales_inside(lessons: Lessons, tmp_path: Path
     network, _ = fit_lstm(lessons, steps=FEW)
     path = tmp_path / "lstm.pt"
     write_torchscript(path, ScaledLstm(network, lessons.scales))
-    with pytest.warns(DeprecationWarning):  # what Isaac Lab calls
+    with pytest.warns(DeprecationWarning, match="torch.jit.load"):  # what Isaac Lab calls
         loaded = torch.jit.load(path)
     assert loaded.lstm.state_dict()["weight_hh_l0"].shape[1] == MEMORY
     raw = torch.tensor([[[0.3, -1.2]]])

@@ -1,4 +1,4 @@
-"""An identified model in Newton: what its own reader makes of the prims, and how the drive moves."""
+"""An identified model in Newton: what its reader makes of the prims, and how the drive moves."""
 
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,6 @@ from newton.actuators import (
     DrivePD,
     parse_actuator_prim,
 )
-from pxr import Usd
 
 from examples.studies.exports import PWM, model_of
 from tendon_newton.errors import InvalidModelFile
@@ -76,6 +75,8 @@ def slider(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def actuator_prims(path: Path) -> list[Any]:
     """Return what Newton's own reader makes of a file's actuators."""
+    from pxr import Usd
+
     stage = Usd.Stage.Open(str(path))
     parsed = [parse_actuator_prim(prim) for prim in stage.Traverse()]
     return [entry for entry in parsed if entry is not None]

@@ -20,6 +20,7 @@ from tendon_newton.exports.configs.text import (
     config_text,
     coverage_of,
     dry_friction,
+    gravity_text,
     write_text,
 )
 from tendon_newton.exports.mjcf_servo import number
@@ -79,7 +80,8 @@ def write_isaaclab_target(folder: Path, mechanism: Mechanism, model: Model) -> E
                 f"Isaac Lab's actuators drive a joint each; the tendon {tendon.name!r} of "
                 f"{mechanism.name!r} drives several. Its Newton backend can run --to newton"
             )
-    write_bench(folder / BENCH_FILE, corrected_bench(mechanism, model), model)
+    correction = corrected_bench(mechanism, model)
+    write_bench(folder / BENCH_FILE, correction, model)
     files, note = [folder / BENCH_FILE, folder / CONFIG_FILE], ""
     learned: dict[str, Any] | None = None
     if find_actuator(model.actuator.name).held:
@@ -89,7 +91,9 @@ def write_isaaclab_target(folder: Path, mechanism: Mechanism, model: Model) -> E
         files.append(folder / NETWORK_FILE)
         learned = dict(zip(("pos_scale", "vel_scale", "torque_scale"), lessons.scales, strict=True))
         note = NETWORK_NOTE.format(rate=RATE, error=error)
-    entries = {tendon.name: entry(mechanism, tendon, model, learned) for tendon in mechanism.tendons}
+    entries = {
+        tendon.name: entry(mechanism, tendon, model, learned) for tendon in mechanism.tendons
+    }
     title = IMPORTS_HEAD.format(bench=mechanism.name, step=PHYSICS_STEP)
     write_text(folder / CONFIG_FILE, config_text(title, IMPORTS, "ACTUATORS", entries))
     gears = [gearing_of(tendon, model) for tendon in mechanism.tendons]
@@ -99,10 +103,10 @@ def write_isaaclab_target(folder: Path, mechanism: Mechanism, model: Model) -> E
     )
     return Exported(
         files=tuple(files),
-        loading=LOADING.format(targets=targets, note=note),
-        left_out={
-            CONFIG_FILE: tuple(e.name for e in model.effects if COVERAGE[e.name] != "exact")
-        },
+        loading=LOADING.format(
+            targets=targets, note=note, gravity=gravity_text(correction.corrected.gravity)
+        ),
+        left_out={CONFIG_FILE: tuple(e.name for e in model.effects if COVERAGE[e.name] != "exact")},
         checked=CHECKED,
     )
 
@@ -154,8 +158,8 @@ def entry(
 
 FAST = 1.0e6
 """A speed [rad/s, m/s] that no joint reaches: the network knows the motor's."""
-CHECKED = """It was not run: Isaac Lab needs a GPU and versions of Newton and Warp of its own. The names of all
-fields are checked against its classes (Isaac Lab 3.0)."""
+CHECKED = """It was not run: Isaac Lab needs a GPU and versions of Newton and Warp of its own.
+The names of all fields are checked against its classes (Isaac Lab 3.0)."""
 NETWORK_NOTE = """
 The network sees error and speed at {rate:g} Hz: take physics steps of that length. On runs of the
 model that it has not seen its force strays by {error:.4f} N.
@@ -172,12 +176,15 @@ BENCH_CFG = ArticulationCfg(
 )
 ```
 
+Give `SimulationCfg` this `gravity` [m/s2]: `{gravity}`. The file's own is not read.
+
 The target is a joint's position [rad, m]. Of a desired motor angle [rad] it is:
 
 {targets}
 {note}
-A string pushes there too. A servo with a late command is a `DelayedPDActuatorCfg`, which has no limit
-of a motor's voltage. PhysX does not read the return springs (`mjc:stiffness`); Newton's backend does.
+A string pushes there too. A servo with a late command is a `DelayedPDActuatorCfg`, which has no
+limit of a motor's voltage. PhysX does not read the return springs (`mjc:stiffness`); Newton's
+backend does.
 """
 
 ISAACLAB = ExportTarget(

@@ -1,4 +1,4 @@
-"""Export to mjlab: the bench as MJCF, and a file with the actuator's configuration at its tendon."""
+"""Export to mjlab: the bench as MJCF, and the configuration of an actuator at its tendon."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from tendon_newton.exports.configs.text import (
     config_text,
     coverage_of,
     dry_friction,
+    gravity_text,
     write_text,
 )
 from tendon_newton.exports.mjcf_servo import angle_shift, number, spool_of
@@ -108,10 +109,10 @@ def write_mjlab_target(folder: Path, mechanism: Mechanism, model: Model) -> Expo
     )
     return Exported(
         files=tuple(files),
-        loading=LOADING.format(targets=targets, note=note),
-        left_out={
-            CONFIG_FILE: tuple(e.name for e in model.effects if COVERAGE[e.name] != "exact")
-        },
+        loading=LOADING.format(
+            targets=targets, note=note, gravity=gravity_text(spec.option.gravity)
+        ),
+        left_out={CONFIG_FILE: tuple(e.name for e in model.effects if COVERAGE[e.name] != "exact")},
         checked=CHECKED,
     )
 
@@ -194,8 +195,9 @@ def entry(
     return "BuiltinPositionActuatorCfg", {**numbers, **gains, "effort_limit": limit}
 
 
-CHECKED = """It was not run by mjlab, which needs another version of MuJoCo. The names of all fields are checked
-against its classes (mjlab 1.6). `bench.xml` is checked in MuJoCo and mujoco_warp."""
+CHECKED = """It was not run by mjlab, which needs another version of MuJoCo. The names of all
+fields are checked against its classes (mjlab 1.6). A test gives the numbers of a motor to MuJoCo as
+mjlab does, and finds the servo's force."""
 NETWORK_NOTE = """
 The network sees error and speed at {rate:g} Hz: take physics steps of that length. On runs of the
 model that it has not seen its force strays by {error:.4f} N.
@@ -210,6 +212,8 @@ BENCH_CFG = EntityCfg(
     articulation=EntityArticulationInfoCfg(actuators=tuple(ACTUATORS.values())),
 )
 ```
+
+Give the scene this `gravity` [m/s2]: `{gravity}`. An entity's own is not read.
 
 The target is a tendon's (`tendon_len_target`). Of a desired motor angle [rad] it is:
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from tendon_newton.data.model_file import Model
+from tendon_newton.data.recording import Array
 from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import InvalidOutput
 from tendon_newton.exports.base import Coverage
@@ -40,6 +41,11 @@ def config_text(title: str, imports: list[str], name: str, entries: dict[str, An
         lines += [f"        {field}={expression(value)}," for field, value in numbers.items()]
         lines.append("    ),")
     return "\n".join([*lines, "}", ""])
+
+
+def gravity_text(gravity: Array) -> str:
+    """Return gravity [m/s2] as Python text."""
+    return "(" + ", ".join(f"{value + 0.0:.8g}" for value in gravity) + ")"
 
 
 class Expression(str):

@@ -39,9 +39,7 @@ def write_mlp_onnx(path: Path, network: StudentMlp, scales: Scales) -> None:
         weights += arrays({f"w{number}": layer.weight, f"b{number}": layer.bias})
         last = number == len(linear) - 1
         out = "output" if last else f"x{number}"
-        nodes.append(
-            helper.make_node("Gemm", [name, f"w{number}", f"b{number}"], [out], transB=1)
-        )
+        nodes.append(helper.make_node("Gemm", [name, f"w{number}", f"b{number}"], [out], transB=1))
         if not last:
             nodes.append(helper.make_node("Tanh", [out], [f"y{number}"]))
         name = f"y{number}"

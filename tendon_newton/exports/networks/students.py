@@ -9,6 +9,7 @@ the identified model itself, on commands of its own.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import torch
@@ -68,7 +69,7 @@ class StudentMlp(nn.Module):
         super().__init__()
         sizes = (2 * HISTORY, *WIDTHS)
         layers: list[nn.Module] = []
-        for before, after in zip(sizes[:-1], sizes[1:], strict=True):
+        for before, after in pairwise(sizes):
             layers += [nn.Linear(before, after), nn.Tanh()]
         self.layers = nn.Sequential(*layers, nn.Linear(sizes[-1], 1))
 

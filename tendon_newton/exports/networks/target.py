@@ -71,9 +71,10 @@ def loading_text(
     rows = "\n".join(f"| {name} | {error:.4f} N |" for name, error in errors.items())
     told = NO_TRANSFORMER if learned else ""
     pos, vel, effort = scales
-    return f"""{told}A network is shown the motor's position error [rad] and speed [rad/s], and answers with the
-force at the string [N]. Ask it {RATE:g} times per second. In a joint's terms, multiply `pos_scale`
-and `vel_scale` by motor angle per joint position, and the effort by the moment arm.
+    return f"""{told}A network is shown the motor's position error [rad] and speed [rad/s].
+Its answer is the force at the string [N]. Ask it {RATE:g} times per second. In a joint's terms,
+multiply `pos_scale` and `vel_scale` by motor angle per joint position, and the effort by the moment
+arm.
 
 | network | force error on {HELD_OUT} runs that it has not seen |
 |---|---|
@@ -100,10 +101,11 @@ mjlab's `LearnedMlpActuatorCfg` has `history_length={HISTORY}` in place of `inpu
 """
 
 
-CHECKED = """The table above says how far forces stray on runs that the networks have not seen. What Newton's
-drives and TorchScript make of the files is the same number to 2e-6 N."""
-NO_TRANSFORMER = """These programs take no Transformer, and show no network command and angle apart. So here are an MLP and
-an LSTM, which have learned the force of this model's network on commands of their own.
+CHECKED = """The table above says how far forces stray on runs that the networks have not seen.
+Newton's drives and TorchScript make the same of the files, to 2e-6 N."""
+NO_TRANSFORMER = """These programs take no Transformer, and show no network command and angle
+apart. So here are an MLP and an LSTM, which have learned the force of this model's network on
+commands of their own.
 
 """
 

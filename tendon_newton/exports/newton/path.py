@@ -42,14 +42,16 @@ def columns(q: Array, powers: Sequence[tuple[int, ...]]) -> Array:
 
 
 def path_of(mechanism: Mechanism, tendon: Tendon) -> TendonPath:
-    """Return a tendon's way: exact with constant moment arms, else fitted over the joints' range."""
+    """Return a tendon's way: exact with constant moment arms, else fitted over its range."""
     count = len(mechanism.joints)
     if tendon.route is None:
         powers = ((0,) * count, *(tuple(map(int, row)) for row in np.eye(count)))
         factor = np.array([tendon.excursion_offset, *tendon.moment_arm])
         return TendonPath(factor=factor, powers=powers, stray=0.0)
     used = [j for j in range(count) if np.any(tendon.moment_arm[j] != 0.0)]
-    ends = [joint.limits if np.isfinite(joint.limits).all() else SWING for joint in mechanism.joints]
+    ends = [
+        joint.limits if np.isfinite(joint.limits).all() else SWING for joint in mechanism.joints
+    ]
     grid = [np.linspace(*ends[j], SAMPLES) if j in used else [0.0] for j in range(count)]
     q = np.array(list(product(*grid)))
     length = np.array([excursion(tendon, row) for row in q])

@@ -82,12 +82,14 @@ def write_newton_target(folder: Path, mechanism: Mechanism, model: Model) -> Exp
     """Write the bench, its actuator prims, and the drive.
 
     Raises:
+        InvalidAsset: Two joints or tendons share the last part of their paths.
         InvalidModelFile: Newton cannot hold the bench or its servo.
         InvalidOutput: A file cannot be written.
     """
     refuse_kinematic(model, "Newton")
     refuse_damaged(model)
     refuse_shared_joints(mechanism)
+    mujoco_spec(mechanism)  # refuses a bench that SolverMuJoCo's own names cannot hold
     correction = corrected_bench(mechanism, model)
     write_bench(folder / BENCH_FILE, correction, model)
     network, held = exported_network(folder, model)
@@ -102,7 +104,9 @@ def write_newton_target(folder: Path, mechanism: Mechanism, model: Model) -> Exp
     except OSError as error:
         raise InvalidOutput(f"{program}: {error.strerror or error}") from error
     files = [folder / name for name in (BENCH_FILE, DRIVE_FILE, PROGRAM_FILE)]
-    replays: dict[str, Any] = {PROGRAM_FILE: lambda run: replay_drive(folder, mechanism, model, run)}
+    replays: dict[str, Any] = {
+        PROGRAM_FILE: lambda run: replay_drive(folder, mechanism, model, run)
+    }
     left_out = {PROGRAM_FILE: not_exact(model, COVERAGE)}
     plain = plain_prims(mechanism, model, LONGEST_STEP)
     if plain is not None:

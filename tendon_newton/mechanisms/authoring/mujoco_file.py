@@ -57,8 +57,8 @@ def mujoco_spec(mechanism: Mechanism) -> Any:
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise InvalidAsset(
-            f"MJCF calls joints and tendons by the last part of their paths, which {mechanism.name} "
-            f"has more than once: {', '.join(twice)}; export one finger of it"
+            "MJCF calls joints and tendons by the last part of their paths, which "
+            f"{mechanism.name} has more than once: {', '.join(twice)}; export one finger of it"
         )
     with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
         draft = Path(folder) / "export.xml"
