@@ -18,6 +18,7 @@ VERBS: dict[str, str] = {
     "explain": "tendon_newton.cli.explain",
     "exam": "tendon_newton.cli.exam",
     "experiment": "tendon_newton.cli.experiment",
+    "investigate": "tendon_newton.cli.investigate",
     "asset": "tendon_newton.cli.asset",
     "export": "tendon_newton.cli.export",
     "compare": "tendon_newton.cli.compare",
