@@ -35,7 +35,7 @@ def test_every_command_stays_inside_the_servos_range(seed: int) -> None:
 
 
 def test_a_command_moves_at_its_speed_and_holds_there() -> None:
-    """To half the range at 0.3 rad/s for eight equal segments: one ramp goes on through all of them."""
+    """To half the range at 0.3 rad/s: one ramp goes on through eight equal segments."""
     numbers = np.full((SEGMENTS, NUMBERS), 0.5)
     numbers[:, 1] = 0.0
     numbers[:, 3] = 0.0
