@@ -17,6 +17,7 @@ VERBS: dict[str, str] = {
     "diagnose": "tendon_newton.cli.diagnose",
     "explain": "tendon_newton.cli.explain",
     "exam": "tendon_newton.cli.exam",
+    "plan": "tendon_newton.cli.plan",
     "experiment": "tendon_newton.cli.experiment",
     "investigate": "tendon_newton.cli.investigate",
     "asset": "tendon_newton.cli.asset",

@@ -28,7 +28,7 @@ from tendon_newton.diagnosis.next_experiment.investigation_log import (
     with_answer,
     write_log,
 )
-from tendon_newton.diagnosis.next_experiment.run_design import Expected, design
+from tendon_newton.diagnosis.next_experiment.run_design import Expected, design, plan_of
 from tendon_newton.diagnosis.reporting.path_report import write_path_report
 from tendon_newton.diagnosis.reporting.report import Origin
 from tendon_newton.exam.open_class_file import FILE, read_answer, read_open_class
@@ -238,14 +238,14 @@ def next_run(
 ) -> NextRun | None:
     """Return the run that tells a class apart, or else the one that narrows intervals most."""
     folder = options.out / f"diagnosis_{log.runs}"
-    recorded = load_dataset(options.out / RECORDINGS).train
+    known = [plan_of(r) for r in load_dataset(options.out / RECORDINGS).train]
     settings = [Setting(bench=bench) for bench in options.benches]
     rng = np.random.default_rng([options.seed, log.runs])
 
     def best(question: OpenClass) -> Expected | None:
         found = design(
             question,
-            recorded,
+            known,
             settings,
             rng,
             duration=options.run_length,

@@ -15,6 +15,7 @@ from tendon_newton.diagnosis.next_experiment.designed_command import (
     SEGMENTS,
     DesignedCommand,
 )
+from tendon_newton.diagnosis.next_experiment.first_plan import plan_first
 from tendon_newton.diagnosis.next_experiment.run_design import Posterior, design
 from tendon_newton.identification.noise_floor import NoiseFloor
 
@@ -93,3 +94,26 @@ def test_designed_commands_beat_the_library_and_keep_the_limit() -> None:
     assert best.worth > 0.0
     assert all(e.peak_force is not None and e.peak_force < 12.0 for e in found)
     assert best.numbers.keys() == {"gravity_misalignment.angle"}
+
+
+@pytest.mark.parametrize(("bench", "told"), [("spring_weak", False), ("finger", True)])
+def test_a_plan_says_before_any_data_what_a_bench_can_tell(bench: str, told: bool) -> None:
+    """A tilted rail is like a shifted encoder on a spring: the finger alone tells them apart."""
+    model = Model(
+        actuator=MODEL.actuator,
+        effects=(
+            NamedValues(name="gravity_misalignment", values={"angle": 0.3}),
+            NamedValues(name="position_offset", values={"angle": 0.1}),
+        ),
+    )
+    plan = plan_first(
+        model,
+        [Setting(bench=bench)],
+        runs=1,
+        duration=4.0,
+        force_limit=24.0,
+        rng=np.random.default_rng(0),
+    )
+    assert plan.bits.keys() == {"gravity_misalignment.angle", "position_offset.angle"}
+    assert plan.untold == (() if told else ("gravity_misalignment.angle",))
+    assert (min(plan.bits.values()) > 4.0) == told

@@ -79,12 +79,13 @@ class Expected:
 
 def design(
     question: OpenClass,
-    recorded: Sequence[Recording],
+    known: Sequence[Plan],
     settings: Sequence[Setting],
     rng: np.random.Generator,
     *,
     duration: float,
     force_limit: float,
+    row_worth: float | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> tuple[Expected, ...]:
     """Search the commands that tell the most, and return the runs that were tried, best first.
@@ -94,20 +95,21 @@ def design(
 
     Args:
         question: Explanations of the data, all their numbers with intervals.
-        recorded: Data at hand: what they tell already is no news.
+        known: Runs at hand: what they tell already is no news.
         settings: Benches that may be used.
         rng: Draws commands and models.
         duration: Length of a run [s].
         force_limit: Tension that no run may reach under any model drawn [N].
+        row_worth: Independent witnesses per row; by default as many as make the runs at hand
+            give the question's intervals [1].
         progress: Told what is being done.
     """
-    known = [plan_of(recording) for recording in recorded]
     plans = library_plans(settings, (SEED,), duration)
     drawn = [
         designed(s, DesignedCommand.draw(rng), duration) for s in settings for _ in range(DRAWN)
     ]
     progress(f"simulating {len(plans) + len(drawn)} runs on {len(settings)} benches")
-    found = expect(question, [*plans, *drawn], known)
+    found = expect(question, [*plans, *drawn], known, row_worth)
     for share, size in ROUNDS:
         best = [plan for e in found if isinstance(plan := e.prediction.plan, DesignedPlan)][:KEPT]
         variants = [
@@ -116,7 +118,7 @@ def design(
             for _ in range(VARIED)
         ]
         progress(f"varying the best {len(best)} commands")
-        found = ranked([*found, *expect(question, variants, known)])
+        found = ranked([*found, *expect(question, variants, known, row_worth)])
     return within_limit(question, found, rng, force_limit)
 
 
@@ -145,7 +147,10 @@ def plan_of(recording: Recording) -> Plan:
 
 
 def expect(
-    question: OpenClass, plans: Sequence[Plan], known: Sequence[Plan]
+    question: OpenClass,
+    plans: Sequence[Plan],
+    known: Sequence[Plan],
+    row_worth: float | None = None,
 ) -> tuple[Expected, ...]:
     """Return what runs are expected to bring, best first.
 
@@ -153,15 +158,15 @@ def expect(
         question: Explanations of the data.
         plans: The runs.
         known: Runs of the data at hand.
+        row_worth: As of `design`.
     """
     if not plans:
         return ()
     played = play(question, [*known, *plans])
     predictions = predict(question, played)[len(known) :]
     matrices = [information(question, played, i) for i in range(len(played.plans))]
-    posterior = Posterior(
-        played.trials[0], sum(matrices[: len(known)], np.zeros(matrices[0].shape))
-    )
+    recorded = sum(matrices[: len(known)], np.zeros(matrices[0].shape))
+    posterior = Posterior(played.trials[0], recorded, row_worth)
     return ranked(
         Expected(prediction=p, numbers=posterior.bits(m), peak_force=peak(r))
         for p, m, r in zip(
@@ -200,17 +205,20 @@ class Posterior:
     Args:
         trial: The numbers, their spreads and ranges.
         recorded: Information of the data at hand, shape (F, F).
+        row_worth: Independent witnesses per row in place of that [1].
     """
 
-    def __init__(self, trial: Trial, recorded: Array) -> None:
+    def __init__(self, trial: Trial, recorded: Array, row_worth: float | None = None) -> None:
         self._prior = np.diag((trial.upper - trial.lower) ** -2.0)
-        spread = np.sqrt(np.diag(np.linalg.inv(recorded + self._prior)))
-        scale = np.exp(2.0 * np.mean(np.log(spread / trial.spreads))) if len(spread) else 1.0
-        self._scale, self._recorded, self._names = float(scale), recorded, trial.names
+        self._recorded, self._names = recorded, trial.names
+        if row_worth is None:
+            spread = np.sqrt(np.diag(np.linalg.inv(recorded + self._prior)))
+            row_worth = float(np.exp(2.0 * np.mean(np.log(spread / trial.spreads))))
+        self._row_worth = row_worth
 
     def spreads(self, new: Array | float) -> Array:
         """Return standard deviations with further information, shape (F,)."""
-        total = self._scale * (self._recorded + new) + self._prior
+        total = self._row_worth * (self._recorded + new) + self._prior
         return np.sqrt(np.diag(np.linalg.inv(total)))
 
     def bits(self, new: Array) -> dict[str, float]:

@@ -267,7 +267,7 @@ def gain_recorded(
     for setting in recorded:
         same = [entry for entry in seen if entry[0].setting.same_bench(setting)] or seen
         rates = [like.gain / plan.duration for plan, likes in same for like in likes]
-        total += setting.seconds * float(np.mean(rates))
+        total += setting.seconds * float(np.mean(rates)) if rates else 0.0
     return total
 
 
