@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -104,7 +104,7 @@ class Bench:
 
 
 @contextmanager
-def open_bench(address: BenchAddress, tell: Callable[[str], None]) -> Iterator[Bench]:
+def open_bench(address: BenchAddress, tell: Callable[[str], None]) -> Generator[Bench]:
     """Open a bench; at the end its motor is off, whatever happened.
 
     Args:

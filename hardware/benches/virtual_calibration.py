@@ -62,7 +62,7 @@ def hung(
         cell.drain()
     duration = MASS_TIME if mass else TARE_TIME
     clock.sleep_until(clock.now() + duration)
-    points = []
+    points: list[CalibrationPoint] = []
     for cell in cells:
         counts = np.array([reading.counts for reading in cell.drain()], dtype=np.float64)
         points.append(

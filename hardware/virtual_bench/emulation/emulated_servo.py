@@ -46,12 +46,13 @@ class EmulatedServo:
     @property
     def identifier(self) -> int:
         """Address on the bus."""
-        return self._registers.value(self.IDENTIFIER)
+        return int(self._registers.value(self.IDENTIFIER))
 
     @property
     def baud(self) -> int:
         """Speed that its port listens at [bit/s]."""
-        return self.BAUD_RATES[self._registers.value(self.IDENTIFIER + 1)]
+        code: int = self._registers.value(self.IDENTIFIER + 1)
+        return self.BAUD_RATES[code]
 
     @property
     def return_delay(self) -> float:

@@ -124,7 +124,8 @@ class Plant:
         lines, obstacle, step = self.lines, self.obstacle, self._time_step
         totals = [0.0] * len(lines)
         for _ in range(self._substeps):
-            pulls, stiffnesses = [], []
+            pulls: list[float] = []
+            stiffnesses: list[float] = []
             for line, excursion in zip(lines, mechanism.excursions, strict=True):
                 tendon = line.tendon
                 tendon.settle(line.constants.servo.spool_radius * line.motor.angle, excursion)

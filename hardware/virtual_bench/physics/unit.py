@@ -156,10 +156,12 @@ def drawn_about(middle: Constants, rng: random.Random) -> Constants:
     """Draw each constant uniformly about its middle, in the order of the fields."""
     values: dict[str, Any] = {}
     for each in fields(middle):
-        value, width = getattr(middle, each.name), each.metadata["width"]
+        value: Any = getattr(middle, each.name)
+        width: Any = each.metadata["width"]
         if isinstance(value, tuple):
+            both: tuple[float, ...] = value
             values[each.name] = tuple(
-                v + w * rng.uniform(-1.0, 1.0) for v, w in zip(value, width, strict=True)
+                v + w * rng.uniform(-1.0, 1.0) for v, w in zip(both, width, strict=True)
             )
         else:  # the width belongs to the class's own nominal value: keep its proportion
             scale = value / each.default if each.default else 1.0

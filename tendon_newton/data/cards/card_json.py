@@ -6,6 +6,7 @@ from math import isfinite
 from typing import Any, TypeVar
 
 from tendon_newton.data.files.json_file import refuse_constant
+from tendon_newton.data.files.values import is_list, is_table
 from tendon_newton.errors import TendonNewtonError, shown
 
 Card = TypeVar("Card")
@@ -33,7 +34,7 @@ def read_card_json(
         table = json.loads(text, parse_constant=refuse_constant)
     except (ValueError, RecursionError) as error:
         raise fault(f"card: must be JSON; {error}") from error
-    if not isinstance(table, dict):
+    if not is_table(table):
         raise fault(f"card: must be a JSON object; it is {shown(table)}")
     refuse_broken(
         ((k, table.get(k), table.get(k) == wanted, repr(wanted)) for k, wanted in first.items()),
@@ -60,13 +61,12 @@ def refuse_broken(
     """
     for name, came, kept, promised in promises:
         if not kept:
-            came = list(came) if isinstance(came, tuple) else came
             raise fault(f"card: {name}{owner} must be {promised}; it is {shown(came)}")
 
 
 def pair(value: Any) -> tuple[float, float]:
     """Return two numbers."""
-    if not isinstance(value, list) or len(value) != 2:
+    if not is_list(value) or len(value) != 2:
         raise TypeError(f"two numbers are needed; there is {shown(value)}")
     return number(value[0]), number(value[1])
 
