@@ -49,7 +49,8 @@ class New:
     length: tuple[float, ...] | None = None
     """From each joint to the next, and to the tip, 0.030 unless given; arm of a shaft, 0.1 [m]."""
     mass: tuple[float, ...] | None = None
-    """Of each link, a slender rod, 0.010 unless given; of a cart or at an arm's end, 1 [kg]."""
+    """Mass of each link, a slender rod, 0.010 unless given; of a cart, or at an arm's end, 1
+    [kg]."""
     moment_arm: tuple[float, ...] = (0.008,)
     """Tendon excursion per joint angle [m/rad], positive closes."""
     stiffness: tuple[float, ...] | None = None

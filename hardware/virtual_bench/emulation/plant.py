@@ -27,7 +27,7 @@ class PlantState:
     time: float
     """[s] since the plant started."""
     angle: float
-    """Of the spool from where the tendon was homed [rad]."""
+    """Angle of the spool from where the tendon was homed [rad]."""
     rate: float
     """[rad/s]"""
     tension: float

@@ -56,7 +56,7 @@ class TrainingRecording:
     file: str
     """Name inside its dataset."""
     sha256: str
-    """Of the file's bytes, or for a folder of its files' names and bytes."""
+    """SHA-256 of the file's bytes, or for a folder of its files' names and bytes."""
     split: Literal["train", "validation"]
     """Whether its windows were fitted, or only told when to stop; both are train recordings."""
 
@@ -70,11 +70,11 @@ class Training:
     split: str
     """How held-out data was held out, in words."""
     seed: int
-    """Of the starting weights and the order of the windows."""
+    """Seed of the starting weights and the order of the windows."""
     git_commit: str | None
-    """Of the program, where it ran from a clone."""
+    """Commit of the program, where it ran from a clone."""
     version: str
-    """Of the program."""
+    """Version of the program."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,7 +121,7 @@ class ForceNetworkCard:
     inputs: tuple[str, ...] = INPUTS
     """Columns of a sample."""
     units: tuple[str, ...] = UNITS
-    """Of the inputs, then of the output."""
+    """Units of the inputs, then of the output."""
     schema: int = SCHEMA
 
     def __post_init__(self) -> None:
