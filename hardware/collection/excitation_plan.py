@@ -15,7 +15,7 @@ import numpy as np
 
 from tendon_newton.data.excitations import DESIGNED, RATE, excite, find_excitation
 from tendon_newton.data.recording import Array
-from tendon_newton.errors import InvalidParameter, unknown_name
+from tendon_newton.errors import InvalidParameter, look_up, unknown_name
 
 BENCHES = ("finger", "spring_weak", "spring_strong")
 
@@ -173,14 +173,8 @@ PLANS: dict[str, Callable[[], tuple[PlannedRun, ...]]] = {
 
 
 def find_plan(name: str) -> tuple[PlannedRun, ...]:
-    """Return a plan's runs.
-
-    Raises:
-        UnknownName: No such plan; the message lists the known ones.
-    """
-    if name not in PLANS:
-        raise unknown_name("plan", name, PLANS)
-    return PLANS[name]()
+    """Return a plan's runs; an unknown name is refused."""
+    return look_up("plan", name, PLANS)()
 
 
 def runs_of(bench: str, shares: Sequence[Share]) -> list[PlannedRun]:

@@ -91,7 +91,7 @@ class CollectOptions(BenchOptions):
     command_rate: float | None = None
     """Commands per second [Hz]; 20 unless given."""
     seed: int = 0
-    """Of what the excitations draw."""
+    """Seed of what the excitations draw."""
     virtual_load_cell_rate: int = 20
     """Readings per second of a virtual load cell: 20 as on the paper's bench, 80 or 10 [Hz]."""
 
@@ -180,7 +180,7 @@ class ClimbOptions(BenchPorts, FurtherLoadCells):
     dwell: float = 1.5
     """Time on each stair in simulation [s]; on a bench it is 1.5 s."""
     seed: int = 0
-    """Of the numbers of the further worlds."""
+    """Seed of the numbers of the further worlds."""
     trust: bool = False
     """Trust the TorchScript files from now on: they are programs and run with your rights."""
     logs: tuple[Path, ...] = ()

@@ -5,6 +5,7 @@ from typing import Any
 
 from tendon_newton.data.files.text_file import finite_number
 from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys
+from tendon_newton.data.files.values import are_words, is_table
 from tendon_newton.data.formats.topic_mapping import COLUMNS, Source, TopicMapping
 from tendon_newton.errors import InvalidMapping, shown
 
@@ -24,7 +25,7 @@ def read_mapping(path: Path) -> TopicMapping:
     differentiate = False
     for column, entry in table.items():
         where = f"{path}: [{column}]"
-        if not isinstance(entry, dict):
+        if not is_table(entry):
             raise InvalidMapping(f"{where} must be a table; it is {shown(entry)}")
         refuse_unknown_keys(entry, SOURCE_KEYS, where, InvalidMapping)
         if "differentiate" in entry:
@@ -50,7 +51,7 @@ def read_source(entry: dict[str, Any], where: str) -> Source:
         if not isinstance(entry.get(key), str) or not entry[key]:
             raise InvalidMapping(f"{where}: {key} must be a string; it is {shown(entry.get(key))}")
     joints = entry.get("joints", [])
-    if not isinstance(joints, list) or not all(isinstance(name, str) for name in joints):
+    if not are_words(joints):
         raise InvalidMapping(f"{where}: joints must be a list of names; it is {shown(joints)}")
     numbers = {"scale": entry.get("scale", 1.0), "offset": entry.get("offset", 0.0)}
     for key, value in numbers.items():

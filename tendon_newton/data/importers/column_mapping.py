@@ -8,6 +8,7 @@ from typing import Any
 
 from tendon_newton.data.files.text_file import finite_number
 from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys
+from tendon_newton.data.files.values import are_tables, is_table
 from tendon_newton.data.formats.topic_mapping import Source, TopicMapping
 from tendon_newton.data.importers.csv_dialect import CsvDialect
 from tendon_newton.data.importers.mapped_column import MappedColumn, read_column
@@ -98,7 +99,7 @@ def read_mapping(path: Path) -> ColumnMapping:
 
 def read_columns(path: Path, columns: Any) -> Columns:
     """Read where every column comes from."""
-    if not isinstance(columns, dict) or not all(isinstance(row, dict) for row in columns.values()):
+    if not is_table(columns) or not are_tables([*columns.values()]):
         raise InvalidMapping(f"{path}: columns must hold one table per column of ours")
     return {name: read_column(f"{path}: columns.{name}", name, r) for name, r in columns.items()}
 
@@ -141,7 +142,7 @@ def require_columns(path: Path, mapped: Columns, *, timed: bool) -> None:
 def read_patterns(path: Path, table: Mapping[str, Any]) -> tuple[StatedNumbers, ...]:
     """Read what is stated of all logs and of those that patterns name."""
     logs = table.get("logs", {})
-    if not isinstance(logs, dict) or not all(isinstance(row, dict) for row in logs.values()):
+    if not is_table(logs) or not are_tables([*logs.values()]):
         raise InvalidMapping(f"{path}: logs must hold one table per pattern of names")
     parts = {"*": {key: table[key] for key in STATED_KEYS if key in table}}
     first = read_stated(str(path), "*", parts["*"])
