@@ -168,6 +168,7 @@ def test_recordings_have_a_model_of_their_servo_beside_them(tmp_path: Path) -> N
     assert model.actuator.values == {
         "duty_per_rad": loop.gain,
         "max_duty": loop.duty_limit,
+        "duty_offset": loop.offset,
         "supply_voltage": pytest.approx(voltage[0], abs=0.11),  # the servo tells tenths
         "torque_constant": pytest.approx(0.52 / 1.47, abs=1e-4),
         "resistance": pytest.approx(5.0 / 1.47, abs=1e-3),
