@@ -429,7 +429,13 @@ def test_a_port_of_one_bench_is_refused_for_a_plan_of_three(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Before its first recording is made, and the word that fits all three is told."""
-    words = ["--port", "virtual:finger:3", "--faster-than-real-time", "--out", str(tmp_path / "out")]
+    words = [
+        "--port",
+        "virtual:finger:3",
+        "--faster-than-real-time",
+        "--out",
+        str(tmp_path / "out"),
+    ]
     assert main(["collect", "--plan", "quick", *words]) == 2
     assert "without one: virtual::3" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()

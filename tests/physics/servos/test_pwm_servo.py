@@ -58,7 +58,7 @@ def test_a_stalled_servo_pulls_with_duty_times_stall_force(error: float, duty: f
 
 @pytest.mark.parametrize(("error", "duty"), [(0.0, 0.02), (0.5, 0.07), (1.9, 0.2), (-0.1, 0.01)])
 def test_a_loop_may_always_add_a_duty(error: float, duty: float) -> None:
-    """u = k_u (theta_d - theta) + u_0 up to the greatest duty; u_0 alone keeps a string taut."""
+    """F follows k_u (theta_d - theta) + u_0 up to the greatest duty: u_0 alone keeps it taut."""
     values = {**SERVO, "duty_offset": 0.02}
     model = Model(actuator=NamedValues(name="pwm_servo", values=values))
     run = run_of(np.full(80, error), bench="spring_weak", bench_overrides=WALL)
