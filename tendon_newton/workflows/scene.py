@@ -9,13 +9,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Literal
 
-import numpy as np
-
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import MissingDependency, TendonNewtonError
-from tendon_newton.mechanisms.authoring.asset_view import chain_points
-from tendon_newton.mechanisms.geometry.mechanism import Mechanism
-from tendon_newton.mechanisms.geometry.statics import closing_path
+from tendon_newton.mechanisms.geometry.closing_postures import ClosingPostures
 from tendon_newton.mechanisms.loading import load_mechanism
 
 View = Literal["window", "file"]
@@ -56,7 +52,7 @@ class Scene:
             ) from error
         self._rerun = rerun
         self.stream: Any = rerun.RecordingStream("tendon-newton", recording_id=name)
-        self.posture = Posture(bench)
+        self.postures = postures_of(bench)
         self.target: Path | None = file.with_suffix(".rrd") if to == "file" else None
         """The view's file; none of a window."""
         blueprint = arrangement(layout)
@@ -77,27 +73,28 @@ class Scene:
     def angle(self, who: str, value: float, tendon: int = 0) -> None:
         """Show a motor's angle [rad]; the finger of the first one stands accordingly."""
         self.stream.log(entity("angle", who, tendon), self._rerun.Scalars(value))
-        if who == "measured" and tendon == 0:
-            self.bones(who, self.posture.joints_at(value))
+        if who == "measured" and tendon == 0 and self.postures is not None:
+            self.bones(who, self.postures.joints_at(value))
 
-    def bones(self, who: str, joint_position: Array | None) -> None:
+    def bones(self, who: str, joint_position: Array) -> None:
         """Show the finger in a posture [rad], shape (J,)."""
-        if joint_position is None:
-            return
-        bones, size = self.posture.bones(joint_position)
-        strips = self._rerun.LineStrips2D(bones, radii=THICKNESS * size, colors=[COLORS[who]])
-        self.stream.log(f"finger/{who}", strips)
+        if self.postures is not None:
+            bones = self.postures.bones(joint_position)
+            radius = THICKNESS * self.postures.size
+            strips = self._rerun.LineStrips2D(bones, radii=radius, colors=[COLORS[who]])
+            self.stream.log(f"finger/{who}", strips)
 
     def point(self, what: str, x: float, z: float) -> None:
         """Show a point of the finger's plane [m]: the tip that was seen, or the goal."""
-        size = THICKNESS * self.posture.size
-        points = self._rerun.Points2D([[x, -z]], radii=2.0 * size, colors=[COLORS[what]])
-        self.stream.log(f"finger/{what}", points)
+        if self.postures is not None:
+            radius = 2.0 * THICKNESS * self.postures.size
+            points = self._rerun.Points2D([[x, -z]], radii=radius, colors=[COLORS[what]])
+            self.stream.log(f"finger/{what}", points)
 
     def goal(self, alpha: float) -> None:
         """Show the goal angle of a policy [rad] as the point of the tip's path that has it."""
         self.stream.log("goal/alpha", self._rerun.Scalars(alpha))
-        if (place := self.posture.goal_point(alpha)) is not None:
+        if self.postures and (place := self.postures.goal_point(alpha)) is not None:
             self.point("goal", *place)
 
     def tension(self, who: str, newtons: float, tendon: int = 0) -> None:
@@ -138,49 +135,9 @@ def arrangement(layout: Any) -> Any:
     )
 
 
-class Posture:
-    """A mechanism's postures on its way along the equilibria.
-
-    Args:
-        bench: Name under ``assets/``, or a USD file; of what is not here nothing is drawn.
-    """
-
-    def __init__(self, bench: str) -> None:
-        self.mechanism: Mechanism | None = None
-        self.size = 1.0
-        """Length of the bones together [m]."""
-        try:
-            mechanism = load_mechanism(bench)
-            self._path = closing_path(mechanism)
-        except TendonNewtonError:  # a log of another computer's asset still has its signals
-            return
-        radius = mechanism.tendons[0].spool_radius
-        order = np.argsort(self._path.excursion)
-        self._angle = self._path.excursion[order] / radius
-        self._joints = self._path.joint_position[order]
-        self.mechanism = mechanism
-        self.size = self.bones(self._joints[0])[1]
-
-    def joints_at(self, motor_angle: float) -> Array | None:
-        """Return the joints [rad] in equilibrium at a motor angle [rad], shape (J,)."""
-        if self.mechanism is None:
-            return None
-        return np.array([np.interp(motor_angle, self._angle, q) for q in self._joints.T])
-
-    def bones(self, joint_position: Array) -> tuple[list[Array], float]:
-        """Return the ends of the bones in the plane of x and z, z upward [m], and their length."""
-        assert self.mechanism is not None
-        bones = [
-            np.column_stack([bone[:, 0], -bone[:, 2]])  # rerun counts downward
-            for bone in chain_points(self.mechanism, joint_position)
-        ]
-        size = sum(float(np.linalg.norm(bone[1] - bone[0])) for bone in bones)
-        return bones, size or 1.0
-
-    def goal_point(self, alpha: float) -> tuple[float, float] | None:
-        """Return x and z [m] of the tip's path at a goal angle [rad]."""
-        if self.mechanism is None or self._path.tip is None:
-            return None
-        x, z = self._path.tip[:, 0], self._path.tip[:, 2]
-        row = int(np.argmin(np.abs(np.arctan2(-z, x) - alpha)))
-        return float(x[row]), float(z[row])
+def postures_of(bench: str) -> ClosingPostures | None:
+    """Return the postures of a bench; a log of another computer's asset has its signals alone."""
+    try:
+        return ClosingPostures(load_mechanism(bench))
+    except TendonNewtonError:
+        return None

@@ -14,7 +14,7 @@ from tendon_newton.data.formats.mcap_file import McapReading
 from tendon_newton.data.formats.topic_mapping import FORCE_TOPIC, STATE_TOPIC, TIP_TOPIC
 from tendon_newton.mechanisms.geometry.parts import excursion
 from tendon_newton.mechanisms.geometry.statics import equilibrium
-from tendon_newton.workflows.scene import Posture
+from tendon_newton.workflows.scene import postures_of
 from tendon_newton.workflows.viewing import GrowingFile, follow, show_log
 
 FAST = ["--port", "virtual", "--faster-than-real-time"]
@@ -117,24 +117,21 @@ def test_a_simulation_is_shown_beside_what_was_measured(log: Path, tmp_path: Pat
 
 def test_the_finger_stands_where_its_motor_says() -> None:
     """The posture's excursion is the motor's angle times the spool's radius, l = r theta."""
-    posture = Posture("finger")
-    assert posture.mechanism is not None
-    (tendon,) = posture.mechanism.tendons
+    postures = postures_of("finger")
+    assert postures is not None
+    (tendon,) = postures.mechanism.tendons
     for angle in (0.2, 0.3, 1.0):
-        joints = posture.joints_at(angle)
-        assert joints is not None
-        wound = float(excursion(tendon, joints))
+        wound = float(excursion(tendon, postures.joints_at(angle)))
         assert wound == pytest.approx(tendon.spool_radius * angle, abs=2e-6)  # between 101 postures
-    slack, hanging = posture.joints_at(-1.0), equilibrium(posture.mechanism, np.zeros(1))
+    slack, hanging = postures.joints_at(-1.0), equilibrium(postures.mechanism, np.zeros(1))
     assert slack == pytest.approx(hanging), "a string that is let out further does not push"
-    bones, size = posture.bones(np.zeros(2))
-    assert size == pytest.approx(0.055)
-    assert bones[-1][1] == pytest.approx([0.055, 0.0], abs=1e-9)
+    assert postures.size == pytest.approx(0.055)
+    assert postures.bones(np.zeros(2))[-1][1] == pytest.approx([0.055, 0.0], abs=1e-9)
 
 
 def test_a_bench_without_an_asset_has_no_finger() -> None:
     """Its signals are shown, and no posture."""
-    assert Posture("of_another_computer").joints_at(0.5) is None
+    assert postures_of("of_another_computer") is None
 
 
 def test_a_growing_file_waits_for_what_is_not_there_yet(tmp_path: Path) -> None:
