@@ -78,7 +78,8 @@ def actuators() -> str:
     parts = [
         "## The actuator\n",
         "`kind` names it. Every key of the kind must be there, but for those that may be left out "
-        "and those of `learned`, whose network's card has them. A kind without a table below has no keys.\n",
+        "and those of `learned`, whose network's card has them. A kind without a table below has "
+        "no keys.\n",
         rows(
             ("kind", "what it is"),
             ([f"`{kind}`", summary(actuator)] for kind, actuator in ACTUATORS.items()),

@@ -78,8 +78,8 @@ class BenchAddress:
         named = self.port.split(":")[1:2]
         if self.virtual and named not in ([], [""], [self.bench]):
             raise InvalidParameter(
-                f"--port {self.port} names the bench {shown(named[0])}, and {self.bench!r} is to be "
-                f"recorded; a unit of every bench is named without one: {self.port_of_any_bench}"
+                f"--port {self.port} names the bench {shown(named[0])}; {self.bench!r} is to be "
+                f"recorded. A unit of every bench is named without one: {self.port_of_any_bench}"
             )
         identifiers = [drive.identifier for drive in self.drives]
         if len(set(identifiers)) < len(identifiers):

@@ -93,8 +93,8 @@ def content(diagnosis: Diagnosis, evidence: Evidence, origin: Origin) -> dict[st
     name = origin.dataset.resolve().name if origin.dataset else benches
     return {
         "title": f"{headline(diagnosis)} {name}",
-        "subject": f"{name}: {len(train)} recordings to learn from, {len(comparisons)} held out"
-        f" ({benches})",
+        "subject": f"{name}: {count(len(train), 'recording')} to learn from, "
+        f"{len(comparisons)} held out ({benches})",
         "headline": headline(diagnosis),
         "causes": cause_rows(diagnosis),
         "consequence": CONSEQUENCES[diagnosis.verdict],
@@ -108,6 +108,11 @@ def content(diagnosis: Diagnosis, evidence: Evidence, origin: Origin) -> dict[st
         "model": model_rows(diagnosis, evidence),
         "details": detail_rows(diagnosis, evidence, origin.command),
     }
+
+
+def count(number: int, thing: str) -> str:
+    """Return a number with its thing, in the plural where it needs one."""
+    return f"{number} {thing}{'' if number == 1 else 's'}"
 
 
 def pictures(

@@ -15,6 +15,7 @@ from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.diagnosis.diagnose import Evidence
 from tendon_newton.diagnosis.held_out import WINDOW, Window
+from tendon_newton.diagnosis.reporting.report_figures import short
 from tendon_newton.mechanisms.geometry.closing_postures import ClosingPostures
 from tendon_newton.mechanisms.geometry.overrides import override_mechanism
 from tendon_newton.simulation.hosts.replay import bench_of
@@ -66,7 +67,7 @@ def fingers_of(
     everything = [np.concatenate([p for bones in frames for p in bones]) for *_, frames in motions]
     room = box(np.concatenate(everything if tip is None else [*everything, tip]))
     return {
-        "title": f"{recording.name}, {window.start:.1f} to {window.start + WINDOW:.1f} s",
+        "title": f"{short(recording.name)}, {window.start:.1f} to {window.start + WINDOW:.1f} s",
         "seen": tip is not None,
         "pictures": [
             {"title": title, "svg": picture(title, style, frames, tip, room)}
@@ -111,8 +112,10 @@ def picture(
 
     paths = [" ".join(f"M{at(b[0])} L{at(b[1])}" for b in bones) for bones in frames]
     seconds = len(frames) / FRAMES
+    base, size = at(frames[0][0][0]).split(" "), 0.03 * WIDTH
     parts = [
         f'<path class="bones {style}" d="{paths[0]}">{moved("d", paths, seconds)}</path>',
+        f'<circle class="base" cx="{base[0]}" cy="{base[1]}" r="{size:.0f}"/>',
     ]
     if tip is not None:
         places = [at(point).split(" ") for point in tip]
@@ -120,8 +123,10 @@ def picture(
             moved(key, [place[k] for place in places], seconds)
             for k, key in enumerate(("cx", "cy"))
         )
-        (x, y), size = places[0], 0.02 * WIDTH
-        parts.append(f'<circle class="tip" cx="{x}" cy="{y}" r="{size:.0f}">{motion}</circle>')
+        x, y = places[0]
+        parts.append(
+            f'<circle class="tip" cx="{x}" cy="{y}" r="{0.5 * size:.0f}">{motion}</circle>'
+        )
     label = html.escape(f"The finger, {title}, as it moves")
     return (
         f'<svg class="finger" role="img" aria-label="{label}" '
