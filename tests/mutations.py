@@ -249,7 +249,7 @@ MUTATIONS: tuple[Mutation, ...] = (
     # files, units, hardware
     Mutation(
         name="revolutions-in-half-turns",
-        file="tendon_newton/data/importers/mapped_column.py",
+        file="tendon_newton/data/formats/mapped_column.py",
         old="RPM = 2.0 * pi / 60.0",
         new="RPM = pi / 60.0",
         tests="tests/importers/test_import_mapped.py",

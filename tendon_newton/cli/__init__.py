@@ -35,6 +35,7 @@ VERBS: dict[str, str] = {
     "deploy": "tendon_newton.cli.deploy",
     "refresh": "tendon_newton.cli.refresh",
     "plot": "tendon_newton.cli.plot",
+    "view": "tendon_newton.cli.view",
     "virtual-bench": "tendon_newton.cli.virtual_bench",
 }
 

@@ -13,7 +13,7 @@ from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys, w
 from tendon_newton.data.files.values import are_tables
 from tendon_newton.data.formats.any_file import read_recording_file
 from tendon_newton.data.formats.csv_file import write_csv
-from tendon_newton.data.formats.topic_mapping_file import read_mapping
+from tendon_newton.data.formats.topic_mapping_file import read_topic_mapping
 from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidDataset, TendonNewtonError, listed, shown
 
@@ -222,7 +222,7 @@ def read_recording(path: Path, entry: Entry) -> Recording:
             file,
             name=name,
             bench=entry["bench"],
-            mapping=read_mapping(inside(path, entry["mapping"], where))
+            mapping=read_topic_mapping(inside(path, entry["mapping"], where))
             if "mapping" in entry
             else None,
             start=start,

@@ -33,6 +33,15 @@ class BenchPorts(LoadCellOptions):
 
 
 @dataclass(frozen=True, kw_only=True)
+class ViewOptions:
+    """Whether a run can be looked at while it goes on."""
+
+    view: Literal["window", "file"] | None = None
+    """Show finger, tension, angles, goal and safety as they happen: in a window, or in a file
+    (.rrd) beside the log. Needs the extra view; another process draws."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class FurtherLoadCells:
     """Where the load cells of further servos are."""
 
@@ -69,7 +78,7 @@ class BenchOptions(LoadCellOptions):
 
 
 @dataclass(frozen=True, kw_only=True)
-class CollectOptions(BenchOptions):
+class CollectOptions(BenchOptions, ViewOptions):
     """What to record, where the bench is, and where the dataset goes."""
 
     port: str
@@ -120,7 +129,7 @@ class InvestigateOptions(BenchOptions):
 
 
 @dataclass(frozen=True, kw_only=True)
-class DeployOptions(BenchOptions, BenchPorts, FurtherLoadCells):
+class DeployOptions(BenchOptions, BenchPorts, FurtherLoadCells, ViewOptions):
     """Which policy, where the bench is, and how far it may go."""
 
     policy: Path | None = None

@@ -159,7 +159,7 @@ def drawn_about(middle: Constants, rng: random.Random) -> Constants:
         value: Any = getattr(middle, each.name)
         width: Any = each.metadata["width"]
         if isinstance(value, tuple):
-            both: tuple[float, ...] = value
+            both = cast("tuple[float, ...]", value)
             values[each.name] = tuple(
                 v + w * rng.uniform(-1.0, 1.0) for v, w in zip(both, width, strict=True)
             )

@@ -9,28 +9,30 @@ from typing import Any
 from tendon_newton.data.files.text_file import finite_number
 from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys
 from tendon_newton.data.files.values import are_tables, is_table
-from tendon_newton.data.formats.topic_mapping import Source, TopicMapping
+from tendon_newton.data.formats.mapped_column import MappedColumn
+from tendon_newton.data.formats.topic_mapping import TopicMapping
+from tendon_newton.data.formats.topic_mapping_file import (
+    TOPIC_FILE_KEYS,
+    Columns,
+    read_columns,
+    read_topics,
+)
 from tendon_newton.data.importers.csv_dialect import CsvDialect
-from tendon_newton.data.importers.mapped_column import MappedColumn, read_column
 from tendon_newton.data.importers.stated_numbers import STATED_KEYS, StatedNumbers, read_stated
 from tendon_newton.errors import InvalidMapping, shown
 
 ROW_KEYS = ("rows", "rate", "delimiter", "decimal")
 """Keys for files of rows: CSV and JSON."""
-MESSAGE_KEYS = ("clock",)
-"""Keys for recordings of ROS 2."""
 FILE_KEYS = (
     "bench",
     "files",
     *ROW_KEYS,
-    *MESSAGE_KEYS,
-    "columns",
+    *TOPIC_FILE_KEYS,
     *STATED_KEYS,
     "logs",
     "model",
     "fit",
 )
-Columns = Mapping[str, MappedColumn | Source]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,8 +74,8 @@ def read_mapping(path: Path) -> ColumnMapping:
         if key not in table:
             raise InvalidMapping(f"{path}: key {key!r} is missing; see docs/recordings_mapping.md")
     mapped = read_columns(path, table["columns"])
-    topics = read_topics(path, mapped, word(path, "clock", table.get("clock")))
-    for key in ROW_KEYS if topics else MESSAGE_KEYS:
+    topics = read_topics(path, mapped, table.get("clock"))
+    for key in ROW_KEYS if topics else ("clock",):
         if key in table:
             kind = "CSV and JSON files" if topics else "ROS 2 recordings"
             raise InvalidMapping(
@@ -94,37 +96,6 @@ def read_mapping(path: Path) -> ColumnMapping:
         topics=topics,
         stated=read_patterns(path, table),
         model={key: table[key] for key in ("model", "fit") if key in table},
-    )
-
-
-def read_columns(path: Path, columns: Any) -> Columns:
-    """Read where every column comes from."""
-    if not is_table(columns) or not are_tables([*columns.values()]):
-        raise InvalidMapping(f"{path}: columns must hold one table per column of ours")
-    return {name: read_column(f"{path}: columns.{name}", name, r) for name, r in columns.items()}
-
-
-def read_topics(path: Path, mapped: Columns, clock: str | None) -> TopicMapping | None:
-    """Return the mapping of a ROS 2 recording's topics; None where columns are mapped."""
-    sources = {name: column for name, column in mapped.items() if isinstance(column, Source)}
-    if not sources:
-        return None
-    others = {n for n, column in mapped.items() if getattr(column, "source", None) is not None}
-    if others:
-        raise InvalidMapping(
-            f"{path}: columns are all in files of rows or all on topics; {min(others)} is a "
-            f"column and {min(sources)} on a topic"
-        )
-    if "t" in mapped:
-        raise InvalidMapping(
-            f"{path}: the time of a ROS 2 recording is that of its messages, by their stamps or "
-            'by when they were recorded (clock = "log"); leave t out'
-        )
-    return TopicMapping(
-        sources=sources,
-        differentiate="theta_dot" in mapped and "theta_dot" not in sources,
-        clock=clock or "header",
-        path=path,
     )
 
 

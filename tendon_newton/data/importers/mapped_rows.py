@@ -15,9 +15,9 @@ import numpy as np
 from tendon_newton.data.checks.finding import Finding
 from tendon_newton.data.files.text_file import LOG_SIZE_LIMIT, finite_number, open_text, read_text
 from tendon_newton.data.files.values import are_tables, is_list, is_table
+from tendon_newton.data.formats.mapped_column import MappedColumn
 from tendon_newton.data.importers.column_mapping import ColumnMapping
 from tendon_newton.data.importers.csv_dialect import PROMISE, CsvDialect
-from tendon_newton.data.importers.mapped_column import MappedColumn
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidRecording, listed, shown
 
