@@ -40,7 +40,7 @@ class Chooser:
 
     Args:
         survey: The quadratic.
-        price: Gain in score [nat per row] that a further cause must promise.
+        price: Gain in score [nat per row] that each number of a further cause must promise.
         most: Causes at most.
     """
 
@@ -100,9 +100,9 @@ class Chooser:
         return float(np.sum(0.5 * np.log(self._variances(left)) * (self.survey.rows > 0.0)))
 
     def cost(self, trial: Trial) -> float:
-        """Return a set's score with the price of its causes."""
-        names = len(trial.added) + len(self.removals) - len(trial.removed)
-        return trial.score + self.price * names
+        """Return a set's score with the price of all numbers of its causes."""
+        numbers = sum(len(find_effect(name).parameters) for name in self.names(trial))
+        return trial.score + self.price * numbers
 
     def names(self, trial: Trial) -> tuple[str, ...]:
         """Return the causes of a set."""
@@ -186,6 +186,12 @@ class Chooser:
             if name not in trial.removed and name not in forced:
                 yield self.solve(trial.added, (*trial.removed, name))
 
+    def within(self, single: Trial) -> Trial:
+        """Return a set with one cause more than the fit, in the place of another at the limit."""
+        if len(self.names(single)) <= self.most:
+            return single
+        return min((self.solve(single.added, [n]) for n in self.removals), key=self.cost)
+
     def best_atoms(self) -> dict[str, Trial]:
         """Return for every effect that the fit has not the best set with it besides."""
         by_name: dict[str, Trial] = {}
@@ -220,7 +226,7 @@ def choose(chooser: Chooser, sets: int) -> list[Trial]:
     for single in chooser.singles(FORCED):
         name = columns[single.added[0]].name
         if name not in chooser.names(best):
-            found.append(chooser.grow(single, forced=[name]))
+            found.append(chooser.grow(chooser.within(single), forced=[name]))
     found.sort(key=chooser.cost, reverse=True)
     different = {frozenset(chooser.names(trial)): trial for trial in found}
     different.pop(frozenset(chooser.survey.fit.names), None)

@@ -20,13 +20,14 @@ def floors_of(worlds: Worlds, names: Sequence[str]) -> Floors:
         worlds: Have the noise and the bench's size.
         names: Effects of the model, those it started with included.
     """
-    noise, scale = worlds.study.noise, worlds.study.scale
-    form, dry = form_scales(scale), is_dry(names)
+    noise, form, dry = worlds.study.noise, form_scales(worlds.study.scale), is_dry(names)
     jumps = any(map(breaks_away, names))
     rung = LADDER if jumps else 1.0 if dry else 1.0 / LADDER
+    form = Scales(theta=rung * form.theta, force=rung * form.force)
     return Floors(
-        theta=float(np.hypot(noise.theta, rung * form.theta)),
-        force=float(np.hypot(noise.force or 0.0, rung * form.force)),
+        theta=float(np.hypot(noise.theta, form.theta)),
+        force=float(np.hypot(noise.force or 0.0, form.force)),
+        form=form,
         rest=REST if dry else worlds.rest_share,
     )
 

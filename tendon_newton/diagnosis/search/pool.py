@@ -8,9 +8,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tendon_newton.diagnosis.search.floors import form_scales
 from tendon_newton.diagnosis.search.refit import Fit, refit, rescored, values_of
-from tendon_newton.diagnosis.search.worlds import Floors, Worlds
+from tendon_newton.diagnosis.search.worlds import QUIET, Floors, Worlds
 from tendon_newton.effects import find_effect
 
 Log = Callable[[str], None]
@@ -78,11 +77,17 @@ class Pool:
         return self.price * len(find_effect(name).parameters)
 
     def change(self, fit: Fit, less: Fit) -> float:
-        """Return how much smaller residuals a fit has than another [errors of form of a law]."""
-        form, out = form_scales(self.worlds.study.scale), 0.0
-        for signal in ("theta", "force"):
-            before, after, unit = (getattr(x, signal) for x in (less.scales, fit.scales, form))
-            out = max(out, float(np.sqrt(max(0.0, before**2 - after**2))) / unit)
+        """Return how much smaller residuals a fit has than another [errors of form of its laws].
+
+        All rows count by their weight, those of a jump too: a cause may act at times only.
+        """
+        weight, is_force = self.worlds.weights(self.floors), self.worlds.where.is_force
+        gain, out = weight * (less.residual**2 - fit.residual**2), 0.0
+        for force, unit in ((False, self.floors.form.theta), (True, self.floors.form.force)):
+            rows = is_force == force
+            if rows.any():
+                mean = float(gain[rows].sum() / weight[rows].sum())
+                out = max(out, float(np.sqrt(max(0.0, mean))) / unit)
         return out
 
     def worth(self, fit: Fit, less: Fit, name: str) -> float:
@@ -98,11 +103,12 @@ class Pool:
         return min(self.fits.values(), key=self.cost)
 
     def excess(self, fit: Fit) -> float:
-        """Return what a fit leaves above the floors: no cause can gain more [nat per row]."""
-        out = float(np.log(fit.scales.theta / self.floors.theta))
-        if fit.scales.force:
-            out += float(np.log(fit.scales.force / self.floors.force))
-        return out
+        """Return what a fit leaves above normal residuals at the floors [nat per row].
+
+        Rows at which something acts at times count in their tails.
+        """
+        is_force = self.worlds.where.is_force
+        return fit.score - QUIET * (int(is_force.any()) + int(not is_force.all()))
 
     def describe(self, fit: Fit) -> str:
         """Say a fit in one line."""

@@ -8,12 +8,8 @@ from tendon_newton.diagnosis.search.choice import Chooser, exchanges
 from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, without
-from tendon_newton.diagnosis.search.strategy import (
-    RIVALS,
-    follow,
-    new_starts,
-    note_singles,
-)
+from tendon_newton.diagnosis.search.starts import new_starts, wider_starts
+from tendon_newton.diagnosis.search.strategy import RIVALS, follow, note_singles
 from tendon_newton.diagnosis.search.survey import survey
 
 CLEAR = 6.0
@@ -78,7 +74,5 @@ def exchange(pool: Pool, fit: Fit, names: Sequence[str]) -> None:
     view = survey(pool.worlds, fit, names, pool.floors, 0.99)
     chooser = Chooser(view, pool.price, pool.most)
     note_singles(pool, chooser, first=False)
-    starts = new_starts(pool, view, exchanges(chooser, RIVALS))
-    fits = start_fits(pool.worlds, starts, pool.floors, fit.time_step)
-    for found in follow(pool, fits, coarse=0):
-        pool.log(f"    instead: {pool.describe(found)}")
+    starts = [*wider_starts(pool, fit), *new_starts(pool, view, exchanges(chooser, RIVALS))]
+    follow(pool, starts, fit.time_step, coarse=0)

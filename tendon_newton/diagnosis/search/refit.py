@@ -40,6 +40,8 @@ class Fit:
     """Negative log likelihood per row [nat], see `Worlds.score`."""
     scales: Scales
     """Most likely scale of each signal."""
+    settled: bool = False
+    """Whether no further step would lower its loss at these floors."""
 
 
 def values_of(worlds: Worlds, columns: Sequence[int], place: Array) -> dict[int, float]:
@@ -92,6 +94,7 @@ def refit(
     tolerance: float = 1.0e-3,
     rows: Mask | None = None,
     coarse: int = 1,
+    jacobians: Sequence[Array] | None = None,
 ) -> list[Fit]:
     """Descend from each fit's place; all its numbers move together.
 
@@ -103,17 +106,22 @@ def refit(
         tolerance: A step that lowers the loss per row by less [nat] is a fit's last.
         rows: Rows that the fit may see, shape (M,); all by default.
         coarse: Steps at the scale of all residuals before those of nearly all.
+        jacobians: Derivatives near the fits' places, of which each step then makes do, shape (M, F)
+            each; by default every step takes its own.
     """
     current = list(fits)
-    active = [bool(f.columns) for f in current]
+    active = [bool(f.columns) and (rows is not None or not f.settled) for f in current]
     for step in range(iterations):
         chosen = [i for i, on in enumerate(active) if on]
         if not chosen:
             break
         share = FIRST_SHARE if step < coarse else LAST_SHARE
-        jacobians = linearise(worlds, [current[i] for i in chosen])
+        if jacobians is None:
+            slopes = linearise(worlds, [current[i] for i in chosen])
+        else:
+            slopes = [jacobians[i] for i in chosen]
         trials, owners, units = [], [], []
-        for i, jacobian in zip(chosen, jacobians, strict=True):
+        for i, jacobian in zip(chosen, slopes, strict=True):
             unit = row_units(worlds, current[i], floors, share, rows)
             units.append(unit)
             for damping in DAMPINGS:
@@ -133,6 +141,8 @@ def refit(
             active[i] = losses[best] < before - tolerance or step < coarse
             if losses[best] < before:
                 current[i] = span[best]
+            if not active[i] and rows is None:
+                current[i] = replace(current[i], settled=True)
     return current
 
 
@@ -222,6 +232,7 @@ def rescored(worlds: Worlds, fits: Sequence[Fit], floors: Floors) -> list[Fit]:
         replace(
             f, score=float(score.value[n]),
             scales=Scales(theta=float(score.theta[n]), force=float(score.force[n])),
+            settled=False,
         )
         for n, f in enumerate(fits)
     ]  # fmt: skip

@@ -173,5 +173,6 @@ def sharp(pool: Pool) -> Floors:
     return Floors(
         theta=float(np.hypot(noise.theta, form.theta / LADDER**2)),
         force=float(np.hypot(noise.force or 0.0, form.force / LADDER**2)),
+        form=pool.floors.form,
         rest=pool.floors.rest,
     )
