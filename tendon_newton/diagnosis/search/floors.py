@@ -23,11 +23,11 @@ def floors_of(worlds: Worlds, names: Sequence[str]) -> Floors:
     noise, form, dry = worlds.study.noise, form_scales(worlds.study.scale), is_dry(names)
     jumps = any(map(breaks_away, names))
     rung = LADDER if jumps else 1.0 if dry else 1.0 / LADDER
-    form = Scales(theta=rung * form.theta, force=rung * form.force)
+    least = min(1.0, rung)
     return Floors(
-        theta=float(np.hypot(noise.theta, form.theta)),
-        force=float(np.hypot(noise.force or 0.0, form.force)),
-        form=form,
+        theta=float(np.hypot(noise.theta, rung * form.theta)),
+        force=float(np.hypot(noise.force or 0.0, rung * form.force)),
+        form=Scales(theta=least * form.theta, force=least * form.force),
         rest=REST if dry else worlds.rest_share,
     )
 

@@ -77,7 +77,7 @@ class Pool:
         return self.price * len(find_effect(name).parameters)
 
     def change(self, fit: Fit, less: Fit) -> float:
-        """Return how much smaller residuals a fit has than another [errors of form of its laws].
+        """Return how much smaller residuals a fit has than another [errors of form of a law].
 
         All rows count by their weight, those of a jump too: a cause may act at times only.
         """

@@ -18,12 +18,12 @@ Start = tuple[tuple[str, ...], dict[int, float]]
 
 
 def new_starts(pool: Pool, view: Survey, trials: Sequence[Trial]) -> list[Start]:
-    """Return starts of sets that a survey promises; one that was fitted goes on unless it settled."""
+    """Return starts of sets that a survey promises; a fit that did not settle goes on."""
     starts: dict[frozenset[str], Start] = {}
     for trial in trials:
         names, values = start_of(pool, view, trial)
         starts.setdefault(frozenset(names), (names, values))
-    for key, start in list(starts.items()):
+    for key in list(starts):
         fit = pool.fits.get(key)
         if fit is not None and fit.settled:
             del starts[key]

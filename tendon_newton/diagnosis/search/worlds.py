@@ -40,7 +40,7 @@ class Floors:
     force: float
     """The same of the force [N]."""
     form: Scales
-    """The part of both that is no noise: by how much the model's laws miss."""
+    """What changes less is no cause: by how much the model's laws miss where nothing jumps."""
     rest: float = 1.0
     """Weight of a row at rest [1]: a stuck tendon repeats one error in all of them."""
 
