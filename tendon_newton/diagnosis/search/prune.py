@@ -55,17 +55,18 @@ def prune(pool: Pool, fit: Fit) -> Fit:
 
 
 def leave_out(pool: Pool, fit: Fit) -> dict[str, Fit]:
-    """Refit a set without each of its causes; what is clearly worse is not followed."""
-    todo = [n for n in fit.names if frozenset(fit.names) - {n} not in pool.fits]
-    less = start_fits(
-        pool.worlds, [without(fit, n, pool.worlds) for n in todo], pool.floors, fit.time_step
-    )
-    less = refit(pool.worlds, less, pool.floors, iterations=2, coarse=0)
-    near = [i for i, f in enumerate(less) if f.score - fit.score < CLEAR * pool.price]
-    again = refit(pool.worlds, [less[i] for i in near], pool.floors, iterations=3, coarse=0)
-    for i, f in zip(near, again, strict=True):
-        less[i] = f
-    pool.add(less)
+    """Refit a set without each of its causes; what is clearly worse is not followed.
+
+    A smaller set that was fitted before starts anew where the larger one leads to a better place.
+    """
+    starts = [without(fit, name, pool.worlds) for name in fit.names]
+    found = start_fits(pool.worlds, starts, pool.floors, fit.time_step)
+    known = [pool.fits.get(frozenset(f.names)) for f in found]
+    new = [f for f, old in zip(found, known, strict=True) if old is None or f.score < old.score]
+    pool.add(refit(pool.worlds, new, pool.floors, iterations=2, coarse=0))
+    less = {n: pool.fits[frozenset(fit.names) - {n}] for n in fit.names}
+    near = [f for f in less.values() if f.score - fit.score < CLEAR * pool.price]
+    pool.add(refit(pool.worlds, near, pool.floors, iterations=3, coarse=0))
     return {n: pool.fits[frozenset(fit.names) - {n}] for n in fit.names}
 
 
@@ -74,5 +75,5 @@ def exchange(pool: Pool, fit: Fit, names: Sequence[str]) -> None:
     view = survey(pool.worlds, fit, names, pool.floors, 0.99)
     chooser = Chooser(view, pool.price, pool.most)
     note_singles(pool, chooser, first=False)
-    starts = [*wider_starts(pool, fit), *new_starts(pool, view, exchanges(chooser, RIVALS))]
+    starts = [*wider_starts(pool, fit, names), *new_starts(pool, view, exchanges(chooser, RIVALS))]
     follow(pool, starts, fit.time_step, coarse=0)

@@ -11,7 +11,7 @@ from tendon_newton.diagnosis.search.coordinates import atoms, is_shape
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.refit import Fit, values_of
 from tendon_newton.diagnosis.search.survey import Survey
-from tendon_newton.effects import EFFECTS
+from tendon_newton.effects import find_effect
 
 Start = tuple[tuple[str, ...], dict[int, float]]
 """Causes and the values to start from, column -> value."""
@@ -54,7 +54,7 @@ def start_of(pool: Pool, view: Survey, trial: Trial) -> Start:
     return tuple(names), values
 
 
-def wider_starts(pool: Pool, fit: Fit) -> list[Start]:
+def wider_starts(pool: Pool, fit: Fit, allowed: Sequence[str]) -> list[Start]:
     """Return starts of sets in which a law stands in the place of a special case of its own.
 
     A law starts where it is that special case: its numbers of the same unit are the case's, and
@@ -66,8 +66,8 @@ def wider_starts(pool: Pool, fit: Fit) -> list[Start]:
         (special, *_) = own = study.table.columns(name)
         unit = study.parameter(special).unit
         rest = {c: v for c, v in place.items() if c not in own}
-        for law, effect in EFFECTS.items():
-            if name not in effect.includes or law in fit.names:
+        for law in allowed:
+            if name not in find_effect(law).includes or law in fit.names:
                 continue
             names = (*(n for n in fit.names if n != name), law)
             known = pool.fits.get(frozenset(names))

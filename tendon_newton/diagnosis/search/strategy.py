@@ -76,7 +76,7 @@ def add_sets(
         if any(suffices(pool, fit, known) for fit in singles[:1]):
             return
     trials = choose(chooser, SETS)
-    starts = wider_starts(pool, current)
+    starts = wider_starts(pool, current, names)
     starts += new_starts(pool, view, trials if first else [*trials, *exchanges(chooser, RIVALS)])
     follow(pool, starts, current.time_step, coarse=2 if first else 1)
 
