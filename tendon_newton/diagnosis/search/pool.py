@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.refit import Fit, refit, rescored, values_of
 from tendon_newton.diagnosis.search.worlds import QUIET, Floors, Worlds
 from tendon_newton.effects import find_effect
@@ -63,14 +64,22 @@ class Pool:
             new = rescored(self.worlds, list(self.fits.values()), floors)
             self.fits = dict(zip(self.fits, new, strict=True))
 
-    def renew(self, floors: Floors, fit: Fit) -> Fit:
-        """Score all sets at other floors and follow one of them there; return the latter."""
-        if floors == self.floors:
-            return fit
-        self.rescore(floors)
-        own = self.fits[frozenset(fit.names)]
-        self.add(refit(self.worlds, [own], floors, iterations=RENEWED, coarse=0))
-        return self.fits[frozenset(fit.names)]
+    def renew(self, fit: Fit, known: Sequence[str]) -> Fit:
+        """Score all sets at the floors of one and follow that one there; return it.
+
+        That what jumps misses more counts only if something is left otherwise: a breakaway force
+        that hardly differs from the sliding one must not hide other causes.
+        """
+        for jumping in (False, True):
+            floors = floors_of(self.worlds, (*known, *fit.names), jumping=jumping)
+            if floors != self.floors:
+                self.rescore(floors)
+                own = self.fits[frozenset(fit.names)]
+                self.add(refit(self.worlds, [own], floors, iterations=RENEWED, coarse=0))
+                fit = self.fits[frozenset(fit.names)]
+            if self.excess(fit) < self.price:
+                break
+        return fit
 
     def bar(self, name: str) -> float:
         """Return the gain in score that a cause must bring: each of its numbers has a price."""

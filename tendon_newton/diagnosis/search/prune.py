@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from tendon_newton.diagnosis.search.choice import Chooser, exchanges
-from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, without
 from tendon_newton.diagnosis.search.starts import new_starts, wider_starts
 from tendon_newton.diagnosis.search.strategy import RIVALS, follow, note_singles
 from tendon_newton.diagnosis.search.survey import survey
 
-CLEAR = 6.0
-"""Prices that a cause is worth after two steps from which it needs no more of them [1]."""
+FAR, CLEAR = 20.0, 6.0
+"""Prices that a cause is worth after one step, and after two, from which the set without it needs
+no more of them [1]."""
 TURNS = 3
 """Times that causes are pruned and exchanged at most."""
 
@@ -32,7 +32,7 @@ def settle(pool: Pool, fit: Fit, names: Sequence[str], known: Sequence[str]) -> 
         pool.log(f"pruned: {pool.describe(fit)}; {pool.worlds.count} simulated")
         if not fit.names or pool.is_late:
             break
-        fit = pool.renew(floors_of(pool.worlds, (*known, *fit.names)), fit)
+        fit = pool.renew(fit, known)
         exchange(pool, fit, names)
         best = pool.best()
         if frozenset(best.names) == frozenset(fit.names):
@@ -63,10 +63,11 @@ def leave_out(pool: Pool, fit: Fit) -> dict[str, Fit]:
     found = start_fits(pool.worlds, starts, pool.floors, fit.time_step)
     known = [pool.fits.get(frozenset(f.names)) for f in found]
     new = [f for f, old in zip(found, known, strict=True) if old is None or f.score < old.score]
-    pool.add(refit(pool.worlds, new, pool.floors, iterations=2, coarse=0))
-    less = {n: pool.fits[frozenset(fit.names) - {n}] for n in fit.names}
-    near = [f for f in less.values() if f.score - fit.score < CLEAR * pool.price]
-    pool.add(refit(pool.worlds, near, pool.floors, iterations=3, coarse=0))
+    pool.add(refit(pool.worlds, new, pool.floors, iterations=1, coarse=0))
+    for prices, steps in ((FAR, 1), (CLEAR, 3)):
+        less = [pool.fits[frozenset(fit.names) - {n}] for n in fit.names]
+        near = [f for f in less if f.score - fit.score < prices * pool.price]
+        pool.add(refit(pool.worlds, near, pool.floors, iterations=steps, coarse=0))
     return {n: pool.fits[frozenset(fit.names) - {n}] for n in fit.names}
 
 

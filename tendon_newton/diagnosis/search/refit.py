@@ -18,6 +18,8 @@ STEP_SHARE = 0.01
 FIRST_SHARE, LAST_SHARE = 1.0, 0.98
 """Share of the residuals whose size is a fit's scale, at first and then: what acts at times must be
 seen before rows at a jump are left out."""
+ROUGH_STEP = 1.0e-3
+"""Simulation step [s] while sets are chosen, and of derivatives."""
 REACH = 2.0
 """Typical sizes by which one step changes a number that is never zero."""
 
@@ -173,7 +175,10 @@ def trimmed_size(residual: Array, share: float) -> float:
 
 
 def linearise(worlds: Worlds, fits: Sequence[Fit]) -> list[Array]:
-    """Return the derivatives of fits' residuals by their coordinates, shape (M, F) each."""
+    """Return the derivatives of fits' residuals by their coordinates, shape (M, F) each.
+
+    Their simulation step is `ROUGH_STEP` at least: differences need not be finer.
+    """
     models, steps = [], []
     for fit in fits:
         _, high = bounds_of(worlds, fit.columns)
@@ -186,12 +191,16 @@ def linearise(worlds: Worlds, fits: Sequence[Fit]) -> list[Array]:
             steps.append(step)
     if not models:
         return [np.zeros((len(fit.residual), 0)) for fit in fits]
-    residuals = worlds.residuals(models, fits[0].time_step)
+    bases = [fit.residual for fit in fits]
+    if fits[0].time_step < ROUGH_STEP:
+        models += [values_of(worlds, fit.columns, fit.place) for fit in fits]
+    residuals = worlds.residuals(models, max(ROUGH_STEP, fits[0].time_step))
+    bases = bases if len(models) == len(steps) else list(residuals[len(steps) :])
     out, at = [], 0
-    for fit in fits:
+    for fit, base in zip(fits, bases, strict=True):
         count = len(fit.columns)
-        slopes = [(residuals[at + f] - fit.residual) / steps[at + f] for f in range(count)]
-        out.append(np.stack(slopes, axis=1) if count else np.zeros((len(fit.residual), 0)))
+        slopes = [(residuals[at + f] - base) / steps[at + f] for f in range(count)]
+        out.append(np.stack(slopes, axis=1) if count else np.zeros((len(base), 0)))
         at += count
     return out
 

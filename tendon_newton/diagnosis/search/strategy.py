@@ -7,14 +7,19 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from tendon_newton.diagnosis.search.choice import Chooser, choose, exchanges
-from tendon_newton.diagnosis.search.floors import breaks_away, floors_of
+from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.pool import Pool
-from tendon_newton.diagnosis.search.refit import Fit, refit, rescored, start_fits, without
+from tendon_newton.diagnosis.search.refit import (
+    ROUGH_STEP,
+    Fit,
+    refit,
+    rescored,
+    start_fits,
+    without,
+)
 from tendon_newton.diagnosis.search.starts import Start, new_starts, wider_starts
 from tendon_newton.diagnosis.search.survey import survey
 
-ROUGH_STEP = 1.0e-3
-"""Simulation step [s] while sets are chosen."""
 SETS, SINGLES = 6, 5
 """Different sets, and single causes, that are refitted after a survey."""
 RIVALS = 3
@@ -58,7 +63,7 @@ def find(
         if current is before:
             break
         current = shed(pool, current)
-        pool.renew(floors_of(pool.worlds, (*known, *current.names)), current)
+        pool.renew(current, known)
         current = pool.best()
     return current
 
@@ -82,10 +87,10 @@ def add_sets(
 
 
 def suffices(pool: Pool, fit: Fit, known: Sequence[str]) -> bool:
-    """Tell whether a cause leaves no more than its law's error of form; one that jumps may hide."""
-    floors = floors_of(pool.worlds, (*known, *fit.names))
+    """Tell whether a cause leaves no more than the error of form of a law that does not jump."""
+    floors = floors_of(pool.worlds, (*known, *fit.names), jumping=False)
     (own,) = rescored(pool.worlds, [fit], floors)
-    return not any(map(breaks_away, fit.names)) and pool.excess(own) < pool.price
+    return pool.excess(own) < pool.price
 
 
 def note_singles(pool: Pool, chooser: Chooser, *, first: bool) -> None:

@@ -12,11 +12,13 @@ from tendon_newton.diagnosis.search.decide.rule import CLASS_ERRORS, LADDER, SHA
 from tendon_newton.diagnosis.search.floors import floors_of, form_scales
 from tendon_newton.diagnosis.search.held_out_gain import by_block, held_out_terms, terms
 from tendon_newton.diagnosis.search.pool import Pool
-from tendon_newton.diagnosis.search.prune import leave_out, prune
+from tendon_newton.diagnosis.search.prune import FAR, leave_out, prune
 from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, values_of
 from tendon_newton.diagnosis.search.worlds import Floors
 from tendon_newton.effects import find_effect
 
+SURE = 3.0
+"""Times that a cause must pass its bar on parts that others saw, to need no refits without them."""
 FEW_RIVALS = 3
 """Sets with another cause in the place of one that are looked at closely."""
 
@@ -42,10 +44,18 @@ class Decided:
 
 
 def transfer(pool: Pool, fits: Sequence[Fit], fine: Pool) -> list[Fit]:
-    """Refit sets on all rows at the fine step, from where they were on the beginnings."""
+    """Refit sets on all rows at the fine step, from where they were on the beginnings.
+
+    Those that are far worse than the first there are left as they are.
+    """
     starts = [(f.names, values_of(pool.worlds, f.columns, f.place)) for f in fits]
     found = start_fits(fine.worlds, starts, fine.floors, fine.worlds.study.time_step)
-    found = refit(fine.worlds, found, fine.floors, iterations=2, coarse=0)
+    found[:1] = refit(fine.worlds, found[:1], fine.floors, iterations=2, coarse=0)
+    worst = found[0].score + FAR * fine.price
+    near = [i for i, f in enumerate(found[1:], start=1) if f.score < worst]
+    again = refit(fine.worlds, [found[i] for i in near], fine.floors, iterations=2, coarse=0)
+    for i, f in zip(near, again, strict=True):
+        found[i] = f
     fine.add(found)
     return found
 
@@ -85,11 +95,7 @@ def decide(
     final = prune(fine, best)
     refused: dict[str, tuple[float, bool]] = {}
     while final.names:
-        terms_ = held_out_terms(fine.worlds, [final, *leave_out(fine, final).values()], fine.floors)
-        gains = {
-            n: by_block(fine.worlds, t - terms_[0])
-            for n, t in zip(final.names, terms_[1:], strict=True)
-        }
+        gains = held_out_gains(fine, final)
         ended = [n for n in final.names if at_bound(fine, final, n)]
         worst = min(ended or gains, key=lambda n: float(gains[n].sum()) / fine.bar(n))
         if not ended and gains[worst].sum() >= fine.bar(worst):
@@ -114,6 +120,25 @@ def decide(
         rivals={},
         refused=refused,
     )
+
+
+def held_out_gains(fine: Pool, fit: Fit) -> dict[str, Array]:
+    """Return what each cause is worth on parts that no number has seen, by block of time.
+
+    A set that saw a part does better there than one that did not. Where the set without a cause
+    is far behind even so, it is not refitted without each part: the cause is worth that at least.
+    """
+    worlds, floors = fine.worlds, fine.floors
+    less = leave_out(fine, fit)
+    (own,) = held_out_terms(worlds, [fit], floors)
+    residuals = np.stack([f.residual for f in less.values()])
+    score = worlds.score(residuals, floors)
+    rows = dict(zip(less, terms(worlds, residuals, score.theta, score.force, floors), strict=True))
+    unsure = [n for n, t in rows.items() if float((t - own).sum()) < SURE * fine.bar(n)]
+    if unsure:
+        found = held_out_terms(worlds, [less[n] for n in unsure], floors)
+        rows.update(zip(unsure, found, strict=True))
+    return {n: by_block(worlds, t - own) for n, t in rows.items()}
 
 
 def probability(gains: Array, bar: float, rng: np.random.Generator) -> float:
@@ -142,9 +167,18 @@ def simplest(pool: Pool, fit: Fit) -> Fit:
             other = pool.fits.get(key)
             if other is None:
                 continue
-            if pool.cost(other) <= pool.cost(fit) or pool.change(fit, other) < 1.0:
+            if pool.cost(other) <= pool.cost(fit) or not is_sharper(pool, fit, other):
                 return simplest(pool, other)
     return fit
+
+
+def is_sharper(pool: Pool, fit: Fit, other: Fit) -> bool:
+    """Tell whether most residuals of a fit are smaller by more than a law's own error of form."""
+    return any(
+        max(0.0, getattr(other.scales, signal) ** 2 - getattr(fit.scales, signal) ** 2)
+        >= getattr(pool.floors.form, signal) ** 2
+        for signal in ("theta", "force")
+    )
 
 
 def close_rivals(pool: Pool, fit: Fit, name: str) -> tuple[Fit, ...]:
