@@ -9,7 +9,9 @@ import pytest
 
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.search.choice import Chooser, choose, exchanges
+from tendon_newton.diagnosis.search.decide.decision import held_out_gains
 from tendon_newton.diagnosis.search.floors import floors_of
+from tendon_newton.diagnosis.search.held_out_gain import held_out_terms
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.prune import leave_out
 from tendon_newton.diagnosis.search.refit import refit, start_fits, values_of
@@ -162,3 +164,34 @@ def test_a_smaller_set_is_compared_at_its_best(worlds: Worlds) -> None:
     less = leave_out(pool, fit)["stribeck_friction"]
     assert less.score == pytest.approx(fit.score, abs=0.01)
     assert far.score > fit.score + 1.0
+
+
+def test_a_breakaway_force_hides_nothing_where_nothing_is_left(worlds: Worlds) -> None:
+    """What jumps may miss more: only the model that leaves something is given that."""
+    pool, plain = pool_of(worlds), floors_of(worlds, ("coulomb_friction",))
+    first, rest, speed = worlds.study.table.columns("stribeck_friction")
+    law = {first: 0.6, rest: 0.61, speed: 1.0}
+    (viscous,) = worlds.study.table.columns("viscous_friction")
+    starts = [
+        (("stribeck_friction", "viscous_friction"), {**law, viscous: 1.2}),
+        (("stribeck_friction",), law),
+    ]
+    fits = start_fits(worlds, starts, plain, STEP)
+    pool.add(fits)
+    pool.renew(fits[0], ())
+    assert pool.floors == plain
+    pool.renew(fits[1], ())
+    assert pool.floors.theta > 2.0 * plain.theta
+
+
+def test_a_cause_is_worth_at_least_what_it_is_said_to_be_on_left_out_parts(worlds: Worlds) -> None:
+    """The sets without them saw all parts: refits that did not see a part do worse there."""
+    pool = pool_of(worlds)
+    start = started(pool, viscous_friction=1.0, coulomb_friction=0.5)
+    (fit,) = refit(worlds, [start], pool.floors, iterations=10)
+    pool.add([fit])
+    less = leave_out(pool, fit)
+    own, *others = held_out_terms(worlds, [fit, *less.values()], pool.floors)
+    for name, other in zip(less, others, strict=True):
+        said = float(held_out_gains(pool, fit)[name].sum())
+        assert pool.bar(name) < said < float((other - own).sum()) + 0.01

@@ -17,6 +17,8 @@ ROUNDS = 3
 """Times that the weights of the signals are renewed while a set is solved for."""
 FORCED = 4
 """Single causes of which each is forced into a set."""
+PROMISE = 0.2
+"""Share of what a cause is worth that another must promise to be tried in its place [1]."""
 MOST_STEPS = 20
 """Additions, removals and exchanges of one choice."""
 
@@ -234,11 +236,16 @@ def choose(chooser: Chooser, sets: int) -> list[Trial]:
 
 
 def exchanges(chooser: Chooser, count: int) -> list[Trial]:
-    """Return for each cause of the fit the sets with the likeliest others in its place."""
+    """Return for each cause of the fit the sets with the likeliest others in its place.
+
+    Special cases of a cause are among them, and else who promises a share of what it is worth.
+    """
     out: list[Trial] = []
-    columns = chooser.survey.columns
+    columns, start = chooser.survey.columns, chooser.solve((), ())
     for name in chooser.survey.fit.names:
         others = {r for n in chooser.survey.fit.names if n != name for r in relatives(n)}
+        less = chooser.solve((), [name])
+        bar = less.score - PROMISE * max(0.0, less.score - start.score)
         ranked: dict[str, Trial] = {}
         for atom in chooser.atoms:
             rival = columns[atom].name
@@ -248,8 +255,9 @@ def exchanges(chooser: Chooser, count: int) -> list[Trial]:
             if rival not in ranked or trial.score < ranked[rival].score:
                 ranked[rival] = trial
         best = sorted(ranked, key=lambda rival: ranked[rival].score)[:count]
+        near = [rival for rival in best if ranked[rival].score < bar]
         special = [rival for rival in find_effect(name).includes if rival in ranked]
-        out += [ranked[rival] for rival in dict.fromkeys([*best, *special])]
+        out += [ranked[rival] for rival in dict.fromkeys([*near, *special])]
     return out
 
 

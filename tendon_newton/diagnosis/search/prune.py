@@ -10,6 +10,7 @@ from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, without
 from tendon_newton.diagnosis.search.starts import new_starts, wider_starts
 from tendon_newton.diagnosis.search.strategy import RIVALS, follow, note_singles
 from tendon_newton.diagnosis.search.survey import survey
+from tendon_newton.effects import find_effect
 
 FAR, CLEAR = 20.0, 6.0
 """Prices that a cause is worth after one step, and after two, from which the set without it needs
@@ -34,7 +35,7 @@ def settle(pool: Pool, fit: Fit, names: Sequence[str], known: Sequence[str]) -> 
             break
         fit = pool.renew(fit, known)
         exchange(pool, fit, names)
-        best = pool.best()
+        best = simplest(pool, pool.best())
         if frozenset(best.names) == frozenset(fit.names):
             break
         fit = best
@@ -78,3 +79,28 @@ def exchange(pool: Pool, fit: Fit, names: Sequence[str]) -> None:
     note_singles(pool, chooser, first=False)
     starts = [*wider_starts(pool, fit, names), *new_starts(pool, view, exchanges(chooser, RIVALS))]
     follow(pool, starts, fit.time_step, coarse=0)
+
+
+def simplest(pool: Pool, fit: Fit) -> Fit:
+    """Return a fit with special cases in the place of laws that explain no more.
+
+    Nor does a law explain more that changes less than a law's own error of form.
+    """
+    for name in fit.names:
+        for special in find_effect(name).includes:
+            key = (frozenset(fit.names) - {name}) | {special}
+            other = pool.fits.get(key)
+            if other is None:
+                continue
+            if pool.cost(other) <= pool.cost(fit) or not is_sharper(pool, fit, other):
+                return simplest(pool, other)
+    return fit
+
+
+def is_sharper(pool: Pool, fit: Fit, other: Fit) -> bool:
+    """Tell whether most residuals of a fit are smaller by more than a law's own error of form."""
+    return any(
+        max(0.0, getattr(other.scales, signal) ** 2 - getattr(fit.scales, signal) ** 2)
+        >= getattr(pool.floors.form, signal) ** 2
+        for signal in ("theta", "force")
+    )

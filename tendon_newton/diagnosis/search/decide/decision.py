@@ -8,14 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_newton.data.recording import Array
-from tendon_newton.diagnosis.search.decide.rule import CLASS_ERRORS, LADDER, SHARE
+from tendon_newton.diagnosis.search.decide.rule import LADDER
 from tendon_newton.diagnosis.search.floors import floors_of, form_scales
 from tendon_newton.diagnosis.search.held_out_gain import by_block, held_out_terms, terms
 from tendon_newton.diagnosis.search.pool import Pool
-from tendon_newton.diagnosis.search.prune import FAR, leave_out, prune
+from tendon_newton.diagnosis.search.prune import CLEAR, FAR, leave_out, prune, simplest
 from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, values_of
 from tendon_newton.diagnosis.search.worlds import Floors
-from tendon_newton.effects import find_effect
 
 SURE = 3.0
 """Times that a cause must pass its bar on parts that others saw, to need no refits without them."""
@@ -60,15 +59,14 @@ def transfer(pool: Pool, fits: Sequence[Fit], fine: Pool) -> list[Fit]:
     return found
 
 
-def rivals_of(pool: Pool, fit: Fit, name: str) -> list[Fit]:
-    """Return the best fits with another cause in the place of one; those without it are known."""
+def rivals_of(pool: Pool, fit: Fit, name: str, prices: float = 1.0) -> list[Fit]:
+    """Return the best fits with another cause in the place of one, few prices behind at most."""
     rest = frozenset(fit.names) - {name}
     found = [
         f for f in pool.fits.values()
         if len(f.names) == len(fit.names) and rest < frozenset(f.names) and name not in f.names
     ]  # fmt: skip
-    loss = pool.fits[rest].score - fit.score
-    near = [f for f in found if f.score - fit.score < max(pool.price, SHARE * loss)]
+    near = [f for f in found if f.score - fit.score < prices * pool.price]
     return sorted(near, key=lambda f: f.score)[:FEW_RIVALS]
 
 
@@ -85,7 +83,7 @@ def decide(
         rng: Of the draws of blocks.
     """
     less = leave_out(pool, fit)
-    close = {name: rivals_of(pool, fit, name) for name in fit.names}
+    close = {name: rivals_of(pool, fit, name, CLEAR) for name in fit.names}
     sets = {
         frozenset(f.names): f for f in [*less.values(), *(r for rs in close.values() for r in rs)]
     }
@@ -156,49 +154,16 @@ def at_bound(pool: Pool, fit: Fit, name: str) -> bool:
                for v, p in ends)  # fmt: skip
 
 
-def simplest(pool: Pool, fit: Fit) -> Fit:
-    """Return a fit with special cases in the place of laws that explain no more.
-
-    Nor does a law explain more that changes less than a law's own error of form.
-    """
-    for name in fit.names:
-        for special in find_effect(name).includes:
-            key = (frozenset(fit.names) - {name}) | {special}
-            other = pool.fits.get(key)
-            if other is None:
-                continue
-            if pool.cost(other) <= pool.cost(fit) or not is_sharper(pool, fit, other):
-                return simplest(pool, other)
-    return fit
-
-
-def is_sharper(pool: Pool, fit: Fit, other: Fit) -> bool:
-    """Tell whether most residuals of a fit are smaller by more than a law's own error of form."""
-    return any(
-        max(0.0, getattr(other.scales, signal) ** 2 - getattr(fit.scales, signal) ** 2)
-        >= getattr(pool.floors.form, signal) ** 2
-        for signal in ("theta", "force")
-    )
-
-
 def close_rivals(pool: Pool, fit: Fit, name: str) -> tuple[Fit, ...]:
     """Return the fits that the data cannot tell from one, another cause in a cause's place."""
     found = rivals_of(pool, fit, name)
     if not found:
         return ()
-    floors, loss = sharp(pool), pool.fits[frozenset(fit.names) - {name}].score - fit.score
+    floors = sharp(pool)
     residuals = np.stack([f.residual for f in (fit, *found)])
-    score = pool.worlds.score(residuals, floors)
-    each = terms(pool.worlds, residuals, score.theta, score.force, floors)
-    out = []
-    for rival, own in zip(found, each[1:], strict=True):
-        blocks = by_block(pool.worlds, own - each[0])
-        behind = float(blocks.sum())
-        error = float(blocks.std(ddof=1) * np.sqrt(len(blocks)))
-        unsure = behind <= min(CLASS_ERRORS * error, SHARE * loss)
-        if unsure or behind <= SHARE * pool.price:
-            out.append(rival)
-    return tuple(out)
+    score = pool.worlds.score(residuals, floors).value
+    near = score[1:] - score[0] <= pool.price
+    return tuple(rival for rival, is_near in zip(found, near, strict=True) if is_near)
 
 
 def sharp(pool: Pool) -> Floors:
