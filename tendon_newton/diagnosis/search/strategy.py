@@ -26,6 +26,8 @@ RIVALS = 3
 """Effects that are tried in the place of each cause."""
 FOLLOWED = (12, 6, 3)
 """Sets that are followed ever further, after one look and after each two steps of their refit."""
+SETTLED = 10
+"""Further steps after which a single cause has settled at the latest: it takes few simulations."""
 ROUNDS = 6
 """Surveys at most, each from the best fit so far."""
 
@@ -77,7 +79,7 @@ def add_sets(
     note_singles(pool, chooser, first=first)
     if first:
         starts = new_starts(pool, view, chooser.singles(SINGLES))
-        singles = follow(pool, starts, current.time_step, coarse=2)
+        singles = follow(pool, starts, current.time_step, coarse=2, last=SETTLED)
         if any(suffices(pool, fit, known) for fit in singles[:1]):
             return
     trials = choose(chooser, SETS)
@@ -127,14 +129,26 @@ def shed(pool: Pool, fit: Fit) -> Fit:
     return fit
 
 
-def follow(pool: Pool, starts: Sequence[Start], time_step: float, *, coarse: int) -> list[Fit]:
-    """Refit sets jointly, following fewer the longer it takes; add them, best first."""
+def follow(
+    pool: Pool, starts: Sequence[Start], time_step: float, *, coarse: int, last: int = 2
+) -> list[Fit]:
+    """Refit sets jointly, following fewer the longer it takes; add them, best first.
+
+    Args:
+        pool: Takes all fits.
+        starts: Sets and the values to start from.
+        time_step: Of the simulation [s].
+        coarse: First steps at the scale of all residuals.
+        last: Steps at most of those that are followed furthest.
+    """
     fits = start_fits(pool.worlds, starts, pool.floors, time_step)
     for count in FOLLOWED:
         if pool.is_late:
             break
         fits.sort(key=pool.cost)
-        fits[:count] = refit(pool.worlds, fits[:count], pool.floors, iterations=2, coarse=coarse)
+        steps = last if count == FOLLOWED[-1] else 2
+        chosen = fits[:count]
+        fits[:count] = refit(pool.worlds, chosen, pool.floors, iterations=steps, coarse=coarse)
         coarse = 0
     fits.sort(key=pool.cost)
     for fit in fits:
