@@ -98,7 +98,7 @@ def write_isaaclab_target(folder: Path, mechanism: Mechanism, model: Model) -> E
     write_text(folder / CONFIG_FILE, config_text(title, IMPORTS, "ACTUATORS", entries))
     gears = [gearing_of(tendon, model) for tendon in mechanism.tendons]
     targets = "\n".join(
-        f"    {tendon.name}: (angle - {gear.shift:.8g}) / {gear.ratio:.8g}"
+        f"    {tendon.name}: (angle - {gear.shift - gear.lead:.8g}) / {gear.ratio:.8g}"
         for tendon, gear in zip(mechanism.tendons, gears, strict=True)
     )
     return Exported(

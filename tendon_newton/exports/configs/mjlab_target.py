@@ -24,6 +24,7 @@ from tendon_newton.exports.mujoco_target import change_mechanism, refuse_damaged
 from tendon_newton.exports.networks.files import write_torchscript
 from tendon_newton.exports.networks.students import HISTORY, RATE, fit_mlp, lessons_of
 from tendon_newton.exports.networks.target import MLP_STEPS
+from tendon_newton.exports.newton.prims import command_lead
 from tendon_newton.mechanisms.authoring.mujoco_file import (
     mujoco_spec,
     newton_s_mujoco,
@@ -131,7 +132,7 @@ def placed_tendons(mechanism: Mechanism) -> tuple[list[float], list[float]]:
 
 def target_text(tendon: Tendon, model: Model, sign: float, offset: float, kind: str) -> str:
     """Return a tendon's target of a desired motor angle [rad]: a length, or a geared one."""
-    shift = angle_shift(tendon, model, offset)
+    shift = angle_shift(tendon, model, offset) - command_lead(model)
     if kind == "BuiltinDcMotorActuatorCfg":
         return f"angle - {shift:.8g}"
     return f"(angle - {shift:.8g}) * {sign * spool_of(tendon, model):.8g}"

@@ -141,6 +141,8 @@ class ScaledLstm(torch.nn.Module):
     `lstm` is where Isaac Lab looks for the size of the memory.
     """
 
+    scale: torch.Tensor
+
     def __init__(self, network: StudentLstm, scales: Scales) -> None:
         super().__init__()
         self.lstm, self.head = network.lstm, network.head

@@ -57,6 +57,7 @@ def path_of(mechanism: Mechanism, tendon: Tendon) -> TendonPath:
     length = np.array([excursion(tendon, row) for row in q])
     choices = [range(DEGREE + 1) if j in used else (0,) for j in range(count)]
     powers = tuple(row for row in product(*choices) if sum(row) <= DEGREE)
-    factor, *_ = np.linalg.lstsq(columns(q, powers), length, rcond=None)
+    solved, *_ = np.linalg.lstsq(columns(q, powers), length, rcond=None)
+    factor = np.asarray(solved, dtype=np.float64)
     stray = float(np.abs(columns(q, powers) @ factor - length).max())
     return TendonPath(factor=factor, powers=powers, stray=stray)
