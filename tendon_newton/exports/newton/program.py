@@ -14,7 +14,8 @@ from tendon_newton.data.model_file import Model
 from tendon_newton.device_code import slots, structs
 from tendon_newton.effects import Effect, Stage, find_effect
 from tendon_newton.exports.carried_code import CarriedCode
-from tendon_newton.exports.newton import device
+from tendon_newton.exports.newton import device, grips
+from tendon_newton.exports.newton.structs import Answer, Bench, Kept
 from tendon_newton.exports.program import literal, without_effects
 from tendon_newton.simulation.model.parameter_table import ParameterTable
 from tendon_newton.simulation.model.structure import in_catalogue_order
@@ -46,7 +47,7 @@ MEMORIES: dict[Stage, Any] = {
     Stage.SPRING: slots.spring_memory,
 }
 """Stages after which a drive's effects renew what they remember."""
-STRUCTS = (structs.Tendon, structs.Joint, structs.Flow, device.Kept, device.Bench, device.Answer)
+STRUCTS = (structs.Tendon, structs.Joint, structs.Flow, Kept, Bench, Answer)
 MARK = re.compile(r"\{\{(\w+)\}\}")
 
 
@@ -160,7 +161,7 @@ def carried_text(model: Model, places: Places, *, duty: bool) -> str:
         code.add(stage_text(code, stage, slot, places))
     for stage, slot in MEMORIES.items():
         code.add(memory_text(code, stage, slot, places))
-    for function in (device.at_rest, device.answered, device.joint_grip, pipeline.spring_torque):
+    for function in (device.at_rest, device.answered, grips.joint_grip, pipeline.spring_torque):
         code.carry(function, function.__name__)
     code.carry(pipeline.damping_torque, "damping_torque")
     return code.text()

@@ -1,0 +1,119 @@
+"""A rotor between its motor and a string, whose spool moves on its own."""
+
+from __future__ import annotations
+
+import warp as wp
+
+from tendon_newton.device_code.placeholders import Jet, ParameterVector, real
+from tendon_newton.device_code.slots import speed_effects, string_effects
+from tendon_newton.device_code.structs import Tendon
+from tendon_newton.device_code.templates import device_template
+from tendon_newton.exports.newton.grips import GRIP, GRIP_DAMPING, UNBOUNDED
+from tendon_newton.exports.newton.structs import Bench
+from tendon_newton.simulation.tendons.pipeline import gear_line, servo_flow
+
+HALVINGS = 60
+"""Bisections of where a spool comes to rest."""
+DRAWS = 1.0e-6
+"""A force [N] whose sign is that of a string that pulls."""
+SPAN = 10.0
+"""Turns of a spool [rad] within which a loose one comes to rest."""
+
+
+@device_template
+def on_side(tendon: Tendon, side: real) -> Tendon:
+    """Return a tendon that slides on a side."""
+    out = tendon
+    out.side = side
+    out.direction = side
+    return out
+
+
+@device_template
+def string_stiffness(p: ParameterVector, bench: Bench) -> real:
+    """Return how stiff the string of a rotor is [N/m]; one without end is as stiff as may be."""
+    pace = real(GRIP) / bench.step
+    lighter = bench.inertia * bench.rotor / (bench.inertia + bench.rotor)
+    return wp.min(string_effects(real(UNBOUNDED), p), lighter * pace * pace)
+
+
+@device_template
+def string_tension(lead: real, rate: real, p: ParameterVector, bench: Bench) -> real:
+    """Return the tension [N] of a rotor's string whose spool leads by some string [m]."""
+    stiffness = string_stiffness(p, bench)
+    damping = real(0.0)
+    if string_effects(real(UNBOUNDED), p) > stiffness:
+        lighter = bench.inertia * bench.rotor / (bench.inertia + bench.rotor)
+        damping = real(GRIP_DAMPING) * lighter / bench.step
+    tension = real(0.0)
+    if lead > real(0.0):
+        tension = wp.max(stiffness * lead + damping * rate, real(0.0))
+    return tension
+
+
+@device_template
+def seen(tendon: Tendon, wound: real, rate: real, p: ParameterVector, bench: Bench) -> Tendon:
+    """Return a tendon as its rotor sees it; a string without end does not stretch for it."""
+    out = tendon
+    lead = wound - tendon.length
+    if string_effects(real(UNBOUNDED), p) >= real(UNBOUNDED):
+        lead = wp.min(lead, real(0.0))
+    out.wound = tendon.length + lead
+    out.velocity = rate
+    out.angle_rate = Jet(rate, real(0.0), real(1.0)) * tendon.inverse_radius
+    return out
+
+
+@device_template
+def spool_net(tendon: Tendon, p: ParameterVector, tension: real, side: real) -> real:
+    """Return what accelerates a rotor whose string carries a tension [N]."""
+    sliding = on_side(tendon, side)
+    flow = servo_flow(sliding, p)
+    sliding.error = tendon.command - flow.angle[0]
+    loaded = real(wp.max(tension, real(DRAWS)))
+    gear = gear_line(loaded, sliding, p)
+    taken = real(0.0)
+    if gear[1] > real(0.0):
+        taken = loaded + (tension - gear[0]) / gear[1]
+    motor = flow.motor_force
+    return motor[0] - taken
+
+
+@device_template
+def spool_speed(tendon: Tendon, p: ParameterVector, tension: real, bench: Bench) -> real:
+    """Return a rotor's speed [m/s] after a step; dry friction may hold it."""
+    speed = tendon.velocity
+    plain = servo_flow(on_side(tendon, real(0.0)), p)
+    motor = plain.motor_force
+    inertia = bench.rotor + bench.step * wp.max(real(0.0), -motor[2])
+    inward = speed + bench.step * spool_net(tendon, p, tension, real(1.0)) / inertia
+    outward = speed + bench.step * spool_net(tendon, p, tension, real(-1.0)) / inertia
+    after = real(0.0)
+    if inward > real(0.0) and (speed >= real(0.0) or outward > real(0.0)):
+        after = wp.max(real(0.0), inward)
+        if speed < real(0.0):
+            after = real(0.0)
+    if outward < real(0.0) and (speed <= real(0.0) or inward < real(0.0)):
+        after = outward
+        if speed > real(0.0):
+            after = real(0.0)
+    if inward == outward:
+        after = inward
+    most = speed_effects(real(UNBOUNDED), p) * tendon.spool_radius
+    return real(wp.clamp(after, -most, most))
+
+
+@device_template
+def resting_lead(tendon: Tendon, p: ParameterVector, bench: Bench) -> real:
+    """Return by how much a rotor's string [m] leads its mechanism at rest."""
+    low = -real(SPAN) * tendon.spool_radius
+    high = real(SPAN) * tendon.spool_radius
+    for _ in range(HALVINGS):
+        lead = real(0.5) * (low + high)
+        moved = seen(tendon, tendon.length + lead, real(0.0), p, bench)
+        tension = string_tension(lead, real(0.0), p, bench)
+        if spool_net(moved, p, tension, real(0.0)) > real(0.0):
+            low = lead
+        else:
+            high = lead
+    return real(0.5) * (low + high)
