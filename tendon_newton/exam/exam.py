@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from tendon_newton.data.files.json_file import write_json
 from tendon_newton.diagnosis.diagnosis_file import state_diagnosis
 from tendon_newton.errors import InvalidDataset, TendonNewtonError, unknown_name
 from tendon_newton.exam.exam_score import Mark, Truth, judge
@@ -88,7 +89,7 @@ def answer_one(paths: tuple[Path, Path]) -> dict[str, Any] | None:
         return None
     write_model(out / "model.toml", diagnosis.model)
     answer = {**diagnosis.to_json(), "peak_memory_mib": peak_memory()}
-    (out / ANSWER).write_text(json.dumps(answer, indent=1) + "\n", encoding="utf-8")
+    write_json(out / ANSWER, answer)
     return answer
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from tendon_newton import __version__
-from tendon_newton.errors import InvalidOutput
+from tendon_newton.data.files.text_file import write_text
 from train.actuator.fitting.export import git_commit
 from train.reproduction.outcome import Outcome, Row
 from train.reproduction.reproduction import BEST, MODELS, Reproduction
@@ -49,10 +49,7 @@ def write_report(reproduction: Reproduction, outcomes: Mapping[str, Outcome]) ->
     files = (reproduction.out / "reproduction.json", reproduction.out / "reproduction.md")
     texts = (json.dumps(table, indent=1) + "\n", to_markdown(reproduction, outcomes))
     for path, text in zip(files, texts, strict=True):
-        try:
-            path.write_text(text, encoding="utf-8")
-        except OSError as error:
-            raise InvalidOutput(f"{path}: {error.strerror or error}") from error
+        write_text(path, text)
     return files
 
 
