@@ -113,6 +113,10 @@ TEST_EXCITATIONS: dict[str, Excitation] = {
 """Commands on which the paper reports errors; the same in every run."""
 
 
+DESIGNED = "designed"
+"""Stands for the excitation of a command that was made for one run."""
+
+
 def find_excitation(name: str) -> Excitation:
     """Return an excitation of either table; an unknown name is refused."""
     return look_up("excitation", name, EXCITATIONS | TEST_EXCITATIONS)
