@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from tendon_newton.data.files.json_file import write_json
+from tendon_newton.data.files.text_file import write_text
 from tendon_newton.diagnosis.diagnosis_file import state_diagnosis
 from tendon_newton.errors import InvalidDataset, TendonNewtonError, unknown_name
 from tendon_newton.exam.exam_score import Mark, Truth, judge
@@ -85,7 +86,7 @@ def answer_one(paths: tuple[Path, Path]) -> dict[str, Any] | None:
     try:
         diagnosis, _ = diagnose(load_dataset(dataset), load_model(dataset / "model.toml"))
     except TendonNewtonError as error:
-        (out / "error.txt").write_text(f"{error}\n", encoding="utf-8")
+        write_text(out / "error.txt", f"{error}\n")
         return None
     write_model(out / "model.toml", diagnosis.model)
     answer = {**diagnosis.to_json(), "peak_memory_mib": peak_memory()}
