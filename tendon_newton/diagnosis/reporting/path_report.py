@@ -55,7 +55,8 @@ def open_words(step: Step, cause: str) -> str:
 
 def step_rows(steps: Sequence[Step], folder: Path) -> list[dict[str, Any]]:
     """Return what the table shows of each step."""
-    rows, run = [], 0
+    rows: list[dict[str, Any]] = []
+    run = 0
     for step in steps:
         link = None
         if step.split == "train":
