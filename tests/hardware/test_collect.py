@@ -13,7 +13,7 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
 from hardware.benches.bench_address import BenchAddress
-from hardware.benches.virtual_calibration import calibrated_twin
+from hardware.benches.virtual_calibration import calibrated_twins
 from hardware.collection.collect_plan import collect
 from hardware.collection.collect_settings import CollectSettings
 from hardware.collection.excitation_plan import (
@@ -235,7 +235,7 @@ def test_forces_are_near_the_truth(tmp_path: Path) -> None:
     trial = Trial(path=tmp_path / "run.mcap", duration=6.0, excitation="steps_held_3s")
     trial.record()
     log = trial.recording()
-    calibration = calibrated_twin("finger", 0, 80)
+    calibration = calibrated_twins("finger", 0, 80)[0]
     assert trial.session["calibration"] == calibration.identifier
     with trial.path.open("rb") as file:
         raw = [
@@ -386,7 +386,7 @@ def test_a_bench_that_is_plugged_in_is_asked_for_and_recorded(
     """Two serial ports and a calibration file: the operator mounts, blocks by hand, and it runs."""
     monkeypatch.setattr("builtins.input", lambda: "")
     monkeypatch.setattr("sys.stdin.isatty", lambda: True)
-    write_calibration(tmp_path / "cell.toml", calibrated_twin("finger", 0, 80))
+    write_calibration(tmp_path / "cell.toml", calibrated_twins("finger", 0, 80)[0])
     with VirtualPorts("finger", 0) as ports:
         words = ["collect", "--port", ports.servo_port, "--load-cell-port", ports.load_cell_port]
         words += ["--calibration", str(tmp_path / "cell.toml"), "--duration", "2"]
@@ -400,7 +400,7 @@ def test_a_bench_that_is_plugged_in_is_asked_for_and_recorded(
     assert log.load_cell_rate is None, "80 readings per second are as fast as the rows"
     session = read_session(tmp_path / "out" / log.name)
     assert session["simulated"] == "False"
-    assert session["calibration"] == calibrated_twin("finger", 0, 80).identifier
+    assert session["calibration"] == calibrated_twins("finger", 0, 80)[0].identifier
     assert session["date"]
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys
+from tendon_newton.data.files.values import are_tables, is_table
 from tendon_newton.data.formats.mapped_column import MappedColumn, read_column
 from tendon_newton.data.formats.topic_mapping import COLUMNS, Source, TopicMapping
 from tendon_newton.errors import InvalidMapping, shown
@@ -34,7 +35,7 @@ def read_topic_mapping(path: Path) -> TopicMapping:
 
 def read_columns(path: Path, columns: Any) -> Columns:
     """Read where every column comes from."""
-    if not isinstance(columns, dict) or not all(isinstance(row, dict) for row in columns.values()):
+    if not is_table(columns) or not are_tables([*columns.values()]):
         raise InvalidMapping(f"{path}: columns must hold one table per column of ours")
     return {name: read_column(f"{path}: columns.{name}", name, r) for name, r in columns.items()}
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from tendon_newton.data.files.text_file import finite_number
 from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys
+from tendon_newton.data.files.values import are_tables, is_table
 from tendon_newton.data.formats.mapped_column import MappedColumn
 from tendon_newton.data.formats.topic_mapping import TopicMapping
 from tendon_newton.data.formats.topic_mapping_file import (
@@ -112,7 +113,7 @@ def require_columns(path: Path, mapped: Columns, *, timed: bool) -> None:
 def read_patterns(path: Path, table: Mapping[str, Any]) -> tuple[StatedNumbers, ...]:
     """Read what is stated of all logs and of those that patterns name."""
     logs = table.get("logs", {})
-    if not isinstance(logs, dict) or not all(isinstance(row, dict) for row in logs.values()):
+    if not is_table(logs) or not are_tables([*logs.values()]):
         raise InvalidMapping(f"{path}: logs must hold one table per pattern of names")
     parts = {"*": {key: table[key] for key in STATED_KEYS if key in table}}
     first = read_stated(str(path), "*", parts["*"])

@@ -32,7 +32,7 @@ class ParameterTable:
     bench: tuple[Parameter, ...] = ()
     """Unknown numbers of benches; `bench_numbers` has them."""
     scale: BenchScale = field(default_factory=BenchScale)
-    """Of the benches: ranges and units follow it."""
+    """Scale of the benches: ranges and units follow it."""
 
     @property
     def bench_columns(self) -> slice:
