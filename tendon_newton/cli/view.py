@@ -13,7 +13,7 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -66,7 +66,7 @@ def main(config: ViewConfig) -> None:
 
 
 @contextmanager
-def watched(folder: Path, to: Literal["window", "file"] | None) -> Iterator[None]:
+def watched(folder: Path, to: Literal["window", "file"] | None) -> Generator[None]:
     """Let another process show the logs that are written to a folder meanwhile.
 
     The process that drives a bench loads neither rerun nor the simulator for it.

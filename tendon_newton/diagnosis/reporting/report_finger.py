@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from tendon_newton.data.model_file import Model
-from tendon_newton.data.recording import Array, Recording
+from tendon_newton.data.recording import Array, Indices, Recording
 from tendon_newton.diagnosis.diagnose import Evidence
 from tendon_newton.diagnosis.held_out import WINDOW, Window
 from tendon_newton.diagnosis.reporting.report_figures import short
@@ -76,7 +76,7 @@ def fingers_of(
     }
 
 
-def frame_rows(window: Window) -> Array:
+def frame_rows(window: Window) -> Indices:
     """Return the row that is shown in each picture, shape (N,)."""
     time = window.comparison.time
     last = min(window.start + WINDOW, float(time[-1]))
@@ -84,7 +84,7 @@ def frame_rows(window: Window) -> Array:
     return np.searchsorted(time, instants).clip(0, len(time) - 1)
 
 
-def measured(recording: Recording, postures: ClosingPostures, rows: Array) -> list[Array]:
+def measured(recording: Recording, postures: ClosingPostures, rows: Indices) -> list[Array]:
     """Return the postures [rad] that a motor's angles tell."""
     return [postures.joints_at(float(angle)) for angle in recording.motor_position[rows, 0]]
 
