@@ -12,6 +12,7 @@ from tendon_newton.errors import InvalidParameter, shown, unknown_name
 BENCH_OVERRIDE_RANGES: dict[str, tuple[float, float, str]] = {
     "mass": (1e-9, 100.0, "kg"),
     "length": (1e-9, 10.0, "m"),
+    "arm_mass": (0.0, 100.0, "kg"),
     "stiffness": (0.0, 1e6, "N/m or N m/rad"),
     "damping": (0.0, 1e5, "N s/m or N m s/rad"),
     "range": (1e-9, 10.0, "m or rad"),
@@ -27,6 +28,8 @@ class BenchOverrides:
     """Mass of the link that each joint carries [kg]."""
     length: tuple[float, ...] | None = None
     """Length of that link [m]."""
+    arm_mass: tuple[float, ...] | None = None
+    """Mass of an even arm from each joint to the centre of that link, on top of its mass [kg]."""
     stiffness: tuple[float, ...] | None = None
     """Return spring of each joint [N/m or N m/rad]."""
     damping: tuple[float, ...] | None = None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -152,7 +153,12 @@ def first_steps(options: InvestigateOptions) -> tuple[Step, ...]:
 
 def planned(step: Step, options: InvestigateOptions) -> PlannedRun:
     """Return the run of a step: its own command, or steps to random angles without one."""
-    common = {"name": step.name, "bench": step.bench, "duration": step.seconds, "split": step.split}
+    common: dict[str, Any] = {
+        "name": step.name,
+        "bench": step.bench,
+        "duration": step.seconds,
+        "split": step.split,
+    }
     if step.command is None:
         return PlannedRun(**common, excitation="random_steps")
     return DesignedRun(**common, excitation=DESIGNED, angles=step.command)

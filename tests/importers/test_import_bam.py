@@ -44,6 +44,28 @@ def test_a_log_comes_back_in_our_units(logs: Path, tmp_path: Path) -> None:
     np.testing.assert_allclose(train.motor_position[:, 0], 0.5 * np.sin(3.0 * train.time))
 
 
+def test_an_arm_that_nobody_weighed_is_unknown_where_loads_differ(tmp_path: Path) -> None:
+    """Two loads: a tenth of the lighter one to start from. One load: no such number."""
+    for name, mass in (("light", 0.5), ("heavy", 0.9), ("held", 0.9)):
+        bam_log(tmp_path / "logs" / f"{name}.json", mass=mass)
+    run_import(tmp_path / "logs", tmp_path / "out", "--test", "file=held")
+    model = load_model(tmp_path / "out" / "model.toml")
+    assert model.fit[-1] == "arm_mass"
+    assert model.bench_overrides["pendulum"].arm_mass == (0.05,)
+    run_import(tmp_path / "logs", tmp_path / "alone", "--test", "mass=0.9")
+    assert "arm_mass" not in load_model(tmp_path / "alone" / "model.toml").fit
+
+
+def test_an_arm_that_was_weighed_counts(tmp_path: Path) -> None:
+    """What a log states of its arm stands in the dataset, and is not fitted."""
+    for name, mass in (("light", 0.5), ("heavy", 0.9), ("held", 0.9)):
+        bam_log(tmp_path / "logs" / f"{name}.json", mass=mass, arm_mass=0.08)
+    run_import(tmp_path / "logs", tmp_path / "out", "--test", "file=held")
+    log, _ = load_dataset(tmp_path / "out").train
+    assert log.bench_overrides.arm_mass == (0.08,)
+    assert "arm_mass" not in load_model(tmp_path / "out" / "model.toml").fit
+
+
 def test_reads_that_failed_are_left_out_and_counted(tmp_path: Path) -> None:
     """A lone register of 0, which is -pi, goes with its row; a supply of 0 V is held."""
     time = np.arange(200) / 100.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 from dataclasses import dataclass, field, fields, replace
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from hardware.virtual_bench.memory.control_table import XC330_T288_T, XL330_M288_T
 from hardware.virtual_bench.memory.feetech_table import STS3215, STS3250
@@ -159,7 +159,7 @@ def drawn_about(middle: Constants, rng: random.Random) -> Constants:
         value: Any = getattr(middle, each.name)
         width: Any = each.metadata["width"]
         if isinstance(value, tuple):
-            both: tuple[float, ...] = value
+            both = cast("tuple[float, ...]", value)
             values[each.name] = tuple(
                 v + w * rng.uniform(-1.0, 1.0) for v, w in zip(both, width, strict=True)
             )

@@ -13,7 +13,6 @@ from tendon_newton.data.excitations import EXCITATIONS, excite
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.diagnosis.explanation import OpenClass, Setting
 from tendon_newton.diagnosis.imitation import Likeness, Trial, find_likenesses
-from tendon_newton.diagnosis.search.decide.rule import CLASS_ERRORS
 from tendon_newton.diagnosis.search.floors import form_scales
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.study import Residual, Study, replacements
@@ -30,6 +29,8 @@ SEEDS = (7, 8, 9)
 """Each draws another run of the same excitation."""
 EQUAL_SHARE = 0.01
 """Losses closer than this share of what a cause removes count as equal [1]."""
+ERRORS = 2.0
+"""Standard deviations of noise within which losses count as equal [1]."""
 MARGIN = 3.0
 """What a diagnosis needs to tell causes apart, and so many times more, counts as enough."""
 MOST_REPEATS = 20
@@ -272,7 +273,7 @@ def gain_recorded(
 
 
 def repeats_needed(like: Likeness, recorded: float) -> int | None:
-    """Return how many runs a diagnosis needs, by the two bars that it sets for a difference.
+    """Return how many runs tell two causes apart beyond what a diagnosis asks.
 
     With n runs the imitation is n times the loss behind. The n-fold loss must exceed a share of the
     loss that the cause removes of all data. The loss must also exceed the scatter, which grows with
@@ -282,6 +283,6 @@ def repeats_needed(like: Likeness, recorded: float) -> int | None:
     if like.behind <= share * like.gain or like.behind == 0.0:
         return None
     by_share = share * recorded / (like.behind - share * like.gain)
-    by_scatter = (MARGIN * CLASS_ERRORS * like.scatter / like.behind) ** 2
+    by_scatter = (MARGIN * ERRORS * like.scatter / like.behind) ** 2
     count = max(1, math.ceil(max(by_share, by_scatter)))
     return count if count <= MOST_REPEATS else None

@@ -40,6 +40,8 @@ OPTIONAL = ("speed", "load", "torque", "input_volts", "temp", "current")
 SIZE_LIMIT = 1 << 25
 """Bytes of a log, whose entries take twenty times as much in memory."""
 FILE_KEYS = ("mass", "length", "kp", "vin", "entries")
+ARM_SHARE = 0.1
+"""Of the lightest load: what an arm weighs of which nobody says it, about [1]."""
 CURRENT_UNIT = 1.0e-3  # [A] ``current`` of the logs that have it is in milliamperes
 
 
@@ -102,11 +104,25 @@ def start_model_of(logs: Sequence[ImportedLog], motor: BamMotor) -> Model:
         "armature": motor.armature,
         "spool_radius": 1.0,  # [m] the servo turns the arm directly: force is torque
     }
+    arm = unweighed_arm(logs)
     return Model(
         actuator=NamedValues(name="pwm_servo", values=values),
         effects=firmware_of(logs, motor),
-        fit=("torque_constant", "resistance", "armature"),
+        bench_overrides={} if arm is None else {"pendulum": BenchOverrides(arm_mass=(arm,))},
+        fit=("torque_constant", "resistance", "armature", *([] if arm is None else ["arm_mass"])),
     )
+
+
+def unweighed_arm(logs: Sequence[ImportedLog]) -> float | None:
+    """Return where the search for an arm's mass [kg] starts, None where it has no search.
+
+    Under one load alone a heavier arm is a stronger motor: several loads tell.
+    """
+    loads = {log.recording.bench_overrides for log in logs}
+    weighed = any(load.arm_mass is not None for load in loads)
+    if weighed or len(loads) < 2:
+        return None
+    return ARM_SHARE * min(float(log.conditions["mass"]) for log in logs)
 
 
 def read_log(path: Path, kind: LogKind) -> tuple[ImportedLog, BamMotor, list[Finding]]:
@@ -145,6 +161,8 @@ def recording_of(
     elif "torque" in columns and motor.load_is_duty:
         extra = {"duty": signed_duty(columns)}
     sizes = {key: (read_number(table, key, path),) for key in ("mass", "length")}
+    if finite_number(table.get("arm_mass")):
+        sizes["arm_mass"] = (read_number(table, "arm_mass", path),)
     gain = read_number(table, "kp", path) * motor.duty_per_gain
     speed = columns.get("speed")
     current = columns.get("current")
