@@ -73,7 +73,7 @@ def came_closest(diagnosis: Diagnosis) -> Iterator[str]:
         return
     close = [c for c in sorted(causes, key=lambda c: -c.share)[:CLOSE] if c.share > WORTH_SAYING]
     yield from map(came_close, close)
-    if causes and not close:
+    if causes and not close and diagnosis.finished:
         yield (
             f"No effect of the catalogue explains {percent(WORTH_SAYING)} of the gap alone: what "
             "is missing is probably none of them. An effect of your own is one file."
