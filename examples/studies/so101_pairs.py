@@ -4,7 +4,9 @@ Which two motions a joint's causes are found on is not chosen here: each pair in
 moves is taken in turn, with the same catalogue and the same gates, and tested on all other motions.
 Rows in which something solid holds the shaft tell of no servo: the errors are given with and
 without them. Every pair that is finished stands in ``--out``; a run that was stopped goes on where
-it was.
+it was. Beside each diagnosis stands a model that chooses nothing: lag, delay, deadband and offset,
+four numbers fitted to the same two motions. ``--pairs 3 --joint Rotation --joint Pitch ...`` draws
+that many pairs of each joint by a fixed seed.
 """
 
 import argparse
@@ -19,10 +21,19 @@ import numpy as np
 from examples.studies.so101 import MOVED, split
 from tendon_newton.data.importers.imported import Imported, ImportedLog
 from tendon_newton.data.importers.so101 import read_so101
+from tendon_newton.data.model_file import Model
+from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.diagnose import Evidence, diagnose
 from tendon_newton.diagnosis.result import Diagnosis
+from tendon_newton.diagnosis.search.fixed_set import fit_set_anew
+from tendon_newton.diagnosis.search.refit import values_of
+from tendon_newton.diagnosis.search.worlds import Worlds
 from tendon_newton.identification.study import replacements
 
+FIXED = ("actuator_lag", "command_delay", "deadband", "position_offset")
+"""What anyone would fit who does not choose."""
+SEED = 0
+"""Of the draw of pairs."""
 TARGETS = {"Rotation": 0.75, "Wrist_Roll": 0.70}
 """Share of the RMS error [1] that should go, by joint."""
 
@@ -42,6 +53,10 @@ class PairResult:
     """As `before`, without the rows in which something solid holds the shaft [rad]."""
     free_after: float
     """The same of the diagnosed servo [rad]."""
+    fixed_after: float
+    """The same of lag, delay, deadband and offset, fitted to the same motions [rad]."""
+    worse: tuple[str, ...]
+    """Held-out motions that move in which the diagnosed servo is further off than the start."""
     causes: str
     """Named causes with their numbers, in words."""
 
@@ -56,6 +71,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("logs", type=Path)
     parser.add_argument("--joint", action="append", help="joints: those with a target by default")
+    parser.add_argument("--pairs", type=int, help="pairs of each joint, drawn: all by default")
     parser.add_argument("--out", type=Path, default=Path("so101_pairs.jsonl"))
     arguments = parser.parse_args()
     imported = read_so101(arguments.logs)
@@ -63,7 +79,7 @@ def main() -> None:
     done = read_results(arguments.out)
     for joint in joints:
         logs = [log for log in imported.logs if log.conditions["joint"] == joint]
-        for pair in combinations(moving(logs), 2):
+        for pair in drawn(list(combinations(moving(logs), 2)), arguments.pairs):
             if (joint, pair) not in done:
                 result = one_pair(imported, joint, logs, pair)
                 done[joint, pair] = result
@@ -71,6 +87,15 @@ def main() -> None:
                     file.write(json.dumps(asdict(result)) + "\n")
     for joint in joints:
         report(joint, [result for (name, _), result in done.items() if name == joint])
+    pooled([result for (name, _), result in done.items() if name in joints])
+
+
+def drawn(pairs: list[tuple[str, str]], count: int | None) -> list[tuple[str, str]]:
+    """Return some of the pairs, drawn by a fixed seed, or all."""
+    if count is None or count >= len(pairs):
+        return pairs
+    chosen = np.random.default_rng(SEED).choice(len(pairs), count, replace=False)
+    return [pairs[i] for i in sorted(chosen)]
 
 
 def moving(logs: list[ImportedLog]) -> list[str]:
@@ -89,26 +114,52 @@ def one_pair(
     """Diagnose a joint on two of its motions."""
     with tempfile.TemporaryDirectory() as folder:
         diagnosis, evidence = diagnose(split(Path(folder), logs, pair), imported.model)
-    free_before, free_after = free_errors(evidence)
+    before, after, fixed = held_out_squares(evidence, fixed_fit(imported.model, evidence))
     return PairResult(
         joint=joint,
         train=pair,
         verdict=diagnosis.verdict,
         before=diagnosis.baseline.theta_rmse,
         after=diagnosis.extended.theta_rmse,
-        free_before=free_before,
-        free_after=free_after,
+        free_before=pooled_rms(before),
+        free_after=pooled_rms(after),
+        fixed_after=pooled_rms(fixed),
+        worse=worse_motions(evidence, before, after),
         causes=causes(diagnosis),
     )
 
 
-def free_errors(evidence: Evidence) -> tuple[float, float]:
-    """Return both models' RMS errors [rad] over the held-out rows in which the shaft is free."""
-    models = replacements([evidence.baseline, evidence.extended])
+def fixed_fit(model: Model, evidence: Evidence) -> dict[int, float]:
+    """Fit the model that chooses nothing to the training motions (column -> value)."""
+    worlds = Worlds(evidence.train)
+    found = fit_set_anew(worlds, model, FIXED)
+    return values_of(worlds, found.columns, found.place)
+
+
+def held_out_squares(evidence: Evidence, fixed: dict[int, float]) -> list[list[Array]]:
+    """Return squared errors [rad^2] by model and held-out motion, where the shaft is free.
+
+    Models are the start, the diagnosed servo and the fixed four numbers.
+    """
+    models = replacements([evidence.baseline, evidence.extended, fixed])
     residuals = evidence.test.residuals(*models)
-    squares = np.concatenate([r.theta[:, r.trusted] ** 2 for r in residuals], axis=1)
-    before, after = np.sqrt(squares.mean(axis=1))
-    return float(before), float(after)
+    return [[r.theta[m, r.trusted] ** 2 for r in residuals] for m in range(3)]
+
+
+def pooled_rms(squares: list[Array]) -> float:
+    """Return the RMS error over all rows of all motions [rad]."""
+    return float(np.sqrt(np.concatenate(squares).mean()))
+
+
+def worse_motions(evidence: Evidence, before: list[Array], after: list[Array]) -> tuple[str, ...]:
+    """Return the held-out motions that move in which one model is further off than another."""
+    return tuple(
+        recording.name
+        for recording, old, new in zip(evidence.test.recordings, before, after, strict=True)
+        if recording.command is not None
+        and np.ptp(recording.command) > MOVED
+        and new.mean() > old.mean()
+    )
 
 
 def causes(diagnosis: Diagnosis) -> str:
@@ -124,7 +175,10 @@ def read_results(path: Path) -> dict[tuple[str, tuple[str, str]], PairResult]:
     if not path.exists():
         return {}
     rows = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
-    results = [PairResult(**{**row, "train": tuple(row["train"])}) for row in rows]
+    results = [
+        PairResult(**{**row, "train": tuple(row["train"]), "worse": tuple(row["worse"])})
+        for row in rows
+    ]
     return {(result.joint, result.train): result for result in results}
 
 
@@ -144,7 +198,20 @@ def report(joint: str, results: list[PairResult]) -> None:
         )
         print(
             f"  {result.reduction:4.0%}  {free} mrad ({whole} over all rows)  "
-            f"{' + '.join(result.train):45s} {result.causes}"
+            f"{' + '.join(result.train):45s} {result.causes}; four fixed numbers "
+            f"{1e3 * result.fixed_after:.1f}"
+            + (f"; worse than the start: {', '.join(result.worse)}" if result.worse else "")
+        )
+
+
+def pooled(results: list[PairResult]) -> None:
+    """Print which share of the squared error is left, over all pairs of all joints."""
+    start = np.array([result.free_before for result in results]) ** 2
+    for name in ("free_after", "fixed_after"):
+        left = np.array([getattr(result, name) for result in results]) ** 2
+        print(
+            f"{name}: {left.sum() / start.sum():.3f} of the squared error is left over "
+            f"{len(results)} pairs, {np.mean(left / start):.3f} where each pair counts alike"
         )
 
 

@@ -1,5 +1,7 @@
 """Long data are searched and decided on parts that every bench and gain has a share in."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from tendon_newton.data.recording import Recording
@@ -42,3 +44,15 @@ def test_one_long_run_keeps_what_it_may() -> None:
     """Ten minutes of one recording: the first four of them decide."""
     (chosen,) = deciding(runs(1, 600.0, "spring_weak"))
     assert abs(duration(chosen) - LONG_SPAN * MOST_LONG_SPANS) < 0.1
+
+
+def test_the_same_motions_at_each_gain_are_all_looked_at() -> None:
+    """Five motions, the same at each of eight gains: no motion is left out of what chooses sets."""
+    data = [
+        replace(run, name=f"motion {i}", actuator_overrides={"duty_per_rad": float(gain)})
+        for gain in range(1, 9)
+        for i, run in enumerate(runs(5, 6.0, "pendulum"))
+    ]
+    first = beginnings(data)
+    assert len({r.actuator_overrides["duty_per_rad"] for r in first}) == 8
+    assert len({r.name for r in first}) == 5

@@ -17,6 +17,7 @@ from tendon_newton.simulation.hosts.replay import replay, simulated_recording
 from tendon_newton.simulation.model.bench_numbers import without_estimates
 from tests.effect_bench import GAIN, commanded, steps_and_waves
 
+WAVES = 0.5 * steps_and_waves()
 STEP = 1.0e-3  # [s]
 IDEAL = NamedValues(name="ideal", values={"gain": GAIN, "spool_radius": 0.0125})
 
@@ -53,6 +54,18 @@ def test_stiffness_and_mass_of_a_slider_are_found() -> None:
     assert overrides.stiffness == (numbers["stiffness"],)
     again = replay(data, model, time_step=STEP)[0]
     np.testing.assert_allclose(again.motor_position, data[0].motor_position, atol=2e-3)
+
+
+def test_an_arm_nobody_weighed_is_told_by_two_loads() -> None:
+    """An arm of 0.12 kg, found from 0.05 kg under loads of 0.4 and 0.9 kg, within 3 %."""
+    data = []
+    for mass in (0.4, 0.9):
+        run = measured("pendulum", BenchOverrides(mass=(mass,), arm_mass=(0.12,)), WAVES)
+        data.append(replace(run, bench_overrides=BenchOverrides(mass=(mass,))))
+    start = {"pendulum": BenchOverrides(arm_mass=(0.05,))}
+    numbers, model = fitted(data, Model(actuator=IDEAL, bench_overrides=start, fit=("arm_mass",)))
+    assert numbers == {"arm_mass": pytest.approx(0.12, rel=0.03)}
+    assert model.bench_overrides["pendulum"].arm_mass == (numbers["arm_mass"],)
 
 
 def test_every_joint_and_bench_has_a_number_of_its_own() -> None:
@@ -93,6 +106,10 @@ def test_what_cannot_be_fitted_is_refused() -> None:
         Study([slider, heavy], Model(actuator=IDEAL, fit=("mass",)), ())
     with pytest.raises(InvalidModelFile, match="no bench of the dataset has"):
         Study([slider], Model(actuator=IDEAL, fit=("length",)), ())
+    carried = commanded(steps_and_waves(), "pendulum")
+    carried = replace(carried, bench_overrides=BenchOverrides(arm_mass=(0.1,)))
+    with pytest.raises(InvalidModelFile, match="add the arm to the mass"):
+        Study([carried], Model(actuator=IDEAL, fit=("mass",)), ())
     model = Model(actuator=IDEAL, fit=("weight",))
     with pytest.raises(UnknownName, match="weight"):
         Study([slider], model, ()).fit_columns(model)

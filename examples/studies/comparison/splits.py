@@ -11,6 +11,14 @@ from tendon_newton.data.importers.bam import read_bam
 from tendon_newton.data.importers.imported import ImportedLog
 from tendon_newton.data.model_file import Model
 
+PAIRS = (
+    ("viscous_friction", "coulomb_friction"),
+    ("viscous_friction", "load_dependent_friction"),
+    ("viscous_friction", "gear_load_friction"),
+    ("viscous_friction", "holding_friction"),
+)
+"""Models of two effects: viscous friction with each plain law of dry friction. The pair that fits
+the training logs best is the one that is tested."""
 REPEAT = "1"
 """Repeat of each STS3215 motion that is fitted and tested; the others tell the floor."""
 
@@ -26,8 +34,6 @@ class Split:
     test: tuple[ImportedLog, ...]
     start: Model
     """Data sheet of the servo, with what its firmware does."""
-    plain: tuple[str, ...]
-    """Two friction effects, named beforehand, of which any account of such a servo has some."""
     floor: float | None
     """Mean absolute deviation of repeats [mrad], where there are repeats."""
 
@@ -55,7 +61,6 @@ def xl330_splits(folder: Path) -> list[Split]:
             imported.logs,
             lambda log, gain=gain: log.conditions["kp"] != gain,
             imported.start_model,
-            ("viscous_friction", "load_dependent_friction"),
             None,
         )
         for gain in (100, 200, 800)
@@ -74,7 +79,6 @@ def sts3215_splits(folder: Path) -> list[Split]:
             used,
             split.train,
             imported.start_model,
-            ("viscous_friction", "load_dependent_friction"),
             floor,
         )
         for name, split in SPLITS.items()
@@ -87,7 +91,6 @@ def split_by(
     logs: Sequence[ImportedLog],
     train: Callable[[ImportedLog], bool],
     start_of: Callable[[Sequence[ImportedLog]], Model],
-    plain: tuple[str, ...],
     floor: float | None,
 ) -> Split:
     """Split some logs; the data sheet's numbers are those of the training logs."""
@@ -98,6 +101,5 @@ def split_by(
         train=fitted,
         test=tuple(log for log in logs if not train(log)),
         start=start_of(fitted),
-        plain=plain,
         floor=floor,
     )

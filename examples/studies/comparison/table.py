@@ -13,7 +13,7 @@ ROWS = {
     "four numbers": "lag, delay, deadband and offset, no physics",
     **{f"bam {m}": f"Rhoban/bam {m}, refitted by its own program" for m in
        ("m1", "m2", "m3", "m4", "m5", "m6")},
-    "ours, two effects": "ours, two effects named beforehand",
+    "ours, two effects": "ours, two effects, the pair of a list that fits the training logs best",
     "ours, diagnosed": "ours, diagnosed",
 }  # fmt: skip
 """Rows, in order, with their words."""

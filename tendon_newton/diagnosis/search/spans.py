@@ -14,6 +14,9 @@ SPAN, MOST_SPANS = 8.0, 10
 LONG_SPAN, MOST_LONG_SPANS = 15.0, 16
 """The same of what decides, where recordings are longer than that together."""
 
+GOLDEN = 0.618034
+"""Golden section: multiples of it, less their whole part, fill the range from 0 to 1 evenly."""
+
 
 def beginnings(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
     """Return the first seconds of recordings, spread evenly over a long list, benches in turn."""
@@ -30,7 +33,11 @@ def deciding(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
 
 
 def spread(recordings: Sequence[Recording], most: int) -> list[Recording]:
-    """Return some of a long list of recordings, evenly spread, each bench and gain in turn."""
+    """Return some of a long list of recordings, evenly spread, each bench and gain in turn.
+
+    Where a condition has one place alone, its neighbours in the list take other motions: logs of a
+    servo repeat the same motions at each gain, in the same order.
+    """
     if len(recordings) <= most:
         return list(recordings)
     kinds: dict[tuple[str, str], list[Recording]] = {}
@@ -39,9 +46,10 @@ def spread(recordings: Sequence[Recording], most: int) -> list[Recording]:
         kinds.setdefault((recording.bench, kind), []).append(recording)
     share = max(1, most // len(kinds))
     chosen = []
-    for own in kinds.values():
-        places = np.unique(np.linspace(0, len(own) - 1, min(len(own), share)).round().astype(int))
-        chosen += [own[place] for place in places]
+    for turn, own in enumerate(kinds.values()):
+        count = min(len(own), share)
+        places = (np.arange(count) + turn * GOLDEN % 1.0) * len(own) / count
+        chosen += [own[int(place)] for place in places]
     return chosen
 
 

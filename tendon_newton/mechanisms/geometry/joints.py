@@ -52,13 +52,20 @@ class Joint:
     friction: float
     """Dry friction [N m]."""
     mass: float
-    """Mass of the link [kg]."""
+    """Mass of the link, arm included [kg]."""
     center_of_mass: Array
     """Centre of mass in the link's frame [m], shape (3,)."""
     inertia: Array
     """Inertia about the centre of mass [kg m^2], shape (3, 3)."""
     length: float | None
     """From the joint to the next joint or the tip [m]; None where there is neither."""
+    arm_mass: float = 0.0
+    """Part of the link's mass that is an even arm from the joint to the rest of it [kg]."""
+
+    @property
+    def body(self) -> tuple[Array, Array, Array]:
+        """Mass (), centre from the joint (3,) and inertia (3, 3) of the link."""
+        return np.array(self.mass), self.center_of_mass - self.child_position, self.inertia
 
     def __post_init__(self) -> None:
         freeze_arrays(self)

@@ -9,6 +9,7 @@ import numpy as np
 
 from tendon_newton.data.recording import BenchOverrides
 from tendon_newton.errors import InvalidParameter
+from tendon_newton.mechanisms.geometry.arms import with_arm, without_arm
 from tendon_newton.mechanisms.geometry.joints import Joint
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import Tendon
@@ -20,9 +21,10 @@ Stop = TypeVar("Stop", RouteSite, Pulley)
 def override_mechanism(mechanism: Mechanism, overrides: BenchOverrides) -> Mechanism:
     """Return a mechanism with overridden numbers.
 
-    - ``mass`` scales the inertia with it.
+    - ``mass`` scales the inertia with it; an arm stays as it is.
     - ``length`` stretches the whole link. Its centre of mass, the joints that sit on it and the tip
       keep their share of the length. The inertia grows with the square of the length.
+    - ``arm_mass`` is that of an even arm from the joint to the link's centre, on top of ``mass``.
     - ``range`` is the upper end; the lower end stays.
     - ``moment_arm`` is that of the only tendon.
     """
@@ -69,8 +71,12 @@ def _override_joint(
     mechanism: Mechanism, index: int, overrides: BenchOverrides, stretch: tuple[float, ...]
 ) -> Joint:
     joint = mechanism.joints[index]
-    mass = joint.mass if overrides.mass is None else overrides.mass[index]
     own = stretch[index]
+    old, centre, inertia = without_arm(joint.body, np.array(joint.arm_mass))
+    mass = old if overrides.mass is None else np.array(overrides.mass[index])
+    arm = joint.arm_mass if overrides.arm_mass is None else overrides.arm_mass[index]
+    load = mass, own * centre, inertia * (mass / old * own**2)
+    mass, centre, inertia = with_arm(load, np.array(arm))
     parent_position = joint.parent_position
     if joint.parent >= 0:
         anchor = mechanism.joints[joint.parent].child_position
@@ -78,9 +84,10 @@ def _override_joint(
     lower, upper = joint.limits
     return replace(
         joint,
-        mass=mass,
-        inertia=joint.inertia * (mass / joint.mass * own**2),
-        center_of_mass=joint.child_position + own * (joint.center_of_mass - joint.child_position),
+        mass=float(mass),
+        inertia=inertia,
+        center_of_mass=joint.child_position + centre,
+        arm_mass=arm,
         length=None if joint.length is None else joint.length * own,
         parent_position=parent_position,
         limits=(lower, upper if overrides.range is None else overrides.range[index]),

@@ -1,9 +1,10 @@
 """Kernels of a servo of which only the position is known: no force, no mass, no load.
 
-    clock -> error -> [target] -> lag -> speed -> play -> offset
+    clock -> profile, deadband -> [target] -> lag -> speed -> play -> offset
 
-Each name without brackets is the stage of one effect, with the device function that acts in the
-force model too. What the lag remembers is the position of the drive; beyond the play is the shaft.
+Each name without brackets is an effect, with the device function that acts in the force model too.
+What the lag remembers is the position of the drive; beyond the play is the shaft. A state's q is
+the shaft, its v the drive, both angles; its memory is that of the profile.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from tendon_newton.device_code.placeholders import (
 )
 from tendon_newton.device_code.slots import (
     error_effects,
+    error_memory,
     motor_force_effects,
     offset_effects,
     play_effects,
@@ -35,6 +37,7 @@ from tendon_newton.device_code.structs import (
     Worlds,
 )
 from tendon_newton.device_code.templates import device_template
+from tendon_newton.simulation.dynamics.settling import SETTLED
 from tendon_newton.simulation.kernels.command_log import acting_row, log_of, mean_command
 from tendon_newton.simulation.tendons.world_drive import UNBOUNDED
 
@@ -42,6 +45,7 @@ POSITION_EFFECTS = (
     "command_delay",
     "sample_period_error",
     "position_offset",
+    "acceleration_limit",
     "backlash",
     "deadband",
     "actuator_lag",
@@ -53,14 +57,33 @@ POSITION_STEP = 2.5e-3
 
 
 @device_template
-def followed(p: ParameterVector, position: real, command: real, elapsed: real) -> real:
-    """Return where a drive at a position is after some time [s] under a command [rad]."""
+def asked(command: real, elapsed: real, memory: MemoryVector) -> Tendon:
+    """Return what acts on a drive some time [s] into a command [rad]."""
     tendon = Tendon()
     tendon.elapsed = elapsed
-    tendon.memory = MemoryVector(position)
+    tendon.memory = memory
     tendon.command = command
+    return tendon
+
+
+@device_template
+def profiled(
+    p: ParameterVector, command: real, elapsed: real, memory: MemoryVector
+) -> MemoryVector:
+    """Return what a profile remembers after some time [s] under a command [rad]."""
+    nothing = Jet(real(0.0), real(0.0), real(0.0))
+    return error_memory(nothing, asked(command, elapsed, memory), p, memory)
+
+
+@device_template
+def followed(
+    p: ParameterVector, position: real, command: real, elapsed: real, memory: MemoryVector
+) -> real:
+    """Return where a drive at a position is after some time [s] under a command [rad]."""
+    tendon = asked(command, elapsed, memory)
     error = Jet(command - position, real(0.0), real(0.0))
     target = error_effects(error, tendon, p) + Jet(position, real(0.0), real(0.0))
+    tendon.memory = MemoryVector(position)
     reached = motor_force_effects(target, tendon, p)
     way = reached[0] - position
     bound = speed_effects(real(UNBOUNDED), p)
@@ -96,7 +119,9 @@ def start_kernel(
     if commands.starts_measured[recording] > 0:
         shaft = commands.start_angle[recording][0] - reported(worlds.parameters[i], real(0.0))
     states.q[i] = JointVector(shaft)
-    states.memory[i] = MemoryVector(shaft)
+    states.v[i] = JointVector(shaft)
+    goal = commands.angle[commands.first[recording]][0]
+    states.memory[i] = profiled(worlds.parameters[i], goal, real(SETTLED), MemoryVector(shaft))
 
 
 @device_template
@@ -110,14 +135,15 @@ def position_kernel(
     states: States,
     readout: Readout,
 ) -> None:
-    """Move each world's shaft through its recording; the memory holds the drive's position."""
+    """Move each world's shaft through its recording."""
     i = first_world + wp.tid()  # pyright: ignore[reportOperatorIssue]
     recording = worlds.recording[i]
     begin = rows.begin[recording]
     p = worlds.parameters[i]
     log = log_of(commands, recording, p)
     shaft = states.q[i][0]
-    drive = states.memory[i][0]
+    drive = states.v[i][0]
+    memory = states.memory[i]
     acting = int(begin)
     out = rows.out[i]
     before = reported(p, shaft)
@@ -127,7 +153,7 @@ def position_kernel(
         enabled = commands.enabled[log.first + row] > real(0.0)
         acting = acting_row(commands, log, p, now, acting)
         if enabled and row > 0:
-            drive = followed(p, drive, commands.angle[log.first + acting][0], real(0.0))
+            drive = followed(p, drive, commands.angle[log.first + acting][0], real(0.0), memory)
             shaft = carried(p, shaft, drive)
         reading = reported(p, shaft)
         readout.joint_position[out + row] = JointVector(shaft)
@@ -141,7 +167,9 @@ def position_kernel(
             for k in range(steps):
                 command = mean_command(commands, log, p, now + real(k) * h, h, acting)
                 if enabled:
-                    drive = followed(p, drive, command[0], h)
+                    drive = followed(p, drive, command[0], h, memory)
+                    memory = profiled(p, command[0], h, memory)
                     shaft = carried(p, shaft, drive)
     states.q[i] = JointVector(shaft)
-    states.memory[i] = MemoryVector(drive)
+    states.v[i] = JointVector(drive)
+    states.memory[i] = memory

@@ -6,7 +6,7 @@ writes them into the mechanism of each world.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,6 +18,7 @@ from tendon_newton.data.model_file import Model
 from tendon_newton.data.parameters import Parameter
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.errors import InvalidModelFile
+from tendon_newton.mechanisms.geometry.arms import Body, with_arm, without_arm
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.overrides import override_mechanism
 
@@ -72,6 +73,7 @@ def unknown_numbers(
     """
     actuator = {p.name for p in find_actuator(model.actuator.name).parameters}
     keys = [key for key in model.fit if key in BENCH_OVERRIDE_RANGES and key not in actuator]
+    refuse_mass_on_an_arm(keys, benches, recordings)
     out = []
     for key in keys:
         found = []
@@ -86,6 +88,23 @@ def unknown_numbers(
             raise InvalidModelFile(f"fit names {key!r}, which no bench of the dataset has")
         out += found
     return tuple(out)
+
+
+def refuse_mass_on_an_arm(
+    keys: Sequence[str], benches: Mapping[str, Mechanism], recordings: Sequence[Recording]
+) -> None:
+    """Refuse to fit a link's mass or length beside an arm that is stated: one sum has two parts."""
+    if "arm_mass" in keys or not {"mass", "length"} & set(keys):
+        return
+    if any(
+        joint.arm_mass
+        for r in recordings
+        for joint in override_mechanism(benches[r.bench], r.bench_overrides).joints
+    ):
+        raise InvalidModelFile(
+            "fit names mass or length of a bench whose arm_mass is stated: add the arm to the "
+            "mass, or name arm_mass in fit as well"
+        )
 
 
 def start_values(
@@ -125,6 +144,8 @@ def numbers_of(key: str, mechanism: Mechanism) -> tuple[float, ...]:
     if key == "range":
         ends = [joint.limits[1] for joint in mechanism.joints]
         return tuple(ends) if np.isfinite(ends).all() else ()
+    if key == "mass":
+        return tuple(joint.mass - joint.arm_mass for joint in mechanism.joints)
     values = [getattr(joint, key) for joint in mechanism.joints]
     return () if None in values else tuple(values)
 
@@ -163,6 +184,9 @@ def write_numbers(
         values: Their values in every world, shape (W, B).
         parents: Parent joint of each joint.
     """
+    arms = [(values[:, c], n) for c, n in enumerate(numbers) if n.key == "arm_mass"]
+    for _, number in arms:
+        change_arm(arrays, number.joint, without_arm, np.array(number.value))
     for column, number in enumerate(numbers):
         value, j = values[:, column], number.joint
         if number.key in ("stiffness", "damping"):
@@ -174,12 +198,25 @@ def write_numbers(
         elif number.key == "mass":
             scale(arrays["inertia"], j, value / arrays["mass"][:, j])
             arrays["mass"][:, j] = value
-        else:
+        elif number.key == "length":
             stretch = value / number.value
             scale(arrays["inertia"], j, stretch**2)
             scale(arrays["centre"], j, stretch)
             for child in (c for c, parent in enumerate(parents) if parent == j):
                 scale(arrays["offset"], child, stretch)
+    for value, number in arms:
+        change_arm(arrays, number.joint, with_arm, value)
+
+
+def change_arm(
+    arrays: dict[str, Array], j: int, change: Callable[[Body, Array], Body], arm: Array
+) -> None:
+    """Put an arm on joint j in every world, or take it off; its mass has shape (W,) or ()."""
+    names = ("mass", "centre", "inertia")
+    mass, centre, inertia = (arrays[name][:, j] for name in names)
+    changed = change((mass, centre, inertia), np.broadcast_to(arm, mass.shape))
+    for name, array in zip(names, changed, strict=True):
+        arrays[name][:, j] = array
 
 
 def scale(array: Any, j: int, factor: Array) -> None:

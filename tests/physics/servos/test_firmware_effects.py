@@ -45,18 +45,23 @@ def test_a_slow_command_does_not_feel_the_limit() -> None:
 
 
 @pytest.mark.parametrize(
-    ("limit", "speed"), [(10.0, 100.0), (30.0, 2.5), (8.0, 3.0)], ids=["triangle", "long", "short"]
+    ("limit", "speed", "braking"),
+    [(10.0, 100.0, 1.0), (30.0, 2.5, 1.0), (8.0, 3.0, 1.0), (30.0, 2.5, 0.4), (10.0, 100.0, 0.8)],
+    ids=["triangle", "long", "short", "soft end", "skewed triangle"],
 )
-def test_a_profile_is_a_trapezoid_of_speed(limit: float, speed: float) -> None:
-    """Up at a to omega, or to sqrt(a x) where the way is short, and down again."""
-    goal = goal_of({"acceleration_limit": {"limit": limit, "speed": speed}})
-    top = min(speed, np.sqrt(limit * JUMP))
-    rise, end = top / limit, JUMP / top + top / limit
+def test_a_profile_is_a_trapezoid_of_speed(limit: float, speed: float, braking: float) -> None:
+    """Up at a to omega, or to where the way is too short for it, and down at a share of a."""
+    values = {"limit": limit, "speed": speed, "braking": braking}
+    goal = goal_of({"acceleration_limit": values})
+    brake = braking * limit
+    top = min(speed, np.sqrt(2.0 * JUMP * limit * brake / (limit + brake)))
+    rise, fall = top / limit, top / brake
+    end = JUMP / top + 0.5 * (rise + fall)
     t = ROW * (np.arange(120) - AT)
     left = end - t
     expected = np.select(
-        [t < 0.0, t < rise, left > rise, left > 0.0],
-        [0.0, 0.5 * limit * t**2, top * (t - 0.5 * rise), JUMP - 0.5 * limit * left**2],
+        [t < 0.0, t < rise, left > fall, left > 0.0],
+        [0.0, 0.5 * limit * t**2, top * (t - 0.5 * rise), JUMP - 0.5 * brake * left**2],
         JUMP,
     )
     np.testing.assert_allclose(goal, expected, atol=2e-3)
@@ -66,7 +71,8 @@ def test_a_profile_turns_round_on_its_way() -> None:
     """A command that comes back finds the goal moving: it brakes before it returns."""
     index = np.arange(200)
     command = np.where(index < AT, 0.0, np.where(index < AT + 20, JUMP, 0.0))
-    out = run(command, {"acceleration_limit": {"limit": 8.0, "speed": 50.0}}, **WALL)
+    values = {"limit": 8.0, "speed": 50.0, "braking": 1.0}
+    out = run(command, {"acceleration_limit": values}, **WALL)
     goal = out["force"] / GAIN + out["theta"]
     turn = 0.25  # [s] after the jump: 2 rad/s, 0.25 rad; braking takes as long and as far again
     assert goal.max() == pytest.approx(2.0 * 0.5 * 8.0 * turn**2, abs=2e-3)
@@ -107,9 +113,14 @@ def test_a_demand_of_the_other_side_ends_the_protection() -> None:
     index = np.arange(200)
     command = np.select([index < 100, index < 104], [JUMP, -0.2], JUMP)
     servo = {
-        "duty_per_rad": 0.5, "max_duty": 1.0, "supply_voltage": 12.0, "torque_constant": 0.05,
-        "resistance": 0.2, "armature": 0.1, "spool_radius": 1.0,
-    }  # fmt: skip
+        "duty_per_rad": 0.5,
+        "max_duty": 1.0,
+        "supply_voltage": 12.0,
+        "torque_constant": 0.05,
+        "resistance": 0.2,
+        "armature": 0.1,
+        "spool_radius": 1.0,
+    }
     numbers = {"duty": 0.6, "fraction": 0.2, "time": 0.5}
     model = Model(
         actuator=NamedValues(name="pwm_servo", values=servo),
@@ -171,9 +182,14 @@ def test_a_falling_rotor_loads_its_gear_on_its_own_side() -> None:
     """
     inertia, share, mass, length, angle = 0.02, 0.4, 0.5, 0.1, 1.2
     servo = {
-        "duty_per_rad": 1.0, "max_duty": 1.0, "supply_voltage": 12.0, "torque_constant": 1.0,
-        "resistance": 4.0, "armature": inertia, "spool_radius": 1.0,
-    }  # fmt: skip
+        "duty_per_rad": 1.0,
+        "max_duty": 1.0,
+        "supply_voltage": 12.0,
+        "torque_constant": 1.0,
+        "resistance": 4.0,
+        "armature": inertia,
+        "spool_radius": 1.0,
+    }
     friction = NamedValues(name="load_dependent_friction", values={"coefficient": share})
     model = Model(actuator=NamedValues(name="pwm_servo", values=servo), effects=(friction,))
     for side in (1.0, -1.0):
@@ -181,9 +197,13 @@ def test_a_falling_rotor_loads_its_gear_on_its_own_side() -> None:
             np.zeros(40), bench="pendulum", rate=1000.0, start="first_row", angle=side * angle
         )
         numbers = type(fall.bench_overrides)(mass=(mass,), length=(length,))
-        fall = type(fall)(**{
-            **vars(fall), "bench_overrides": numbers, "enabled": np.zeros(40, dtype=bool),
-        })  # fmt: skip
+        fall = type(fall)(
+            **{
+                **vars(fall),
+                "bench_overrides": numbers,
+                "enabled": np.zeros(40, dtype=bool),
+            }
+        )
         (out,) = simulate([fall], model, time_step=2.5e-4)
         arm, weight = mass * length**2, mass * 9.81 * length * np.sin(side * angle)
         expected = -weight / (arm + inertia / (1.0 - share))

@@ -71,7 +71,7 @@ def supply_and_duty(recording: Recording) -> Iterator[Finding]:
     if voltage is None:
         return
     duty = np.abs(recording.extra["duty"])
-    parts = []
+    parts: list[str] = []
     for lower, upper in DUTY_BANDS:
         band: Array = voltage[(duty >= lower) & (duty < upper)]
         if band.size >= ROWS_FOR_A_BAND:
@@ -110,14 +110,15 @@ def supply_findings(logs: Sequence[ImportedLog]) -> Iterator[Finding]:
 
 
 def arm_findings(logs: Sequence[ImportedLog]) -> Iterator[Finding]:
-    """Say that the model's arm has no mass."""
+    """Say what the arm weighs, or that nobody does."""
     masses = [log.conditions["arm_mass"] for log in logs if "arm_mass" in log.conditions]
     if not masses:
         yield Finding(
             recording="all",
             channel="mass",
             evidence="the arm's own mass is not logged, only that of the weight at its end",
-            consequence="inertia and gravity torque are somewhat larger than the bench says",
+            consequence="inertia and gravity torque are somewhat larger than the bench says; logs "
+            "with several loads tell it, and the model then has arm_mass among its unknown numbers",
             severity="caution",
         )
     elif any(masses):
@@ -125,7 +126,7 @@ def arm_findings(logs: Sequence[ImportedLog]) -> Iterator[Finding]:
             recording="all",
             channel="mass",
             evidence=f"the arm weighs {', '.join(str(mass) for mass in dict.fromkeys(masses))} kg",
-            consequence="the bench has an arm without mass: gravity's torque is larger by half of "
-            "it at the arm's length, and inertia by a third",
-            severity="caution",
+            consequence="an even arm: half of it counts for gravity at the arm's length, a "
+            "third for inertia",
+            severity="note",
         )
