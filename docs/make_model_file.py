@@ -77,8 +77,9 @@ def actuators() -> str:
     low, high = SPOOL_RADII
     parts = [
         "## The actuator\n",
-        "`kind` names it. Every key of the kind must be there, but for those of `learned`, whose "
-        "network's card has them. A kind without a table below has no keys.\n",
+        "`kind` names it. Every key of the kind must be there, but for those that may be left out "
+        "and those of `learned`, whose network's card has them. A kind without a table below has "
+        "no keys.\n",
         rows(
             ("kind", "what it is"),
             ([f"`{kind}`", summary(actuator)] for kind, actuator in ACTUATORS.items()),
@@ -92,7 +93,7 @@ def actuators() -> str:
             table = rows(
                 ("key", "unit", "typical", "range", "where the range comes from"),
                 (
-                    [f"`{p.name}`", p.unit, number(p.nominal), span(p), p.source]
+                    [f"`{p.name}`{may_lack(p)}", p.unit, number(p.nominal), span(p), p.source]
                     for p in actuator.parameters
                 ),
             )
@@ -102,6 +103,11 @@ def actuators() -> str:
         "machine of another size may be up to 10,000 times as large or as small.\n"
     )
     return "\n".join(parts)
+
+
+def may_lack(parameter: Parameter) -> str:
+    """Say of a number whether a file may leave it out."""
+    return " (may be left out)" if parameter.optional else ""
 
 
 def effects() -> str:

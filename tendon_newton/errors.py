@@ -2,9 +2,11 @@
 
 import difflib
 import reprlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from itertools import islice
-from typing import Any
+from typing import Any, TypeVar
+
+Entry = TypeVar("Entry")
 
 SHOWN_LENGTH = 80
 """Longest value that a message repeats in full [characters]."""
@@ -96,6 +98,22 @@ def unknown_name(kind: str, name: str, known: Iterable[str]) -> UnknownName:
     close = difflib.get_close_matches(name[:SHOWN_LENGTH], names, n=1)
     hint = f"; did you mean {close[0]!r}?" if close else ""
     return UnknownName(f"No {kind} named {shown(name)}; known: {listed(names)}{hint}")
+
+
+def look_up(kind: str, name: str, table: Mapping[str, Entry]) -> Entry:
+    """Return an entry of a table.
+
+    Args:
+        kind: What the table holds, in words ("effect").
+        name: Name of the entry.
+        table: The table.
+
+    Raises:
+        UnknownName: No such entry; the message lists the known ones.
+    """
+    if name not in table:
+        raise unknown_name(kind, name, table)
+    return table[name]
 
 
 def shown(value: Any) -> str:

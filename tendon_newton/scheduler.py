@@ -7,7 +7,7 @@ diagnoses and climbs are such jobs: each takes a core for minutes.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -74,7 +74,7 @@ class OnCluster(Executor):
 
 
 @contextmanager
-def open_executor(options: JobOptions) -> Iterator[Executor]:
+def open_executor(options: JobOptions) -> Generator[Executor]:
     """Open what does the jobs; those that have not begun are dropped when the block ends.
 
     Raises:
@@ -102,7 +102,7 @@ def open_executor(options: JobOptions) -> Iterator[Executor]:
 
 
 @contextmanager
-def cluster(address: str) -> Iterator[Executor]:
+def cluster(address: str) -> Generator[Executor]:
     """Connect to the workers of a Dask scheduler."""
     try:
         from distributed import Client
@@ -112,7 +112,7 @@ def cluster(address: str) -> Iterator[Executor]:
             "pip install 'tendon-newton[cluster]'"
         ) from error
     try:
-        client = Client(address, timeout=CONNECTION_LIMIT, set_as_default=False)
+        client: Any = Client(address, timeout=CONNECTION_LIMIT, set_as_default=False)
     except (OSError, ValueError) as error:
         raise InvalidParameter(f"no Dask scheduler answers at {address}: {error}") from error
     try:

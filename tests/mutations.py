@@ -70,17 +70,17 @@ MUTATIONS: tuple[Mutation, ...] = (
     ),
     Mutation(
         name="tendon-decided-by-test",
-        file="train/policy/tendon_fit.py",
+        file="train/tendon/tendon_fit.py",
         old="return self.unseen_after < self.unseen_before",
         new="return self.error_after < self.error_before",
         tests=f"{HELD_OUT} fit-tendon",
     ),
     Mutation(
         name="string-judged-on-what-it-was-fitted-to",
-        file="train/policy/tendon_fit.py",
+        file="train/tendon/tendon_fit.py",
         old="fitted = others or own",
         new="fitted = [piece for part in parts for piece in part]",
-        tests="tests/train/policy/test_tendon_fit.py -k unseen",
+        tests="tests/train/tendon/test_tendon_fit.py -k unseen",
     ),
     Mutation(
         name="drift-decided-by-held-out-ends",
@@ -249,7 +249,7 @@ MUTATIONS: tuple[Mutation, ...] = (
     # files, units, hardware
     Mutation(
         name="revolutions-in-half-turns",
-        file="tendon_newton/data/importers/mapped_column.py",
+        file="tendon_newton/data/formats/mapped_column.py",
         old="RPM = 2.0 * pi / 60.0",
         new="RPM = pi / 60.0",
         tests="tests/importers/test_import_mapped.py",

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Protocol
 
 from hardware.benches.bench_address import BenchAddress, DriveAddress
 from hardware.benches.virtual_calibration import calibrated_twins
 from hardware.clock import Clock, MonotonicClock
-from hardware.errors import InvalidCalibration
+from hardware.errors import HardwareFault, InvalidCalibration
 from hardware.load_cells import LOAD_CELLS
 from hardware.load_cells.base import LoadCell
 from hardware.load_cells.calibration import LoadCellCalibration
@@ -104,7 +104,7 @@ class Bench:
 
 
 @contextmanager
-def open_bench(address: BenchAddress, tell: Callable[[str], None]) -> Iterator[Bench]:
+def open_bench(address: BenchAddress, tell: Callable[[str], None]) -> Generator[Bench]:
     """Open a bench; at the end its motor is off, whatever happened.
 
     Args:
@@ -135,6 +135,28 @@ def close(bench: Bench, tell: Callable[[str], None]) -> None:
     bench.servo.close()
     if silent:
         tell("The servo has not answered that its motor is off: SWITCH ITS SUPPLY OFF.")
+
+
+def motors_off(drives: Sequence[Drive], tell: Callable[[str], None]) -> None:
+    """Switch motors off, as far as they can be reached; more than once does no harm."""
+    for drive in drives:
+        if drive.servo.torque_enabled:
+            try:
+                drive.servo.disable_torque()
+            except HardwareFault as error:
+                tell(f"THE MOTOR MAY STILL RUN, SWITCH ITS SUPPLY OFF: {error}")
+
+
+def counter_facts(drives: Sequence[Drive]) -> dict[str, str]:
+    """Return what servos and load cells have counted, as a log's metadata names it."""
+    facts: dict[str, str] = {}
+    for place, drive in enumerate(drives):
+        mark = f"_{place}" if place else ""
+        for name, part in (("servo", drive.servo), ("load_cell", drive.load_cell)):
+            if part is not None:
+                counted = asdict(part.counters)
+                facts |= {f"counters.{name}{mark}.{k}": str(v) for k, v in counted.items()}
+    return facts
 
 
 def real_bench(address: BenchAddress) -> Bench:

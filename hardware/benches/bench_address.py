@@ -8,7 +8,7 @@ from pathlib import Path
 from hardware.load_cells import LOAD_CELLS
 from hardware.servos import find_servo
 from hardware.virtual_bench.process import WORD, parse_wear, parse_word
-from tendon_newton.errors import InvalidParameter, listed, unknown_name
+from tendon_newton.errors import InvalidParameter, listed, shown, unknown_name
 
 FILTERS = {
     80: "HX711 at 80 SPS: a step has settled after 4 conversions, 50 ms",
@@ -78,7 +78,8 @@ class BenchAddress:
         named = self.port.split(":")[1:2]
         if self.virtual and named not in ([], [""], [self.bench]):
             raise InvalidParameter(
-                f"--port {self.port} names another bench than {self.bench!r}, which is recorded"
+                f"--port {self.port} names the bench {shown(named[0])}; {self.bench!r} is to be "
+                f"recorded. A unit of every bench is named without one: {self.port_of_any_bench}"
             )
         identifiers = [drive.identifier for drive in self.drives]
         if len(set(identifiers)) < len(identifiers):
@@ -100,6 +101,13 @@ class BenchAddress:
     def virtual(self) -> bool:
         """The bench is not there."""
         return self.port.split(":")[0] == WORD
+
+    @property
+    def port_of_any_bench(self) -> str:
+        """The word for a virtual bench, with its unit and without the bench's name."""
+        named, *rest = self.port.split(":")[1:]
+        unit = [named] if named.isdecimal() and not rest else rest
+        return ":".join([WORD, "", *unit]) if unit else WORD
 
     @property
     def unit(self) -> int:

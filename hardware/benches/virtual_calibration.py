@@ -24,11 +24,6 @@ DATE = "2026-01-01T00:00:00+00:00"
 Direction = Literal["up", "down"]
 
 
-def calibrated_twin(bench: str, unit: int, rate: int) -> LoadCellCalibration:
-    """Calibrate the load cell of a unit; of several, the first one."""
-    return calibrated_twins(bench, unit, rate)[0]
-
-
 def calibrated_twins(bench: str, unit: int, rate: int) -> tuple[LoadCellCalibration, ...]:
     """Calibrate all load cells of a unit, on a twin of the bench that runs before it.
 
@@ -43,7 +38,7 @@ def calibrated_twins(bench: str, unit: int, rate: int) -> tuple[LoadCellCalibrat
     twin = LockstepBench(bench, unit, load_cell_rate=rate)
     cells = [
         Hx711Serial(twin.load_cell_stream(place), clock=twin.clock)
-        for place in range(len(twin.bench.servos))
+        for place in range(len(twin.servos))
     ]
     for cell in cells:
         cell.open()
@@ -67,7 +62,7 @@ def hung(
         cell.drain()
     duration = MASS_TIME if mass else TARE_TIME
     clock.sleep_until(clock.now() + duration)
-    points = []
+    points: list[CalibrationPoint] = []
     for cell in cells:
         counts = np.array([reading.counts for reading in cell.drain()], dtype=np.float64)
         points.append(

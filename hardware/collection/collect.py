@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from hardware.benches.bench import Bench
+from hardware.benches.bench import Bench, counter_facts, motors_off
 from hardware.benches.bench_address import FILTERS
 from hardware.collection.collect_settings import CollectSettings
 from hardware.collection.excitation_plan import PlannedRun
 from hardware.collection.run_loop import RunLoop
 from hardware.control.operator import Operator
-from hardware.errors import HardwareFault, LogNotWritten, SafetyStop
+from hardware.errors import LogNotWritten, SafetyStop
 from hardware.logs.session import Session
 from hardware.logs.session_log import SessionLog, open_log
 from hardware.pacing import PacingReport
@@ -95,7 +95,7 @@ def record_run(
         fault = error
     finally:
         stop.patient = False
-        motor_off(bench, operator)
+        motors_off(bench.drives[:1], operator.tell)
         if log is not None:
             fault = closed(log, session | ending(bench, loop, fault, stop), fault)
     if log is None:
@@ -149,7 +149,6 @@ def ending(
     bench: Bench, loop: RunLoop, fault: TendonNewtonError | None, stop: StopRequest
 ) -> dict[str, str]:
     """Return what is known at the end only: counters, gaps, pacing, and why it ended."""
-    cell = bench.load_cell
     facts = {
         "ended": str(fault) if fault else stop.signal or "complete",
         "rows": str(loop.rows),
@@ -157,20 +156,7 @@ def ending(
         "gaps": "; ".join(f"{start:.3f} to {end:.3f} s" for start, end in loop.gaps.gaps),
         "pacing": loop.ticker.report().text,
     }
-    facts |= {f"counters.servo.{k}": str(v) for k, v in asdict(bench.servo.counters).items()}
-    if cell is not None:
-        facts |= {f"counters.load_cell.{k}": str(v) for k, v in asdict(cell.counters).items()}
-    return facts
-
-
-def motor_off(bench: Bench, operator: Operator) -> None:
-    """Switch the motor off, as far as the servo can be reached."""
-    if not bench.servo.torque_enabled:
-        return
-    try:
-        bench.servo.disable_torque()
-    except HardwareFault as error:
-        operator.tell(f"THE MOTOR MAY STILL RUN, SWITCH ITS SUPPLY OFF: {error}")
+    return facts | counter_facts(bench.drives[:1])
 
 
 def closed(

@@ -73,15 +73,17 @@ def collect(
 
     Raises:
         InvalidOutput: The folder holds another plan, or the same with other settings.
+        InvalidParameter: The port names one bench, and the plan has another.
         TendonNewtonError: A bench cannot be opened, or a fault ended a run.
     """
     facts = shared_facts(title, address, settings)
     refuse_others(out, facts)
+    addresses = {run.bench: replace(address, bench=run.bench) for run in plan}
     done = {AGAIN.sub("", Path(file).stem) for file in listed_files(out)}
     waiting = [run for run in plan if run.name not in done]
     outcomes: list[RunOutcome] = []
     for name, group in groupby(waiting, key=lambda run: run.bench):
-        with open_bench(replace(address, bench=name), operator.tell) as bench:
+        with open_bench(addresses[name], operator.tell) as bench:
             begin(out, facts, bench, settings)
             mount(bench, operator)
             if bench.controls is not None:

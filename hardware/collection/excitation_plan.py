@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_newton.data.excitations import excite, find_excitation
+from tendon_newton.data.excitations import DESIGNED, RATE, excite, find_excitation
 from tendon_newton.data.recording import Array
-from tendon_newton.errors import InvalidParameter, unknown_name
+from tendon_newton.errors import InvalidParameter, look_up, unknown_name
 
 BENCHES = ("finger", "spring_weak", "spring_strong")
 
@@ -53,7 +53,8 @@ class PlannedRun:
 
     def __post_init__(self) -> None:
         """Refuse names that stand in no table."""
-        find_excitation(self.excitation)
+        if self.excitation != DESIGNED:
+            find_excitation(self.excitation)
         if self.bench not in BENCHES:
             raise unknown_name("bench with a tendon", self.bench, BENCHES)
         if self.obstacle not in OBSTACLES:
@@ -74,6 +75,19 @@ class PlannedRun:
     def generator(self, seed: int) -> np.random.Generator:
         """Return the run's own source of random numbers."""
         return np.random.default_rng([seed, zlib.crc32(self.name.encode())])
+
+
+@dataclass(frozen=True, kw_only=True)
+class DesignedRun(PlannedRun):
+    """A run whose command is given."""
+
+    angles: tuple[float, ...]
+    """Command at 80 Hz, held until the next and at the end [rad]."""
+
+    def command(self, seed: int, rate: float) -> Array:
+        """Return the command [rad] at every row, shape (T,); nothing is drawn."""
+        rows = np.arange(round(self.duration * rate)) * RATE / rate
+        return np.array(self.angles)[np.minimum(rows.astype(int), len(self.angles) - 1)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -159,14 +173,8 @@ PLANS: dict[str, Callable[[], tuple[PlannedRun, ...]]] = {
 
 
 def find_plan(name: str) -> tuple[PlannedRun, ...]:
-    """Return a plan's runs.
-
-    Raises:
-        UnknownName: No such plan; the message lists the known ones.
-    """
-    if name not in PLANS:
-        raise unknown_name("plan", name, PLANS)
-    return PLANS[name]()
+    """Return a plan's runs; an unknown name is refused."""
+    return look_up("plan", name, PLANS)()
 
 
 def runs_of(bench: str, shares: Sequence[Share]) -> list[PlannedRun]:

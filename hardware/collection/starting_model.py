@@ -35,6 +35,7 @@ def starting_model(
     values = {
         "duty_per_rad": loop.gain,
         "max_duty": loop.duty_limit,
+        "duty_offset": loop.offset,
         "supply_voltage": round(voltage, 2),
         "torque_constant": round(spec.stall_torque / spec.stall_current, 4),
         "resistance": round(spec.supply_voltage / spec.stall_current, 3),

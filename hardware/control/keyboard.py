@@ -87,7 +87,8 @@ class Keyboard:
 
 def split_keys(data: bytes) -> list[str]:
     """Return what a terminal has sent as keys; what is no key of ours is left out."""
-    keys, place = [], 0
+    keys: list[str] = []
+    place = 0
     while place < len(data):
         name = KEYS.get(data[place : place + 3])
         if name is not None:

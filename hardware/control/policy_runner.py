@@ -161,17 +161,18 @@ def onnx_session(content: bytes) -> tuple[Mapping[str, str], Callable[[NDArray[A
             "with external_data=False"
         )
     try:
-        import onnxruntime  # large, and only where there is a network
+        # large, and only where there is a network; it has no types
+        engine: Any = importlib.import_module("onnxruntime")
     except ModuleNotFoundError as error:
         raise MissingDependency(
             "this needs the package 'onnxruntime', which is not installed; "
             "pip install 'tendon-newton[hardware]'"
         ) from error
-    options = onnxruntime.SessionOptions()
+    options = engine.SessionOptions()
     options.intra_op_num_threads = options.inter_op_num_threads = 1
     options.log_severity_level = 4  # what is wrong comes as an exception
     try:
-        session = onnxruntime.InferenceSession(content, options, ["CPUExecutionProvider"])
+        session = engine.InferenceSession(content, options, ["CPUExecutionProvider"])
         metadata = dict(session.get_modelmeta().custom_metadata_map)
     except Exception as error:  # its exceptions have no common base
         raise InvalidPolicyFile(

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from hardware.benches.bench import Bench
+from hardware.benches.bench import Bench, counter_facts
 from hardware.benches.bench_address import FILTERS
 from hardware.collection.collect import closed
 from hardware.control.goals import Goals
@@ -215,14 +215,7 @@ def ending(loop: DeployLoop, fault: TendonNewtonError | None) -> dict[str, str]:
         "pacing": loop.ticker.report().text,
         "safety.trips": json.dumps(loop.guard.trips),
     }
-    for place, drive in enumerate(loop.bench.drives):
-        mark = f"_{place}" if place else ""
-        counted = asdict(drive.servo.counters)
-        facts |= {f"counters.servo{mark}.{k}": str(v) for k, v in counted.items()}
-        if drive.load_cell is not None:
-            counted = asdict(drive.load_cell.counters)
-            facts |= {f"counters.load_cell{mark}.{k}": str(v) for k, v in counted.items()}
-    return facts
+    return facts | counter_facts(loop.bench.drives)
 
 
 def ended(loop: DeployLoop, fault: TendonNewtonError | None) -> str:

@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Sequence
 from math import inf
 
-from hardware.benches.bench import Bench
+from hardware.benches.bench import Bench, motors_off
 from hardware.collection.run_loop import FLUSH_PERIOD
 from hardware.control.goals import Goals
 from hardware.control.keyboard import Keyboard
@@ -22,7 +22,6 @@ from hardware.deployment.deploy_progress import DeployProgress
 from hardware.deployment.deploy_senses import DeploySenses
 from hardware.deployment.deploy_settings import DeploySettings
 from hardware.errors import (
-    HardwareFault,
     LogNotWritten,
     PolicyFailure,
     PortLost,
@@ -274,13 +273,7 @@ class DeployLoop:
 
     def switch_off(self) -> None:
         """Switch the motors off, as far as they can be reached; more than once does no harm."""
-        for servo in self.servos:
-            if not servo.torque_enabled:
-                continue
-            try:
-                servo.disable_torque()
-            except HardwareFault as error:
-                self.operator.tell(f"THE MOTOR MAY STILL RUN, SWITCH ITS SUPPLY OFF: {error}")
+        motors_off(self.bench.drives, self.operator.tell)
 
     def _announce(self, trip: Trip) -> None:
         """Note, log and tell that a rule came into effect, after it was acted upon."""

@@ -115,7 +115,8 @@ def polyline(line: Line, bounds: tuple[float, float], top: float, end: float) ->
         pieces = np.array_split(chosen, POINTS_MAX // 2)
         ends = [(part[y[part].argmin()], part[y[part].argmax()]) for part in pieces]
         chosen = np.sort(np.array(ends).ravel())
-    words, pen = [], "M"
+    words: list[str] = []
+    pen = "M"
     for k in chosen:
         if isfinite(y[k]):
             words.append(f"{pen}{x[k]:.1f} {y[k]:.1f}")

@@ -104,7 +104,7 @@ def guarded(subject: str, observations: Iterator[Observation]) -> Iterator[Obser
 
 def lateness(clock: Clock) -> list[float]:
     """Wait for a second of ticks and return how late each comes [s]."""
-    late = []
+    late: list[float] = []
     start = clock.now()
     for tick in range(1, TICKS + 1):
         clock.sleep_until(start + tick * TICK)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import zip_longest
@@ -68,7 +68,7 @@ def opened(
     identifier: int,
     rate: int,
     retries: int = RETRIES,
-) -> Iterator[Bus]:
+) -> Generator[Bus]:
     """Open a bus for one servo, and close it."""
     bus = Bus(
         port,

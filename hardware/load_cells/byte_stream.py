@@ -12,7 +12,7 @@ import select
 import threading
 from collections import deque
 from contextlib import suppress
-from typing import Protocol
+from typing import Any, Protocol
 
 from hardware.clock import Clock
 from hardware.errors import PortUnavailable
@@ -104,7 +104,7 @@ class SerialStream:
         Raises:
             OSError: The port is gone and all that it had sent was returned.
         """
-        pieces = []
+        pieces: list[tuple[float, bytes]] = []
         with suppress(IndexError):
             while True:
                 pieces.append(self._pieces.popleft())
@@ -112,8 +112,8 @@ class SerialStream:
             raise self._fault
         return pieces
 
-    def _listen(self, port: object, stop: int) -> None:
-        file = port.fileno()  # pyright: ignore[reportAttributeAccessIssue]
+    def _listen(self, port: Any, stop: int) -> None:
+        file: int = port.fileno()
         try:
             while stop not in select.select([file, stop], [], [])[0]:
                 data = os.read(file, PIECE)
@@ -124,4 +124,4 @@ class SerialStream:
             self._fault = error
         finally:
             with suppress(*LOST):
-                port.close()  # pyright: ignore[reportAttributeAccessIssue]
+                port.close()

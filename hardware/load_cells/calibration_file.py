@@ -11,6 +11,7 @@ from hardware.errors import InvalidCalibration
 from hardware.load_cells.calibration import CalibrationPoint, LoadCellCalibration
 from hardware.load_cells.calibration_fit import fit_calibration
 from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys, write_toml
+from tendon_newton.data.files.values import are_tables
 
 SETTING_KEYS = ("cell", "gain", "rate", "gravity", "date")
 RESULT_KEYS = ("identifier", "tare", "slope", "residual", "hysteresis", "r_squared")
@@ -72,9 +73,9 @@ def load_partial(path: Path) -> tuple[dict[str, Any], list[CalibrationPoint]]:
 
 def read_points(rows: Any) -> list[CalibrationPoint]:
     """Read the ``[[points]]`` tables."""
-    if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
+    if not are_tables(rows):
         raise InvalidCalibration("points must be an array of tables, [[points]]")
-    points = []
+    points: list[CalibrationPoint] = []
     for index, row in enumerate(rows):
         where = f"[[points]] {index}"
         refuse_unknown_keys(row, POINT_KEYS, where, InvalidCalibration)

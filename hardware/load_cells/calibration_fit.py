@@ -125,7 +125,7 @@ def suspect(points: Sequence[CalibrationPoint], gravity: float) -> tuple[float, 
 
     The point with the greatest error is often another one: a wrong mass tilts the line.
     """
-    residuals = {}
+    residuals: dict[float, float] = {}
     for mass in {point.mass for point in points if point.mass > 0.0}:
         _, _, error = line_through([p for p in points if p.mass != mass], gravity)
         residuals[mass] = float(np.sqrt(np.mean(error**2)))

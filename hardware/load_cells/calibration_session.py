@@ -141,7 +141,7 @@ def measure_drift(
 
 def points_text(calibration: LoadCellCalibration, show: Callable[[float], str]) -> list[str]:
     """Write the points out, each with its error about the line [N]."""
-    lines = []
+    lines: list[str] = []
     for p in calibration.points:
         force = calibration.gravity * p.mass
         error = float(calibration.force(p.counts)) - force

@@ -38,12 +38,6 @@ class Frame:
     """Signed 24-bit value."""
 
 
-def encode_frame(frame: Frame) -> bytes:
-    """Write the line of a reading, as the firmware does."""
-    body = f"L,{frame.sequence},{frame.device_time_us},{frame.counts}".encode()
-    return body + b"*%02X\n" % crc8(body)
-
-
 def decode_line(line: bytes) -> Frame | None:
     """Read a line without its end; ``None`` unless all of it is as it was sent."""
     match = LINE.fullmatch(line)

@@ -7,6 +7,7 @@ rejected. The other conversions have been clocked properly, but arrive with gaps
 
 from __future__ import annotations
 
+import importlib
 import threading
 import time
 from collections import deque
@@ -71,7 +72,7 @@ class Hx711Gpio:
             PortUnavailable: The pins cannot be had.
         """
         try:
-            import lgpio  # pyright: ignore[reportMissingImports]
+            lgpio = importlib.import_module("lgpio")  # of the system, on a Pi alone
         except ImportError as error:
             raise MissingDependency(
                 "a load cell on the Pi's own pins needs the package 'lgpio', which is not "

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields, is_dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from hardware.servos.base import ServoSettings
 
@@ -67,7 +67,7 @@ def flattened(table: Mapping[str, Any], prefix: str = "") -> dict[str, str]:
         if is_dataclass(value) and not isinstance(value, type):
             value = asdict(value)
         if isinstance(value, Mapping):
-            flat |= flattened(value, f"{name}.")
+            flat |= flattened(cast(Mapping[str, Any], value), f"{name}.")
         else:
             flat[name] = "" if value is None else str(value)
     return flat

@@ -92,21 +92,6 @@ class SafetyRule:
     """Time that a hold may last before the tendon is unwound [s]."""
 
 
-def said(text: str | None) -> float:
-    """Return 1 where something was said."""
-    return float(text is not None)
-
-
-def unsaid(_: DeployLimits) -> tuple[float, float]:
-    """Bounds of what may not be said."""
-    return (-UNLIMITED, 0.0)
-
-
-def sayable(_: SensorReach) -> tuple[float, float]:
-    """Reach of what may be said."""
-    return (0.0, 1.0)
-
-
 def lasting(_: SensorReach) -> tuple[float, float]:
     """Reach of a time: whatever it measures may last for ever."""
     return (0.0, UNLIMITED)
@@ -117,23 +102,21 @@ def at_most(limit: Callable[[DeployLimits], float]) -> Bounds:
     return lambda limits: (-UNLIMITED, limit(limits))
 
 
+def said_rule(name: str, action: Action, field: str) -> SafetyRule:
+    """Return the rule about a field of `Glance` that is a reason, or None where all is well."""
+    return SafetyRule(
+        name=name,
+        action=action,
+        value=lambda glance: float(getattr(glance, field) is not None),
+        bounds=lambda _: (-UNLIMITED, 0.0),
+        reach=lambda _: (0.0, 1.0),
+        reason=f"{{glance.{field}}}",
+    )
+
+
 SAFETY_RULES: tuple[SafetyRule, ...] = (
-    SafetyRule(
-        name="kill",
-        action="off",
-        value=lambda g: said(g.kill),
-        bounds=unsaid,
-        reach=sayable,
-        reason="{glance.kill}",
-    ),
-    SafetyRule(
-        name="servo_stopped",
-        action="off",
-        value=lambda g: said(g.stopped),
-        bounds=unsaid,
-        reach=sayable,
-        reason="{glance.stopped}",
-    ),
+    said_rule("kill", "off", "kill"),
+    said_rule("servo_stopped", "off", "stopped"),
     SafetyRule(
         name="position_window",
         action="off",
@@ -160,14 +143,7 @@ SAFETY_RULES: tuple[SafetyRule, ...] = (
         reason="the servo must answer; it has been silent for {value:.2f} s: see that its motor "
         "is off",
     ),
-    SafetyRule(
-        name="operator",
-        action="unwind",
-        value=lambda g: said(g.stop),
-        bounds=unsaid,
-        reach=sayable,
-        reason="{glance.stop}",
-    ),
+    said_rule("operator", "unwind", "stop"),
     SafetyRule(
         name="tension",
         action="unwind",
@@ -176,14 +152,7 @@ SAFETY_RULES: tuple[SafetyRule, ...] = (
         reach=lambda reach: reach.force,
         reason="the tension must stay below {high:g} N; it is {value:.1f} N",
     ),
-    SafetyRule(
-        name="load_cell",
-        action="unwind",
-        value=lambda g: said(g.doubt),
-        bounds=unsaid,
-        reach=sayable,
-        reason="{glance.doubt}",
-    ),
+    said_rule("load_cell", "unwind", "doubt"),
     SafetyRule(
         name="current",
         action="unwind",
@@ -201,22 +170,8 @@ SAFETY_RULES: tuple[SafetyRule, ...] = (
         reach=lambda reach: reach.temperature,
         reason="the motor must stay below {high:g} degC; it has {value:.0f}: let it cool",
     ),
-    SafetyRule(
-        name="log",
-        action="unwind",
-        value=lambda g: said(g.failure),
-        bounds=unsaid,
-        reach=sayable,
-        reason="{glance.failure}",
-    ),
-    SafetyRule(
-        name="policy_failure",
-        action="unwind",
-        value=lambda g: said(g.broken),
-        bounds=unsaid,
-        reach=sayable,
-        reason="{glance.broken}",
-    ),
+    said_rule("log", "unwind", "failure"),
+    said_rule("policy_failure", "unwind", "broken"),
     SafetyRule(
         name="missed_reads",
         action="hold",

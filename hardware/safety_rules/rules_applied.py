@@ -59,7 +59,7 @@ class SafetyGuard:
 
     def judge(self, glance: Glance) -> list[Trip]:
         """Look once; return the rules that come into effect now."""
-        trips = []
+        trips: list[Trip] = []
         mildest: Mode = self.mode if self.mode in ("unwind", "off") else "run"
         passed = 0.0 if self._before is None else glance.now - self._before
         self._before = glance.now

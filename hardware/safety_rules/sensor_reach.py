@@ -22,11 +22,11 @@ class SensorReach:
     voltage: Range
     """Voltages of the supply that its register can hold [V]."""
     current: Range
-    """Of the supply [A]: a motor takes no more than at standstill."""
+    """Supply current [A]: a motor takes no more than at standstill."""
     temperature: Range
-    """Of the motor [degC]: beyond it the servo has switched itself off."""
+    """Temperature of the motor [degC]: beyond it the servo has switched itself off."""
     force: Range | None
-    """Of the tension [N]: up to where the load cell saturates, or the estimate is cut; none where
+    """Tension [N]: up to where the load cell saturates, or the estimate is cut; none where
     nothing tells it."""
 
 

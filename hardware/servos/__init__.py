@@ -5,7 +5,7 @@ from types import MappingProxyType
 
 from hardware.servos import sts3215, sts3250, xc330_t288_t, xl330_m288_t
 from hardware.servos.base import ServoSpec
-from tendon_newton.errors import unknown_name
+from tendon_newton.errors import look_up
 
 SERVOS: Mapping[str, ServoSpec] = MappingProxyType(
     {
@@ -18,11 +18,5 @@ SERVOS: Mapping[str, ServoSpec] = MappingProxyType(
 
 
 def find_servo(name: str) -> ServoSpec:
-    """Return a servo's data sheet.
-
-    Raises:
-        UnknownName: No such servo; the message lists the known ones.
-    """
-    if name not in SERVOS:
-        raise unknown_name("servo", name, SERVOS)
-    return SERVOS[name]
+    """Return a servo's data sheet; an unknown name is refused."""
+    return look_up("servo", name, SERVOS)

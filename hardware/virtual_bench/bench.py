@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from hardware.virtual_bench.emulation.drive_line import DriveLine
-from hardware.virtual_bench.emulation.emulations import AnyEmulator, AnyModel, parser_of, set_up
+from hardware.virtual_bench.emulation.emulations import AnyEmulator, AnyModel, set_up
 from hardware.virtual_bench.emulation.firmware import TICK
 from hardware.virtual_bench.emulation.plant import Plant, PlantState
 from hardware.virtual_bench.faults import ALERT_BITS, FaultEvent, Faults
@@ -70,7 +70,7 @@ class VirtualBench:
         self.servo = self.servos[0]
         self._seed = seed
         self._random = random.Random(f"bench {seed}")
-        self._parser = parser_of(model)
+        self._parser = self.plant.lines[0].family.parser()
         self._cells = tuple(deque([Reply(due=0.0, data=BANNER)]) for _ in self.servos)
         self._faults = Faults()
         self._events: list[FaultEvent] = []
@@ -249,8 +249,9 @@ class VirtualBench:
 def emulator_of(line: DriveLine, seed: int, place: int) -> AnyEmulator:
     """Return a servo on the bus; its noise is its own."""
     set_up(line.registers, place + 1)
-    words = f"servo sensors {seed} {place}" if place else f"servo sensors {seed}"
-    return line.controller.emulate(line.motor, line.constants.servo, random.Random(words))
+    rng = random.Random(f"servo sensors {seed} {place}" if place else f"servo sensors {seed}")
+    constants = line.constants.servo
+    return line.family.emulator(line.registers, line.firmware, line.motor, constants, rng)
 
 
 def changed(data: bytes, rng: random.Random) -> bytes:

@@ -8,15 +8,11 @@ from __future__ import annotations
 
 import termios
 from collections import deque
+from functools import cached_property
 from pathlib import Path
 
 from hardware.virtual_bench.bench import Reply, VirtualBench
-from hardware.virtual_bench.emulation.emulations import AnyModel
-from hardware.virtual_bench.emulation.plant import PlantState
 from hardware.virtual_bench.emulation.truth import write_plant_file
-from hardware.virtual_bench.faults import FaultEvent, Faults
-from hardware.virtual_bench.memory.control_table import XC330_T288_T
-from hardware.virtual_bench.physics.wear import NEW
 
 UNPLUGGED = termios.error(5, "Input/output error")
 """Error of an adapter that is gone; no OSError, as in reality."""
@@ -77,14 +73,6 @@ class LockstepServoPort:
         self._check()
         self._arrive()
         self._received.clear()
-
-    def setPortName(self, port_name: str) -> None:  # noqa: N802
-        """Set the name."""
-        self.port_name = port_name
-
-    def getPortName(self) -> str:  # noqa: N802
-        """Return the name."""
-        return self.port_name
 
     def setBaudRate(self, baudrate: int) -> bool:  # noqa: N802
         """Set the speed [bit/s] and open the port."""
@@ -179,69 +167,22 @@ class LockstepCellStream:
         return [(line.due, line.data) for line in lines]
 
 
-class LockstepBench:
-    """A virtual bench for a program that runs as fast as it can.
+class LockstepBench(VirtualBench):
+    """A virtual bench for a program that runs as fast as it can."""
 
-    Args:
-        bench: ``spring_weak``, ``spring_strong``, ``finger`` or ``finger_antagonist``.
-        seed: Which unit, and which noise.
-        faults: Faults by chance.
-        obstacle: Obstacle in the mechanism's way.
-        load_cell_rate: Lines per second: 80, 20 or 10 [Hz].
-        model: Which servo's control table.
-        wear: Wear of the unit.
-    """
-
-    def __init__(
-        self,
-        bench: str = "finger",
-        seed: int = 0,
-        *,
-        faults: Faults | None = None,
-        obstacle: str = "free",
-        load_cell_rate: int = 80,
-        model: AnyModel = XC330_T288_T,
-        wear: str = NEW,
-    ) -> None:
-        self.bench = VirtualBench(
-            bench,
-            seed,
-            faults=faults,
-            obstacle=obstacle,
-            load_cell_rate=load_cell_rate,
-            model=model,
-            wear=wear,
-        )
-        self.clock = LockstepClock(self.bench)
+    @cached_property
+    def clock(self) -> LockstepClock:
+        """The bench's own clock."""
+        return LockstepClock(self)
 
     def servo_port(self) -> LockstepServoPort:
         """Return a port handler for dynamixel_sdk."""
-        return LockstepServoPort(self.bench, self.clock)
+        return LockstepServoPort(self, self.clock)
 
     def load_cell_stream(self, place: int = 0) -> LockstepCellStream:
         """Return the stream of dated bytes of the load cell in one of the tendons."""
-        return LockstepCellStream(self.bench, self.clock, place)
-
-    def state(self) -> PlantState:
-        """Return what is true now."""
-        return self.bench.state()
+        return LockstepCellStream(self, self.clock, place)
 
     def plant_file(self, path: Path) -> None:
         """Write every constant of this unit, and the effects that they amount to, as TOML."""
-        write_plant_file(path, self.bench.unit)
-
-    def set_obstacle(self, name: str) -> None:
-        """Put something in the mechanism's way from now on."""
-        self.bench.set_obstacle(name)
-
-    def set_faults(self, faults: Faults) -> None:
-        """Let other things go wrong from now on."""
-        self.bench.set_faults(faults)
-
-    def plan(self, event: FaultEvent) -> None:
-        """Plan one mishap."""
-        self.bench.plan(event)
-
-    def hang_mass(self, mass: float | None) -> None:
-        """Hang a mass [kg] on the load cell; ``None`` takes it off."""
-        self.bench.hang_mass(mass)
+        write_plant_file(path, self.unit)

@@ -210,8 +210,9 @@ class VirtualPorts:
     def state(self) -> PlantState:
         """Return what is true now."""
         answer = self._ask("state")
-        tip = answer["tip"]
-        return PlantState(**{**answer, "tip": None if tip is None else (tip[0], tip[1])})
+        if answer["tip"] is not None:
+            answer["tip"] = tuple(answer["tip"])
+        return PlantState(**answer)
 
     def plant_file(self, path: Path) -> None:
         """Write every constant of this unit, and the effects that they amount to, as TOML."""

@@ -160,11 +160,13 @@ class BenchServer:
         """Carry out one command of the control channel."""
         bench = self._bench
         bench.advance(self._now())
-        kind, arguments = words["command"], words.get("arguments", {})
+        kind = words["command"]
+        arguments: dict[str, Any] = words.get("arguments", {})
         if kind == "faults":
             bench.set_faults(replace(bench.faults, **arguments))
         elif kind == "event":
-            bench.plan(FaultEvent(**{"start": bench.time, **arguments}))
+            arguments.setdefault("start", bench.time)
+            bench.plan(FaultEvent(**arguments))
         elif kind == "obstacle":
             bench.set_obstacle(arguments["name"])
         elif kind == "mass":
@@ -187,7 +189,7 @@ def main() -> None:
     arguments = parser.parse_args()
     with suppress(PermissionError):  # a servo never waits for another program; ours may have to
         os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(PRIORITY))
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
+    signal.signal(signal.SIGTERM, lambda _number, _frame: sys.exit(0))
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the terminal's Ctrl-C is the parent's business
     bench = VirtualBench(
         arguments.bench,

@@ -8,7 +8,7 @@ from tendon_newton.actuators.ideal_position import IdealPosition
 from tendon_newton.actuators.learned import Learned
 from tendon_newton.actuators.pd_torque import PdTorque
 from tendon_newton.actuators.pwm_servo import PwmServo
-from tendon_newton.errors import unknown_name
+from tendon_newton.errors import look_up
 
 ACTUATORS: dict[str, type[Actuator]] = {
     "ideal": Ideal,
@@ -20,14 +20,8 @@ ACTUATORS: dict[str, type[Actuator]] = {
 
 
 def find_actuator(kind: str) -> type[Actuator]:
-    """Return an actuator model.
-
-    Raises:
-        UnknownName: No such kind; the message lists the known ones.
-    """
-    if kind not in ACTUATORS:
-        raise unknown_name("actuator", kind, ACTUATORS)
-    return ACTUATORS[kind]
+    """Return an actuator model; an unknown name is refused."""
+    return look_up("actuator", kind, ACTUATORS)
 
 
 __all__ = ["ACTUATORS", "Actuator", "find_actuator"]

@@ -30,9 +30,10 @@ class PwmServo(Actuator):
     r"""Position error to duty cycle, duty cycle to current, current to torque.
 
     .. math::
-        u = \operatorname{clip}(k_u (\theta_d - \theta), \pm u_{max}), \qquad
+        u = \operatorname{clip}(k_u (\theta_d - \theta) + u_0, \pm u_{max}), \qquad
         \tau = \frac{k_t (u V - k_t \dot\theta)}{R}, \qquad F = \tau / r
 
+    A loop may always add a duty u_0 that keeps the tendon taut.
     The winding's inductance is neglected. The rotor of inertia J takes a part of the motor's force.
     So the load cell behind the rotor reads :math:`F - (J / r^2)\,\ddot s` less the gear's friction,
     with s the length of string on the spool.
@@ -99,13 +100,24 @@ class PwmServo(Actuator):
             upper=0.1,
             source="rotor inertia times the square of a gear ratio of 100 to 400",
         ),
+        Parameter(
+            name="duty_offset",
+            unit="1",
+            null=0.0,
+            nominal=0.0,
+            lower=-0.5,
+            upper=0.5,
+            source="0.02 on the paper's bench; a loop that adds more than half drives, not holds",
+            optional=True,
+        ),
     )
 
     @classmethod
     def static_force(cls, values: Mapping[str, float | str], error: float, radius: float) -> float:
         """F = k_t u V / (R r) at rest."""
         known = {name: float(value) for name, value in values.items() if name != "file"}
-        duty = min(known["duty_per_rad"] * error, known["max_duty"])
+        asked = known["duty_per_rad"] * error + known.get("duty_offset", 0.0)
+        duty = min(asked, known["max_duty"])
         current = duty * known["supply_voltage"] / known["resistance"]
         return known["torque_constant"] * current / radius
 
@@ -113,13 +125,13 @@ class PwmServo(Actuator):
     @device_template
     def force(error: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
         """F = k_t (u V - k_t theta_dot) / (R r)."""
-        return motor_force(error * p[0], tendon, p)
+        return motor_force(error * p[0] + Jet(p[6], real(0.0), real(0.0)), tendon, p)
 
     @staticmethod
     @device_template
     def duty(error: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
-        """Return u = k_u (theta_d - theta)."""
-        return error * p[0]
+        """Return u = k_u (theta_d - theta) + u_0."""
+        return error * p[0] + Jet(p[6], real(0.0), real(0.0))
 
     @staticmethod
     @device_template

@@ -3,7 +3,7 @@
 import importlib
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager, nullcontext, redirect_stdout
 from pathlib import Path
 from typing import Any, get_type_hints
@@ -17,7 +17,9 @@ VERBS: dict[str, str] = {
     "diagnose": "tendon_newton.cli.diagnose",
     "explain": "tendon_newton.cli.explain",
     "exam": "tendon_newton.cli.exam",
+    "plan": "tendon_newton.cli.plan",
     "experiment": "tendon_newton.cli.experiment",
+    "investigate": "tendon_newton.cli.investigate",
     "asset": "tendon_newton.cli.asset",
     "export": "tendon_newton.cli.export",
     "compare": "tendon_newton.cli.compare",
@@ -33,6 +35,7 @@ VERBS: dict[str, str] = {
     "deploy": "tendon_newton.cli.deploy",
     "refresh": "tendon_newton.cli.refresh",
     "plot": "tendon_newton.cli.plot",
+    "view": "tendon_newton.cli.view",
     "virtual-bench": "tendon_newton.cli.virtual_bench",
 }
 
@@ -139,7 +142,7 @@ def run_verb(verb: str, words: list[str]) -> int:
 
 
 @contextmanager
-def silence() -> Iterator[None]:
+def silence() -> Generator[None]:
     """Let nothing that is printed come out; what is written to the error stream does."""
     with Path(os.devnull).open("w", encoding="utf-8") as nowhere, redirect_stdout(nowhere):
         yield

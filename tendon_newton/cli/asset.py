@@ -17,9 +17,12 @@ if TYPE_CHECKING:
     from tendon_newton.mechanisms.rules.findings import AssetFinding
 
 FINGER = {
-    "length": (0.030,), "mass": (0.010,), "stiffness": (0.045,), "range": (1.57,),
+    "length": (0.030,),
+    "mass": (0.010,),
+    "stiffness": (0.045,),
+    "range": (1.57,),
     "damping": (5.0e-4,),
-}  # fmt: skip
+}
 """Numbers of a finger where none is given; other benches have some of them."""
 FINGER_ALONE = {"joints": ("pip", "dip"), "moment_arm": (0.008,), "spool_radius": 0.0125}
 """Numbers that only a finger has."""
@@ -46,7 +49,8 @@ class New:
     length: tuple[float, ...] | None = None
     """From each joint to the next, and to the tip, 0.030 unless given; arm of a shaft, 0.1 [m]."""
     mass: tuple[float, ...] | None = None
-    """Of each link, a slender rod, 0.010 unless given; of a cart or at an arm's end, 1 [kg]."""
+    """Mass of each link, a slender rod, 0.010 unless given; of a cart, or at an arm's end, 1
+    [kg]."""
     moment_arm: tuple[float, ...] = (0.008,)
     """Tendon excursion per joint angle [m/rad], positive closes."""
     stiffness: tuple[float, ...] | None = None
@@ -178,7 +182,7 @@ def _count(number: int, noun: str) -> str:
 
 def table(findings: Sequence[AssetFinding]) -> list[str]:
     """Lay findings out: severity, rule and prim in columns, the message and remedy below."""
-    lines = []
+    lines: list[str] = []
     width = max((len(finding.rule) for finding in findings), default=0)
     for finding in findings:
         lines.append(f"{finding.severity:8} {finding.rule:{width}}  {finding.prim}")

@@ -13,7 +13,7 @@ later. Interrupted, it goes on where it was when it is started again with the sa
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -163,7 +163,7 @@ def read_masses(text: str) -> tuple[float, ...]:
 
 
 @contextmanager
-def opened(config: Calibrate) -> Iterator[tuple[LoadCell, Clock, CalibrationOperator]]:
+def opened(config: Calibrate) -> Generator[tuple[LoadCell, Clock, CalibrationOperator]]:
     """Open the load cell that is named, with its clock and whoever hangs its masses."""
     from hardware.clock import MonotonicClock
     from hardware.load_cells import LOAD_CELLS

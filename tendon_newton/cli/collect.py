@@ -28,9 +28,10 @@ if TYPE_CHECKING:
 
 def main(config: CollectOptions) -> None:
     """Record, and say what came of it."""
+    from tendon_newton.cli.view import watched
     from tendon_newton.workflows.collection import record
 
-    with Terminal() as operator:
+    with watched(config.out, config.view), Terminal() as operator:
         collection = record(config, operator)
     conclude(collection, config.out)
 

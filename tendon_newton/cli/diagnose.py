@@ -61,7 +61,7 @@ def main(config: DiagnoseConfig) -> None:
     """Diagnose and write what was found."""
     from tendon_newton.cli.duration import read_duration
     from tendon_newton.data.files.result_folder import make_folder
-    from tendon_newton.data.model_file import load_model, write_model
+    from tendon_newton.data.model_file import load_model
     from tendon_newton.device_code.quiet import quiet_warp
 
     quiet_warp()
@@ -71,27 +71,21 @@ def main(config: DiagnoseConfig) -> None:
     model = load_model(model_file(config))
     out = make_folder(config.out)
 
-    from tendon_newton.diagnosis.diagnose import diagnose
-    from tendon_newton.diagnosis.identified import write_identified
-    from tendon_newton.diagnosis.reporting.report import Origin, write_report
-    from tendon_newton.diagnosis.result import write_diagnosis
+    from tendon_newton.diagnosis.reporting.report import Origin
+    from tendon_newton.workflows.diagnosing import diagnose_into
 
     progress = Progress(sys.stderr if config.json else sys.stdout)
     progress.show_findings(dataset)
-    diagnosis, evidence = diagnose(dataset, model, progress=progress, budget=budget)
-    write_diagnosis(out / "diagnosis.json", diagnosis)
-    write_model(out / "model.toml", diagnosis.model)
     origin = Origin(dataset=config.dataset, command=shlex.join(["tendon-newton", *sys.argv[1:]]))
-    write_report(out / "report.html", diagnosis, evidence, origin)
-    layers = write_identified(out, diagnosis, dataset)
+    answer = diagnose_into(out, dataset, model, origin, progress=progress, budget=budget)
     if config.json:
         print((out / "diagnosis.json").read_text(encoding="utf-8"), end="")
         return
-    print(summary(diagnosis))
+    print(summary(answer.diagnosis))
     print(f"\n  report          {out / 'report.html'}")
     print(f"  extended model  {out / 'model.toml'}")
     print(f"  for programs    {out / 'diagnosis.json'}")
-    print(f"  for USD         {', '.join(map(str, layers))}")
+    print(f"  for USD         {', '.join(map(str, answer.layers))}")
     print(f"  why, or why not  tendon-newton explain {out} [CAUSE]")
 
 

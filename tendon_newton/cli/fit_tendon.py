@@ -22,7 +22,7 @@ import tyro
 
 if TYPE_CHECKING:
     from tendon_newton.data.model_file import Model
-    from train.policy.tendon_fit import TendonFit
+    from train.tendon.tendon_fit import TendonFit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,7 +47,7 @@ def main(config: FitTendonConfig) -> None:
 
     from tendon_newton.data.dataset import load_dataset
     from tendon_newton.data.model_file import write_model
-    from train.policy.tendon_fit import fit_tendon
+    from train.tendon.tendon_fit import fit_tendon
 
     dataset = load_dataset(config.dataset, require_test=False)
     fit, model = fit_tendon(dataset, read_model(config.force))

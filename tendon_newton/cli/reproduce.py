@@ -43,7 +43,7 @@ class ReproduceConfig:
     only: tuple[str, ...] = ()
     """Stages to run, with those that they need; all of them unless given."""
     seed: int = 0
-    """Of what the recordings draw and of the networks' starting weights."""
+    """Seed of what the recordings draw and of the networks' starting weights."""
     units: tuple[int, ...] = ()
     """Units of the virtual bench; 0 to 4 if quick, else 0 to 9, unless given."""
     recordings: tuple[Path, ...] = ()

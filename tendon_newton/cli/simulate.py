@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
@@ -38,6 +38,9 @@ class SimulateConfig:
     """Trust the network's file from now on: it is a program that runs with your rights."""
     plots: bool = True
     """Whether to draw a picture per recording."""
+    view: Literal["window", "file"] | None = None
+    """Show measured and simulated finger as they move: in a window, or in a file (.rrd) beside each
+    result. Needs the extra view."""
 
 
 def main(config: SimulateConfig) -> None:
@@ -75,6 +78,10 @@ def main(config: SimulateConfig) -> None:
         write_csv(path, simulated_recording(recording, trajectory))
         if config.plots:
             plot_trajectory(path.with_suffix(".png"), recording, trajectory)
+        if config.view is not None:
+            from tendon_newton.workflows.viewing import show_simulated
+
+            show_simulated(recording, trajectory, config.view, path)
         print(f"  {path.name:32s} {errors_text(recording, trajectory)}")
     print(f"\nwrote {len(recordings)} recordings to {out}")
 

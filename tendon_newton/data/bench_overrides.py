@@ -1,10 +1,10 @@
 """Numbers of a bench that differ from its asset, from a dataset entry or a model file."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
 from tendon_newton.data.files.text_file import finite_number
+from tendon_newton.data.files.values import is_list, is_table
 from tendon_newton.errors import InvalidParameter, shown, unknown_name
 
 # key -> (least value, greatest value, unit): the ranges catch grams for kilograms and millimetres
@@ -62,13 +62,13 @@ class BenchOverrides:
 
 def read_bench_overrides(table: Any) -> BenchOverrides:
     """Read bench numbers from a table of a file; a lone number counts as a tuple of one."""
-    if not isinstance(table, Mapping):
+    if not is_table(table):
         raise InvalidParameter(f"bench_overrides must be a table of numbers; it is {shown(table)}")
     values: dict[str, tuple[float, ...]] = {}
     for key, value in table.items():
         if key not in BENCH_OVERRIDE_RANGES:
             raise unknown_name("bench override", key, BENCH_OVERRIDE_RANGES)
-        items: list[Any] = value if isinstance(value, list) else [value]
+        items = value if is_list(value) else [value]
         for item in items:
             if finite_number(item) is None:
                 raise InvalidParameter(

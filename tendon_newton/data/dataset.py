@@ -10,9 +10,10 @@ from typing import Any, Literal
 from tendon_newton.data.bench_overrides import read_bench_overrides, write_bench_overrides
 from tendon_newton.data.files.text_file import finite_number
 from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys, write_toml
+from tendon_newton.data.files.values import are_tables
 from tendon_newton.data.formats.any_file import read_recording_file
 from tendon_newton.data.formats.csv_file import write_csv
-from tendon_newton.data.formats.topic_mapping_file import read_mapping
+from tendon_newton.data.formats.topic_mapping_file import read_topic_mapping
 from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidDataset, TendonNewtonError, listed, shown
 
@@ -90,7 +91,7 @@ def load_dataset(
 def write_dataset(path: Path, train: Sequence[Recording], test: Sequence[Recording]) -> None:
     """Write recordings as CSV and the ``dataset.toml`` that lists them."""
     path.mkdir(parents=True, exist_ok=True)
-    entries = []
+    entries: list[Entry] = []
     for split, recordings in (("train", train), ("test", test)):
         for recording in recordings:
             entry = entry_of(recording, split)
@@ -145,7 +146,7 @@ def read_entries(path: Path) -> list[Entry]:
     table = read_toml(where, InvalidDataset, f"a dataset is a folder with {FILE_NAME}")
     refuse_unknown_keys(table, ("recordings",), str(where), InvalidDataset)
     entries = table.get("recordings", [])
-    if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
+    if not are_tables(entries):
         raise InvalidDataset(f"{where}: recordings must be an array of tables, [[recordings]]")
     if not entries:
         raise InvalidDataset(f"{where}: a dataset lists one [[recordings]] or more; it lists none")
@@ -221,7 +222,7 @@ def read_recording(path: Path, entry: Entry) -> Recording:
             file,
             name=name,
             bench=entry["bench"],
-            mapping=read_mapping(inside(path, entry["mapping"], where))
+            mapping=read_topic_mapping(inside(path, entry["mapping"], where))
             if "mapping" in entry
             else None,
             start=start,

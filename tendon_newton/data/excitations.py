@@ -12,7 +12,7 @@ from math import pi
 import numpy as np
 
 from tendon_newton.data.recording import Array
-from tendon_newton.errors import unknown_name
+from tendon_newton.errors import look_up
 
 RATE = 80.0
 """Rows per second [Hz]."""
@@ -113,16 +113,13 @@ TEST_EXCITATIONS: dict[str, Excitation] = {
 """Commands on which the paper reports errors; the same in every run."""
 
 
-def find_excitation(name: str) -> Excitation:
-    """Return an excitation of either table.
+DESIGNED = "designed"
+"""Stands for the excitation of a command that was made for one run."""
 
-    Raises:
-        UnknownName: No such excitation; the message lists the known ones.
-    """
-    known = EXCITATIONS | TEST_EXCITATIONS
-    if name not in known:
-        raise unknown_name("excitation", name, known)
-    return known[name]
+
+def find_excitation(name: str) -> Excitation:
+    """Return an excitation of either table; an unknown name is refused."""
+    return look_up("excitation", name, EXCITATIONS | TEST_EXCITATIONS)
 
 
 def excite(

@@ -19,6 +19,7 @@ from tendon_newton.data.bench_overrides import (
 )
 from tendon_newton.data.files.text_file import finite_number
 from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys, write_toml
+from tendon_newton.data.files.values import are_tables, are_words, is_table
 from tendon_newton.errors import InvalidModelFile, TendonNewtonError, listed, shown
 
 KNOWN_KEYS = ("actuator", "effects", "bench_overrides", "fit")
@@ -102,7 +103,7 @@ def write_model(path: str | Path, model: Model) -> None:
 
 def read_actuator(table: Any) -> NamedValues:
     """Read the ``[actuator]`` table."""
-    if not isinstance(table, dict):
+    if not is_table(table):
         raise InvalidModelFile(
             f"a model names its actuator in a table [actuator]; it is {shown(table)}"
             if table is not None
@@ -122,7 +123,7 @@ def beside(actuator: NamedValues, folder: Path) -> NamedValues:
 
 def read_effects(tables: Any) -> tuple[NamedValues, ...]:
     """Read the ``[[effects]]`` tables."""
-    if not isinstance(tables, list) or not all(isinstance(table, dict) for table in tables):
+    if not are_tables(tables):
         raise InvalidModelFile("effects must be an array of tables, [[effects]]")
     return tuple(
         read_named(table, "name", f"[[effects]] {index}") for index, table in enumerate(tables)
@@ -151,7 +152,7 @@ def read_named(table: Mapping[str, Any], key: str, where: str) -> NamedValues:
 
 def read_benches(table: Any) -> dict[str, BenchOverrides]:
     """Read the ``bench_overrides`` table."""
-    if not isinstance(table, dict) or not all(isinstance(row, dict) for row in table.values()):
+    if not is_table(table) or not are_tables([*table.values()]):
         raise InvalidModelFile(
             "bench_overrides must hold one table per bench, as in "
             f"{{finger = {{mass = [0.012, 0.008]}}}}; it is {shown(table)}"
@@ -161,7 +162,7 @@ def read_benches(table: Any) -> dict[str, BenchOverrides]:
 
 def read_fit(names: Any) -> tuple[str, ...]:
     """Read the ``fit`` list."""
-    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+    if not are_words(names):
         raise InvalidModelFile(f"fit must be a list of names; it is {shown(names)}")
     return tuple(names)
 

@@ -87,6 +87,8 @@ class Parameter:
     """Source of the range."""
     absolute: bool = False
     """Whether the range is the same on a bench of any size, whatever the unit: a tilt's."""
+    optional: bool = False
+    """Whether a model may leave it out, and so at its null."""
 
     def __post_init__(self) -> None:
         """Refuse bounds that no number can meet."""

@@ -212,7 +212,7 @@ FIRST_SPAN: tuple[int, ...] = constant()
 SPAN_TABLE: Any = constant()
 """Start, end and pulley of each span among the path points; -1 for no pulley."""
 START_WAY: Any = constant()
-"""Way from who looks at a span to its start; see `routes`."""
+"""Way from a span's observer to its start; see `routes`."""
 END_WAY: Any = constant()
 """The same to its end."""
 

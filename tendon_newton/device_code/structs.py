@@ -110,7 +110,7 @@ class Joint:
     velocity: real
     """[rad/s] or [m/s]."""
     stiffness: real
-    """Of its return spring [N m/rad] or [N/m]."""
+    """Stiffness of its return spring [N m/rad] or [N/m]."""
     rest: real
     """Where that spring is relaxed [rad, m]."""
     damping: real
@@ -129,7 +129,7 @@ class Mechanism:
     """Numbers of all benches of a launch."""
 
     stiffness: DeviceArray[JointVector]
-    """Of the return springs [N m/rad] or [N/m]."""
+    """Stiffness of the return springs [N m/rad] or [N/m]."""
     rest: DeviceArray[JointVector]
     """Where they are relaxed [rad, m]."""
     damping: DeviceArray[JointVector]
@@ -143,9 +143,9 @@ class Mechanism:
     upper: DeviceArray[JointVector]
     """Upper end stops [rad, m]."""
     limit_stiffness: DeviceArray[JointVector]
-    """Of the end stops [N m/rad] or [N/m]."""
+    """Stiffness of the end stops [N m/rad] or [N/m]."""
     limit_damping: DeviceArray[JointVector]
-    """Of the end stops [N m s/rad] or [N s/m]."""
+    """Damping of the end stops [N m s/rad] or [N s/m]."""
     excursion_offset: DeviceArray[TendonVector]
     """Excursions at q = 0 [m]."""
     spool_radius: DeviceArray[TendonVector]
@@ -169,9 +169,9 @@ class Mechanism:
     arms: DeviceArray[ArmMatrix]
     """Moment arms that are constant [m] or [1]."""
     mass: DeviceGrid[real]
-    """Of the links [kg]."""
+    """Masses of the links [kg]."""
     inertia: DeviceGrid[LinkInertia]
-    """Of the links about their centres of mass [kg m2]."""
+    """Inertias of the links about their centres of mass [kg m2]."""
     path_point: Annotated[DeviceGrid[Vec3], ROUTED]
     """Points of the tendons' paths in the frames of their links [m]."""
     path_frame: Annotated[DeviceGrid[Mat33], ROUTED]
@@ -406,8 +406,8 @@ class Marks:
 
     divided: DeviceGrid[int]
     """Whether an event has divided a substep; then its slot in a list, counted from one."""
-    modes: DeviceGrid[Modes]
-    """The modes in which each began."""
+    contact: DeviceGrid[ContactStates]
+    """The contact states in which each began."""
     count: DeviceArray[int]
     """Number of divided substeps, shape (1,)."""
 
@@ -528,12 +528,12 @@ class ChainTerms:
     mass_matrix: JointMatrix
     """M(q)."""
     torque: JointVector
-    """Of gravity and velocities [N m] or [N]."""
+    """Torque of gravity and velocities [N m] or [N]."""
 
 
 @device_struct
 class Forces:
-    """What moves a world in frozen modes, with its derivatives."""
+    """What moves a world in frozen contact states, with its derivatives."""
 
     mass_matrix: JointMatrix
     """M(q), rotors included."""
@@ -554,18 +554,18 @@ class Forces:
 
 
 @device_struct
-class Modes:
+class ContactStates:
     """What slides, sticks and touches."""
 
-    joint: JointVector
+    joint_direction: JointVector
     """Direction in which each joint slides."""
-    joint_sticks: JointVector
+    joint_held: JointVector
     """Whether it is held (1)."""
     touch: JointVector
     """+1 or -1 where its upper or lower end stop pushes."""
-    tendon: RowVector
-    """Side on which each row slides; see `modes`."""
-    tendon_sticks: RowVector
+    row_side: RowVector
+    """Side on which each row slides; see `contact_states`."""
+    row_held: RowVector
     """Whether it is held (1)."""
     least_side: RowVector
     """The side with the least force, where a row may be held."""
@@ -591,15 +591,15 @@ class Motion:
     """Whether an event has divided the step (1)."""
     line: TendonVector
     """Force [N] that each string would have carried at the start if it could push."""
-    modes: Modes
-    """The modes in which the step began."""
+    contact: ContactStates
+    """The contact states in which the step began."""
     arms: Annotated[RowMatrix, ROUTED]
     """Rows of the tendons at its end."""
 
 
 @device_struct
 class Event:
-    """What ends the modes of a step."""
+    """What ends the contact states of a step."""
 
     fraction: real
     """Share of the step after which it happens; 1: it does not."""
@@ -660,7 +660,7 @@ class Spool:
     """Forces at both ends of a string whose spool moves on its own."""
 
     inertia: real
-    """Of the rotor, as felt at its string [kg]."""
+    """Inertia of the rotor, as felt at its string [kg]."""
     force: Jet
     """What accelerates the rotor [N]."""
     force_by_lead: real
@@ -764,9 +764,9 @@ class ContactPose:
     """Where joints and capsules are, in the axes of the base."""
 
     origin: SpaceMatrix
-    """Of the joints [m]."""
+    """Origins of the joints [m]."""
     axis: SpaceMatrix
-    """Of the joints [1]."""
+    """Axes of the joints [1]."""
     start: CapsuleMatrix
     """Where the capsules' axes begin [m]."""
     end: CapsuleMatrix
@@ -828,6 +828,6 @@ class ContactTerms:
     damping: JointMatrix
     """Its derivative by their rates."""
     force: Vec3
-    """Of one contact on its link [N]."""
+    """Force of one contact on its link [N]."""
     stretch: Vec3
     """How far friction has stretched it [m]."""

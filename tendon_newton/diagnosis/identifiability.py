@@ -24,7 +24,7 @@ class Confounded:
     """As ``effect.parameter``."""
     second: str
     correlation: float
-    """Of their errors [1]; near 1 they grow together, near -1 one replaces the other."""
+    """Correlation of their errors [1]; near 1 they grow at once, near -1 one replaces the other."""
 
     def to_json(self) -> dict[str, Any]:
         """Return it for ``diagnosis.json``."""

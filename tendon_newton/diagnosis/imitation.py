@@ -53,6 +53,7 @@ class Trial:
     def __init__(self, study: Study, explanation: Explanation) -> None:
         self.cause = explanation.cause
         values, steps, spreads, lower, upper = {}, [], [], [], []
+        names = []
         # A bench's own fitted numbers are in the model already; other benches have their own.
         shared = [owner for owner in explanation.numbers if study.table.columns(owner)]
         for owner in shared:
@@ -62,10 +63,12 @@ class Trial:
                 value = float(np.clip(estimate.value, parameter.lower, parameter.upper))
                 step = STEP_SHARE * abs(value) + STEP_FLOOR * (parameter.upper - parameter.lower)
                 values[column] = value
+                names.append(f"{owner}.{name}")
                 steps.append(step if value + step <= parameter.upper else -step)
                 spreads.append(max((estimate.ci95[1] - estimate.ci95[0]) / 4.0, abs(step) * 1e-3))
                 lower.append(parameter.lower - value)
                 upper.append(parameter.upper - value)
+        self.names = tuple(names)
         self.steps, self.spreads = np.array(steps), np.array(spreads)
         self.lower, self.upper = np.array(lower), np.array(upper)
         moved = [{**values, c: values[c] + s} for c, s in zip(values, steps, strict=True)]

@@ -45,7 +45,7 @@ from tendon_newton.effects.torque_fade import TorqueFade
 from tendon_newton.effects.viscoelastic_spring import ViscoelasticSpring
 from tendon_newton.effects.viscous_friction import ViscousFriction
 from tendon_newton.effects.voltage_sag import VoltageSag
-from tendon_newton.errors import unknown_name
+from tendon_newton.errors import look_up
 
 EFFECTS: dict[str, type[Effect]] = {
     # In the order in which they act within a stage.
@@ -95,14 +95,8 @@ EFFECTS: dict[str, type[Effect]] = {
 
 
 def find_effect(name: str) -> type[Effect]:
-    """Return an effect of the catalogue.
-
-    Raises:
-        UnknownName: No such effect; the message lists the known ones.
-    """
-    if name not in EFFECTS:
-        raise unknown_name("effect", name, EFFECTS)
-    return EFFECTS[name]
+    """Return an effect of the catalogue; an unknown name is refused."""
+    return look_up("effect", name, EFFECTS)
 
 
 __all__ = ["EFFECTS", "Effect", "Stage", "find_effect"]

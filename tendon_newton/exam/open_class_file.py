@@ -30,6 +30,8 @@ from tendon_newton.errors import (
 from tendon_newton.identification.noise_floor import NoiseFloor
 
 FILE = "diagnosis.json"
+ANSWER = "answer"
+"""Stands for the cause where a whole answer is looked at."""
 
 
 def read_open_class(folder: Path, cause: str | None = None) -> OpenClass:
@@ -65,6 +67,32 @@ def read_open_class(folder: Path, cause: str | None = None) -> OpenClass:
             read_explanation(row, where) for row in read_rows(effect, "explanations", where)
         ),
         without=model_without(load_model(folder / "model.toml"), chosen),
+        settings=tuple(read_setting(row, path) for row in read_rows(table, "recorded", str(path))),
+        noise=read_noise(table, str(path)),
+        scale=read_scale(table, str(path)),
+    )
+
+
+def read_answer(folder: Path) -> OpenClass:
+    """Read a whole diagnosis as the only explanation of its data, with all numbers it fitted.
+
+    Args:
+        folder: Holds ``diagnosis.json`` and ``model.toml``.
+
+    Raises:
+        InvalidDiagnosis: A file is broken.
+    """
+    path = folder / FILE
+    table = read_json(path, InvalidDiagnosis, PROMISE)
+    stated, model = state_diagnosis(table, str(path)), load_model(folder / "model.toml")
+    fitted = table.get("fitted", {})
+    if not isinstance(fitted, dict):
+        raise InvalidDiagnosis(f"{path}: fitted must be an object; it is {came(table, 'fitted')}")
+    own = {name: state_estimate(row, f"{path}: {shown(name)}") for name, row in fitted.items()}
+    numbers = {model.actuator.name: own} | {e.name: dict(e.parameters) for e in stated.effects}
+    return OpenClass(
+        explanations=(Explanation(cause=ANSWER, numbers=numbers),),
+        without=model,
         settings=tuple(read_setting(row, path) for row in read_rows(table, "recorded", str(path))),
         noise=read_noise(table, str(path)),
         scale=read_scale(table, str(path)),

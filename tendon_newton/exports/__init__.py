@@ -10,10 +10,12 @@ from tendon_newton.errors import unknown_name
 from tendon_newton.exports.bam_target import BAM
 from tendon_newton.exports.base import Exported, ExportTarget
 from tendon_newton.exports.mujoco_target import MUJOCO
+from tendon_newton.exports.newton.target import NEWTON
 from tendon_newton.exports.usd_target import USD
 
 EXPORTS: dict[str, ExportTarget] = {
     "mujoco": MUJOCO,
+    "newton": NEWTON,
     "bam": BAM,
     "usd": USD,
 }

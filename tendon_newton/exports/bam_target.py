@@ -138,6 +138,7 @@ def parameter_table(model: Model, tendon: Tendon) -> dict[str, Any]:
         "radius": radius,
         "direct": tendon.direct,
         "offset": number(model, "position_offset", "angle"),
+        "command_shift": values.get("duty_offset", 0.0) / duty,
     }
     return out
 

@@ -19,9 +19,14 @@ PROVIDED = ("Jet", "Values", "real", "wp", "Any", "TENDONS", "HELD_MEMORY", "Par
 
 
 class CarriedCode:
-    """Functions to be carried, each once, with all that they call."""
+    """Functions to be carried, each once, with all that they call.
 
-    def __init__(self) -> None:
+    Args:
+        device: Whether they stay device code, with annotations, for a program that has Warp.
+    """
+
+    def __init__(self, *, device: bool = False) -> None:
+        self._device = device
         self._names: dict[Any, str] = {}
         self._parts: list[str] = []
 
@@ -33,9 +38,12 @@ class CarriedCode:
         tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
         definition: Any = tree.body[0]
         definition.name, definition.decorator_list = name, []
-        definition.returns = None
-        for argument in definition.args.args:
-            argument.annotation = None
+        if self._device:
+            definition.decorator_list = [ast.parse("wp.func", mode="eval").body]
+        else:
+            definition.returns = None
+            for argument in definition.args.args:
+                argument.annotation = None
         renamed = {
             used: self._dependency(used, function.__globals__[used])
             for used in sorted({n.id for n in ast.walk(definition) if isinstance(n, ast.Name)})
@@ -46,6 +54,10 @@ class CarriedCode:
                 node.id = renamed.get(node.id, node.id)
         self._parts.append(ast.unparse(definition))
         return name
+
+    def add(self, text: str) -> None:
+        """Add code that is text already, behind what it calls."""
+        self._parts.append(text)
 
     def _dependency(self, name: str, value: Any) -> str:
         """Carry what a function calls or reads from its module."""

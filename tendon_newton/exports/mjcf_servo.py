@@ -106,7 +106,9 @@ def add_dc_motor(
     """
     constant, resistance = values["torque_constant"], values["resistance"]
     supply = values["supply_voltage"]
-    gain = values["duty_per_rad"] * scale * supply * constant / resistance
+    per_rad = values["duty_per_rad"] * scale
+    shift -= values.get("duty_offset", 0.0) / per_rad
+    gain = per_rad * supply * constant / resistance
     brake = constant**2 / resistance
     if shift or lost:
         set_affine(actuator, gain, shift, brake + lost)

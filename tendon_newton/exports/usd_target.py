@@ -1,30 +1,18 @@
 """Export to USD: the corrected bench as one file, for any program that reads USD physics."""
 
-# The stubs of pxr leave out what its C++ modules define.
-# pyright: reportAttributeAccessIssue=false
-
 from __future__ import annotations
 
-import tempfile
 from dataclasses import replace
 from pathlib import Path
 
-from tendon_newton import __version__
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
-from tendon_newton.diagnosis.result import SCHEMA
-from tendon_newton.effects import EFFECTS, find_effect
-from tendon_newton.errors import InvalidOutput
+from tendon_newton.effects import EFFECTS
 from tendon_newton.exports.base import Coverage, Exported, ExportTarget
+from tendon_newton.exports.bench_file import write_bench
 from tendon_newton.mechanisms.authoring.correction import HOMES, correct
-from tendon_newton.mechanisms.authoring.identified_layer import (
-    FoundNumber,
-    Provenance,
-    write_identified_layer,
-)
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.loading import load_mechanism
-from tendon_newton.mechanisms.usd.stage_file import open_stage, usd_errors
 from tendon_newton.simulation.hosts.replay import rollout_of
 from tendon_newton.simulation.hosts.rollout import Trajectory
 
@@ -38,42 +26,18 @@ def write_usd_target(folder: Path, mechanism: Mechanism, model: Model) -> Export
     """Write `bench.usda`, which refers to no other file.
 
     Raises:
+        InvalidModelFile: A number of the bench has no place in USD.
         InvalidOutput: The file cannot be written.
     """
-    from pxr import Usd
-
-    correction = correct(load_mechanism(mechanism.asset), model)
+    correction = correct(mechanism, replace(model, bench_overrides={}))
     path = folder / BENCH_FILE
-    with tempfile.TemporaryDirectory() as draft:
-        layer = Path(draft) / "layer.usda"
-        write_identified_layer(layer, correction, provenance_of(model))
-        with usd_errors(layer):
-            flat = Usd.Stage.Open(str(layer)).Flatten(False).ExportToString()
-    try:
-        path.write_text(flat, encoding="utf-8")
-    except OSError as error:
-        raise InvalidOutput(f"{path}: {error.strerror or error}") from error
-    open_stage(path)
+    write_bench(path, replace(correction, asset=load_mechanism(mechanism.asset)), model)
     return Exported(
         files=(path,),
         loading=LOADING,
         replays={WAY: lambda run: replay_usd(path, model, run)},
         left_out={"other programs": correction.left},
     )
-
-
-def provenance_of(model: Model) -> Provenance:
-    """Return where the numbers of a model come from, as far as the model itself knows."""
-    numbers = {
-        effect.name: {
-            parameter.name: FoundNumber(
-                value=float(effect.values[parameter.name]), ci95=None, unit=parameter.unit
-            )
-            for parameter in find_effect(effect.name).parameters
-        }
-        for effect in model.effects
-    }
-    return Provenance(version=__version__, schema=SCHEMA, verdict="", dataset="", numbers=numbers)
 
 
 def replay_usd(path: Path, model: Model, recording: Recording) -> Trajectory:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
-from tendon_newton.errors import unknown_name
+from tendon_newton.errors import look_up, unknown_name
 
 if TYPE_CHECKING:
     from tendon_newton.force_networks.force_network import ForceNetwork
@@ -32,14 +32,9 @@ SETS: tuple[SetName, ...] = get_args(SetName)
 
 
 def find_force_network(kind: str) -> type[ForceNetwork]:
-    """Return the class of a force network.
-
-    Raises:
-        UnknownName: No such kind; the message lists the known ones.
-    """
-    if kind not in FORCE_NETWORKS:
-        raise unknown_name("network", kind, FORCE_NETWORKS)
-    return getattr(importlib.import_module(f"{__name__}.{kind}"), FORCE_NETWORKS[kind])
+    """Return the class of a force network; an unknown kind is refused."""
+    name = look_up("network", kind, FORCE_NETWORKS)
+    return getattr(importlib.import_module(f"{__name__}.{kind}"), name)
 
 
 def kinds_in(of_set: str) -> tuple[str, ...]:

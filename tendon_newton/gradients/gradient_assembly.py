@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from functools import cache
 
@@ -21,7 +21,7 @@ from tendon_newton.simulation.model.structure import Structure
 
 
 @contextmanager
-def copied_components() -> Iterator[None]:
+def copied_components() -> Generator[None]:
     """Let kernels that are compiled inside write vector components by copy.
 
     In place their adjoint is wrong.

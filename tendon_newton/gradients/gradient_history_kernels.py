@@ -14,7 +14,7 @@ from tendon_newton.device_code.placeholders import (
 )
 from tendon_newton.device_code.structs import Commands, Drive, Mechanism, Query, StateRows
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.simulation.dynamics.modes import choose_modes
+from tendon_newton.simulation.dynamics.contact_states import choose_contact_states
 from tendon_newton.simulation.kernels.command_log import just_after_row, log_of
 from tendon_newton.simulation.kernels.history_kernels import all_present, servo_sample, with_held
 from tendon_newton.simulation.tendons.pipeline import excursion, flow_at
@@ -51,9 +51,9 @@ def taped_sense_kernel(
     p = parameters[i]
     here = query_state(mechanism, p, commands, query, states, i)
     arms = tendon_arms(mechanism, here)
-    modes = choose_modes(mechanism, p, here)
+    contact = choose_contact_states(mechanism, p, here)
     for d in range(TENDONS):
-        flow = flow_at(mechanism, p, here, d, modes.tendon[d])
+        flow = flow_at(mechanism, p, here, d, contact.row_side[d])
         rate = flow.angle[1] * excursion(arms, d, here.v)
         sample = servo_sample(mechanism, p, here, d, flow.angle[0], rate)
         samples[query.index, i * TENDONS + d] = sample

@@ -31,9 +31,9 @@ from tendon_newton.device_code.slots import (
 )
 from tendon_newton.device_code.structs import (
     Commands,
+    ContactStates,
     Drive,
     Mechanism,
-    Modes,
     Readout,
     ReadRows,
     StateRows,
@@ -41,16 +41,20 @@ from tendon_newton.device_code.structs import (
 )
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.gradients.substep_kernels import with_command
+from tendon_newton.simulation.dynamics.contact_states import (
+    SWEEPS,
+    choose_contact_states,
+    row_force,
+)
 from tendon_newton.simulation.dynamics.forces import free_part, smooth_forces
 from tendon_newton.simulation.dynamics.memory import remembered
-from tendon_newton.simulation.dynamics.modes import SWEEPS, choose_modes, row_force
 from tendon_newton.simulation.dynamics.sensors import tensions_in
 from tendon_newton.simulation.dynamics.settling import (
     GUIDE_STIFFNESS,
     SETTLED,
     frictionless_forces,
     measured_speed,
-    resting_modes,
+    resting_contact_states,
 )
 from tendon_newton.simulation.kernels.command_log import in_row, just_after_row, log_of
 from tendon_newton.simulation.tendons.pipeline import excursion, flow_at
@@ -184,7 +188,7 @@ def start_kernel(
         x = x - inverse(stiffness) * forces.torque
         if wp.static(HAS_MEMORY):
             here = located(mechanism, held, x, still)
-            kept = remembered(mechanism, p, here, resting_modes(mechanism, p, here, False))
+            kept = remembered(mechanism, p, here, resting_contact_states(mechanism, p, here, False))
     speed = JointVector()
     if guided:
         end = located(mechanism, drive, x, still)
@@ -196,28 +200,28 @@ def start_kernel(
 
 @device_template
 def holding_forces(
-    mechanism: Mechanism, p: ParameterVector, here: Drive, modes: Modes
+    mechanism: Mechanism, p: ParameterVector, here: Drive, contact: ContactStates
 ) -> RowVector:
     """Return the pull [N] of each tendon that sticks: nothing accelerates along what holds."""
-    forces = smooth_forces(mechanism, p, here, modes)
-    arms = row_arms(mechanism, here, modes)
-    part = free_part(forces.mass_matrix, forces.torque, arms, modes)
+    forces = smooth_forces(mechanism, p, here, contact)
+    arms = row_arms(mechanism, here, contact)
+    part = free_part(forces.mass_matrix, forces.torque, arms, contact)
     load = part.load
     free = part.arms
     bow = row_bow(here)
     mobility = inverse(part.matrix)
     hold = RowVector()
     for d in range(ROWS):
-        if modes.tendon_sticks[d] > real(0.0):
-            # Where the joints hold too, the tendon keeps what `choose_modes` began its search with.
-            least = row_force(mechanism, p, here, modes, d, modes.least_side[d])
-            most = row_force(mechanism, p, here, modes, d, modes.most_side[d])
+        if contact.row_held[d] > real(0.0):
+            # Where the joints hold too, the tendon keeps the start of `choose_contact_states`.
+            least = row_force(mechanism, p, here, contact, d, contact.least_side[d])
+            most = row_force(mechanism, p, here, contact, d, contact.most_side[d])
             hold[d] = wp.clamp(real(0.0), least, most)
             load = load + free[d] * hold[d]
     acceleration = mobility * load
     for _sweep in range(wp.static(1 if ROWS == 1 else SWEEPS)):
         for d in range(ROWS):
-            if modes.tendon_sticks[d] > real(0.0):
+            if contact.row_held[d] > real(0.0):
                 response = mobility * free[d]
                 admittance = wp.dot(free[d], response)
                 if admittance > real(0.0):
@@ -228,9 +232,9 @@ def holding_forces(
 
 
 @device_template
-def with_hold(modes: Modes, hold: RowVector) -> Modes:
-    """Return modes with the pull [N] of the tendons that stick."""
-    out = modes
+def with_hold(contact: ContactStates, hold: RowVector) -> ContactStates:
+    """Return contact states with the pull [N] of the tendons that stick."""
+    out = contact
     out.hold = hold
     return out
 
@@ -254,20 +258,20 @@ def reading_kernel(
     kept = states.memory[at, i]
     driven = just_after_row(mechanism, i, p, commands, log, out - log.first, kept)
     here = located(mechanism, driven, states.q[at, i], states.v[at, i])
-    modes = choose_modes(mechanism, p, here)
+    contact = choose_contact_states(mechanism, p, here)
     if wp.static(MAY_HOLD):
-        modes = with_hold(modes, holding_forces(mechanism, p, here, modes))
+        contact = with_hold(contact, holding_forces(mechanism, p, here, contact))
     fresh = here
     if wp.static(HAS_MEMORY):
         if here.remembers > real(0.0):
-            fresh.memory = remembered(mechanism, p, here, modes)
+            fresh.memory = remembered(mechanism, p, here, contact)
     arms = tendon_arms(mechanism, here)
     angle = TendonVector()
     rate = TendonVector()
     tension = TendonVector()
-    pulled = tensions_in(mechanism, p, here, modes)
+    pulled = tensions_in(mechanism, p, here, contact)
     for d in range(TENDONS):
-        flow = flow_at(mechanism, p, fresh, d, modes.tendon[d])
+        flow = flow_at(mechanism, p, fresh, d, contact.row_side[d])
         speed = excursion(arms, d, here.v)
         if wp.static(FREE_SPOOL):
             speed = speed + here.v[LINKS + d]

@@ -1,6 +1,6 @@
 """Derivatives that are known by reasoning, in place of those that a tape works out line by line.
 
-The integrator's modes (what slides, sticks or touches) are whole numbers: their derivative is
+The contact states (what slides, sticks or touches) are whole numbers: their derivative is
 zero, and a tape that walks through
 the search for them would only lose time. A linear solve has the same solve as its adjoint.
 """
@@ -23,11 +23,15 @@ from tendon_newton.device_code.placeholders import (
     RowVector,
     real,
 )
-from tendon_newton.device_code.structs import Commands, Drive, Log, Mechanism, Modes
+from tendon_newton.device_code.structs import Commands, ContactStates, Drive, Log, Mechanism
 from tendon_newton.device_code.templates import Specialiser, device_template
 from tendon_newton.simulation.contact.contact_distances import constant_share, halved_share
+from tendon_newton.simulation.dynamics.contact_states import (
+    SWEEPS,
+    choose_contact_states,
+    constrained_solve,
+)
 from tendon_newton.simulation.dynamics.forces import free_part, touching
-from tendon_newton.simulation.dynamics.modes import SWEEPS, choose_modes, constrained_solve
 from tendon_newton.simulation.kernels.command_log import find_row
 
 
@@ -40,20 +44,20 @@ def inverse_rule(matrix: JointMatrix, adj_ret: JointMatrix) -> None:
 
 @device_template
 def constraint_forces(
-    matrix: JointMatrix, load: JointVector, x: JointVector, modes: Modes, arms: RowMatrix
+    matrix: JointMatrix, load: JointVector, x: JointVector, contact: ContactStates, arms: RowMatrix
 ) -> RowVector:
     """Return the multipliers z of the tendons that stick.
 
     A^T z = load - M x over the joints that are free.
     """
-    part = free_part(matrix, load - matrix * x, arms, modes)
+    part = free_part(matrix, load - matrix * x, arms, contact)
     rest = part.load
     free = part.arms
     z = RowVector()
     for _sweep in range(wp.static(1 if ROWS == 1 else SWEEPS)):
         for d in range(ROWS):
             size = wp.dot(free[d], free[d])
-            if modes.tendon_sticks[d] > real(0.0) and size > real(0.0):
+            if contact.row_held[d] > real(0.0) and size > real(0.0):
                 change = wp.dot(free[d], rest) / size
                 rest = rest - free[d] * change
                 z[d] = z[d] + change
@@ -64,7 +68,7 @@ def constraint_forces(
 def constrained_solve_rule(
     matrix: JointMatrix,
     load: JointVector,
-    modes: Modes,
+    contact: ContactStates,
     arms: RowMatrix,
     bow: RowVector,
     adj_ret: JointVector,
@@ -77,23 +81,25 @@ def constrained_solve_rule(
     turned = matrix
     if wp.static(TOUCHES or FREE_SPOOL):
         turned = wp.transpose(matrix)
-    x = constrained_solve(matrix, load, modes, arms, bow)
-    y = constrained_solve(turned, adj_ret, modes, arms, RowVector())
+    x = constrained_solve(matrix, load, contact, arms, bow)
+    y = constrained_solve(turned, adj_ret, contact, arms, RowVector())
     wp.adjoint[load] += y
     wp.adjoint[matrix] += -wp.outer(y, x)
     held = real(0.0)
     for d in range(ROWS):
-        held = held + modes.tendon_sticks[d]
+        held = held + contact.row_held[d]
     if held > real(0.0):
-        lift = constraint_forces(matrix, load, x, modes, arms)
-        pull = constraint_forces(turned, adj_ret, y, modes, arms)
+        lift = constraint_forces(matrix, load, x, contact, arms)
+        pull = constraint_forces(turned, adj_ret, y, contact, arms)
         wp.adjoint[arms] += -(wp.outer(pull, x) + wp.outer(lift, y))
         wp.adjoint[bow] += -pull
 
 
 @device_template
-def constant_modes(mechanism: Mechanism, p: ParameterVector, here: Drive, adj_ret: Modes) -> None:
-    """Modes are whole numbers."""
+def constant_contact_states(
+    mechanism: Mechanism, p: ParameterVector, here: Drive, adj_ret: ContactStates
+) -> None:
+    """Contact states are whole numbers."""
 
 
 @device_template
@@ -113,7 +119,7 @@ def add_gradient_rules(specialiser: Specialiser) -> None:
     specialiser.gradient(inverse, inverse_rule)
     specialiser.gradient(looped_inverse, inverse_rule)
     specialiser.gradient(constrained_solve, constrained_solve_rule)
-    specialiser.gradient(choose_modes, constant_modes)
+    specialiser.gradient(choose_contact_states, constant_contact_states)
     specialiser.gradient(touching, constant_touch)
     specialiser.gradient(find_row, constant_row)
 

@@ -21,9 +21,9 @@ import numpy as np
 import warp as wp
 
 from tendon_newton.device_code.structs import (
+    ContactStates,
     DividedSubsteps,
     Marks,
-    Modes,
     Slopes,
     Span,
     StateRows,
@@ -94,7 +94,7 @@ class SubstepChain:
             types,
             Marks,
             divided=wp.zeros(shape, dtype=wp.int32, device=self._device),
-            modes=wp.zeros(shape, dtype=types[Modes], device=self._device),
+            contact=wp.zeros(shape, dtype=types[ContactStates], device=self._device),
             count=self.counts[:1],
         )
         self._make_list(LEAST_ROOM)

@@ -89,7 +89,7 @@ def substep_kernel(
 ) -> None:
     """Take each world from row `at` of the states to the next; where it has arrived it waits.
 
-    Keeps the modes in which it began; marks, and counts, the worlds in which an event divided it.
+    Keeps the contact states in which it began; marks and counts worlds that an event divided.
     """
     i = int(wp.tid())  # pyright: ignore[reportArgumentType]
     q = states.q[at, i]
@@ -104,7 +104,7 @@ def substep_kernel(
         marks.divided[at, i] = int(motion.divided)
         if motion.divided > real(0.0):
             wp.atomic_add(marks.count, 0, 1)  # pyright: ignore[reportArgumentType]
-        marks.modes[at, i] = motion.modes
+        marks.contact[at, i] = motion.contact
         states.q[at + 1, i] = motion.q
         states.v[at + 1, i] = motion.v
         states.memory[at + 1, i] = motion.memory
@@ -207,7 +207,7 @@ def whole_kernel(
         p = parameters[i]
         h = duration * period_effects(real(1.0), p)
         drive = substep_drive(mechanism, p, commands, schedule, span.substep + k, i, kept)
-        motion = whole_step(mechanism, p, placed(drive, q, v), marks.modes[span.at + k, i], h)
+        motion = whole_step(mechanism, p, placed(drive, q, v), marks.contact[span.at + k, i], h)
         following.q[out, i] = motion.q
         following.v[out, i] = motion.v
         following.memory[out, i] = motion.memory

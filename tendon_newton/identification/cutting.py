@@ -7,23 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from tendon_newton.data.channels import CHANNELS
 from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidDataset
 
 LEAST_DURATION = 2.0
 """Time without which a part says nothing [s]."""
-ROW_FIELDS = (
-    "time",
-    "motor_position",
-    "motor_velocity",
-    "command",
-    "force",
-    "tip",
-    "current",
-    "voltage",
-    "temperature",
-    "enabled",
-)
+ROW_FIELDS = ("time", *(channel.field for channel in CHANNELS), "enabled")
 """Fields of a recording with one entry per row."""
 
 
@@ -41,6 +31,12 @@ def rows_of(recording: Recording, span: slice, name: str) -> Recording:
         start="first_row" if span.start else recording.start,
         **rows,
     )
+
+
+def beginning(recording: Recording, seconds: float) -> Recording:
+    """Return the rows of a recording up to some time after its first [s]."""
+    row = int(np.searchsorted(recording.time, recording.time[0] + seconds))
+    return rows_of(recording, slice(0, row), recording.name)
 
 
 def hold_out(

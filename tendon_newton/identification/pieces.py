@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from tendon_newton.data.recording import Recording
+from tendon_newton.identification.cutting import rows_of
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.simulation.tendons.measured_force import has_spring
 
@@ -45,22 +46,9 @@ def piece(recording: Recording, span: slice) -> Recording:
     since = recording.time[near] - recording.time[start]
     angle = recording.motor_position[near]
     fit = np.polynomial.polynomial.polyfit(since, angle, 2)
-    position, velocity = recording.motor_position[span].copy(), recording.motor_velocity[span]
-    velocity = np.concatenate([fit[1:2], velocity[1:]])
-    rows = {
-        name: None if values is None else values[span]
-        for name in ("force", "tip", "current", "voltage", "temperature", "enabled")
-        if (values := getattr(recording, name)) is not None
-    }
-    return replace(
-        recording,
-        time=recording.time[span],
-        motor_position=position,
-        motor_velocity=velocity,
-        extra={name: values[span] for name, values in recording.extra.items()},
-        start="first_row",
-        **rows,
-    )
+    part = rows_of(recording, span, recording.name)
+    velocity = np.concatenate([fit[1:2], part.motor_velocity[1:]])
+    return replace(part, motor_velocity=velocity, start="first_row")
 
 
 def all_pieces(mechanisms: Sequence[Mechanism], recordings: Sequence[Recording]) -> list[Recording]:

@@ -4,22 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
-from tendon_newton.errors import unknown_name
+from tendon_newton.errors import look_up
 from tendon_newton.simulation.hosts.replay import bench_of, replay, simulated_recording
 from tendon_newton.simulation.hosts.rollout import TIME_STEP, Trajectory
 from tendon_newton.simulation.mujoco.mujoco_rollout import MUJOCO_STEP, MujocoRollout
-
-
-class Simulator(Protocol):
-    """Replays recordings in closed loop."""
-
-    def simulate(self, recordings: Sequence[Recording], model: Model) -> list[Trajectory]:
-        """Return what a model makes of each recording."""
-        ...
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,14 +67,8 @@ SIMULATORS: dict[str, type[TendonSimulator] | type[MujocoSimulator]] = {
 
 
 def find_simulator(name: str) -> type[TendonSimulator] | type[MujocoSimulator]:
-    """Return a simulator by its name.
-
-    Raises:
-        UnknownName: No such simulator.
-    """
-    if name not in SIMULATORS:
-        raise unknown_name("simulator", name, SIMULATORS)
-    return SIMULATORS[name]
+    """Return a simulator by its name; an unknown one is refused."""
+    return look_up("simulator", name, SIMULATORS)
 
 
 def simulate(

@@ -95,7 +95,7 @@ def load_policies(options: ClimbOptions) -> list[RunnablePolicy]:
         for force in options.force:
             trust_force(force)
     stems = [path.stem for path in options.policies]
-    policies = []
+    policies: list[RunnablePolicy] = []
     for path in options.policies:
         alone = stems.count(path.stem) == 1 and path.stem != "policy"
         loaded = load_policy(policy_file(path), trust=options.trust)
@@ -139,7 +139,7 @@ def climbs_in_simulation(
     options: ClimbOptions, policies: Sequence[RunnablePolicy], finger: str
 ) -> list[Climb]:
     """Let the policies climb under each force model."""
-    climbs = []
+    climbs: list[Climb] = []
     for force in options.force:
         worlds = EnvironmentConfig(
             finger=finger, force=force, worlds=options.worlds, randomise=options.randomise

@@ -33,6 +33,15 @@ class BenchPorts(LoadCellOptions):
 
 
 @dataclass(frozen=True, kw_only=True)
+class ViewOptions:
+    """Whether a run can be looked at while it goes on."""
+
+    view: Literal["window", "file"] | None = None
+    """Show finger, tension, angles, goal and safety as they happen: in a window, or in a file
+    (.rrd) beside the log. Needs the extra view; another process draws."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class FurtherLoadCells:
     """Where the load cells of further servos are."""
 
@@ -69,7 +78,7 @@ class BenchOptions(LoadCellOptions):
 
 
 @dataclass(frozen=True, kw_only=True)
-class CollectOptions(BenchOptions):
+class CollectOptions(BenchOptions, ViewOptions):
     """What to record, where the bench is, and where the dataset goes."""
 
     port: str
@@ -91,13 +100,36 @@ class CollectOptions(BenchOptions):
     command_rate: float | None = None
     """Commands per second [Hz]; 20 unless given."""
     seed: int = 0
-    """Of what the excitations draw."""
+    """Seed of what the excitations draw."""
     virtual_load_cell_rate: int = 20
     """Readings per second of a virtual load cell: 20 as on the paper's bench, 80 or 10 [Hz]."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class DeployOptions(BenchOptions, BenchPorts, FurtherLoadCells):
+class InvestigateOptions(BenchOptions):
+    """Which bench to find out about, and how long that may take."""
+
+    port: str
+    """Serial port of the servo, or virtual, or virtual::3 for unit 3 of the virtual benches."""
+    out: Path
+    """Folder of the investigation; an investigation that it holds goes on."""
+    budget: str = "3min"
+    """Time that recordings may take: 90s, 3min, 1h."""
+    known: Path | None = None
+    """Model file to start from; by default the servo's data sheet."""
+    benches: tuple[str, ...] = ("finger", "spring_weak", "spring_strong")
+    """Benches that you have, the one that is mounted first. Another one is asked for where it
+    tells more."""
+    run_length: float = 12.0
+    """Length of a run [s]."""
+    seed: int = 0
+    """Of what is drawn."""
+    virtual_load_cell_rate: int = 20
+    """Readings per second of a virtual load cell: 20 as on the paper's bench, 80 or 10 [Hz]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class DeployOptions(BenchOptions, BenchPorts, FurtherLoadCells, ViewOptions):
     """Which policy, where the bench is, and how far it may go."""
 
     policy: Path | None = None
@@ -157,7 +189,7 @@ class ClimbOptions(BenchPorts, FurtherLoadCells):
     dwell: float = 1.5
     """Time on each stair in simulation [s]; on a bench it is 1.5 s."""
     seed: int = 0
-    """Of the numbers of the further worlds."""
+    """Seed of the numbers of the further worlds."""
     trust: bool = False
     """Trust the TorchScript files from now on: they are programs and run with your rights."""
     logs: tuple[Path, ...] = ()

@@ -47,10 +47,15 @@ def beginning(recording: Recording, *, force: bool) -> Recording:
     )
 
 
-def evidence(*, force: bool = True) -> Evidence:
-    """Simulate two held-out recordings of the example without and with its friction."""
+def evidence(*, force: bool = True, bench: str = "spring") -> Evidence:
+    """Simulate held-out recordings of the example without and with its friction.
+
+    Args:
+        force: Whether they have a load cell's force.
+        bench: Beginning of the names of the benches: two springs, or the finger.
+    """
     dataset, model = load_dataset(EXAMPLE), load_model(EXAMPLE / "model.toml")
-    chosen = [beginning(r, force=force) for r in dataset.test if r.bench.startswith("spring")]
+    chosen = [beginning(r, force=force) for r in dataset.test if r.bench.startswith(bench)]
     study = Study(chosen, model, ("viscous_friction",), time_step=1e-3)
     (column,) = study.table.columns("viscous_friction")
     return Evidence(baseline={}, extended={column: COEFFICIENT}, test=study, train=study)

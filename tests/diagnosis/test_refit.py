@@ -59,8 +59,10 @@ def numbers(worlds: Worlds, fit: Fit) -> dict[str, float]:
 
 def test_each_set_finds_its_own_optimum(worlds: Worlds) -> None:
     """Sets of different sizes side by side end where each ends alone; both causes at the truth."""
-    starts = [start(worlds, viscous_friction=0.3), start(worlds, viscous_friction=0.3,
-                                                         gain_error=1.0)]  # fmt: skip
+    starts = [
+        start(worlds, viscous_friction=0.3),
+        start(worlds, viscous_friction=0.3, gain_error=1.0),
+    ]
     floors = floors_of(worlds, ())
     together = refit(worlds, starts, floors, iterations=10)
     alone = [refit(worlds, [fit], floors, iterations=10)[0] for fit in starts]

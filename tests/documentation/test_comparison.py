@@ -23,9 +23,19 @@ def test_the_page_shows_the_results() -> None:
 
 def test_a_row_that_was_not_made_waits() -> None:
     """Nothing stands in for a fit that nobody has made."""
-    text = tables({"xl330: test kp 100": {"data sheet": {"held_out": 12.34, "trained": 5.67,
-                                                          "numbers": 0, "seconds": 0.0,
-                                                          "says": ""}}})  # fmt: skip
+    text = tables(
+        {
+            "xl330: test kp 100": {
+                "data sheet": {
+                    "held_out": 12.34,
+                    "trained": 5.67,
+                    "numbers": 0,
+                    "seconds": 0.0,
+                    "says": "",
+                }
+            }
+        }
+    )
     assert "| data sheet, nothing fitted | 12.3 (5.7) |" in text
     assert "| Rhoban/bam m6, refitted by its own program | waits |" in text
     assert "repeats" not in text

@@ -63,6 +63,15 @@ def test_a_loose_string_leaves_the_rotor_to_itself(tmp_path: Path) -> None:
     assert found.force < FORCE
 
 
+@pytest.mark.parametrize("friction", ["gear_load_friction", "routing_friction"])
+def test_a_jump_is_read_on_the_side_on_which_the_tendon_then_slides(
+    friction: str, tmp_path: Path
+) -> None:
+    """A rotor feels as heavy as that side makes it, and the slowest motion is no rest."""
+    found = strays(tmp_path, "mujoco", PROGRAM_FILE, "finger", "pwm_servo", friction)
+    assert found.force < FORCE
+
+
 def test_the_file_alone_says_what_it_leaves_out(tmp_path: Path) -> None:
     """What MJCF has no words for stands in the list, and nothing else does."""
     model = model_of("finger", "ideal", "gain_error", "backlash", "load_cell_bias")

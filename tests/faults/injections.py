@@ -18,7 +18,7 @@ LONG = 100.0
 
 def plant(bench: Bench) -> Any:
     """Return what the bench is made of."""
-    return bench.controls.bench.plant  # pyright: ignore
+    return bench.controls.plant  # pyright: ignore
 
 
 def let(name: str, **words: Any) -> Callable[[Bench, StopRequest], None]:

@@ -16,7 +16,7 @@ from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.formats.any_file import read_recording_file
 from tendon_newton.data.formats.csv_file import read_csv, write_csv
 from tendon_newton.data.formats.mcap_file import read_mcap
-from tendon_newton.data.formats.topic_mapping_file import read_mapping
+from tendon_newton.data.formats.topic_mapping_file import read_topic_mapping
 from tests.formats.sessions import write_session
 from tests.fuzz.mutations import flip
 from tests.importers.logs import ROWS, dataset, recording
@@ -156,7 +156,7 @@ def topics_file(folder: Path) -> Path:
 
 def read_topics(path: Path) -> None:
     """Read a log by a mapping."""
-    mapping = read_mapping(path)
+    mapping = read_topic_mapping(path)
     log = path.parent / "bag" / "bag.mcap"
     read_recording_file(log, bench="finger", name=path.name, mapping=mapping)
 
@@ -174,5 +174,5 @@ def bag_yaml(folder: Path) -> Path:
 
 def read_bag(path: Path) -> None:
     """Read a bag by its folder."""
-    mapping = read_mapping(path.parents[1] / "mapping.toml")
+    mapping = read_topic_mapping(path.parents[1] / "mapping.toml")
     read_recording_file(path.parent, bench="finger", name=path.name, mapping=mapping)

@@ -13,7 +13,7 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
 from hardware.benches.bench_address import BenchAddress
-from hardware.benches.virtual_calibration import calibrated_twin
+from hardware.benches.virtual_calibration import calibrated_twins
 from hardware.collection.collect_plan import collect
 from hardware.collection.collect_settings import CollectSettings
 from hardware.collection.excitation_plan import (
@@ -168,6 +168,7 @@ def test_recordings_have_a_model_of_their_servo_beside_them(tmp_path: Path) -> N
     assert model.actuator.values == {
         "duty_per_rad": loop.gain,
         "max_duty": loop.duty_limit,
+        "duty_offset": loop.offset,
         "supply_voltage": pytest.approx(voltage[0], abs=0.11),  # the servo tells tenths
         "torque_constant": pytest.approx(0.52 / 1.47, abs=1e-4),
         "resistance": pytest.approx(5.0 / 1.47, abs=1e-3),
@@ -234,7 +235,7 @@ def test_forces_are_near_the_truth(tmp_path: Path) -> None:
     trial = Trial(path=tmp_path / "run.mcap", duration=6.0, excitation="steps_held_3s")
     trial.record()
     log = trial.recording()
-    calibration = calibrated_twin("finger", 0, 80)
+    calibration = calibrated_twins("finger", 0, 80)[0]
     assert trial.session["calibration"] == calibration.identifier
     with trial.path.open("rb") as file:
         raw = [
@@ -385,7 +386,7 @@ def test_a_bench_that_is_plugged_in_is_asked_for_and_recorded(
     """Two serial ports and a calibration file: the operator mounts, blocks by hand, and it runs."""
     monkeypatch.setattr("builtins.input", lambda: "")
     monkeypatch.setattr("sys.stdin.isatty", lambda: True)
-    write_calibration(tmp_path / "cell.toml", calibrated_twin("finger", 0, 80))
+    write_calibration(tmp_path / "cell.toml", calibrated_twins("finger", 0, 80)[0])
     with VirtualPorts("finger", 0) as ports:
         words = ["collect", "--port", ports.servo_port, "--load-cell-port", ports.load_cell_port]
         words += ["--calibration", str(tmp_path / "cell.toml"), "--duration", "2"]
@@ -399,7 +400,7 @@ def test_a_bench_that_is_plugged_in_is_asked_for_and_recorded(
     assert log.load_cell_rate is None, "80 readings per second are as fast as the rows"
     session = read_session(tmp_path / "out" / log.name)
     assert session["simulated"] == "False"
-    assert session["calibration"] == calibrated_twin("finger", 0, 80).identifier
+    assert session["calibration"] == calibrated_twins("finger", 0, 80)[0].identifier
     assert session["date"]
 
 
@@ -408,7 +409,9 @@ def test_a_bench_that_is_plugged_in_is_asked_for_and_recorded(
     [
         (lambda: replace(LOCKSTEP, port="/dev/ttyUSB0"), "only a virtual bench can be faster"),
         (lambda: replace(LOCKSTEP, load_cell_rate=50), "gives 80, 20, 10 readings per second"),
-        (lambda: replace(LOCKSTEP, port="virtual:spring_weak"), "names another bench"),
+        (lambda: replace(LOCKSTEP, port="virtual:spring_weak"), "without one: virtual$"),
+        (lambda: replace(LOCKSTEP, port="virtual:spring_weak:7"), "without one: virtual::7$"),
+        (lambda: replace(LOCKSTEP, port="virtual:10"), "without one: virtual::10$"),
         (lambda: CollectSettings(rate=80.0, command_rate=30.0), "whole multiple of the command"),
         (lambda: CollectSettings(rate=1000.0), "the rate must be 10 to 500 Hz"),
         (lambda: SafetyLimits(force=0.0), "limit of force must be above 0"),
@@ -420,6 +423,22 @@ def test_what_cannot_be_recorded_is_refused(build: Callable[[], object], said: s
     """Before any port is opened."""
     with pytest.raises(InvalidParameter, match=said):
         build()
+
+
+def test_a_port_of_one_bench_is_refused_for_a_plan_of_three(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Before its first recording is made, and the word that fits all three is told."""
+    words = [
+        "--port",
+        "virtual:finger:3",
+        "--faster-than-real-time",
+        "--out",
+        str(tmp_path / "out"),
+    ]
+    assert main(["collect", "--plan", "quick", *words]) == 2
+    assert "without one: virtual::3" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize(

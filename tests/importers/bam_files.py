@@ -7,14 +7,27 @@ from typing import Any
 import numpy as np
 
 M6 = {
-    "kt": 1.3, "R": 2.6, "armature": 0.02, "q_offset": -0.05, "command_delay": 0.004,
-    "friction_base": 0.05, "friction_stribeck": 0.02, "friction_viscous": 0.03,
-    "load_friction_motor": 0.2, "load_friction_external": 0.25,
-    "load_friction_motor_stribeck": 0.1, "load_friction_external_stribeck": 0.0,
-    "load_friction_motor_quad": 0.008, "load_friction_external_quad": 0.0,
-    "dtheta_stribeck": 0.4, "alpha": 1.5, "max_velocity": 5.0, "error_gain_ratio": 1.1,
-    "model": "m6", "actuator": "sts3215",
-}  # fmt: skip
+    "kt": 1.3,
+    "R": 2.6,
+    "armature": 0.02,
+    "q_offset": -0.05,
+    "command_delay": 0.004,
+    "friction_base": 0.05,
+    "friction_stribeck": 0.02,
+    "friction_viscous": 0.03,
+    "load_friction_motor": 0.2,
+    "load_friction_external": 0.25,
+    "load_friction_motor_stribeck": 0.1,
+    "load_friction_external_stribeck": 0.0,
+    "load_friction_motor_quad": 0.008,
+    "load_friction_external_quad": 0.0,
+    "dtheta_stribeck": 0.4,
+    "alpha": 1.5,
+    "max_velocity": 5.0,
+    "error_gain_ratio": 1.1,
+    "model": "m6",
+    "actuator": "sts3215",
+}
 """Parameters of the richest of their models."""
 
 

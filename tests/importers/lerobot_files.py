@@ -26,9 +26,11 @@ def lerobot_dataset(
     (folder / "meta").mkdir(parents=True, exist_ok=True)
     feature = {"dtype": "float32", "shape": [3], "names": list(JOINTS)}
     info = {
-        "codebase_version": "v3.0", "robot_type": "so101_follower", "fps": 30,
+        "codebase_version": "v3.0",
+        "robot_type": "so101_follower",
+        "fps": 30,
         "features": {"action": feature, "observation.state": feature},
-    }  # fmt: skip
+    }
     (folder / "meta" / "info.json").write_text(json.dumps(info | changes))
     episode = np.repeat(np.arange(3), ROWS)
     time = np.tile(np.arange(ROWS) / 30.0, 3)

@@ -9,8 +9,9 @@ import pytest
 
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import load_dataset
+from tendon_newton.data.gear_friction import quasi_static_gear
 from tendon_newton.data.importers.bam.motors import STS3215
-from tendon_newton.data.importers.bam.parameters import read_parameters, two_sided
+from tendon_newton.data.importers.bam.parameters import read_parameters
 from tendon_newton.data.model_file import load_model
 from tests.importers.bam_files import bam_log, bam_parameters
 
@@ -185,7 +186,7 @@ def test_one_coefficient_of_load_is_the_gears(
 def test_two_coefficients_are_one_and_a_weaker_motor(direction: float) -> None:
     """The output's torque is the same for either direction, by the law that they publish."""
     motor, load, torque = 0.2, 0.25, 1.7
-    weaker, friction = two_sided(motor, load)
+    friction, weaker = quasi_static_gear(motor, load)
     output = weaker * torque / (1.0 + direction * friction)
     # at a constant speed the load gives what comes out: out = in - s |K_e out + K_m in|
     assert output == pytest.approx(torque - direction * (load * output + motor * torque))
@@ -196,8 +197,10 @@ def test_what_no_effect_says_is_said(tmp_path: Path) -> None:
     words = read_parameters(bam_parameters(tmp_path / "m6.json")).left_out
     names = [text.split(" ", 1)[0] for text in words]
     assert names == [
-        "load_friction_motor_stribeck", "load_friction_motor_quad", "alpha",
-    ]  # fmt: skip
+        "load_friction_motor_stribeck",
+        "load_friction_motor_quad",
+        "alpha",
+    ]
 
 
 @pytest.mark.parametrize(
@@ -232,9 +235,14 @@ def feetech_log(path: Path, *, limit: float, kp: float = 8.0) -> None:
     duty = np.where(np.abs(counts) > 1, np.sign(counts) * (kp / 4 * (np.abs(counts) - 1) + 16), 0)
     register = np.where(duty > 0, 1024 + np.minimum(duty, 1000), -np.maximum(duty, -1000))
     bam_log(
-        path, kp=kp, goal_position=command, position=position, speed=np.gradient(position, time),
-        torque=register / 100.0, torque_enable=np.ones(200),
-    )  # fmt: skip
+        path,
+        kp=kp,
+        goal_position=command,
+        position=position,
+        speed=np.gradient(position, time),
+        torque=register / 100.0,
+        torque_enable=np.ones(200),
+    )
 
 
 def test_the_load_register_tells_duty_and_goal(tmp_path: Path) -> None:

@@ -49,8 +49,9 @@ def test_several_joints_become_a_dataset_each(tmp_path: Path, capsys) -> None:
     source = lerobot_dataset(tmp_path / "arm", scale=60.0)
     assert run_import(source, tmp_path / "out", "--unit", "deg") == 0
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
-        "elbow_flex", "shoulder_pan",
-    ]  # fmt: skip
+        "elbow_flex",
+        "shoulder_pan",
+    ]
     log = load_dataset(tmp_path / "out" / "shoulder_pan").train[0]
     assert np.abs(log.motor_position).max() == pytest.approx(60.0 * pi / 180.0, rel=1e-3)
     said = capsys.readouterr().out
@@ -109,14 +110,20 @@ def test_options_of_lerobot_belong_to_it(tmp_path: Path, capsys) -> None:
     [
         ({"fps": 0}, "fps must be positive"),
         ({"features": {}}, "features must hold 'action'"),
-        ({"features": {"action": {"names": ["a"]}, "observation.state": {"names": ["b"]}}},
-         "a joint must stand in action and in observation.state"),
-        ({"features": {"action": {"names": ["../a", "../a"]}, "observation.state": {}}},
-         "names that differ"),
-        ({"features": {"action": {"shape": [9]}, "observation.state": {"shape": [9]}}},
-         "names more joints than a row has"),
+        (
+            {"features": {"action": {"names": ["a"]}, "observation.state": {"names": ["b"]}}},
+            "a joint must stand in action and in observation.state",
+        ),
+        (
+            {"features": {"action": {"names": ["../a", "../a"]}, "observation.state": {}}},
+            "names that differ",
+        ),
+        (
+            {"features": {"action": {"shape": [9]}, "observation.state": {"shape": [9]}}},
+            "names more joints than a row has",
+        ),
     ],
-)  # fmt: skip
+)
 def test_a_broken_description_is_refused(changes: dict, said: str, tmp_path: Path, capsys) -> None:
     """One line names what is wrong with info.json."""
     source = lerobot_dataset(tmp_path / "arm", **changes)
@@ -147,9 +154,11 @@ def test_rows_of_another_length_are_refused(tmp_path: Path, capsys) -> None:
     """A list per row has as many numbers in every row."""
     source = lerobot_dataset(tmp_path / "arm")
     table = {
-        "action": [[1.0, 2.0, 3.0], [1.0]], "observation.state": [[1.0, 2.0, 3.0], [1.0]],
-        "timestamp": [0.0, 0.1], "episode_index": [0, 0],
-    }  # fmt: skip
+        "action": [[1.0, 2.0, 3.0], [1.0]],
+        "observation.state": [[1.0, 2.0, 3.0], [1.0]],
+        "timestamp": [0.0, 0.1],
+        "episode_index": [0, 0],
+    }
     parquet.write_table(pa.table(table), source / "data" / "chunk-000" / "file-000.parquet")
     assert run_import(source, tmp_path / "out") == 2
     assert "as many" in capsys.readouterr().err

@@ -13,7 +13,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.formats.any_file import read_recording_file
-from tendon_newton.data.formats.topic_mapping_file import read_mapping
+from tendon_newton.data.formats.topic_mapping_file import read_topic_mapping
 from tendon_newton.data.recording import Recording
 from tendon_newton.errors import (
     InvalidMapping,
@@ -27,26 +27,11 @@ PLUGINS = {"sqlite3": StoragePlugin.SQLITE3, "mcap": StoragePlugin.MCAP}
 DEGREE = float(np.pi / 180.0)
 
 MAPPING = """
-[theta]
-topic = "/joint_states"
-field = "position"
-joints = ["spool"]
-
-[theta_dot]
-topic = "/joint_states"
-field = "velocity"
-joints = ["spool"]
-
-[theta_d]
-topic = "/goal"
-field = "data[1]"
-scale = 0.017453292519943295
-offset = 0.5
-
-[force]
-topic = "/scale"
-field = "data"
-scale = 9.80665
+[columns]
+theta = {topic = "/joint_states", field = "position", joints = ["spool"]}
+theta_dot = {topic = "/joint_states", field = "velocity", joints = ["spool"]}
+theta_d = {topic = "/goal", field = "data[1]", unit = "deg", offset = 0.5}
+force = {topic = "/scale", field = "data", scale = 9.80665}
 """
 """Speeds and angles of one of two joints, goals in degrees behind another number, force in kg."""
 
@@ -107,7 +92,9 @@ def read(path: Path, mapping: str = MAPPING) -> Recording:
     """Read a bag with a mapping."""
     file = path.parent / "mapping.toml"
     file.write_text(mapping)
-    return read_recording_file(path, name=path.name, bench="finger", mapping=read_mapping(file))
+    return read_recording_file(
+        path, name=path.name, bench="finger", mapping=read_topic_mapping(file)
+    )
 
 
 def check(log: Recording) -> None:
@@ -166,9 +153,8 @@ def test_a_speed_is_derived_only_when_asked_for(tmp_path: Path) -> None:
     log_clock = 'clock = "log"\n' + MAPPING
     with pytest.raises(InvalidRecording, match=r"theta_dot comes from .*holds no value of it"):
         read(path, log_clock)
-    start, end = log_clock.index("[theta_dot]"), log_clock.index("[theta_d]")
-    derived = log_clock[:start] + '[theta_dot]\ndifferentiate = "theta"\n\n' + log_clock[end:]
-    check(read(path, derived))
+    start, end = log_clock.index("theta_dot ="), log_clock.index("theta_d =")
+    check(read(path, log_clock[:start] + 'theta_dot = {derive = "theta"}\n' + log_clock[end:]))
 
 
 def test_stamps_that_were_never_set_are_noticed(tmp_path: Path) -> None:
@@ -182,7 +168,7 @@ def test_a_wrong_unit_is_named(tmp_path: Path) -> None:
     """Goals in degrees without a scale are refused like those of a CSV file."""
     path = Bag().write(tmp_path / "bag")
     with pytest.raises(InvalidRecording, match="theta_d must be in radians"):
-        read(path, 'clock = "log"\n' + MAPPING.replace("0.017453292519943295", "1.0"))
+        read(path, 'clock = "log"\n' + MAPPING.replace('unit = "deg"', "scale = 1.0"))
 
 
 def test_a_message_of_ones_own_is_read_where_the_bag_defines_it(tmp_path: Path) -> None:
@@ -201,8 +187,8 @@ def test_a_message_of_ones_own_is_read_where_the_bag_defines_it(tmp_path: Path) 
                 connection, k * 12_500_000, store.serialize_cdr(message, "lab_msgs/msg/Bench")
             )
     fields = {"theta": "angle", "theta_dot": "speed", "theta_d": "goal", "force": "cells[1]"}
-    mapping = "".join(
-        f'[{column}]\ntopic = "/bench"\nfield = "{name}"\n' for column, name in fields.items()
+    mapping = "[columns]\n" + "".join(
+        f'{column} = {{topic = "/bench", field = "{name}"}}\n' for column, name in fields.items()
     )
     for file in (path, path / "bag.mcap"):
         log = read(file, mapping)
@@ -268,23 +254,34 @@ def test_a_missing_package_is_named_with_its_extra(
         read(path)
 
 
+def theta(row: str) -> str:
+    """Return a mapping whose column theta is the one at fault."""
+    return f"[columns]\ntheta = {{{row}}}"
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "must say where 'theta' comes from; it maps nothing"),
-        ("[tehta]", r"no key named 'tehta'; known: clock, theta_d, theta,"),
-        ("theta = 3", r"\[theta\] must be a table; it is 3"),
-        ('[theta]\nfield = "position"', r"\[theta\]: topic must be a string; it is None"),
+        ("", "columns must say topic and field of what a ROS 2 recording holds; none does"),
+        ("tehta = 3", r"no key named 'tehta'; known: clock, columns"),
+        ('bench = "finger"\n' + MAPPING, r"no key named 'bench'; known: clock, columns"),
+        ('[theta]\ntopic = "/a"', r"theta must stand under \[columns\]; it stands alone"),
+        ("columns = 3", "columns must hold one table per column of ours"),
+        ("[columns]\ntehta = {}", r"columns.tehta: No column named 'tehta'; known: current"),
         (
-            '[theta]\ntopic = "/a"\nfield = "position["',
-            r"field must be a path .* it is 'position\[",
+            '[columns]\ntheta_dot = {topic = "/a", field = "b"}',
+            "must say where 'theta' comes from; it maps theta_dot",
         ),
-        ('[theta]\ntopic = "/a"\nfield = "a..b"', r"field must be a path"),
-        ('[theta]\ntopic = "/a"\nfield = "p"\nunit = "deg"', r"no key named 'unit'"),
-        ('[theta]\ntopic = "/a"\nfield = "p"\nscale = 0', "scale must be finite and not 0"),
-        ('[theta]\ntopic = "/a"\nfield = "p"\nscale = nan', "scale must be a finite number"),
-        ('[theta]\ntopic = "/a"\nfield = "p"\njoints = "a"', "joints must be a list of names"),
-        ('[force]\ndifferentiate = "theta"', "only theta_dot can be derived"),
+        ('[columns]\ntheta = {field = "position"}', r"columns.theta: no key named 'field'"),
+        (theta('topic = "/a"'), r"columns.theta: field must be a word; it is None"),
+        (theta('topic = "/a", field = "position["'), r"field must be a path .* 'position\["),
+        (theta('topic = "/a", field = "a..b"'), r"field must be a path"),
+        (theta('topic = "/a", field = "p", unit = "N"'), "No unit named 'N'; known: deg"),
+        (theta('topic = "/a", field = "p", scale = 0'), "scale must be a number that is not 0"),
+        (theta('topic = "/a", field = "p", scale = nan'), "scale must be a number that is not 0"),
+        (theta('topic = "/a", field = "p", joints = "a"'), "joints must be a list of names"),
+        ('[columns]\nforce = {derive = "theta"}', "can be derived"),
+        ("clock = 3\n" + MAPPING, "clock must be a word; it is 3"),
         ('clock = "wall"\n' + MAPPING, "clock must be 'header' or 'log'; it is 'wall'"),
         ("= 3", "mapping.toml: must be TOML"),
     ],
@@ -294,7 +291,7 @@ def test_a_broken_mapping_is_refused(tmp_path: Path, text: str, said: str) -> No
     path = tmp_path / "mapping.toml"
     path.write_text(text)
     with pytest.raises(InvalidMapping, match=said):
-        read_mapping(path)
+        read_topic_mapping(path)
 
 
 @pytest.mark.parametrize(

@@ -47,7 +47,7 @@ def test_a_cart_stops_at_the_ends_of_its_rail(tmp_path: Path) -> None:
     """Under its drive's full force it enters a stop by a thousandth of its range."""
     path = made(
         tmp_path, "cart", "--kind", "slider", "--mass", "5", "--range", "0.2", "--force-limit", "50"
-    )  # fmt: skip
+    )
     out = pushed(path, 1.0, 2000, DRIVE)
     assert out.motor_position[-1, 0] == pytest.approx(0.1 + 1e-3 * 0.2, rel=1e-4)
 

@@ -27,7 +27,7 @@ class TrainingConfig:
     seed: int = 0
     """Seed of the starting weights and the order of the windows."""
     fold_seed: int = 0
-    """Of the choice of validation recordings; keep it to compare networks."""
+    """Seed of the choice of validation recordings; keep it to compare networks."""
     window: int = 30
     """Samples that the network sees."""
     rate: float = 20.0

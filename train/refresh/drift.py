@@ -86,9 +86,14 @@ def find_drift(
     names = [name for name in testable_effects(train) if name in suspects]
     progress(f"trying {len(names)} kinds of wear on {len(dataset.train)} logs")
     findings = find_causes(
-        dataset.train, train, known_model, names, rng=rng, most=1,
+        dataset.train,
+        train,
+        known_model,
+        names,
+        rng=rng,
+        most=1,
         allows=lambda causes, values: are_likely(train, causes, values),
-    )  # fmt: skip
+    )
     test = Study(dataset.test, known_model, effects)
     diagnosis, evidence = conclude(train, findings, known_model, test, rng, start)
     return replace(diagnosis, model=replace(diagnosis.model, fit=model.fit)), evidence

@@ -11,7 +11,7 @@ import numpy as np
 from tendon_newton.data.dataset import Dataset, read_entries, read_recording
 from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidDataset
-from tendon_newton.identification.cutting import hold_out, rows_of
+from tendon_newton.identification.cutting import beginning, hold_out, rows_of
 
 HELD_OUT = 1.0 / 3.0
 """Share of each log that only tells how good the corrected model is [1]."""
@@ -65,10 +65,7 @@ def read_log(path: Path) -> Recording:
 
 def until(recording: Recording, span: float | None) -> Recording:
     """Return the first part of a recording, of a length [s]; all of it where that is None."""
-    if span is None:
-        return recording
-    row = int(np.searchsorted(recording.time, recording.time[0] + span))
-    return rows_of(recording, slice(0, row), recording.name)
+    return recording if span is None else beginning(recording, span)
 
 
 def without_rest(recording: Recording) -> Recording:

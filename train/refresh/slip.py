@@ -53,7 +53,7 @@ class Slip:
     """Angle by which a spool has slipped."""
 
     offset: float
-    """Of the encoder's zero against the mechanism's [rad]."""
+    """Offset of the encoder's zero against the mechanism's [rad]."""
     open_angle: float
     """What the encoder says of the open finger [rad]; below it the tendon hangs loose."""
 

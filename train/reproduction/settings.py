@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from tendon_newton.errors import InvalidParameter, unknown_name
+from tendon_newton.errors import InvalidParameter, look_up
 from train.actuator.training_config import Kind, Purpose, TrainingConfig
 
 
@@ -137,11 +137,5 @@ SETTINGS: dict[str, ReproductionSettings] = {"quick": QUICK, "full": FULL}
 
 
 def find_settings(name: str) -> ReproductionSettings:
-    """Return settings by their name.
-
-    Raises:
-        UnknownName: There are none of this name.
-    """
-    if name not in SETTINGS:
-        raise unknown_name("settings", name, SETTINGS)
-    return SETTINGS[name]
+    """Return settings by their name; an unknown one is refused."""
+    return look_up("settings", name, SETTINGS)

@@ -8,12 +8,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
 
-import numpy as np
-
 from tendon_newton.data.dataset import FILE_NAME, Dataset, load_dataset
 from tendon_newton.data.files.toml_file import read_toml
 from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidDataset
+from tendon_newton.identification.cutting import beginning
 from train.actuator.samples.folds import file_hash
 from train.actuator.samples.protocol import experiment_of, step_hold
 
@@ -21,18 +20,6 @@ RECORDINGS, EXPERIMENTS = "recordings", "experiments"
 """Folders of a bench: the plan of the paper, and what must be recorded besides."""
 BLOCKED = ("tape_roll", "hand", "perturbation")
 """Words in the name of a recording in which something was in the mechanism's way."""
-SIGNALS = (
-    "time",
-    "motor_position",
-    "motor_velocity",
-    "command",
-    "force",
-    "tip",
-    "current",
-    "voltage",
-    "temperature",
-    "enabled",
-)
 
 
 @dataclass(frozen=True)
@@ -110,16 +97,6 @@ def kind_of(recording: Recording) -> str:
 def is_blocked(recording: Recording) -> bool:
     """Tell whether something was in the mechanism's way, by the recording's name."""
     return any(word in kind_of(recording) for word in BLOCKED)
-
-
-def beginning(recording: Recording, seconds: float) -> Recording:
-    """Return the rows of a recording up to some time after its first."""
-    count = int(np.searchsorted(recording.time, recording.time[0] + seconds))
-    if count >= recording.sample_count:
-        return recording
-    rows = {name: getattr(recording, name) for name in SIGNALS}
-    kept = {name: values[:count] for name, values in rows.items() if values is not None}
-    return replace(recording, extra={}, **kept)
 
 
 def interleaved(recordings: Iterable[Recording]) -> list[Recording]:

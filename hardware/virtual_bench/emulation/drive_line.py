@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 
-from hardware.virtual_bench.emulation.emulations import AnyModel, controller_of
+from hardware.virtual_bench.emulation.emulations import AnyModel, family_of
 from hardware.virtual_bench.emulation.firmware import TICK
 from hardware.virtual_bench.physics.encoder import Encoder
 from hardware.virtual_bench.physics.load_cell import LoadCellBoard
@@ -30,8 +30,10 @@ class DriveLine:
         self.motor = Motor(constants.servo)
         self.tendon = Tendon(constants.tendon)
         self.encoder = Encoder(constants.servo, random.Random(f"encoder {noise}"), TICK)
-        self.controller = controller_of(model, self.motor, self.encoder)
-        self.registers, self.firmware = self.controller.registers, self.controller.firmware
+        self.family = family_of(model)
+        self.registers = self.family.registers(model)
+        self.registers.power_up(self.encoder.count)
+        self.firmware = self.family.firmware(self.registers, self.motor, self.encoder)
         self.load_cell = LoadCellBoard(
             constants.load_cell, random.Random(f"load cell {noise}"), load_cell_rate
         )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 from hardware.virtual_bench.emulation.feetech_emulator import FeetechEmulator
 from hardware.virtual_bench.emulation.feetech_firmware import FeetechFirmware
@@ -49,44 +49,30 @@ class Parser(Protocol):
         ...
 
 
-def parser_of(model: AnyModel) -> Parser:
-    """Return what understands a bus of such servos."""
-    return FeetechParser() if isinstance(model, FeetechModel) else FrameParser()
-
-
 @dataclass(frozen=True, kw_only=True)
-class Controller:
-    """Memory and loop of one servo."""
+class Family:
+    """Classes of a servo's memory, loop and side of the bus, and what parses that bus."""
 
-    registers: AnyRegisters
-    firmware: AnyFirmware
-    emulate: Callable[[Motor, ServoConstants, random.Random], AnyEmulator]
-    """Puts it on the bus."""
+    registers: Callable[[Any], AnyRegisters]
+    firmware: Callable[[Any, Motor, Encoder], AnyFirmware]
+    emulator: Callable[[Any, Any, Motor, ServoConstants, random.Random], AnyEmulator]
+    parser: Callable[[], Parser]
 
 
-def controller_of(model: AnyModel, motor: Motor, encoder: Encoder) -> Controller:
-    """Return a servo's memory and loop, as after power-on at 1 Mbit/s."""
-    if isinstance(model, FeetechModel):
-        memory = FeetechRegisters(model)
-        memory.power_up(encoder.count)
-        loop = FeetechFirmware(memory, motor, encoder)
-        return Controller(
-            registers=memory,
-            firmware=loop,
-            emulate=lambda motor, constants, rng: FeetechEmulator(
-                memory, loop, motor, constants, rng
-            ),
-        )
-    registers = Registers(model)
-    registers.power_up(encoder.count)
-    firmware = Firmware(registers, motor, encoder)
-    return Controller(
-        registers=registers,
-        firmware=firmware,
-        emulate=lambda motor, constants, rng: ServoEmulator(
-            registers, firmware, motor, constants, rng
-        ),
-    )
+DYNAMIXEL = Family(
+    registers=Registers, firmware=Firmware, emulator=ServoEmulator, parser=FrameParser
+)
+FEETECH = Family(
+    registers=FeetechRegisters,
+    firmware=FeetechFirmware,
+    emulator=FeetechEmulator,
+    parser=FeetechParser,
+)
+
+
+def family_of(model: AnyModel) -> Family:
+    """Return the family of a servo."""
+    return FEETECH if isinstance(model, FeetechModel) else DYNAMIXEL
 
 
 def set_up(registers: AnyRegisters, identifier: int) -> None:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import random
 from math import pi
 
-from hardware.virtual_bench.emulation.feetech_firmware import FULL, TURN, FeetechFirmware
-from hardware.virtual_bench.emulation.servo_emulator import REBOOT_TIME
+from hardware.virtual_bench.emulation.emulated_servo import EmulatedServo
+from hardware.virtual_bench.emulation.feetech_firmware import FULL, TURN
 from hardware.virtual_bench.memory import feetech_table as at
 from hardware.virtual_bench.memory.feetech_frames import (
     BROADCAST,
@@ -16,60 +15,18 @@ from hardware.virtual_bench.memory.feetech_frames import (
     WRITE,
     status_frame,
 )
-from hardware.virtual_bench.memory.feetech_table import FeetechRegisters
 from hardware.virtual_bench.memory.protocol import Instruction
-from hardware.virtual_bench.physics.constants import ServoConstants
-from hardware.virtual_bench.physics.motor import Motor
 
-BAUD_RATES = (1_000_000, 500_000, 250_000, 128_000, 115_200, 76_800, 57_600, 38_400)
-"""Baud rates by the value of register 6 [bit/s]."""
 CURRENT_UNIT = 6.5e-3
 """One step of the current [A]."""
 COUNTS_PER_RADIAN = TURN / (2.0 * pi)
 
 
-class FeetechEmulator:
-    """Answers the instructions of Feetech's protocol from the registers.
+class FeetechEmulator(EmulatedServo):
+    """Answers the instructions of Feetech's protocol from the registers."""
 
-    Args:
-        registers: The servo's memory.
-        firmware: Its loop.
-        motor: Motor whose state the sensors read.
-        constants: Constants of its sensors.
-        rng: Source of the sensors' noise.
-    """
-
-    def __init__(
-        self,
-        registers: FeetechRegisters,
-        firmware: FeetechFirmware,
-        motor: Motor,
-        constants: ServoConstants,
-        rng: random.Random,
-    ) -> None:
-        self._registers = registers
-        self._firmware = firmware
-        self._motor = motor
-        self._constants = constants
-        self._random = rng
-        self._silent_until = 0.0
-        self.instructions = 0
-        """Number of instructions for this servo."""
-
-    @property
-    def identifier(self) -> int:
-        """Address on the bus."""
-        return self._registers.value(at.IDENTIFIER)
-
-    @property
-    def baud(self) -> int:
-        """Speed that its port listens at [bit/s]."""
-        return BAUD_RATES[self._registers.value(at.BAUD_RATE)]
-
-    @property
-    def return_delay(self) -> float:
-        """Pause before an answer [s]."""
-        return 2e-6 * self._registers.value(at.RETURN_DELAY)
+    BAUD_RATES = (1_000_000, 500_000, 250_000, 128_000, 115_200, 76_800, 57_600, 38_400)
+    IDENTIFIER = at.IDENTIFIER
 
     def answer(self, instruction: Instruction, time: float, count: int) -> bytes:
         """Carry out an instruction and return the answer, empty where there is none.
@@ -84,7 +41,6 @@ class FeetechEmulator:
         ours = quiet or instruction.identifier == self.identifier
         if time < self._silent_until or not ours or not instruction.intact:
             return b""
-        self.instructions += 1
         code, data = instruction.code, instruction.parameters
         if code == PING:
             return self._status()
@@ -99,11 +55,6 @@ class FeetechEmulator:
         self._registers.write(data[0], data[1:])
         level = self._registers.value(at.RESPONSE_LEVEL)
         return self._status() if level and not quiet else b""
-
-    def restart(self, time: float, count: int) -> None:
-        """Lose the RAM, torque included, and be silent for a while."""
-        self._registers.power_up(count)
-        self._silent_until = time + REBOOT_TIME
 
     def _take_share(self, data: bytes) -> None:
         """Take this servo's share of a write to several."""
@@ -120,10 +71,7 @@ class FeetechEmulator:
     def _refresh(self) -> None:
         """Put what the servo measures into its registers."""
         registers, motor = self._registers, self._motor
-        gauss, duty = self._random.gauss, abs(motor.duty)
-        current = motor.current + self._constants.current_noise * gauss(0.0, 1.0)
-        ripple = self._constants.voltage_ripple * min(1.0, 4.0 * duty * (1.0 - min(1.0, duty)))
-        voltage = motor.voltage + ripple * gauss(0.0, 1.0)
+        scatter, voltage = self._measured()
         speed = round(self._firmware.rate * COUNTS_PER_RADIAN)
         fine = registers.value(at.PHASE) & at.FINE_SPEED
         registers.store(at.POSITION, self._firmware.position)
@@ -132,4 +80,4 @@ class FeetechEmulator:
         registers.store(at.VOLTAGE, max(0, round(10.0 * voltage)))
         registers.store(at.TEMPERATURE, round(motor.temperature))
         registers.store(at.MOVING, int(abs(speed) > 50))
-        registers.store(at.CURRENT, round(current / CURRENT_UNIT))
+        registers.store(at.CURRENT, round((motor.current + scatter) / CURRENT_UNIT))

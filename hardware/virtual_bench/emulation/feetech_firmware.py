@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from math import copysign
 
-from hardware.virtual_bench.emulation.firmware import TICK
+from hardware.virtual_bench.emulation.firmware import TICK, profile_rate
 from hardware.virtual_bench.memory import feetech_table as at
 from hardware.virtual_bench.memory.feetech_table import FEETECH_ALERTS, FeetechRegisters
 from hardware.virtual_bench.physics.encoder import Encoder
@@ -96,13 +96,7 @@ class FeetechFirmware:
         top = abs(registers.value(at.GOAL_SPEED)) or float("inf")
         acceleration = ACCELERATION_UNIT * registers.value(at.ACCELERATION)
         left = goal - self._target
-        if acceleration:  # no faster than can still be braked
-            top = min(top, (2.0 * acceleration * abs(left)) ** 0.5 + acceleration * TICK)
-            change = copysign(top, left) - self._target_rate
-            bound = acceleration * TICK
-            rate = self._target_rate + max(-bound, min(bound, change))
-        else:
-            rate = copysign(top, left)
+        rate = profile_rate(self._target_rate, left, top, acceleration)
         if abs(left) <= abs(rate) * TICK:
             self._target, self._target_rate = goal, 0.0
             return

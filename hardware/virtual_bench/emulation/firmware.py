@@ -148,14 +148,7 @@ class Firmware:
         counts = COUNTS_PER_RADIAN
         left = (goal - self._target) / counts
         acceleration = registers.profile_acceleration * ACCELERATION_UNIT
-        if acceleration:  # no faster than can still be braked
-            top = min(top, (2.0 * acceleration * abs(left)) ** 0.5 + acceleration * TICK)
-            rate = self._target_rate + max(
-                -acceleration * TICK,
-                min(acceleration * TICK, copysign(top, left) - self._target_rate),
-            )
-        else:
-            rate = copysign(top, left)
+        rate = profile_rate(self._target_rate, left, top, acceleration)
         if abs(left) <= abs(rate) * TICK:
             self._target, self._target_rate = goal, 0.0
             return
@@ -212,3 +205,19 @@ class Firmware:
         self._overload = self._overload + duration if stalled else 0.0
         if self._overload > OVERLOAD_TIME:
             registers.raise_error(OVERLOAD)
+
+
+def profile_rate(rate: float, left: float, top: float, acceleration: float) -> float:
+    """Return the next rate of a target with some way left, no faster than can still be braked.
+
+    Args:
+        rate: Its rate until now.
+        left: Way to the goal.
+        top: Greatest rate.
+        acceleration: Greatest change of the rate in a second; 0 is any.
+    """
+    if not acceleration:
+        return copysign(top, left)
+    bound = acceleration * TICK
+    top = min(top, (2.0 * acceleration * abs(left)) ** 0.5 + bound)
+    return rate + max(-bound, min(bound, copysign(top, left) - rate))

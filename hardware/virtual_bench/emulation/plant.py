@@ -27,7 +27,7 @@ class PlantState:
     time: float
     """[s] since the plant started."""
     angle: float
-    """Of the spool from where the tendon was homed [rad]."""
+    """Angle of the spool from where the tendon was homed [rad]."""
     rate: float
     """[rad/s]"""
     tension: float
@@ -124,7 +124,8 @@ class Plant:
         lines, obstacle, step = self.lines, self.obstacle, self._time_step
         totals = [0.0] * len(lines)
         for _ in range(self._substeps):
-            pulls, stiffnesses = [], []
+            pulls: list[float] = []
+            stiffnesses: list[float] = []
             for line, excursion in zip(lines, mechanism.excursions, strict=True):
                 tendon = line.tendon
                 tendon.settle(line.constants.servo.spool_radius * line.motor.angle, excursion)

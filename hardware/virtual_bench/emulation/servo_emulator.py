@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import random
-
-from hardware.virtual_bench.emulation.firmware import Firmware
+from hardware.virtual_bench.emulation.emulated_servo import EmulatedServo
 from hardware.virtual_bench.memory import addresses as at
 from hardware.virtual_bench.memory.control_table import (
     CURRENT_UNIT,
@@ -34,60 +32,14 @@ from hardware.virtual_bench.memory.protocol import (
     Instruction,
     status_frame,
 )
-from hardware.virtual_bench.memory.registers import Registers
-from hardware.virtual_bench.physics.constants import ServoConstants
-from hardware.virtual_bench.physics.motor import Motor
-
-BAUD_RATES = (9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000)
-"""Baud rates by the value of register 8 [bit/s]."""
-REBOOT_TIME = 0.25
-"""Silence after a reboot [s]; assumed."""
 
 
-class ServoEmulator:
-    """Answers Protocol 2.0 instructions from the registers.
+class ServoEmulator(EmulatedServo):
+    """Answers Protocol 2.0 instructions from the registers."""
 
-    Args:
-        registers: The servo's memory.
-        firmware: Its loop, for the present position and the silence that the bus watchdog counts.
-        motor: Motor whose state the sensors read.
-        constants: Constants of its sensors and its clock.
-        rng: Source of the sensors' noise.
-    """
-
-    def __init__(
-        self,
-        registers: Registers,
-        firmware: Firmware,
-        motor: Motor,
-        constants: ServoConstants,
-        rng: random.Random,
-    ) -> None:
-        self._registers = registers
-        self._firmware = firmware
-        self._motor = motor
-        self._constants = constants
-        self._random = rng
-        self._clock = 1e3 * (1.0 + constants.clock_error)  # [1/s] ticks of register 120
-        self._pending: tuple[int, bytes] | None = None
-        self._silent_until = 0.0
-        self.instructions = 0
-        """Number of instructions for this servo."""
-
-    @property
-    def identifier(self) -> int:
-        """Address on the bus."""
-        return self._registers.value(at.IDENTIFIER)
-
-    @property
-    def baud(self) -> int:
-        """Speed that its port listens at [bit/s]."""
-        return BAUD_RATES[self._registers.value(at.BAUD_RATE)]
-
-    @property
-    def return_delay(self) -> float:
-        """Pause before an answer [s]."""
-        return 2e-6 * self._registers.value(at.RETURN_DELAY)
+    BAUD_RATES = (9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000)
+    IDENTIFIER = at.IDENTIFIER
+    _pending: tuple[int, bytes] | None = None
 
     def answer(self, instruction: Instruction, time: float, count: int) -> bytes:
         """Carry out an instruction and return the answer, empty where there is none.
@@ -102,7 +54,6 @@ class ServoEmulator:
             return b""
         if not instruction.intact:
             return self._status(BAD_CRC) if instruction.identifier != BROADCAST else b""
-        self.instructions += 1
         self._firmware.silent = 0.0
         if instruction.code in (PING, READ, SYNC_READ, BULK_READ):
             self._refresh(time)
@@ -153,10 +104,9 @@ class ServoEmulator:
         return FAIL if code == FACTORY_RESET else UNKNOWN_INSTRUCTION
 
     def restart(self, time: float, count: int) -> None:
-        """Lose the RAM, torque included, and be silent for a while."""
-        self._registers.power_up(count)
+        """Lose the RAM, a write that waits included, and be silent for a while."""
+        super().restart(time, count)
         self._pending = None
-        self._silent_until = time + REBOOT_TIME
 
     def _read(self, data: bytes) -> bytes:
         if len(data) != 4:
@@ -208,14 +158,12 @@ class ServoEmulator:
         rate = sign * self._firmware.rate
         target, target_rate = self._firmware.trajectory
         position = self._firmware.position
-        gauss, duty = self._random.gauss, abs(motor.duty)
-        current = sign * motor.input_current + self._constants.current_noise * gauss(0.0, 1.0)
-        # the converter samples within the PWM's period: steady at rest and at full duty only
-        ripple = self._constants.voltage_ripple * min(1.0, 4.0 * duty * (1.0 - min(1.0, duty)))
-        voltage = motor.voltage + ripple * gauss(0.0, 1.0)
+        scatter, voltage = self._measured()
+        current = sign * motor.input_current + scatter
+        clock = 1e3 * (1.0 + self._constants.clock_error)  # [1/s] ticks of register 120
         moving = abs(rate) > registers.value(at.MOVING_THRESHOLD) * VELOCITY_UNIT
         store = registers.store
-        store(at.REALTIME_TICK, int(time * self._clock) % 32_768)
+        store(at.REALTIME_TICK, int(time * clock) % 32_768)
         store(at.MOVING, int(moving))
         store(at.MOVING_STATUS, 0x01 if abs(target - position) < 20 else 0x00)
         store(at.PRESENT_PWM, round(sign * motor.duty * PWM_FULL))

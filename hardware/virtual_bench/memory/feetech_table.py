@@ -24,8 +24,15 @@ FINE_SPEED = 4
 """Bit of the phase with which a count of speed is a count of position a second; else 50."""
 FIRST_RAM_ADDRESS = 40
 TABLE_SIZE = 87
-SIGN_BITS = {GOAL_POSITION: 15, GOAL_PWM: 10, GOAL_SPEED: 15, POSITION: 15, SPEED: 15, LOAD: 10,
-             CURRENT: 15}  # fmt: skip
+SIGN_BITS = {
+    GOAL_POSITION: 15,
+    GOAL_PWM: 10,
+    GOAL_SPEED: 15,
+    POSITION: 15,
+    SPEED: 15,
+    LOAD: 10,
+    CURRENT: 15,
+}
 """Bits that make the number below them negative."""
 FEETECH_ALERTS = {
     "input_voltage": 0x01,

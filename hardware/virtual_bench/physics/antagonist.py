@@ -70,9 +70,9 @@ class AntagonistFinger(Phalanges):
             ],
         )
         self._strings = tuple((mcp, pip, mcp.at(0.0)[0] + pip.at(0.0)[0]) for mcp, pip in strings)
-        self.excursions = (0.0, 0.0)
+        self.excursions: tuple[float, ...] = (0.0, 0.0)
         """Line given to each string [m]."""
-        self.excursion_rates = (0.0, 0.0)
+        self.excursion_rates: tuple[float, ...] = (0.0, 0.0)
         """[m/s]"""
 
     def advance(
@@ -91,7 +91,8 @@ class AntagonistFinger(Phalanges):
             l22 += line * j2 * j2
         self.move((t1, t2), (l11, l12, l22), time_step)
         (q1, q2), (v1, v2) = self.angles, self.rates
-        excursions, rates = [], []
+        excursions: list[float] = []
+        rates: list[float] = []
         for mcp, pip, straight in self._strings:
             (first, slope1), (second, slope2) = mcp.at(q1), pip.at(q2)
             excursions.append(straight - first - second)

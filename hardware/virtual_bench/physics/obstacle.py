@@ -50,7 +50,8 @@ def grips(name: str, seed: int, duration: float = 3600.0) -> tuple[Grip, ...]:
         return (TAPE_ROLL,)
     if name == "hand":
         return (HAND,)
-    rng, stays, time = random.Random(f"hand {seed}"), [], 0.0
+    rng, time = random.Random(f"hand {seed}"), 0.0
+    stays: list[Grip] = []
     while time < duration:
         time += rng.expovariate(1.0 / 1.7) + 0.3
         length = rng.uniform(0.3, 1.2)

@@ -110,8 +110,7 @@ def draw_unit(bench: str, seed: int, servo: str = XC330_T288_T.name) -> Unit:
     Raises:
         UnknownName: No such bench or servo; the message lists the known ones.
     """
-    if bench not in BENCHES:
-        raise unknown_name("virtual bench", bench, BENCHES)
+    count = servo_count(bench)
     if servo not in SERVOS:
         raise unknown_name("virtual servo", servo, SERVOS)
     own = random.Random(f"{bench} {seed}")
@@ -128,8 +127,7 @@ def draw_unit(bench: str, seed: int, servo: str = XC330_T288_T.name) -> Unit:
         mechanism=drawn_about(middle, own),
         load_cell=drawn_about(LoadCellConstants(), shared),
         further=tuple(
-            drawn_line(servo, random.Random(f"servo {seed} {place}"))
-            for place in range(1, servo_count(bench))
+            drawn_line(servo, random.Random(f"servo {seed} {place}")) for place in range(1, count)
         ),
     )
 
@@ -154,41 +152,16 @@ def drawn_line(servo: str, rng: random.Random) -> LineConstants:
     )
 
 
-def nominal_unit(bench: str) -> Unit:
-    """Return the unit in the middle of every draw.
-
-    Raises:
-        UnknownName: No such bench; the message lists the known ones.
-    """
-    if bench not in BENCHES:
-        raise unknown_name("virtual bench", bench, BENCHES)
-    middle, tendon = BENCHES[bench], TendonConstants()
-    if isinstance(middle, SliderConstants):
-        tendon = replace(tendon, routing_friction=0.0)
-    return Unit(
-        bench=bench,
-        seed=-1,
-        servo=ServoConstants(),
-        tendon=tendon,
-        mechanism=middle,
-        load_cell=LoadCellConstants(),
-        further=tuple(
-            LineConstants(
-                servo=ServoConstants(), tendon=TendonConstants(), load_cell=LoadCellConstants()
-            )
-            for _ in range(1, servo_count(bench))
-        ),
-    )
-
-
 def drawn_about(middle: Constants, rng: random.Random) -> Constants:
     """Draw each constant uniformly about its middle, in the order of the fields."""
     values: dict[str, Any] = {}
     for each in fields(middle):
-        value, width = getattr(middle, each.name), each.metadata["width"]
+        value: Any = getattr(middle, each.name)
+        width: Any = each.metadata["width"]
         if isinstance(value, tuple):
+            both = cast("tuple[float, ...]", value)
             values[each.name] = tuple(
-                v + w * rng.uniform(-1.0, 1.0) for v, w in zip(value, width, strict=True)
+                v + w * rng.uniform(-1.0, 1.0) for v, w in zip(both, width, strict=True)
             )
         else:  # the width belongs to the class's own nominal value: keep its proportion
             scale = value / each.default if each.default else 1.0

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from hardware.virtual_bench.physics.unit import Unit
-from tendon_newton.errors import unknown_name
+from tendon_newton.errors import look_up
 
 NEW = "new"
 """Word for a unit without wear."""
@@ -60,6 +60,5 @@ def worn(unit: Unit, wear: str) -> Unit:
     Raises:
         UnknownName: No such wear; the message lists the known ones.
     """
-    if wear not in WEARS:
-        raise unknown_name("wear of a virtual bench", wear, WEARS)
-    return WEARS[wear](unit, random.Random(f"wear {unit.bench} {unit.seed}"))
+    wearing = look_up("wear of a virtual bench", wear, WEARS)
+    return wearing(unit, random.Random(f"wear {unit.bench} {unit.seed}"))

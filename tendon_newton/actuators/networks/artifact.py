@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import io
 import warnings
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -54,7 +54,7 @@ class NetworkFile:
 
 
 @contextmanager
-def torchscript() -> Iterator[None]:
+def torchscript() -> Generator[None]:
     """Use TorchScript without PyTorch's advice to leave it.
 
     ``torch.export`` is to replace TorchScript. But it has no single file that Python, C++ and other

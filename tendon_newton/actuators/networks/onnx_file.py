@@ -1,8 +1,8 @@
 """The ONNX file of a force network: one file, its card in the metadata.
 
 Inputs are ``window`` (W, window, 3), oldest sample first, and the output ``tension`` (W,) [N]. Of a
-streaming network they are ``sample`` (W, 3) and ``state`` (W, H), and the outputs ``tension`` (W,)
-and ``new_state`` (W, H); the state starts at zero.
+streaming network they are ``sample`` (W, 3) and ``state`` (W, S), and the outputs ``tension`` (W,)
+and ``new_state`` (W, S), with the network's own S numbers for a state; the state starts at zero.
 """
 
 from __future__ import annotations

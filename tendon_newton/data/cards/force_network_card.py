@@ -11,7 +11,8 @@ from dataclasses import asdict, dataclass, fields
 from math import isfinite
 from typing import Any, Literal
 
-from tendon_newton.errors import InvalidNetworkFile, shown
+from tendon_newton.data.cards.card_json import read_card_json, refuse_broken, whole
+from tendon_newton.errors import InvalidNetworkFile
 
 SCHEMA = 1
 INPUTS = ("theta_d", "theta", "theta_dot")
@@ -20,8 +21,6 @@ UNITS = ("rad", "rad", "rad/s", "N")
 KIND = re.compile(r"[a-z][a-z0-9_]{0,31}")
 """A name. The table of force networks says which kinds there are; a program that only runs an ONNX
 file need not know them."""
-REASON_LENGTH = 200
-"""Most that is repeated of what Python says of a value [characters]."""
 PURPOSES = ("prediction", "simulation")
 HOLD_LIMIT = 1000.0
 """Largest stiffness [N/rad] and damping [N s/rad] of a card: a hundred times a hobby servo's."""
@@ -57,7 +56,7 @@ class TrainingRecording:
     file: str
     """Name inside its dataset."""
     sha256: str
-    """Of the file's bytes, or for a folder of its files' names and bytes."""
+    """SHA-256 of the file's bytes, or for a folder of its files' names and bytes."""
     split: Literal["train", "validation"]
     """Whether its windows were fitted, or only told when to stop; both are train recordings."""
 
@@ -71,11 +70,11 @@ class Training:
     split: str
     """How held-out data was held out, in words."""
     seed: int
-    """Of the starting weights and the order of the windows."""
+    """Seed of the starting weights and the order of the windows."""
     git_commit: str | None
-    """Of the program, where it ran from a clone."""
+    """Commit of the program, where it ran from a clone."""
     version: str
-    """Of the program."""
+    """Version of the program."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,7 +121,7 @@ class ForceNetworkCard:
     inputs: tuple[str, ...] = INPUTS
     """Columns of a sample."""
     units: tuple[str, ...] = UNITS
-    """Of the inputs, then of the output."""
+    """Units of the inputs, then of the output."""
     schema: int = SCHEMA
 
     def __post_init__(self) -> None:
@@ -131,16 +130,13 @@ class ForceNetworkCard:
             ("schema", self.schema, self.schema == SCHEMA, f"{SCHEMA}"),
             ("kind", self.kind, bool(KIND.fullmatch(str(self.kind))), "a name in small letters"),
             ("purpose", self.purpose, self.purpose in PURPOSES, f"one of {', '.join(PURPOSES)}"),
-            ("inputs", self.inputs, self.inputs == INPUTS, f"{list(INPUTS)}"),
-            ("units", self.units, self.units == UNITS, f"{list(UNITS)}"),
+            ("inputs", list(self.inputs), self.inputs == INPUTS, f"{list(INPUTS)}"),
+            ("units", list(self.units), self.units == UNITS, f"{list(UNITS)}"),
             ("window", self.window, 1 <= self.window <= 10_000, "1 to 10000 samples"),
             ("rate_hz", self.rate, 0.1 <= self.rate <= 10_000.0, "0.1 to 10000 Hz"),
             ("force_limit_n", self.force_limit, 0.0 < self.force_limit <= 1000.0, "up to 1000 N"),
         )
-        for name, came, kept, promised in promises:
-            if not kept:
-                came = list(came) if isinstance(came, tuple) else came
-                raise InvalidNetworkFile(f"card: {name} must be {promised}; it is {shown(came)}")
+        refuse_broken(promises, InvalidNetworkFile)
         for name in INPUTS:
             low, high = self.bounds.get(name, (1.0, 0.0))
             if not (isfinite(low) and isfinite(high) and low <= high):
@@ -164,25 +160,8 @@ class ForceNetworkCard:
         Raises:
             InvalidNetworkFile: The text is no JSON object, or a value is missing or mistyped.
         """
-        try:
-            table = json.loads(text)
-        except (ValueError, RecursionError) as error:
-            raise InvalidNetworkFile(f"card: must be JSON; {error}") from error
-        if not isinstance(table, dict):
-            raise InvalidNetworkFile(f"card: must be a JSON object; it is {table!r:.60}")
-        # the schema and the units first: in another version the rest may well look different
-        for key, promised in (("schema", SCHEMA), ("units", list(UNITS))):
-            if table.get(key) != promised:
-                raise InvalidNetworkFile(
-                    f"card: {key} must be {promised!r}; it is {table.get(key)!r:.60}"
-                )
-        try:
-            return read_card(table)
-        except KeyError as error:
-            raise InvalidNetworkFile(f"card: key {error.args[0]!r} is missing") from error
-        except (TypeError, ValueError, AttributeError, IndexError, OverflowError) as error:
-            reason = str(error)[:REASON_LENGTH]
-            raise InvalidNetworkFile(f"card: a value has the wrong type: {reason}") from error
+        first = {"schema": SCHEMA, "units": list(UNITS)}
+        return read_card_json(text, read_card, first, InvalidNetworkFile)
 
 
 FILE_KEYS = {"rate": "rate_hz", "force_limit": "force_limit_n"}
@@ -202,7 +181,7 @@ def read_card(table: Mapping[str, Any]) -> ForceNetworkCard:
         parameter_count=int(table.get("parameter_count", 0)),
         inputs=tuple(table["inputs"]),
         units=tuple(table["units"]),
-        window=whole(table["window"]),
+        window=whole(table, "window"),
         rate=float(table["rate_hz"]),
         force_limit=float(table["force_limit_n"]),
         streaming=bool(table["streaming"]),
@@ -217,10 +196,3 @@ def read_card(table: Mapping[str, Any]) -> ForceNetworkCard:
         purpose=table.get("purpose", "prediction"),
         hold=HoldLaw(**{name: float(hold.get(key, 0.0)) for name, key in HOLD_KEYS.items()}),
     )
-
-
-def whole(value: Any) -> int:
-    """Return a number that must be whole."""
-    if isinstance(value, bool) or not isinstance(value, int):
-        raise TypeError(f"window must be a whole number; it is {value!r}")
-    return value

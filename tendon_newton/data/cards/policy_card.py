@@ -11,10 +11,19 @@ from dataclasses import dataclass, field, fields
 from math import isfinite, pi
 from pathlib import PurePath
 from types import MappingProxyType
-from typing import Any, Literal, NoReturn
+from typing import Any, Literal
 
+from tendon_newton.data.cards.card_json import (
+    Promise,
+    number,
+    pair,
+    read_card_json,
+    refuse_broken,
+    whole,
+    word,
+)
 from tendon_newton.data.cards.policy_observation import HISTORY, RATE, SAMPLE, SERVO_RATE, sample_of
-from tendon_newton.errors import InvalidPolicyFile, shown
+from tendon_newton.errors import InvalidPolicyFile
 
 SCHEMA = 1
 CARD_NAME = "card.json"
@@ -184,15 +193,9 @@ class PolicyCard:
                 "the SHA-256 of a model file, or null",
             ),
         )
-        for name, came, kept, promised in promises:
-            if not kept:
-                raise InvalidPolicyFile(f"card: {name} must be {promised}; it is {shown(came)}")
+        refuse_broken(promises, InvalidPolicyFile)
         for place, servo in enumerate(self.further_servos, start=1):
-            for name, came, kept, promised in drive_promises(servo):
-                if not kept:
-                    raise InvalidPolicyFile(
-                        f"card: {name} of servo {place} must be {promised}; it is {shown(came)}"
-                    )
+            refuse_broken(drive_promises(servo), InvalidPolicyFile, f" of servo {place}")
 
     @property
     def servo_count(self) -> int:
@@ -262,22 +265,7 @@ class PolicyCard:
         Raises:
             InvalidPolicyFile: The text is no JSON object, or a value is missing or mistyped.
         """
-        try:
-            table = json.loads(text, parse_constant=refuse_constant)
-        except (ValueError, RecursionError) as error:
-            raise InvalidPolicyFile(f"card: must be JSON; {error}") from error
-        if not isinstance(table, dict):
-            raise InvalidPolicyFile(f"card: must be a JSON object; it is {shown(table)}")
-        if table.get("schema") != SCHEMA:  # in another version the rest may well look different
-            raise InvalidPolicyFile(
-                f"card: schema must be {SCHEMA}; it is {shown(table.get('schema'))}"
-            )
-        try:
-            return read_card(table)
-        except KeyError as error:
-            raise InvalidPolicyFile(f"card: key {error.args[0]!r} is missing") from error
-        except (TypeError, ValueError, AttributeError, OverflowError) as error:
-            raise InvalidPolicyFile(f"card: a value has the wrong type: {error}") from error
+        return read_card_json(text, read_card, {"schema": SCHEMA}, InvalidPolicyFile)
 
 
 def read_card(table: Mapping[str, Any]) -> PolicyCard:
@@ -287,7 +275,7 @@ def read_card(table: Mapping[str, Any]) -> PolicyCard:
     return PolicyCard(
         schema=table["schema"],
         observation=tuple((word(name), word(unit)) for name, unit in table["observation"]),
-        history=whole(table["history"]),
+        history=whole(table, "history"),
         rate=number(table["rate_hz"]),
         servo_rate=number(table["servo_rate_hz"]),
         action_unit=word(action["unit"]),
@@ -296,10 +284,10 @@ def read_card(table: Mapping[str, Any]) -> PolicyCard:
         normalisation=table["normalisation"],
         model=None if table["model"] is None else word(table["model"]),
         training=PolicyTraining(
-            seed=whole(training["seed"]),
+            seed=whole(training, "seed"),
             git_commit=None if training["git_commit"] is None else word(training["git_commit"]),
             version=word(training["version"]),
-            samples=whole(training.get("samples", 0)),
+            samples=whole({"samples": 0, **training}, "samples"),
             force=word(training.get("force", "")),
             randomisation={k: pair(v) for k, v in training.get("randomisation", {}).items()},
             files={k: word(v) for k, v in training.get("files", {}).items()},
@@ -334,7 +322,7 @@ def drive_table(servo: FurtherServo) -> dict[str, Any]:
     }
 
 
-def drive_promises(servo: PolicyCard | FurtherServo) -> tuple[tuple[str, Any, bool, str], ...]:
+def drive_promises(servo: PolicyCard | FurtherServo) -> tuple[Promise, ...]:
     """Return what must hold of one servo: a name, what came, whether it holds, what is promised."""
     return (
         (
@@ -374,36 +362,3 @@ def turning_range(servo: PolicyCard | FurtherServo) -> tuple[float, float]:
     """Return the angles between which commands let a spool come to rest [rad]."""
     least, greatest = servo.command_range
     return least if servo.pay_out is None else servo.pay_out[0], greatest
-
-
-def pair(value: Any) -> tuple[float, float]:
-    """Return two numbers."""
-    if not isinstance(value, list) or len(value) != 2:
-        raise TypeError(f"two numbers are needed; there is {shown(value)}")
-    return number(value[0]), number(value[1])
-
-
-def number(value: Any) -> float:
-    """Return a finite number; words that look like one are none."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
-        raise TypeError(f"a number is needed; there is {shown(value)}")
-    return float(value)
-
-
-def whole(value: Any) -> int:
-    """Return a number that must be whole."""
-    if isinstance(value, bool) or not isinstance(value, int):
-        raise TypeError(f"a whole number is needed; there is {shown(value)}")
-    return value
-
-
-def word(value: Any) -> str:
-    """Return a word."""
-    if not isinstance(value, str):
-        raise TypeError(f"a word is needed; there is {shown(value)}")
-    return value
-
-
-def refuse_constant(name: str) -> NoReturn:
-    """Refuse a number that JSON does not have."""
-    raise ValueError(f"{name} is not a number of JSON")

@@ -29,7 +29,7 @@ def findings_text(findings: Sequence[Finding]) -> list[str]:
     for finding in sorted(findings, key=lambda f: SEVERITIES.index(f.severity)):
         kind = (finding.severity, finding.channel, finding.consequence)
         kinds.setdefault(kind, []).append(finding)
-    lines = []
+    lines: list[str] = []
     for (severity, channel, consequence), group in kinds.items():
         lines += ["", f"{severity}, {channel}: {consequence}"]
         width = max(len(finding.recording) for finding in group)

@@ -65,7 +65,9 @@ def write_toml(path: Path, table: Mapping[str, Any], **rows: Sequence[Mapping[st
     blocks = [tomli_w.dumps(table)] if table else []
     for name, tables in rows.items():
         for row in tables:
-            nested = {key: value for key, value in row.items() if isinstance(value, Mapping)}
+            nested: dict[str, Any] = {
+                key: value for key, value in row.items() if isinstance(value, Mapping)
+            }
             flat = {key: value for key, value in row.items() if key not in nested}
             below = "\n" + tomli_w.dumps({name: nested}) if nested else ""
             blocks.append(f"[[{name}]]\n{tomli_w.dumps(flat)}{below}")

@@ -4,6 +4,7 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Set
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -149,7 +150,7 @@ def read_blocks(path: Path, name: str) -> Iterator[tuple[list[str], Rows]]:
     with open_text(path, InvalidRecording, promise, size_limit=LOG_SIZE_LIMIT) as file:
         lines = csv.reader(file, skipinitialspace=True)
         try:
-            header = [cell.strip() for cell in next(lines, [])]
+            header = [cell.strip() for line in islice(lines, 1) for cell in line]
             if not header:
                 raise InvalidRecording(
                     f"{name}: a recording needs a header line and rows; it is empty, or its first "

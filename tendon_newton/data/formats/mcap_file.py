@@ -102,7 +102,7 @@ class Damage:
     """Reason of an end of reading before the file's own end."""
     chunks: int = 0
     """Groups of messages that were damaged."""
-    undecoded: Counter[str] = field(default_factory=Counter)
+    undecoded: Counter[str] = field(default_factory=Counter[str])
     """Messages by topic that could not be decoded."""
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tendon_newton.data.files.values import are_words
 from tendon_newton.data.formats.topic_mapping import Source, TopicMapping, field_steps
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidRecording
@@ -162,7 +163,7 @@ class Collector:
         """Set sensors that share a topic side by side, at the first one's times."""
         names = tuple(self.source.joints or sorted(set(frames.tolist())))
         (first, *_) = [frames == frame for frame in names]
-        columns = [
+        columns: list[Array] = [
             np.interp(time[first], time[frames == frame], values[frames == frame, 0])
             for frame in names
         ]
@@ -180,9 +181,8 @@ def as_numbers(value: Any, where: str) -> list[float]:
 
 def joint_names(message: Any) -> list[str] | None:
     """Return the names of the joints that a message lists, or None where it lists none."""
-    names = getattr(message, "name", None)
-    is_list = isinstance(names, list) and all(isinstance(name, str) for name in names)
-    return names if is_list else None
+    names: Any = getattr(message, "name", None)
+    return names if are_words(names) else None
 
 
 def stamp(message: Any, log_time: int) -> int:
@@ -200,4 +200,4 @@ def frame(message: Any) -> str:
 
 def fields_of(message: Any) -> list[str]:
     """Names of a message's fields."""
-    return list(getattr(message, "__slots__", None) or vars(message))
+    return [*(getattr(message, "__slots__", None) or vars(message))]

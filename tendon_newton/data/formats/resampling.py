@@ -152,7 +152,8 @@ def interpolated(stream: Stream, rows: Nanoseconds, keep: Mask, *, bridge: float
     keep &= ~outside & (~silent | at_reading | (rows < time[0]) | (rows > time[-1]))
     origin = int(rows[0])
     at, of = (rows - origin).astype(np.float64), (time - origin).astype(np.float64)
-    return np.column_stack([np.interp(at, of, values) for values in stream.values.T])
+    columns: list[Array] = [np.interp(at, of, values) for values in stream.values.T]
+    return np.column_stack(columns)
 
 
 def slow_values(stream: Stream, rows: Nanoseconds) -> Array:

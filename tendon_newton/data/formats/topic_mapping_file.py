@@ -1,68 +1,66 @@
-"""A mapping of topics to columns as a TOML file; see ``docs/recordings.md``."""
+"""A mapping of topics to columns as a TOML file; see ``docs/recordings_mapping.md``."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from tendon_newton.data.files.text_file import finite_number
 from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys
+from tendon_newton.data.files.values import are_tables, is_table
+from tendon_newton.data.formats.mapped_column import MappedColumn, read_column
 from tendon_newton.data.formats.topic_mapping import COLUMNS, Source, TopicMapping
 from tendon_newton.errors import InvalidMapping, shown
 
-SOURCE_KEYS = ("topic", "field", "joints", "scale", "offset", "differentiate")
+TOPIC_FILE_KEYS = ("clock", "columns")
+"""Keys of a mapping that a dataset names; ``dataset.toml`` states bench, start and numbers."""
+Columns = Mapping[str, MappedColumn | Source]
 
 
-def read_mapping(path: Path) -> TopicMapping:
-    """Read a mapping file.
+def read_topic_mapping(path: Path) -> TopicMapping:
+    """Read the mapping of a recording that a dataset lists.
 
     Raises:
         InvalidMapping: A key is missing, unknown, or has a value of the wrong kind.
     """
     table = read_toml(path, InvalidMapping, "a mapping is a TOML file")
-    refuse_unknown_keys(table, ("clock", *COLUMNS), str(path), InvalidMapping)
-    clock = table.pop("clock", "header")
-    sources: dict[str, Source] = {}
-    differentiate = False
-    for column, entry in table.items():
-        where = f"{path}: [{column}]"
-        if not isinstance(entry, dict):
-            raise InvalidMapping(f"{where} must be a table; it is {shown(entry)}")
-        refuse_unknown_keys(entry, SOURCE_KEYS, where, InvalidMapping)
-        if "differentiate" in entry:
-            check_differentiate(column, entry, where)
-            differentiate = True
-        else:
-            sources[column] = read_source(entry, where)
-    return TopicMapping(sources=sources, differentiate=differentiate, clock=clock, path=path)
-
-
-def check_differentiate(column: str, entry: dict[str, Any], where: str) -> None:
-    """Refuse a derived column other than theta_dot from theta."""
-    if column != "theta_dot" or entry != {"differentiate": "theta"}:
+    if bare := [column for column in COLUMNS if column in table]:
+        raise InvalidMapping(f"{path}: {bare[0]} must stand under [columns]; it stands alone")
+    refuse_unknown_keys(table, TOPIC_FILE_KEYS, str(path), InvalidMapping)
+    topics = read_topics(path, read_columns(path, table.get("columns", {})), table.get("clock"))
+    if topics is None:
         raise InvalidMapping(
-            f'{where}: only theta_dot can be derived, by differentiate = "theta" alone; '
-            f"it says {shown(entry)}"
+            f"{path}: columns must say topic and field of what a ROS 2 recording holds; none does"
         )
+    return topics
 
 
-def read_source(entry: dict[str, Any], where: str) -> Source:
-    """Read one column's table."""
-    for key in ("topic", "field"):
-        if not isinstance(entry.get(key), str) or not entry[key]:
-            raise InvalidMapping(f"{where}: {key} must be a string; it is {shown(entry.get(key))}")
-    joints = entry.get("joints", [])
-    if not isinstance(joints, list) or not all(isinstance(name, str) for name in joints):
-        raise InvalidMapping(f"{where}: joints must be a list of names; it is {shown(joints)}")
-    numbers = {"scale": entry.get("scale", 1.0), "offset": entry.get("offset", 0.0)}
-    for key, value in numbers.items():
-        if finite_number(value) is None:
-            raise InvalidMapping(f"{where}: {key} must be a finite number; it is {shown(value)}")
-    try:
-        return Source(
-            topic=entry["topic"],
-            field=entry["field"],
-            joints=tuple(joints),
-            scale=float(numbers["scale"]),
-            offset=float(numbers["offset"]),
+def read_columns(path: Path, columns: Any) -> Columns:
+    """Read where every column comes from."""
+    if not is_table(columns) or not are_tables([*columns.values()]):
+        raise InvalidMapping(f"{path}: columns must hold one table per column of ours")
+    return {name: read_column(f"{path}: columns.{name}", name, r) for name, r in columns.items()}
+
+
+def read_topics(path: Path, mapped: Columns, clock: Any) -> TopicMapping | None:
+    """Return the mapping of a ROS 2 recording's topics; None where no column is on a topic."""
+    sources = {name: column for name, column in mapped.items() if isinstance(column, Source)}
+    if not sources:
+        return None
+    others = {n for n, column in mapped.items() if getattr(column, "source", None) is not None}
+    if others:
+        raise InvalidMapping(
+            f"{path}: columns are all in files of rows or all on topics; {min(others)} is a "
+            f"column and {min(sources)} on a topic"
         )
-    except InvalidMapping as error:
-        raise InvalidMapping(f"{where}: {error}") from error
+    if "t" in mapped:
+        raise InvalidMapping(
+            f"{path}: the time of a ROS 2 recording is that of its messages, by their stamps or "
+            'by when they were recorded (clock = "log"); leave t out'
+        )
+    if clock is not None and not (isinstance(clock, str) and clock):
+        raise InvalidMapping(f"{path}: clock must be a word; it is {shown(clock)}")
+    return TopicMapping(
+        sources=sources,
+        differentiate="theta_dot" in mapped and "theta_dot" not in sources,
+        clock=clock or "header",
+        path=path,
+    )

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import importlib
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from mcap.records import Chunk
@@ -54,9 +55,9 @@ def from_zstd(data: bytes, size: int) -> bytes:
 
 def from_lz4(data: bytes, size: int) -> bytes:
     """Unpack one frame of LZ4 that holds so many bytes."""
-    from lz4.frame import LZ4FrameDecompressor
-
-    found = LZ4FrameDecompressor().decompress(data, max_length=size + 1)
+    lz4: Any = importlib.import_module("lz4.frame")  # without types
+    unpacker = lz4.LZ4FrameDecompressor()
+    found: bytes = unpacker.decompress(data, max_length=size + 1)
     if len(found) > size:
         raise TooLarge(f"a group of {size} bytes holds more")
     return found

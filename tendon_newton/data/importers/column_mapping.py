@@ -8,28 +8,31 @@ from typing import Any
 
 from tendon_newton.data.files.text_file import finite_number
 from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys
-from tendon_newton.data.formats.topic_mapping import Source, TopicMapping
+from tendon_newton.data.files.values import are_tables, is_table
+from tendon_newton.data.formats.mapped_column import MappedColumn
+from tendon_newton.data.formats.topic_mapping import TopicMapping
+from tendon_newton.data.formats.topic_mapping_file import (
+    TOPIC_FILE_KEYS,
+    Columns,
+    read_columns,
+    read_topics,
+)
 from tendon_newton.data.importers.csv_dialect import CsvDialect
-from tendon_newton.data.importers.mapped_column import MappedColumn, read_column
 from tendon_newton.data.importers.stated_numbers import STATED_KEYS, StatedNumbers, read_stated
 from tendon_newton.errors import InvalidMapping, shown
 
 ROW_KEYS = ("rows", "rate", "delimiter", "decimal")
 """Keys for files of rows: CSV and JSON."""
-MESSAGE_KEYS = ("clock",)
-"""Keys for recordings of ROS 2."""
 FILE_KEYS = (
     "bench",
     "files",
     *ROW_KEYS,
-    *MESSAGE_KEYS,
-    "columns",
+    *TOPIC_FILE_KEYS,
     *STATED_KEYS,
     "logs",
     "model",
     "fit",
 )
-Columns = Mapping[str, MappedColumn | Source]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,8 +74,8 @@ def read_mapping(path: Path) -> ColumnMapping:
         if key not in table:
             raise InvalidMapping(f"{path}: key {key!r} is missing; see docs/recordings_mapping.md")
     mapped = read_columns(path, table["columns"])
-    topics = read_topics(path, mapped, word(path, "clock", table.get("clock")))
-    for key in ROW_KEYS if topics else MESSAGE_KEYS:
+    topics = read_topics(path, mapped, table.get("clock"))
+    for key in ROW_KEYS if topics else ("clock",):
         if key in table:
             kind = "CSV and JSON files" if topics else "ROS 2 recordings"
             raise InvalidMapping(
@@ -96,37 +99,6 @@ def read_mapping(path: Path) -> ColumnMapping:
     )
 
 
-def read_columns(path: Path, columns: Any) -> Columns:
-    """Read where every column comes from."""
-    if not isinstance(columns, dict) or not all(isinstance(row, dict) for row in columns.values()):
-        raise InvalidMapping(f"{path}: columns must hold one table per column of ours")
-    return {name: read_column(f"{path}: columns.{name}", name, r) for name, r in columns.items()}
-
-
-def read_topics(path: Path, mapped: Columns, clock: str | None) -> TopicMapping | None:
-    """Return the mapping of a ROS 2 recording's topics; None where columns are mapped."""
-    sources = {name: column for name, column in mapped.items() if isinstance(column, Source)}
-    if not sources:
-        return None
-    others = {n for n, column in mapped.items() if getattr(column, "source", None) is not None}
-    if others:
-        raise InvalidMapping(
-            f"{path}: columns are all in files of rows or all on topics; {min(others)} is a "
-            f"column and {min(sources)} on a topic"
-        )
-    if "t" in mapped:
-        raise InvalidMapping(
-            f"{path}: the time of a ROS 2 recording is that of its messages, by their stamps or "
-            'by when they were recorded (clock = "log"); leave t out'
-        )
-    return TopicMapping(
-        sources=sources,
-        differentiate="theta_dot" in mapped and "theta_dot" not in sources,
-        clock=clock or "header",
-        path=path,
-    )
-
-
 def require_columns(path: Path, mapped: Columns, *, timed: bool) -> None:
     """Refuse a mapping without what every recording has."""
     for name in ("theta", "theta_dot", *(() if timed else ("t",))):
@@ -141,7 +113,7 @@ def require_columns(path: Path, mapped: Columns, *, timed: bool) -> None:
 def read_patterns(path: Path, table: Mapping[str, Any]) -> tuple[StatedNumbers, ...]:
     """Read what is stated of all logs and of those that patterns name."""
     logs = table.get("logs", {})
-    if not isinstance(logs, dict) or not all(isinstance(row, dict) for row in logs.values()):
+    if not is_table(logs) or not are_tables([*logs.values()]):
         raise InvalidMapping(f"{path}: logs must hold one table per pattern of names")
     parts = {"*": {key: table[key] for key in STATED_KEYS if key in table}}
     first = read_stated(str(path), "*", parts["*"])

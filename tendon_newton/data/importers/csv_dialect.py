@@ -51,7 +51,7 @@ class CsvDialect:
 
     def text(self, given: "CsvDialect") -> str:
         """Say what of this was guessed; empty where it is what any program expects."""
-        words = []
+        words: list[str] = []
         if given.delimiter is None and self.delimiter != ",":
             words.append(f"cells separated by {self.delimiter!r}")
         if given.decimal is None and self.decimal != ".":
@@ -63,7 +63,7 @@ def guess_delimiter(header: str, wanted: Collection[str]) -> str:
     """Return what separates the cells of a header line."""
 
     def score(delimiter: str) -> tuple[int, int]:
-        cells = {cell.strip() for cell in next(csv.reader([header], delimiter=delimiter), [])}
+        cells = {cell.strip() for row in csv.reader([header], delimiter=delimiter) for cell in row}
         return len(cells & set(wanted)), len(cells)
 
     return max(DELIMITERS, key=score)

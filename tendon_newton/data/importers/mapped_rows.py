@@ -5,7 +5,7 @@ import json
 import re
 from array import array
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Sized
 from math import isnan
 from pathlib import Path
 from typing import Any
@@ -14,9 +14,10 @@ import numpy as np
 
 from tendon_newton.data.checks.finding import Finding
 from tendon_newton.data.files.text_file import LOG_SIZE_LIMIT, finite_number, open_text, read_text
+from tendon_newton.data.files.values import are_tables, is_list, is_table
+from tendon_newton.data.formats.mapped_column import MappedColumn
 from tendon_newton.data.importers.column_mapping import ColumnMapping
 from tendon_newton.data.importers.csv_dialect import PROMISE, CsvDialect
-from tendon_newton.data.importers.mapped_column import MappedColumn
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidRecording, listed, shown
 
@@ -88,7 +89,7 @@ def guessed(name: str, words: str) -> Iterator[Finding]:
         )
 
 
-def left_out(name: str, empty: Counter[str], places: array, count: int) -> Iterator[Finding]:
+def left_out(name: str, empty: Counter[str], places: Sized, count: int) -> Iterator[Finding]:
     """Say how many rows lack a number, and in which columns."""
     if empty:
         cells = ", ".join(f"{column} {times}" for column, times in empty.items())
@@ -124,7 +125,7 @@ def csv_rows(path: Path, delimiter: str) -> Iterator[Row]:
             raise InvalidRecording(f"{path}: a log must be CSV: {error}") from error
 
 
-def json_rows(path: Path, key: str | None) -> list[Row]:
+def json_rows(path: Path, key: str | None) -> Sequence[Row]:
     """Read the rows of a JSON file: a list of objects or an object of lists, maybe below a key."""
     text = read_text(path, InvalidRecording, "a log is a JSON file", size_limit=JSON_SIZE_LIMIT)
     try:
@@ -135,8 +136,8 @@ def json_rows(path: Path, key: str | None) -> list[Row]:
         )
     except (ValueError, RecursionError) as error:
         raise InvalidRecording(f"{path}: a log must be JSON: {error}") from error
-    rows = content if key is None else content.get(key) if isinstance(content, dict) else None
-    if isinstance(rows, dict) and (columns := lists_of(rows)):
+    rows = content if key is None else content.get(key) if is_table(content) else None
+    if is_table(rows) and (columns := lists_of(rows)):
         lengths = {name: len(values) for name, values in columns.items()}
         if len(set(lengths.values())) > 1:
             told = ", ".join(f"{name} {length}" for name, length in lengths.items())
@@ -144,7 +145,7 @@ def json_rows(path: Path, key: str | None) -> list[Row]:
         return [
             dict(zip(columns, cells, strict=True)) for cells in zip(*columns.values(), strict=True)
         ]
-    if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):
+    if not are_tables(rows) or not rows:
         place = "it" if key is None else f"its key {key!r}"
         raise InvalidRecording(
             f"{path}: {place} must hold a list of objects, one per row, or one list per column"
@@ -154,7 +155,7 @@ def json_rows(path: Path, key: str | None) -> list[Row]:
 
 def lists_of(table: Mapping[str, Any]) -> dict[str, list[Any]]:
     """Return the columns of an object of lists; none where a list holds objects."""
-    columns = {name: values for name, values in table.items() if isinstance(values, list)}
+    columns = {name: values for name, values in table.items() if is_list(values)}
     holds_rows = any(isinstance(item, dict) for values in columns.values() for item in values)
     return {} if holds_rows else columns
 
@@ -194,9 +195,9 @@ def cell(row: Row, source: str) -> Any:
     for key, index in STEP.findall(source):
         if isinstance(value, str):
             value = list_in(value)
-        if key and isinstance(value, dict):
+        if key and is_table(value):
             value = value.get(key)
-        elif index and isinstance(value, list) and int(index) < len(value):
+        elif index and is_list(value) and int(index) < len(value):
             value = value[int(index)]
         else:
             return None

@@ -13,7 +13,6 @@ import hashlib
 import json
 from array import array
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -24,6 +23,7 @@ from tendon_newton.data.files.text_file import (
     open_text,
     read_text,
 )
+from tendon_newton.data.files.values import is_list
 from tendon_newton.data.importers.imported import Imported, ImportedLog
 from tendon_newton.data.importers.so101_findings import folder_findings, joint_findings
 from tendon_newton.data.model_file import Model, NamedValues
@@ -148,7 +148,7 @@ def read_cell(
         value = json.loads(text or "")
     except (ValueError, RecursionError):
         value = None
-    items: list[Any] = value if isinstance(value, list) else [value]
+    items = value if is_list(value) else [value]
     numbers = [finite_number(item) for item in items]
     if isinstance(value, list) == (count is None) or len(items) != (count or 1) or None in numbers:
         expected = "a number" if count is None else f"a list of {count} numbers"

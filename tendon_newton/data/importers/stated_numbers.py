@@ -7,6 +7,7 @@ from typing import Any, Literal
 from tendon_newton.data.bench_overrides import BenchOverrides, read_bench_overrides
 from tendon_newton.data.files.text_file import finite_number
 from tendon_newton.data.files.toml_file import refuse_unknown_keys
+from tendon_newton.data.files.values import is_table
 from tendon_newton.data.recording import no_overrides
 from tendon_newton.errors import InvalidMapping, TendonNewtonError, shown
 
@@ -76,7 +77,7 @@ def read_stated(where: str, pattern: str, table: Mapping[str, Any]) -> StatedNum
 
 def read_numbers(where: str, table: Any) -> dict[str, float]:
     """Read numbers of the actuator; which it knows is checked where it is built."""
-    numbers = table if isinstance(table, dict) else {"": table}
+    numbers = table if is_table(table) else {"": table}
     for key, value in numbers.items():
         if not key or finite_number(value) is None:
             raise InvalidMapping(

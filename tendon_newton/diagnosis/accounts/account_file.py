@@ -9,6 +9,7 @@ from typing import Any
 
 from tendon_newton.data.files.json_file import read_json
 from tendon_newton.data.files.text_file import finite_number
+from tendon_newton.data.files.values import are_tables, is_list, is_table
 from tendon_newton.diagnosis.diagnosis_file import (
     PROMISE,
     StatedDiagnosis,
@@ -93,7 +94,7 @@ def state_accounts(table: Mapping[str, Any], where: str) -> Accounts:
     """
     stated = state_diagnosis(table, where)
     rows = table.get("candidates")
-    if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
+    if not are_tables(rows):
         raise InvalidDiagnosis(
             f"{where}: candidates must be a list of objects; it is {came(table, 'candidates')}"
         )
@@ -101,7 +102,7 @@ def state_accounts(table: Mapping[str, Any], where: str) -> Accounts:
     order = [effect.name for effect in stated.effects]
     causes.sort(key=lambda c: (order.index(c.name) if c.named else len(order), -c.share))
     baseline = table.get("baseline")
-    force = baseline.get("force_rmse") if isinstance(baseline, dict) else None
+    force = baseline.get("force_rmse") if is_table(baseline) else None
     return Accounts(stated=stated, causes=tuple(causes), has_force=force is not None)
 
 
@@ -110,7 +111,7 @@ def state_account(row: Mapping[str, Any], stated: StatedDiagnosis, where: str) -
     name = read_word(row, "name", where)
     own = next((effect for effect in stated.effects if effect.name == name), None)
     values = row.get("parameters", {})
-    if not isinstance(values, dict):
+    if not is_table(values):
         raise InvalidDiagnosis(f"{where}: parameters must be an object; it is {values!r:.60}")
     numbers = {key: finite_number(value) for key, value in values.items()}
     acts = row.get("acts_in")
@@ -132,7 +133,7 @@ def state_account(row: Mapping[str, Any], stated: StatedDiagnosis, where: str) -
 
 def words(value: Any) -> tuple[str, ...] | None:
     """Return a list of words; None where there is no such list."""
-    if not isinstance(value, list):
+    if not is_list(value):
         return None
     return tuple(word for word in value if isinstance(word, str))
 
@@ -140,7 +141,7 @@ def words(value: Any) -> tuple[str, ...] | None:
 def state_criteria(row: Mapping[str, Any], where: str) -> tuple[Criterion, ...]:
     """Check what a cause had to pass."""
     criteria = row.get("criteria", [])
-    if not isinstance(criteria, list) or not all(isinstance(c, dict) for c in criteria):
+    if not are_tables(criteria):
         raise InvalidDiagnosis(
             f"{where}: criteria must be a list of objects; it is {came(row, 'criteria')}"
         )

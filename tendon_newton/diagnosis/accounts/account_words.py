@@ -107,7 +107,7 @@ def what_would_tell(cause: Account) -> list[str]:
         return ["To tell them apart, record what the verb experiment proposes."]
     if cause.named or cause.name not in EFFECTS:
         return []
-    out = []
+    out: list[str] = []
     signature = docstring_part(cause.name, "Signature")
     if signature:
         out.append(f"What would tell: recordings that show its mark. Its mark is: {signature}")

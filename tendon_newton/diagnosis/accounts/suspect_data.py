@@ -26,12 +26,19 @@ ALIKE = 1.0e-6
 CONTRADICTS = 10.0
 """Noise floors by which equal runs differ that contradict each other [1]."""
 UNITS: dict[str, tuple[tuple[float, str], ...]] = {
-    "theta": ((57.3, "degrees in place of rad"), (1e3, "mrad in place of rad"),
-              (1.0 / 57.3, "turned from degrees to rad twice")),
-    "force": ((1e3, "mN in place of N"), (1e-3, "kN in place of N"),
-              (0.102, "kgf in place of N"), (102.0, "gf in place of N"),
-              (0.2248, "lbf in place of N")),
-}  # fmt: skip
+    "theta": (
+        (57.3, "degrees in place of rad"),
+        (1e3, "mrad in place of rad"),
+        (1.0 / 57.3, "turned from degrees to rad twice"),
+    ),
+    "force": (
+        (1e3, "mN in place of N"),
+        (1e-3, "kN in place of N"),
+        (0.102, "kgf in place of N"),
+        (102.0, "gf in place of N"),
+        (0.2248, "lbf in place of N"),
+    ),
+}
 """Signal -> measured over true value, and what was then taken for what."""
 NEAR_UNIT = 0.15
 """How near a ratio must be to one of a unit, as a share of it [1]."""
@@ -140,8 +147,10 @@ def same_run(one: Recording, other: Recording) -> bool:
     """Tell whether two recordings had the same bench and the same commands."""
     if one.command is None or other.command is None or one.command.shape != other.command.shape:
         return False
-    settings = [(r.bench, repr(r.bench_overrides), dict(r.actuator_overrides), r.start)
-                for r in (one, other)]  # fmt: skip
+    settings = [
+        (r.bench, repr(r.bench_overrides), dict(r.actuator_overrides), r.start)
+        for r in (one, other)
+    ]
     return settings[0] == settings[1] and bool(np.allclose(one.command, other.command, atol=ALIKE))
 
 
@@ -193,12 +202,19 @@ def size_on(
 ) -> float:
     """Return a recording's error as a recording of another bench [1]; infinite if it is none."""
     try:
-        moved = Study([replace(recording, bench=bench)], model, study.table.effects,
-                      time_step=study.time_step, scale=study.scale)  # fmt: skip
+        moved = Study(
+            [replace(recording, bench=bench)],
+            model,
+            study.table.effects,
+            time_step=study.time_step,
+            scale=study.scale,
+        )
         moved.noise = study.noise
         owners = [study.table.owners[column] for column in values]
-        own = {moved.table.column(owner, p.name): v
-               for (owner, p), v in zip(owners, values.values(), strict=True)}  # fmt: skip
+        own = {
+            moved.table.column(owner, p.name): v
+            for (owner, p), v in zip(owners, values.values(), strict=True)
+        }
     except TendonNewtonError:  # what the entry states of its bench does not suit another
         return float("inf")
     return size_of(moved.residuals(*replacements([own]))[0], moved)

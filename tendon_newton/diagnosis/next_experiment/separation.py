@@ -13,10 +13,9 @@ from tendon_newton.data.excitations import EXCITATIONS, excite
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.diagnosis.explanation import OpenClass, Setting
 from tendon_newton.diagnosis.imitation import Likeness, Trial, find_likenesses
-from tendon_newton.diagnosis.search.decide.rule import CLASS_ERRORS
 from tendon_newton.diagnosis.search.floors import form_scales
 from tendon_newton.effects import EFFECTS
-from tendon_newton.identification.study import Study, replacements
+from tendon_newton.identification.study import Residual, Study, replacements
 
 DURATION = 12.0
 """Length of a proposed run [s]."""
@@ -30,6 +29,8 @@ SEEDS = (7, 8, 9)
 """Each draws another run of the same excitation."""
 EQUAL_SHARE = 0.01
 """Losses closer than this share of what a cause removes count as equal [1]."""
+ERRORS = 2.0
+"""Standard deviations of noise within which losses count as equal [1]."""
 MARGIN = 3.0
 """What a diagnosis needs to tell causes apart, and so many times more, counts as enough."""
 MOST_REPEATS = 20
@@ -123,25 +124,59 @@ def propose(
         seeds: Runs drawn of each excitation; the best one stands for it.
         duration: Length of each run [s].
     """
-    settings = settings_to_try(question.settings, benches)
-    plans = [
+    plans = library_plans(settings_to_try(question.settings, benches), seeds, duration)
+    predictions = predict(question, play(question, plans))
+    own = {setting.bench for setting in question.settings}
+    ranked: dict[tuple[str, str], Prediction] = {}
+    for p in sorted(predictions, key=lambda p: rank(p, own)):
+        ranked.setdefault((bench_text(p.plan.setting), p.plan.excitation), p)
+    return tuple(ranked.values())
+
+
+@dataclass(frozen=True, kw_only=True)
+class Played:
+    """Planned runs as the model without a cause, and each explanation of the data, would run."""
+
+    plans: tuple[Plan, ...]
+    trials: tuple[Trial, ...]
+    residuals: tuple[Residual, ...]
+    """Of each run: less what is simulated by the model without a cause, then by the models of each
+    trial."""
+
+
+def library_plans(settings: Sequence[Setting], seeds: Sequence[int], duration: float) -> list[Plan]:
+    """Draw runs of every excitation of the library on every bench."""
+    return [
         plan_run(setting, name, seed, duration)
         for setting in settings
         for name in EXCITATIONS
         for seed in seeds
     ]
+
+
+def play(question: OpenClass, plans: Sequence[Plan]) -> Played:
+    """Simulate planned runs with every explanation of the data."""
     has_force = question.noise.force is not None
     runs = [blank_recording(plan, has_force) for plan in plans]
     study = Study(runs, question.without, tuple(EFFECTS), time_step=STEP, scale=question.scale)
     trials = [Trial(study, explanation) for explanation in question.explanations]
     models = [{}, *(model for trial in trials for model in trial.models)]
-    residuals = study.residuals(*replacements(models))
+    return Played(
+        plans=tuple(plans),
+        trials=tuple(trials),
+        residuals=tuple(study.residuals(*replacements(models))),
+    )
+
+
+def predict(question: OpenClass, played: Played) -> tuple[Prediction, ...]:
+    """Return what every run is expected to show of every two causes."""
+    form = form_scales(question.scale)
     seen = [
-        (plan, find_likenesses(residual, trials, question.noise, form_scales(question.scale)))
-        for plan, residual in zip(plans, residuals, strict=True)
+        (plan, find_likenesses(residual, played.trials, question.noise, form))
+        for plan, residual in zip(played.plans, played.residuals, strict=True)
     ]
     recorded = gain_recorded(question.settings, seen)
-    predictions = [
+    return tuple(
         Prediction(
             plan=plan,
             contrasts=tuple(
@@ -150,12 +185,7 @@ def propose(
             force_unit=question.scale.force_unit,
         )
         for plan, likes in seen
-    ]
-    own = {setting.bench for setting in question.settings}
-    ranked: dict[tuple[str, str], Prediction] = {}
-    for p in sorted(predictions, key=lambda p: rank(p, own)):
-        ranked.setdefault((bench_text(p.plan.setting), p.plan.excitation), p)
-    return tuple(ranked.values())
+    )
 
 
 def rank(prediction: Prediction, own: set[str]) -> tuple[int, float, bool, float]:
@@ -238,12 +268,12 @@ def gain_recorded(
     for setting in recorded:
         same = [entry for entry in seen if entry[0].setting.same_bench(setting)] or seen
         rates = [like.gain / plan.duration for plan, likes in same for like in likes]
-        total += setting.seconds * float(np.mean(rates))
+        total += setting.seconds * float(np.mean(rates)) if rates else 0.0
     return total
 
 
 def repeats_needed(like: Likeness, recorded: float) -> int | None:
-    """Return how many runs a diagnosis needs, by the two bars that it sets for a difference.
+    """Return how many runs tell two causes apart beyond what a diagnosis asks.
 
     With n runs the imitation is n times the loss behind. The n-fold loss must exceed a share of the
     loss that the cause removes of all data. The loss must also exceed the scatter, which grows with
@@ -253,6 +283,6 @@ def repeats_needed(like: Likeness, recorded: float) -> int | None:
     if like.behind <= share * like.gain or like.behind == 0.0:
         return None
     by_share = share * recorded / (like.behind - share * like.gain)
-    by_scatter = (MARGIN * CLASS_ERRORS * like.scatter / like.behind) ** 2
+    by_scatter = (MARGIN * ERRORS * like.scatter / like.behind) ** 2
     count = max(1, math.ceil(max(by_share, by_scatter)))
     return count if count <= MOST_REPEATS else None

@@ -27,6 +27,11 @@ def write_command(path: Path, prediction: Prediction) -> None:
         )
 
 
+def write_setting(path: Path, prediction: Prediction) -> None:
+    """Write which command to record on which bench, as TOML."""
+    write_toml(path, {"command": path.with_suffix(".csv").name, **setting_of(prediction)})
+
+
 def write_prediction(path: Path, predictions: Sequence[Prediction]) -> None:
     """Write bench, repeats and the predicted differences of every run that was tried, as TOML."""
     best = predictions[0]

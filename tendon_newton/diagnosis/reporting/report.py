@@ -18,6 +18,7 @@ from tendon_newton.diagnosis.held_out import (
 from tendon_newton.diagnosis.reporting.report_captions import captions
 from tendon_newton.diagnosis.reporting.report_doubts import doubts
 from tendon_newton.diagnosis.reporting.report_figures import SIGNALS, Panels, short
+from tendon_newton.diagnosis.reporting.report_finger import moving_fingers
 from tendon_newton.diagnosis.reporting.report_tables import (
     cause_rows,
     detail_rows,
@@ -92,15 +93,15 @@ def content(diagnosis: Diagnosis, evidence: Evidence, origin: Origin) -> dict[st
     name = origin.dataset.resolve().name if origin.dataset else benches
     return {
         "title": f"{headline(diagnosis)} {name}",
-        "subject": f"{name}: {len(train)} recordings to learn from, {len(comparisons)} held out"
-        f" ({benches})",
+        "subject": f"{name}: {count(len(train), 'recording')} to learn from, "
+        f"{len(comparisons)} held out ({benches})",
         "headline": headline(diagnosis),
         "causes": cause_rows(diagnosis),
         "consequence": CONSEQUENCES[diagnosis.verdict],
         "next_steps": diagnosis.next_steps,
         "numbers": key_numbers(diagnosis),
         "quotation": origin.quotation(),
-        **pictures(diagnosis, comparisons),
+        **pictures(diagnosis, evidence, comparisons),
         **captions(diagnosis),
         **finding_rows(train, evidence.test.recordings),
         "notes": [*doubts(diagnosis), *diagnosis.notes],
@@ -109,13 +110,22 @@ def content(diagnosis: Diagnosis, evidence: Evidence, origin: Origin) -> dict[st
     }
 
 
-def pictures(diagnosis: Diagnosis, comparisons: tuple[Comparison, ...]) -> Mapping[str, Any]:
+def count(number: int, thing: str) -> str:
+    """Return a number with its thing, in the plural where it needs one."""
+    return f"{number} {thing}{'' if number == 1 else 's'}"
+
+
+def pictures(
+    diagnosis: Diagnosis, evidence: Evidence, comparisons: tuple[Comparison, ...]
+) -> Mapping[str, Any]:
     """Draw all panels."""
     panels = Panels(diagnosis, comparisons)
     windows = telling_windows(comparisons, gap=diagnosis.verdict != "no_gap")
     sizes = {signal: panels.before(signal) for signal in SIGNALS}
     worst = max(comparisons, key=lambda c: float(row_weights(c, sizes).sum()))
+    found = bool(diagnosis.effects)
     return {
+        "fingers": moving_fingers(evidence, diagnosis.model, windows, found=found),
         "windows": [
             {
                 "title": f"{short(w.comparison.recording.name)}, {w.start:.1f} to "

@@ -17,6 +17,8 @@ ROUNDS = 3
 """Times that the weights of the signals are renewed while a set is solved for."""
 FORCED = 4
 """Single causes of which each is forced into a set."""
+PROMISE = 0.2
+"""Share of what a cause is worth that another must promise to be tried in its place [1]."""
 MOST_STEPS = 20
 """Additions, removals and exchanges of one choice."""
 
@@ -40,7 +42,7 @@ class Chooser:
 
     Args:
         survey: The quadratic.
-        price: Gain in score [nat per row] that a further cause must promise.
+        price: Gain in score [nat per row] that each number of a further cause must promise.
         most: Causes at most.
     """
 
@@ -100,9 +102,9 @@ class Chooser:
         return float(np.sum(0.5 * np.log(self._variances(left)) * (self.survey.rows > 0.0)))
 
     def cost(self, trial: Trial) -> float:
-        """Return a set's score with the price of its causes."""
-        names = len(trial.added) + len(self.removals) - len(trial.removed)
-        return trial.score + self.price * names
+        """Return a set's score with the price of all numbers of its causes."""
+        numbers = sum(len(find_effect(name).parameters) for name in self.names(trial))
+        return trial.score + self.price * numbers
 
     def names(self, trial: Trial) -> tuple[str, ...]:
         """Return the causes of a set."""
@@ -186,6 +188,12 @@ class Chooser:
             if name not in trial.removed and name not in forced:
                 yield self.solve(trial.added, (*trial.removed, name))
 
+    def within(self, single: Trial) -> Trial:
+        """Return a set with one cause more than the fit, in the place of another at the limit."""
+        if len(self.names(single)) <= self.most:
+            return single
+        return min((self.solve(single.added, [n]) for n in self.removals), key=self.cost)
+
     def best_atoms(self) -> dict[str, Trial]:
         """Return for every effect that the fit has not the best set with it besides."""
         by_name: dict[str, Trial] = {}
@@ -220,7 +228,7 @@ def choose(chooser: Chooser, sets: int) -> list[Trial]:
     for single in chooser.singles(FORCED):
         name = columns[single.added[0]].name
         if name not in chooser.names(best):
-            found.append(chooser.grow(single, forced=[name]))
+            found.append(chooser.grow(chooser.within(single), forced=[name]))
     found.sort(key=chooser.cost, reverse=True)
     different = {frozenset(chooser.names(trial)): trial for trial in found}
     different.pop(frozenset(chooser.survey.fit.names), None)
@@ -228,11 +236,16 @@ def choose(chooser: Chooser, sets: int) -> list[Trial]:
 
 
 def exchanges(chooser: Chooser, count: int) -> list[Trial]:
-    """Return for each cause of the fit the sets with the likeliest others in its place."""
+    """Return for each cause of the fit the sets with the likeliest others in its place.
+
+    Special cases of a cause are among them, and else who promises a share of what it is worth.
+    """
     out: list[Trial] = []
-    columns = chooser.survey.columns
+    columns, start = chooser.survey.columns, chooser.solve((), ())
     for name in chooser.survey.fit.names:
         others = {r for n in chooser.survey.fit.names if n != name for r in relatives(n)}
+        less = chooser.solve((), [name])
+        bar = less.score - PROMISE * max(0.0, less.score - start.score)
         ranked: dict[str, Trial] = {}
         for atom in chooser.atoms:
             rival = columns[atom].name
@@ -242,8 +255,9 @@ def exchanges(chooser: Chooser, count: int) -> list[Trial]:
             if rival not in ranked or trial.score < ranked[rival].score:
                 ranked[rival] = trial
         best = sorted(ranked, key=lambda rival: ranked[rival].score)[:count]
+        near = [rival for rival in best if ranked[rival].score < bar]
         special = [rival for rival in find_effect(name).includes if rival in ranked]
-        out += [ranked[rival] for rival in dict.fromkeys([*best, *special])]
+        out += [ranked[rival] for rival in dict.fromkeys([*near, *special])]
     return out
 
 

@@ -13,20 +13,22 @@ from tendon_newton.effects import find_effect
 from tendon_newton.identification.objective import Scales
 
 
-def floors_of(worlds: Worlds, names: Sequence[str]) -> Floors:
+def floors_of(worlds: Worlds, names: Sequence[str], *, jumping: bool = True) -> Floors:
     """Return what noise and errors of form leave with some effects in the model.
 
     Args:
         worlds: Have the noise and the bench's size.
         names: Effects of the model, those it started with included.
+        jumping: Whether what jumps misses more than what only sticks.
     """
-    noise, scale = worlds.study.noise, worlds.study.scale
-    form, dry = form_scales(scale), is_dry(names)
-    jumps = any(map(breaks_away, names))
+    noise, form, dry = worlds.study.noise, form_scales(worlds.study.scale), is_dry(names)
+    jumps = jumping and any(map(breaks_away, names))
     rung = LADDER if jumps else 1.0 if dry else 1.0 / LADDER
+    least = min(1.0, rung)
     return Floors(
         theta=float(np.hypot(noise.theta, rung * form.theta)),
         force=float(np.hypot(noise.force or 0.0, rung * form.force)),
+        form=Scales(theta=least * form.theta, force=least * form.force),
         rest=REST if dry else worlds.rest_share,
     )
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tendon_newton.data.recording import Array, Indices
-from tendon_newton.diagnosis.search.refit import Fit, refit
+from tendon_newton.diagnosis.search.refit import Fit, linearise, refit
 from tendon_newton.diagnosis.search.worlds import Floors, Worlds
 from tendon_newton.identification.objective import TAIL, group_sums
 
@@ -18,7 +18,7 @@ LEAST_PARTS = 3
 PART = 4
 """Length of the spans of time [blocks] that are left out where recordings are few: every fifth."""
 STEPS = 2
-"""Steps of a refit, from the optimum of all rows."""
+"""Steps of a refit from the optimum of all rows, with the derivatives there: it moves little."""
 
 
 def folds(worlds: Worlds) -> Indices:
@@ -46,11 +46,13 @@ def held_out_terms(worlds: Worlds, fits: Sequence[Fit], floors: Floors) -> Array
     A row's signal counts alike however many rows it has, as in `Worlds.score`; the sum over rows is
     the score.
     """
-    of_row = folds(worlds)
+    of_row, jacobians = folds(worlds), linearise(worlds, fits)
     total = np.zeros((len(fits), len(of_row)))
     for fold in np.unique(of_row):
         seen = of_row != fold
-        found = refit(worlds, fits, floors, iterations=STEPS, coarse=0, rows=seen)
+        found = refit(
+            worlds, fits, floors, iterations=STEPS, coarse=0, rows=seen, jacobians=jacobians
+        )
         residuals = np.stack([f.residual for f in found])
         scales = worlds.score(residuals, floors, rows=seen)
         total += np.where(seen, 0.0, terms(worlds, residuals, scales.theta, scales.force, floors))

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tendon_newton.diagnosis.search.floors import form_scales
+from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.refit import Fit, refit, rescored, values_of
-from tendon_newton.diagnosis.search.worlds import Floors, Worlds
+from tendon_newton.diagnosis.search.worlds import QUIET, Floors, Worlds
 from tendon_newton.effects import find_effect
 
 Log = Callable[[str], None]
@@ -64,25 +64,39 @@ class Pool:
             new = rescored(self.worlds, list(self.fits.values()), floors)
             self.fits = dict(zip(self.fits, new, strict=True))
 
-    def renew(self, floors: Floors, fit: Fit) -> Fit:
-        """Score all sets at other floors and follow one of them there; return the latter."""
-        if floors == self.floors:
-            return fit
-        self.rescore(floors)
-        own = self.fits[frozenset(fit.names)]
-        self.add(refit(self.worlds, [own], floors, iterations=RENEWED, coarse=0))
-        return self.fits[frozenset(fit.names)]
+    def renew(self, fit: Fit, known: Sequence[str]) -> Fit:
+        """Score all sets at the floors of one and follow that one there; return it.
+
+        That what jumps misses more counts only if something is left otherwise: a breakaway force
+        that hardly differs from the sliding one must not hide other causes.
+        """
+        for jumping in (False, True):
+            floors = floors_of(self.worlds, (*known, *fit.names), jumping=jumping)
+            if floors != self.floors:
+                self.rescore(floors)
+                own = self.fits[frozenset(fit.names)]
+                self.add(refit(self.worlds, [own], floors, iterations=RENEWED, coarse=0))
+                fit = self.fits[frozenset(fit.names)]
+            if self.excess(fit) < self.price:
+                break
+        return fit
 
     def bar(self, name: str) -> float:
         """Return the gain in score that a cause must bring: each of its numbers has a price."""
         return self.price * len(find_effect(name).parameters)
 
     def change(self, fit: Fit, less: Fit) -> float:
-        """Return how much smaller residuals a fit has than another [errors of form of a law]."""
-        form, out = form_scales(self.worlds.study.scale), 0.0
-        for signal in ("theta", "force"):
-            before, after, unit = (getattr(x, signal) for x in (less.scales, fit.scales, form))
-            out = max(out, float(np.sqrt(max(0.0, before**2 - after**2))) / unit)
+        """Return how much smaller residuals a fit has than another [errors of form of a law].
+
+        All rows count by their weight, those of a jump too: a cause may act at times only.
+        """
+        weight, is_force = self.worlds.weights(self.floors), self.worlds.where.is_force
+        gain, out = weight * (less.residual**2 - fit.residual**2), 0.0
+        for force, unit in ((False, self.floors.form.theta), (True, self.floors.form.force)):
+            rows = is_force == force
+            if rows.any():
+                mean = float(gain[rows].sum() / weight[rows].sum())
+                out = max(out, float(np.sqrt(max(0.0, mean))) / unit)
         return out
 
     def worth(self, fit: Fit, less: Fit, name: str) -> float:
@@ -98,11 +112,12 @@ class Pool:
         return min(self.fits.values(), key=self.cost)
 
     def excess(self, fit: Fit) -> float:
-        """Return what a fit leaves above the floors: no cause can gain more [nat per row]."""
-        out = float(np.log(fit.scales.theta / self.floors.theta))
-        if fit.scales.force:
-            out += float(np.log(fit.scales.force / self.floors.force))
-        return out
+        """Return what a fit leaves above normal residuals at the floors [nat per row].
+
+        Rows at which something acts at times count in their tails.
+        """
+        is_force = self.worlds.where.is_force
+        return fit.score - QUIET * (int(is_force.any()) + int(not is_force.all()))
 
     def describe(self, fit: Fit) -> str:
         """Say a fit in one line."""

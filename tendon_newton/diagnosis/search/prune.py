@@ -5,19 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from tendon_newton.diagnosis.search.choice import Chooser, exchanges
-from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, without
-from tendon_newton.diagnosis.search.strategy import (
-    RIVALS,
-    follow,
-    new_starts,
-    note_singles,
-)
+from tendon_newton.diagnosis.search.starts import new_starts, wider_starts
+from tendon_newton.diagnosis.search.strategy import RIVALS, follow, note_singles
 from tendon_newton.diagnosis.search.survey import survey
+from tendon_newton.effects import find_effect
 
-CLEAR = 6.0
-"""Prices that a cause is worth after two steps from which it needs no more of them [1]."""
+FAR, CLEAR = 20.0, 6.0
+"""Prices that a cause is worth after one step, and after two, from which the set without it needs
+no more of them [1]."""
 TURNS = 3
 """Times that causes are pruned and exchanged at most."""
 
@@ -36,9 +33,9 @@ def settle(pool: Pool, fit: Fit, names: Sequence[str], known: Sequence[str]) -> 
         pool.log(f"pruned: {pool.describe(fit)}; {pool.worlds.count} simulated")
         if not fit.names or pool.is_late:
             break
-        fit = pool.renew(floors_of(pool.worlds, (*known, *fit.names)), fit)
+        fit = pool.renew(fit, known)
         exchange(pool, fit, names)
-        best = pool.best()
+        best = simplest(pool, pool.best())
         if frozenset(best.names) == frozenset(fit.names):
             break
         fit = best
@@ -59,17 +56,19 @@ def prune(pool: Pool, fit: Fit) -> Fit:
 
 
 def leave_out(pool: Pool, fit: Fit) -> dict[str, Fit]:
-    """Refit a set without each of its causes; what is clearly worse is not followed."""
-    todo = [n for n in fit.names if frozenset(fit.names) - {n} not in pool.fits]
-    less = start_fits(
-        pool.worlds, [without(fit, n, pool.worlds) for n in todo], pool.floors, fit.time_step
-    )
-    less = refit(pool.worlds, less, pool.floors, iterations=2, coarse=0)
-    near = [i for i, f in enumerate(less) if f.score - fit.score < CLEAR * pool.price]
-    again = refit(pool.worlds, [less[i] for i in near], pool.floors, iterations=3, coarse=0)
-    for i, f in zip(near, again, strict=True):
-        less[i] = f
-    pool.add(less)
+    """Refit a set without each of its causes; what is clearly worse is not followed.
+
+    A smaller set that was fitted before starts anew where the larger one leads to a better place.
+    """
+    starts = [without(fit, name, pool.worlds) for name in fit.names]
+    found = start_fits(pool.worlds, starts, pool.floors, fit.time_step)
+    known = [pool.fits.get(frozenset(f.names)) for f in found]
+    new = [f for f, old in zip(found, known, strict=True) if old is None or f.score < old.score]
+    pool.add(refit(pool.worlds, new, pool.floors, iterations=1, coarse=0))
+    for prices, steps in ((FAR, 1), (CLEAR, 3)):
+        less = [pool.fits[frozenset(fit.names) - {n}] for n in fit.names]
+        near = [f for f in less if f.score - fit.score < prices * pool.price]
+        pool.add(refit(pool.worlds, near, pool.floors, iterations=steps, coarse=0))
     return {n: pool.fits[frozenset(fit.names) - {n}] for n in fit.names}
 
 
@@ -78,7 +77,30 @@ def exchange(pool: Pool, fit: Fit, names: Sequence[str]) -> None:
     view = survey(pool.worlds, fit, names, pool.floors, 0.99)
     chooser = Chooser(view, pool.price, pool.most)
     note_singles(pool, chooser, first=False)
-    starts = new_starts(pool, view, exchanges(chooser, RIVALS))
-    fits = start_fits(pool.worlds, starts, pool.floors, fit.time_step)
-    for found in follow(pool, fits, coarse=0):
-        pool.log(f"    instead: {pool.describe(found)}")
+    starts = [*wider_starts(pool, fit, names), *new_starts(pool, view, exchanges(chooser, RIVALS))]
+    follow(pool, starts, fit.time_step, coarse=0)
+
+
+def simplest(pool: Pool, fit: Fit) -> Fit:
+    """Return a fit with special cases in the place of laws that explain no more.
+
+    Nor does a law explain more that changes less than a law's own error of form.
+    """
+    for name in fit.names:
+        for special in find_effect(name).includes:
+            key = (frozenset(fit.names) - {name}) | {special}
+            other = pool.fits.get(key)
+            if other is None:
+                continue
+            if pool.cost(other) <= pool.cost(fit) or not is_sharper(pool, fit, other):
+                return simplest(pool, other)
+    return fit
+
+
+def is_sharper(pool: Pool, fit: Fit, other: Fit) -> bool:
+    """Tell whether most residuals of a fit are smaller by more than a law's own error of form."""
+    return any(
+        max(0.0, getattr(other.scales, signal) ** 2 - getattr(fit.scales, signal) ** 2)
+        >= getattr(pool.floors.form, signal) ** 2
+        for signal in ("theta", "force")
+    )

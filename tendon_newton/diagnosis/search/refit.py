@@ -18,6 +18,8 @@ STEP_SHARE = 0.01
 FIRST_SHARE, LAST_SHARE = 1.0, 0.98
 """Share of the residuals whose size is a fit's scale, at first and then: what acts at times must be
 seen before rows at a jump are left out."""
+ROUGH_STEP = 1.0e-3
+"""Simulation step [s] while sets are chosen, and of derivatives."""
 REACH = 2.0
 """Typical sizes by which one step changes a number that is never zero."""
 
@@ -40,6 +42,8 @@ class Fit:
     """Negative log likelihood per row [nat], see `Worlds.score`."""
     scales: Scales
     """Most likely scale of each signal."""
+    settled: bool = False
+    """Whether no further step would lower its loss at these floors."""
 
 
 def values_of(worlds: Worlds, columns: Sequence[int], place: Array) -> dict[int, float]:
@@ -92,6 +96,7 @@ def refit(
     tolerance: float = 1.0e-3,
     rows: Mask | None = None,
     coarse: int = 1,
+    jacobians: Sequence[Array] | None = None,
 ) -> list[Fit]:
     """Descend from each fit's place; all its numbers move together.
 
@@ -103,17 +108,22 @@ def refit(
         tolerance: A step that lowers the loss per row by less [nat] is a fit's last.
         rows: Rows that the fit may see, shape (M,); all by default.
         coarse: Steps at the scale of all residuals before those of nearly all.
+        jacobians: Derivatives near the fits' places, of which each step then makes do, shape (M, F)
+            each; by default every step takes its own.
     """
     current = list(fits)
-    active = [bool(f.columns) for f in current]
+    active = [bool(f.columns) and (rows is not None or not f.settled) for f in current]
     for step in range(iterations):
         chosen = [i for i, on in enumerate(active) if on]
         if not chosen:
             break
         share = FIRST_SHARE if step < coarse else LAST_SHARE
-        jacobians = linearise(worlds, [current[i] for i in chosen])
+        if jacobians is None:
+            slopes = linearise(worlds, [current[i] for i in chosen])
+        else:
+            slopes = [jacobians[i] for i in chosen]
         trials, owners, units = [], [], []
-        for i, jacobian in zip(chosen, jacobians, strict=True):
+        for i, jacobian in zip(chosen, slopes, strict=True):
             unit = row_units(worlds, current[i], floors, share, rows)
             units.append(unit)
             for damping in DAMPINGS:
@@ -133,6 +143,8 @@ def refit(
             active[i] = losses[best] < before - tolerance or step < coarse
             if losses[best] < before:
                 current[i] = span[best]
+            if not active[i] and rows is None:
+                current[i] = replace(current[i], settled=True)
     return current
 
 
@@ -163,7 +175,10 @@ def trimmed_size(residual: Array, share: float) -> float:
 
 
 def linearise(worlds: Worlds, fits: Sequence[Fit]) -> list[Array]:
-    """Return the derivatives of fits' residuals by their coordinates, shape (M, F) each."""
+    """Return the derivatives of fits' residuals by their coordinates, shape (M, F) each.
+
+    Their simulation step is `ROUGH_STEP` at least: differences need not be finer.
+    """
     models, steps = [], []
     for fit in fits:
         _, high = bounds_of(worlds, fit.columns)
@@ -176,12 +191,16 @@ def linearise(worlds: Worlds, fits: Sequence[Fit]) -> list[Array]:
             steps.append(step)
     if not models:
         return [np.zeros((len(fit.residual), 0)) for fit in fits]
-    residuals = worlds.residuals(models, fits[0].time_step)
+    bases = [fit.residual for fit in fits]
+    if fits[0].time_step < ROUGH_STEP:
+        models += [values_of(worlds, fit.columns, fit.place) for fit in fits]
+    residuals = worlds.residuals(models, max(ROUGH_STEP, fits[0].time_step))
+    bases = bases if len(models) == len(steps) else list(residuals[len(steps) :])
     out, at = [], 0
-    for fit in fits:
+    for fit, base in zip(fits, bases, strict=True):
         count = len(fit.columns)
-        slopes = [(residuals[at + f] - fit.residual) / steps[at + f] for f in range(count)]
-        out.append(np.stack(slopes, axis=1) if count else np.zeros((len(fit.residual), 0)))
+        slopes = [(residuals[at + f] - base) / steps[at + f] for f in range(count)]
+        out.append(np.stack(slopes, axis=1) if count else np.zeros((len(base), 0)))
         at += count
     return out
 
@@ -222,6 +241,7 @@ def rescored(worlds: Worlds, fits: Sequence[Fit], floors: Floors) -> list[Fit]:
         replace(
             f, score=float(score.value[n]),
             scales=Scales(theta=float(score.theta[n]), force=float(score.force[n])),
+            settled=False,
         )
         for n, f in enumerate(fits)
     ]  # fmt: skip

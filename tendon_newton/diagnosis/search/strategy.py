@@ -6,21 +6,28 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from tendon_newton.diagnosis.search.choice import Chooser, Trial, choose, exchanges
-from tendon_newton.diagnosis.search.coordinates import is_shape
+from tendon_newton.diagnosis.search.choice import Chooser, choose, exchanges
 from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.pool import Pool
-from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits
-from tendon_newton.diagnosis.search.survey import Survey, survey
+from tendon_newton.diagnosis.search.refit import (
+    ROUGH_STEP,
+    Fit,
+    refit,
+    rescored,
+    start_fits,
+    without,
+)
+from tendon_newton.diagnosis.search.starts import Start, new_starts, wider_starts
+from tendon_newton.diagnosis.search.survey import survey
 
-ROUGH_STEP = 1.0e-3
-"""Simulation step [s] while sets are chosen."""
 SETS, SINGLES = 6, 5
 """Different sets, and single causes, that are refitted after a survey."""
 RIVALS = 3
 """Effects that are tried in the place of each cause."""
 FOLLOWED = (12, 6, 3)
 """Sets that are followed ever further, after one look and after each two steps of their refit."""
+SETTLED = 10
+"""Further steps after which a single cause has settled at the latest: it takes few simulations."""
 ROUNDS = 6
 """Surveys at most, each from the best fit so far."""
 
@@ -53,26 +60,39 @@ def find(
             break
         if step:
             progress(f"so far {', '.join(current.names)}")
-        add_sets(pool, current, names, first=step == 0)
+        add_sets(pool, current, names, known, first=step == 0)
         before, current = current, pool.best()
         if current is before:
             break
-        pool.renew(floors_of(pool.worlds, (*known, *current.names)), current)
-        before, current = pool.fits[frozenset(before.names)], pool.best()
+        current = shed(pool, current)
+        pool.renew(current, known)
+        current = pool.best()
     return current
 
 
-def add_sets(pool: Pool, current: Fit, names: Sequence[str], *, first: bool) -> None:
+def add_sets(
+    pool: Pool, current: Fit, names: Sequence[str], known: Sequence[str], *, first: bool
+) -> None:
     """Look around a fit, choose different sets, and refit each jointly."""
     view = survey(pool.worlds, current, names, pool.floors, 1.0 if first else 0.99)
     chooser = Chooser(view, pool.haste * pool.price, pool.most)
     note_singles(pool, chooser, first=first)
+    if first:
+        starts = new_starts(pool, view, chooser.singles(SINGLES))
+        singles = follow(pool, starts, current.time_step, coarse=2, last=SETTLED)
+        if any(suffices(pool, fit, known) for fit in singles[:1]):
+            return
     trials = choose(chooser, SETS)
-    trials += chooser.singles(SINGLES) if first else exchanges(chooser, RIVALS)
-    starts = new_starts(pool, view, trials)
-    fits = start_fits(pool.worlds, starts, pool.floors, current.time_step)
-    for fit in follow(pool, fits, coarse=2 if first else 1):
-        pool.log(f"    {pool.describe(fit)}")
+    starts = wider_starts(pool, current, names)
+    starts += new_starts(pool, view, trials if first else [*trials, *exchanges(chooser, RIVALS)])
+    follow(pool, starts, current.time_step, coarse=2 if first else 1)
+
+
+def suffices(pool: Pool, fit: Fit, known: Sequence[str]) -> bool:
+    """Tell whether a cause leaves no more than the error of form of a law that does not jump."""
+    floors = floors_of(pool.worlds, (*known, *fit.names), jumping=False)
+    (own,) = rescored(pool.worlds, [fit], floors)
+    return pool.excess(own) < pool.price
 
 
 def note_singles(pool: Pool, chooser: Chooser, *, first: bool) -> None:
@@ -90,48 +110,48 @@ def note_singles(pool: Pool, chooser: Chooser, *, first: bool) -> None:
         pool.alone[name] = (1.0 - float(np.exp(2.0 * (trial.score - start.score))), numbers)
 
 
-def new_starts(
-    pool: Pool, view: Survey, trials: Sequence[Trial]
-) -> list[tuple[tuple[str, ...], dict[int, float]]]:
-    """Return causes and values to start from of those sets that were not fitted yet."""
-    starts: dict[frozenset[str], tuple[tuple[str, ...], dict[int, float]]] = {}
-    for trial in trials:
-        names, values = start_of(pool, view, trial)
-        if frozenset(names) not in pool.fits:
-            starts.setdefault(frozenset(names), (names, values))
-    return list(starts.values())
+def shed(pool: Pool, fit: Fit) -> Fit:
+    """Return a fit without the causes that are worth less than their price as they stand.
+
+    Others may take their place when all that is left is refitted, so that they are worth no more.
+    """
+    while fit.names:
+        without_each = [without(fit, name, pool.worlds) for name in fit.names]
+        less = start_fits(pool.worlds, without_each, pool.floors, fit.time_step)
+        worths = {n: f.score - fit.score - pool.haste * pool.bar(n)
+                  for n, f in zip(fit.names, less, strict=True)}  # fmt: skip
+        name = min(worths, key=lambda n: worths[n])
+        if worths[name] >= 0.0:
+            break
+        rest = less[fit.names.index(name)]
+        pool.add(refit(pool.worlds, [rest], pool.floors, iterations=2, coarse=0))
+        fit = pool.fits[frozenset(rest.names)]
+    return fit
 
 
-def start_of(pool: Pool, view: Survey, trial: Trial) -> tuple[tuple[str, ...], dict[int, float]]:
-    """Return a set's causes and the values to start its fit from, column -> value."""
-    worlds, fit = pool.worlds, view.fit
-    gone = {c for name in trial.removed for c in worlds.study.table.columns(name)}
-    place = dict(zip(fit.columns, fit.place, strict=True))
-    for i, x in trial.coefficients.items():
-        if view.columns[i].kind == "slope":
-            place = {c: u + x * view.columns[i].values.get(c, 0.0) for c, u in place.items()}
-    values = {c: worlds.coordinate(c).value(float(u)) for c, u in place.items() if c not in gone}
-    names = [n for n in fit.names if n not in trial.removed]
-    for i in trial.added:
-        names.append(view.columns[i].name)
-        for c, value in view.columns[i].values.items():
-            parameter, own = worlds.study.parameter(c), worlds.coordinate(c)
-            shapes = len(view.columns[i].values) > 1 and is_shape(parameter)
-            if not shapes and parameter.name != "position":
-                u = float(np.clip(trial.coefficients[i] * own.place(value), own.lower, own.upper))
-                value = own.value(u)
-            values[c] = value
-    return tuple(names), values
+def follow(
+    pool: Pool, starts: Sequence[Start], time_step: float, *, coarse: int, last: int = 2
+) -> list[Fit]:
+    """Refit sets jointly, following fewer the longer it takes; add them, best first.
 
-
-def follow(pool: Pool, fits: list[Fit], *, coarse: int) -> list[Fit]:
-    """Refit sets jointly, following fewer the longer it takes; add them, best first."""
+    Args:
+        pool: Takes all fits.
+        starts: Sets and the values to start from.
+        time_step: Of the simulation [s].
+        coarse: First steps at the scale of all residuals.
+        last: Steps at most of those that are followed furthest.
+    """
+    fits = start_fits(pool.worlds, starts, pool.floors, time_step)
     for count in FOLLOWED:
         if pool.is_late:
             break
         fits.sort(key=pool.cost)
-        fits[:count] = refit(pool.worlds, fits[:count], pool.floors, iterations=2, coarse=coarse)
+        steps = last if count == FOLLOWED[-1] else 2
+        chosen = fits[:count]
+        fits[:count] = refit(pool.worlds, chosen, pool.floors, iterations=steps, coarse=coarse)
         coarse = 0
     fits.sort(key=pool.cost)
+    for fit in fits:
+        pool.log(f"    {pool.describe(fit)}")
     pool.add(fits)
     return fits

@@ -26,6 +26,9 @@ NEAR = 3
 """Rows either side without motion that make a row one at rest."""
 PASSES = 8
 """Fixed-point passes for a scale; each gains a digit."""
+QUIET = 0.437
+"""Score of a signal whose residuals are normal and as large as its floor [nat]: the mean of
+9/2 log(1 + z^2 / 9) for a standard normal z."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,6 +39,8 @@ class Floors:
     """Least scale of the angle's residuals [rad]."""
     force: float
     """The same of the force [N]."""
+    form: Scales
+    """What changes less is no cause: by how much the model's laws miss where nothing jumps."""
     rest: float = 1.0
     """Weight of a row at rest [1]: a stuck tendon repeats one error in all of them."""
 

@@ -16,6 +16,13 @@ from tendon_newton.exports.runtime.servos import Flow, Now, Servo
 
 INSTANT = 1.0e-6
 """Instants [s] closer than this are one."""
+AT_ONCE = 1.0e-8
+"""Time [s] in which a motion that a reading takes for rest comes to rest: far less than a command's
+jump needs to turn the slowest motion round."""
+ROUNDS = 3
+"""How often a reading is solved, each time with the inertia of the side on which it slides."""
+SAME_INERTIA = 1.0e-3
+"""Share of an inertia [1] by which another is the same."""
 STICKING = (0.9999, 0.99999, 1.0e-4, 0.5, 2.0)
 """MuJoCo's `solimp` of dry friction with which it creeps least."""
 REMEMBERED = 1.0
@@ -304,7 +311,7 @@ class Hook:
             hold = self.hold_of(servo, now, loose)
             holds.append(hold)
             applied += arms[d] * (0.5 * (hold.lower + hold.upper))
-            self.next_inertia(d, servo, now, hold, h)
+            self.next_inertia(d, hold, 0.0 if now.velocity >= hold.speed else 1.0, h)
             row = rows.get(self.tendons[d])
             if row is not None:
                 half = 0.5 * (hold.upper - hold.lower)
@@ -319,14 +326,25 @@ class Hook:
         data.qfrc_applied[:] = applied
         return holds
 
-    def next_inertia(self, d: int, servo: Servo, now: Now, hold: Hold, h: float) -> None:
-        """Note for the next step what a tendon's rotor and its damping add to the inertia."""
-        flow = hold.least if now.velocity >= hold.speed else hold.most
+    def next_inertia(self, d: int, hold: Hold, share: float, h: float) -> float:
+        """Note for the next step what a tendon's rotor and its damping add to the inertia.
+
+        Args:
+            d: The tendon.
+            hold: The sides of its motion.
+            share: Where it is between them, 0 at the least pull.
+            h: Step [s].
+
+        Returns:
+            The inertia as the string feels it [kg].
+        """
         inertia = 0.0
         if not self.slack[d]:
-            inertia = servo.inertia * flow.pull_gain
+            low, high = hold.least.pull_gain, hold.most.pull_gain
+            inertia = self.servos[d].inertia * (low + share * (high - low))
             inertia += h * max(0.0, -0.5 * (hold.least.pull[2] + hold.most.pull[2]))
         self.model.tendon_armature[self.tendons[d]] = inertia
+        return inertia
 
     def friction_rows(self) -> dict[int, int]:
         """Return the constraint row of each tendon's dry friction, and note those of joints."""
@@ -482,14 +500,22 @@ class Hook:
 
     def solved_tension(self) -> list[float]:
         """Return the true tensions [N] just after a command, which MuJoCo solves for."""
+        h = self.model.opt.timestep
+        shafts = any(s.rotor and s.numbers["direct"] for s in self.servos)
         tension: list[float] = []
-        for _ in range(2 if any(s.rotor and s.numbers["direct"] for s in self.servos) else 1):
-            nows = self.now_of(0.0)  # the second knows what a shaft carries
-            holds = self.prepare(nows, self.model.opt.timestep, INSTANT)
+        for again in range(ROUNDS):
+            used = self.model.tendon_armature[self.tendons]
+            nows = self.now_of(0.0)  # from the second round on they know what a shaft carries
+            holds = self.prepare(nows, h, AT_ONCE)
             mujoco.mj_fwdActuation(self.model, self.data)
             mujoco.mj_fwdAcceleration(self.model, self.data)
             mujoco.mj_fwdConstraint(self.model, self.data)
-            tension, _ = self.tensions(nows, holds)
+            tension, shares = self.tensions(nows, holds)
+            sides = enumerate(zip(holds, shares, strict=True))
+            inertia = [self.next_inertia(d, hold, share, h) for d, (hold, share) in sides]
+            if (again or not shafts) and np.allclose(used, inertia, rtol=SAME_INERTIA):
+                break
+            mujoco.mj_step1(self.model, self.data)
         return [max(t, s.least) for t, s in zip(tension, self.servos, strict=True)]
 
     def read(self) -> Reading:

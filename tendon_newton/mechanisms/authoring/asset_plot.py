@@ -12,11 +12,11 @@ from tendon_newton.errors import InvalidOutput
 from tendon_newton.mechanisms.authoring.asset_view import (
     MOST_NAMED,
     STRING,
-    chain_points,
     plot_space,
     strings,
 )
 from tendon_newton.mechanisms.geometry.joints import Joint
+from tendon_newton.mechanisms.geometry.kinematics import chain_points
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import excursion, moment_arms
 from tendon_newton.mechanisms.geometry.statics import ClosingPath, closing_path

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from tendon_newton.data.recording import Array, Indices
-from tendon_newton.mechanisms.geometry.joint_frames import Posture
-from tendon_newton.mechanisms.geometry.kinematics import posture, tip_position
+from tendon_newton.mechanisms.geometry.kinematics import chain_points, posture
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.statics import ClosingPath
 
@@ -52,26 +51,6 @@ def plot_space(axes: Any, mechanism: Mechanism, path: ClosingPath, rows: Indices
     if path.tip is not None:
         axes.plot(*(1.0e3 * path.tip.T), color=TIP, linewidth=2)
     frame(axes, 1.0e3 * everything, 1.0e3 * size)
-
-
-def chain_points(mechanism: Mechanism, joint_position: Array) -> list[Array]:
-    """Return the ends of every bone of a posture [m]: where it starts, and what it carries."""
-    frames: Posture = posture(mechanism, joint_position)
-    tip = tip_position(mechanism, joint_position)
-    bones = []
-    for link, anchor in enumerate(frames.anchor):
-        ends = [
-            frames.anchor[child]
-            for child, joint in enumerate(mechanism.joints)
-            if joint.parent == link
-        ]
-        if tip is not None and mechanism.tip is not None and mechanism.tip.body == link:
-            ends.append(tip)
-        if not ends:
-            center = mechanism.joints[link].center_of_mass
-            ends = [frames.position[link] + frames.rotation[link] @ center]
-        bones += [np.array([anchor, end]) for end in ends]
-    return bones
 
 
 def strings(mechanism: Mechanism, joint_position: Array) -> list[Array]:

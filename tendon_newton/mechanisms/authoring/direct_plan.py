@@ -35,9 +35,9 @@ class DirectPlan:
     kind: Kind
     """A cart on a rail, or a mass on an arm that hangs from a shaft."""
     mass: float
-    """Of the cart, or at the arm's end [kg]."""
+    """Mass of the cart, or at the arm's end [kg]."""
     length: float = 0.1
-    """Of the arm [m]; a slider has none."""
+    """Length of the arm [m]; a slider has none."""
     range: float = 1.0
     """Travel of the cart from stop to stop, the middle at 0 [m]; a shaft turns freely."""
     damping: float = 0.0

@@ -9,7 +9,7 @@ an asset with such a layer is first opened in a process of its own.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
@@ -68,7 +68,7 @@ def refuse_other_text(stage: Any) -> None:
 
 
 @contextmanager
-def usd_errors(path: Path) -> Iterator[None]:
+def usd_errors(path: Path) -> Generator[None]:
     """Turn an error of USD's into one line of ours, and keep what it writes off the terminal."""
     from pxr import Tf, UsdUtils
 

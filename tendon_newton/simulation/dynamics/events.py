@@ -1,4 +1,4 @@
-"""What ends a step's modes: a row at a speed at which it may be held, an end stop met or left."""
+"""What ends contact states: a row at a speed at which it may be held, an end stop met or left."""
 
 from __future__ import annotations
 
@@ -23,10 +23,9 @@ from tendon_newton.device_code.placeholders import (
     Vec2,
     real,
 )
-from tendon_newton.device_code.structs import Drive, Event, Mechanism, Modes, Motion
+from tendon_newton.device_code.structs import ContactStates, Drive, Event, Mechanism, Motion
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.simulation.dynamics.forces import touching
-from tendon_newton.simulation.dynamics.modes import (
+from tendon_newton.simulation.dynamics.contact_states import (
     BEYOND,
     constrained_solve,
     excursion_rate,
@@ -35,6 +34,7 @@ from tendon_newton.simulation.dynamics.modes import (
     row_counts,
     sign,
 )
+from tendon_newton.simulation.dynamics.forces import touching
 from tendon_newton.simulation.tendons.pipeline import SLACK, TAUT, UNDECIDED, flow_at
 from tendon_newton.simulation.tendons.routes import located, row_arms
 from tendon_newton.simulation.tendons.spools import is_rigid, is_string
@@ -82,9 +82,11 @@ def crossing(before: real, after: real) -> real:
 
 
 @device_template
-def motion_arms(mechanism: Mechanism, here: Drive, modes: Modes, motion: Motion) -> RowMatrix:
+def motion_arms(
+    mechanism: Mechanism, here: Drive, contact: ContactStates, motion: Motion
+) -> RowMatrix:
     """Return the tendons' rows at the end of a motion [m], shape (R, J)."""
-    arms = row_arms(mechanism, here, modes)
+    arms = row_arms(mechanism, here, contact)
     if wp.static(HOLDS_ROUTED):
         arms = motion.arms
     return arms
@@ -92,16 +94,16 @@ def motion_arms(mechanism: Mechanism, here: Drive, modes: Modes, motion: Motion)
 
 @device_template
 def kept_speeds(
-    mechanism: Mechanism, here: Drive, modes: Modes, speed: RowVector, end: Motion
+    mechanism: Mechanism, here: Drive, contact: ContactStates, speed: RowVector, end: Motion
 ) -> Motion:
     """Return the end of a step with its arms, and the held tendons at their speeds [m/s] again."""
     there = located(mechanism, here, end.q, end.v)
-    rows = row_arms(mechanism, there, modes)
+    rows = row_arms(mechanism, there, contact)
     v = end.v
     for d in range(ROWS):
-        if modes.tendon_sticks[d] > real(0.0):
-            freed = modes
-            freed.tendon_sticks[d] = real(0.0)
+        if contact.row_held[d] > real(0.0):
+            freed = contact
+            freed.row_held[d] = real(0.0)
             v = bring_row(end.mass_matrix, rows[d], v, speed[d], freed, rows)
     out = end
     out.v = v
@@ -111,9 +113,14 @@ def kept_speeds(
 
 @device_template
 def first_event(
-    mechanism: Mechanism, p: ParameterVector, here: Drive, modes: Modes, end: Motion, h: real
+    mechanism: Mechanism,
+    p: ParameterVector,
+    here: Drive,
+    contact: ContactStates,
+    end: Motion,
+    h: real,
 ) -> Event:
-    """Find what ends the modes first inside a step of h [s]."""
+    """Find what ends the contact states first inside a step of h [s]."""
     event = Event()
     event.fraction = real(1.0)
     event.row = int(NOTHING)
@@ -121,40 +128,40 @@ def first_event(
     event.tendon = int(NOTHING)
     touch = touching(mechanism, here.world, end.q, end.v)
     for j in range(JOINTS):
-        if here.friction[j] > real(0.0) and end.v[j] * modes.joint[j] < real(0.0):
+        if here.friction[j] > real(0.0) and end.v[j] * contact.joint_direction[j] < real(0.0):
             fraction = crossing(here.v[j], end.v[j])
             if fraction < event.fraction:
                 event.fraction = fraction
                 event.row = j
-        if touch[j] != modes.touch[j]:
-            fraction = stop_crossing(mechanism, here, j, modes.touch[j] + touch[j], end)
+        if touch[j] != contact.touch[j]:
+            fraction = stop_crossing(mechanism, here, j, contact.touch[j] + touch[j], end)
             if fraction < event.fraction:
                 event.fraction = fraction
                 event.row = int(NOTHING)
                 event.joint = j
                 event.touch = touch[j]
     if wp.static(MAY_HOLD):
-        arms = row_arms(mechanism, here, modes)
-        later = motion_arms(mechanism, here, modes, end)
+        arms = row_arms(mechanism, here, contact)
+        later = motion_arms(mechanism, here, contact, end)
         for d in range(ROWS):
             before = excursion_rate(arms, d, here.v)
             after = excursion_rate(later, d, end.v)
-            allowed = speed_range(here, d, modes.tendon[d])
+            allowed = speed_range(here, d, contact.row_side[d])
             speed = real(wp.clamp(after, allowed[0], allowed[1]))
-            leaves = speed != after and modes.tendon_sticks[d] == real(0.0)
+            leaves = speed != after and contact.row_held[d] == real(0.0)
             fraction = crossing(before - speed, after - speed)
             if too_fast(mechanism, here, d, before):
                 leaves = True
                 speed = real(wp.clamp(before, -row_bound(here, d), row_bound(here, d)))
                 fraction = real(0.0)
-            if leaves and row_counts(modes, d) and fraction < event.fraction:
+            if leaves and row_counts(contact, d) and fraction < event.fraction:
                 event.fraction = fraction
                 event.row = JOINTS + d
                 event.speed = speed
     if wp.static(FREE_SPOOL):
         for d in range(TENDONS):
             c = LINKS + d
-            if caught(mechanism, here, modes, d, end.q) and here.q[c] < real(0.0):
+            if caught(mechanism, here, contact, d, end.q) and here.q[c] < real(0.0):
                 fraction = crossing(here.q[c], end.q[c])
                 if fraction < event.fraction:
                     event.fraction = fraction
@@ -162,7 +169,7 @@ def first_event(
                     event.joint = int(NOTHING)
                     event.speed = real(0.0)
     if wp.static(not HAS_ROTOR):
-        event = first_slack(mechanism, p, here, modes, end, h, event)
+        event = first_slack(mechanism, p, here, contact, end, h, event)
     return event
 
 
@@ -171,7 +178,7 @@ def first_slack(
     mechanism: Mechanism,
     p: ParameterVector,
     here: Drive,
-    modes: Modes,
+    contact: ContactStates,
     end: Motion,
     h: real,
     before: Event,
@@ -181,8 +188,8 @@ def first_slack(
     later = located(mechanism, at_end(here, h, (end.v - here.v) / h), end.q, end.v)
     for d in range(TENDONS):
         least = mechanism.least_tension[here.world][d]
-        if modes.tendon_sticks[d] == real(0.0) and least == real(0.0):
-            flow = flow_at(mechanism, p, later, d, modes.tendon[d])
+        if contact.row_held[d] == real(0.0) and least == real(0.0):
+            flow = flow_at(mechanism, p, later, d, contact.row_side[d])
             fraction = real(1.0)
             if (end.line[d] < least) != (flow.line < least):
                 fraction = crossing(end.line[d], flow.line)
@@ -208,16 +215,18 @@ def after_slack(drive: Drive, event: Event) -> Drive:
 
 
 @device_template
-def caught(mechanism: Mechanism, here: Drive, modes: Modes, d: int, q: JointVector) -> bool:
+def caught(
+    mechanism: Mechanism, here: Drive, contact: ContactStates, d: int, q: JointVector
+) -> bool:
     """Tell whether a spool has wound in all the slack of a string that does not stretch."""
     c = LINKS + d
-    loose = modes.joint_sticks[c] == real(0.0)
+    loose = contact.joint_held[c] == real(0.0)
     one_way = is_string(mechanism, here.world, d) and is_rigid(here)
     return loose and one_way and q[c] > real(0.0)
 
 
 @device_template
-def catch_spools(mechanism: Mechanism, here: Drive, modes: Modes, end: Motion) -> Motion:
+def catch_spools(mechanism: Mechanism, here: Drive, contact: ContactStates, end: Motion) -> Motion:
     """Return the end of a step at which no spool leads a string that does not stretch.
 
     The string stops it without bounce.
@@ -226,12 +235,12 @@ def catch_spools(mechanism: Mechanism, here: Drive, modes: Modes, end: Motion) -
     if wp.static(FREE_SPOOL):
         v = end.v
         q = end.q
-        arms = motion_arms(mechanism, here, modes, end)
+        arms = motion_arms(mechanism, here, contact, end)
         for d in range(TENDONS):
-            if caught(mechanism, here, modes, d, end.q):
+            if caught(mechanism, here, contact, d, end.q):
                 c = LINKS + d
                 if v[c] > real(0.0):
-                    v = bring_row(end.mass_matrix, joint_row(c), v, real(0.0), modes, arms)
+                    v = bring_row(end.mass_matrix, joint_row(c), v, real(0.0), contact, arms)
                 q[c] = real(0.0)
                 out.divided = real(1.0)
         out.q = q
@@ -271,9 +280,9 @@ def stop_crossing(mechanism: Mechanism, here: Drive, j: int, side: real, end: Mo
 
 
 @device_template
-def after_touch(modes: Modes, event: Event) -> Modes:
-    """Return modes in which the joint of an event has met or left its end stop."""
-    out = modes
+def after_touch(contact: ContactStates, event: Event) -> ContactStates:
+    """Return contact states in which the joint of an event has met or left its end stop."""
+    out = contact
     for j in range(JOINTS):
         if event.joint == j and event.row < 0:
             out.touch[j] = event.touch
@@ -286,11 +295,11 @@ def bring_row(
     row: JointVector,
     v: JointVector,
     speed: real,
-    modes: Modes,
+    contact: ContactStates,
     arms: RowMatrix,
 ) -> JointVector:
     """Bring the speed along a row to a value [m/s, rad/s] by an impulse; what is held stays so."""
-    response = constrained_solve(matrix, row, modes, arms, RowVector())
+    response = constrained_solve(matrix, row, contact, arms, RowVector())
     admittance = wp.dot(row, response)
     out = v
     if admittance > real(0.0):
@@ -300,30 +309,30 @@ def bring_row(
 
 @device_template
 def bring_event_row(
-    mechanism: Mechanism, here: Drive, event: Event, modes: Modes, middle: Motion
+    mechanism: Mechanism, here: Drive, event: Event, contact: ContactStates, middle: Motion
 ) -> JointVector:
-    """Bring the row that an event names to its speed exactly: the next modes see it there.
+    """Bring the row that an event names to its speed exactly: the next states see it there.
 
-    So they see a tendon that has meanwhile left its mode's range, as another event came first.
+    So they see a tendon that has meanwhile left its contact state, as another event came first.
     """
     v = middle.v
-    arms = motion_arms(mechanism, here, modes, middle)
+    arms = motion_arms(mechanism, here, contact, middle)
     for j in range(JOINTS):
         if event.row == j:
-            v = bring_row(middle.mass_matrix, joint_row(j), v, event.speed, modes, arms)
+            v = bring_row(middle.mass_matrix, joint_row(j), v, event.speed, contact, arms)
     for d in range(ROWS):
         rate = excursion_rate(arms, d, v)
         speed = rate
-        slides = modes.tendon_sticks[d] == real(0.0) and row_counts(modes, d)
+        slides = contact.row_held[d] == real(0.0) and row_counts(contact, d)
         if wp.static(MAY_HOLD):
             if slides:
-                allowed = speed_range(here, d, modes.tendon[d])
+                allowed = speed_range(here, d, contact.row_side[d])
                 speed = real(wp.clamp(rate, allowed[0], allowed[1]))
         if event.row == JOINTS + d:
             speed = event.speed
         if speed != rate:
-            freed = modes
-            freed.tendon_sticks[d] = real(0.0)
+            freed = contact
+            freed.row_held[d] = real(0.0)
             v = bring_row(middle.mass_matrix, arms[d], v, speed, freed, arms)
     return v
 
@@ -337,10 +346,10 @@ def joint_row(j: int) -> JointVector:
 
 
 @device_template
-def holding_joint(modes: Modes, j: int) -> Modes:
-    """Return modes in which joint j is held too."""
-    out = modes
-    out.joint_sticks[j] = real(1.0)
+def holding_joint(contact: ContactStates, j: int) -> ContactStates:
+    """Return contact states in which joint j is held too."""
+    out = contact
+    out.joint_held[j] = real(1.0)
     return out
 
 
@@ -349,7 +358,7 @@ def caught_string(
     mechanism: Mechanism,
     p: ParameterVector,
     here: Drive,
-    modes: Modes,
+    contact: ContactStates,
     d: int,
     end: Motion,
     h: real,
@@ -363,10 +372,10 @@ def caught_string(
     slack = here.slack[d] == real(SLACK)
     if here.slack[d] == real(UNDECIDED):
         slack = end.line[d] < least
-    if slack and modes.tendon_sticks[d] == real(0.0) and least == real(0.0):
+    if slack and contact.row_held[d] == real(0.0) and least == real(0.0):
         free = in_same_mode(at_end(here, h, (end.v - here.v) / h), TendonVector())
         later = located(mechanism, free, end.q, end.v)
-        flow = flow_at(mechanism, p, later, d, modes.tendon[d])
+        flow = flow_at(mechanism, p, later, d, contact.row_side[d])
         if flow.line > least:
             since = h * flow.line / (flow.line - wp.min(end.line[d], real(0.0)))
             impulse = flow.pull * (real(0.5) * since)
@@ -379,20 +388,25 @@ def pull_row(
     row: JointVector,
     v: JointVector,
     impulse: Jet,
-    modes: Modes,
+    contact: ContactStates,
     arms: RowMatrix,
 ) -> JointVector:
     """Let an impulse [N s] along a row act, implicit in its damping."""
-    response = constrained_solve(matrix, row, modes, arms, RowVector())
+    response = constrained_solve(matrix, row, contact, arms, RowVector())
     brake = real(1.0) + wp.dot(row, response) * wp.max(-impulse[2], real(0.0))
     return v + response * (impulse[0] / brake)
 
 
 @device_template
 def bring_back(
-    mechanism: Mechanism, p: ParameterVector, here: Drive, modes: Modes, end: Motion, h: real
+    mechanism: Mechanism,
+    p: ParameterVector,
+    here: Drive,
+    contact: ContactStates,
+    end: Motion,
+    h: real,
 ) -> Motion:
-    """Return the end of a divided step of h [s] with what left its mode's range brought back.
+    """Return the end of a divided step of h [s] with what left its contact state brought back.
 
     They are second events inside one step. A joint that has run through an end stop is put at its
     edge: the way beyond, which nothing resisted, would come back as energy. A string that would
@@ -400,38 +414,40 @@ def bring_back(
     that the servo never allows.
     """
     v = end.v
-    arms = motion_arms(mechanism, here, modes, end)
+    arms = motion_arms(mechanism, here, contact, end)
     for j in range(JOINTS):
-        if here.friction[j] > real(0.0) and v[j] * modes.joint[j] < real(0.0):
-            v = bring_row(end.mass_matrix, joint_row(j), v, real(0.0), modes, arms)
-            modes = holding_joint(modes, j)
+        if here.friction[j] > real(0.0) and v[j] * contact.joint_direction[j] < real(0.0):
+            v = bring_row(end.mass_matrix, joint_row(j), v, real(0.0), contact, arms)
+            contact = holding_joint(contact, j)
     if wp.static(not HAS_ROTOR):
         for d in range(TENDONS):
-            impulse = caught_string(mechanism, p, here, modes, d, end, h)
+            impulse = caught_string(mechanism, p, here, contact, d, end, h)
             if impulse[0] > real(0.0):
-                v = pull_row(end.mass_matrix, arms[d], v, impulse, modes, arms)
+                v = pull_row(end.mass_matrix, arms[d], v, impulse, contact, arms)
     if wp.static(MAY_HOLD):
         for d in range(ROWS):
             rate = excursion_rate(arms, d, v)
-            allowed = speed_range(here, d, modes.tendon[d])
+            allowed = speed_range(here, d, contact.row_side[d])
             speed = real(wp.clamp(rate, allowed[0], allowed[1]))
-            slides = modes.tendon_sticks[d] == real(0.0) and row_counts(modes, d)
+            slides = contact.row_held[d] == real(0.0) and row_counts(contact, d)
             if speed != rate and slides:
-                v = bring_row(end.mass_matrix, arms[d], v, speed, modes, arms)
+                v = bring_row(end.mass_matrix, arms[d], v, speed, contact, arms)
     # A new struct: an adjoint reads a call's arguments again, so they must not change after it.
     out = end
     out.divided = real(1.0)
     out.v = v
-    out.q = within_stops(mechanism, here.world, modes, end.q)
+    out.q = within_stops(mechanism, here.world, contact, end.q)
     return out
 
 
 @device_template
-def within_stops(mechanism: Mechanism, world: int, modes: Modes, q: JointVector) -> JointVector:
+def within_stops(
+    mechanism: Mechanism, world: int, contact: ContactStates, q: JointVector
+) -> JointVector:
     """Return joint positions with those at the edge of their stops that met them unresisted."""
     out = q
     for j in range(JOINTS):
-        if modes.touch[j] == real(0.0):
+        if contact.touch[j] == real(0.0):
             upper = mechanism.upper[world][j] + real(EDGE)
             lower = mechanism.lower[world][j] - real(EDGE)
             out[j] = wp.clamp(q[j], lower, upper)

@@ -1,4 +1,4 @@
-"""Forces on the joints in frozen modes: smooth, with their derivatives."""
+"""Forces on the joints in frozen contact states: smooth, with their derivatives."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from tendon_newton.device_code.placeholders import (
     real,
 )
 from tendon_newton.device_code.slots import chain_terms, contact_terms
-from tendon_newton.device_code.structs import Drive, Forces, FreeEquation, Mechanism, Modes
+from tendon_newton.device_code.structs import ContactStates, Drive, Forces, FreeEquation, Mechanism
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.tendons.pipeline import (
     damping_torque,
@@ -42,7 +42,9 @@ from tendon_newton.simulation.tendons.spools import rotor_inertia, spool_pull, w
 
 
 @device_template
-def smooth_forces(mechanism: Mechanism, p: ParameterVector, here: Drive, modes: Modes) -> Forces:
+def smooth_forces(
+    mechanism: Mechanism, p: ParameterVector, here: Drive, contact: ContactStates
+) -> Forces:
     """Return mass matrix, torque and its derivatives, without what sticks."""
     terms = chain_terms(mechanism, here)
     mass_matrix = terms.mass_matrix
@@ -50,8 +52,8 @@ def smooth_forces(mechanism: Mechanism, p: ParameterVector, here: Drive, modes: 
     stiffness = JointMatrix()
     damping = JointMatrix()
     for j in range(JOINTS):
-        own = joint_torque(mechanism, p, here, j, modes.touch[j])
-        torque[j] = torque[j] + own[0] - here.friction[j] * modes.joint[j]
+        own = joint_torque(mechanism, p, here, j, contact.touch[j])
+        torque[j] = torque[j] + own[0] - here.friction[j] * contact.joint_direction[j]
         stiffness[j, j] = stiffness[j, j] + own[1]
         damping[j, j] = damping[j, j] + own[2]
     if wp.static(TOUCHES):
@@ -62,7 +64,7 @@ def smooth_forces(mechanism: Mechanism, p: ParameterVector, here: Drive, modes: 
     arms = tendon_arms(mechanism, here)
     bow = tendon_bow(here)
     if wp.static(HAS_ROTOR and not FREE_SPOOL):
-        here = loaded(mechanism, p, here, modes, mass_matrix, torque)
+        here = loaded(mechanism, p, here, contact, mass_matrix, torque)
     out = Forces()
     tension = TendonVector()
     slack = TendonVector()
@@ -70,12 +72,12 @@ def smooth_forces(mechanism: Mechanism, p: ParameterVector, here: Drive, modes: 
     for d in range(TENDONS):
         pull = Jet(real(0.0), real(0.0), real(0.0))
         inertia = real(0.0)
-        tension[d] = modes.hold[d]
+        tension[d] = contact.hold[d]
         moves = bool(False)
         if wp.static(FREE_SPOOL):
-            moves = modes.joint_sticks[LINKS + d] == real(0.0)
-        if modes.tendon_sticks[d] == real(0.0) and not moves:
-            flow = flow_at(mechanism, p, here, d, modes.tendon[d])
+            moves = contact.joint_held[LINKS + d] == real(0.0)
+        if contact.row_held[d] == real(0.0) and not moves:
+            flow = flow_at(mechanism, p, here, d, contact.row_side[d])
             pull = flow.pull
             tension[d] = pull[0]
             slack[d] = flow.slack
@@ -98,14 +100,14 @@ def smooth_forces(mechanism: Mechanism, p: ParameterVector, here: Drive, modes: 
         if wp.static(FREE_SPOOL):
             c = LINKS + d
             if moves:
-                tension[d] = spool_pull(mechanism, p, here, modes, d)
+                tension[d] = spool_pull(mechanism, p, here, contact, d)
             else:
                 # held, and solved for by nobody: any numbers keep the matrices regular
                 mass_matrix[c, c] = real(1.0)
                 stiffness[c, c] = -real(1.0)
     if wp.static(ROUTED):
         stiffness = stiffness + route_stiffness(here, tension)
-        out.arms = row_arms(mechanism, here, modes)
+        out.arms = row_arms(mechanism, here, contact)
         out.bow = row_bow(here)
     out.mass_matrix = mass_matrix
     out.torque = torque
@@ -115,21 +117,21 @@ def smooth_forces(mechanism: Mechanism, p: ParameterVector, here: Drive, modes: 
     out.line = line
     if wp.static(FREE_SPOOL):
         for d in range(TENDONS):
-            if modes.joint_sticks[LINKS + d] == real(0.0):
-                out = with_spool(mechanism, p, here, modes, d, out)
+            if contact.joint_held[LINKS + d] == real(0.0):
+                out = with_spool(mechanism, p, here, contact, d, out)
     return out
 
 
 @device_template
 def free_part(
-    matrix: JointMatrix, load: JointVector, arms: RowMatrix, modes: Modes
+    matrix: JointMatrix, load: JointVector, arms: RowMatrix, contact: ContactStates
 ) -> FreeEquation:
     """Return matrix x = load on the joints that are not held; x is zero along those that are."""
     m = matrix
     b = load
     free = arms
     for j in range(JOINTS):
-        if modes.joint_sticks[j] > real(0.0):
+        if contact.joint_held[j] > real(0.0):
             for i in range(JOINTS):
                 m[i, j] = real(0.0)
                 m[j, i] = real(0.0)
@@ -150,7 +152,7 @@ def loaded(
     mechanism: Mechanism,
     p: ParameterVector,
     here: Drive,
-    modes: Modes,
+    contact: ContactStates,
     mass_matrix: JointMatrix,
     torque: JointVector,
 ) -> Drive:
@@ -167,8 +169,8 @@ def loaded(
     force = TendonVector()
     felt = TendonVector()
     for d in range(TENDONS):
-        if modes.tendon_sticks[d] == real(0.0):
-            flow = flow_at(mechanism, p, here, d, modes.tendon[d])
+        if contact.row_held[d] == real(0.0):
+            flow = flow_at(mechanism, p, here, d, contact.row_side[d])
             inertia = rotor_inertia(mechanism, here.world, p, d)
             force[d] = flow.motor_force[0]
             felt[d] = inertia
@@ -177,7 +179,7 @@ def loaded(
                 push[i] = push[i] + arms[d, i] * passed
                 for j in range(JOINTS):
                     m[i, j] = m[i, j] + arms[d, i] * arms[d, j] * flow.pull_gain * inertia
-    free = free_part(m, push, RowMatrix(), modes)
+    free = free_part(m, push, RowMatrix(), contact)
     acceleration = inverse(free.matrix) * free.load
     for d in range(TENDONS):
         rate = bow[d]

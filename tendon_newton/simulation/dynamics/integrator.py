@@ -4,10 +4,11 @@ Scheme: ROS2 with gamma = 1 - 1/sqrt(2), of order two for any approximation of t
 L-stable with the exact one. Source: Verwer, Spee, Blom, Hundsdorfer, A second-order Rosenbrock
 method applied to photochemical dispersion problems, SIAM J. Sci. Comput. 20 (1999).
 
-Inside a step the *modes* are frozen: each dry friction slides one way or sticks, each stop is in
-touch or not, each string pulls or is slack. So the equations are smooth and the order holds. A step
-that would cross an event is divided there: up to the event, then the rest in the new mode. Internal
-states of effects are answers to the motion over the step; the second stage sees them at its end.
+Inside a step the *contact states* are frozen: each dry friction slides one way or sticks, each stop
+is in touch or not, each string pulls or is slack. So the equations are smooth and the order holds.
+A step that would cross an event is divided there: up to the event, then the rest in the new contact
+state. Internal states of effects are answers to the motion over the step; the second stage sees
+them at its end.
 
 Where a routed tendon is held, its arms turn while the joints move: the stages hold its acceleration
 at A q_ddot = -v^T H v, which keeps the order, and at the end of a step its speed is brought back
@@ -25,8 +26,12 @@ from tendon_newton.device_code.placeholders import (
     RowVector,
     real,
 )
-from tendon_newton.device_code.structs import Drive, Mechanism, Modes, Motion
+from tendon_newton.device_code.structs import ContactStates, Drive, Mechanism, Motion
 from tendon_newton.device_code.templates import device_template
+from tendon_newton.simulation.dynamics.contact_states import (
+    choose_contact_states,
+    constrained_solve,
+)
 from tendon_newton.simulation.dynamics.events import (
     after_slack,
     after_touch,
@@ -39,7 +44,6 @@ from tendon_newton.simulation.dynamics.events import (
 )
 from tendon_newton.simulation.dynamics.forces import smooth_forces
 from tendon_newton.simulation.dynamics.memory import renewed
-from tendon_newton.simulation.dynamics.modes import choose_modes, constrained_solve
 from tendon_newton.simulation.tendons.routes import located, row_arms
 from tendon_newton.simulation.tendons.world_drive import at_end, at_start, in_same_mode
 
@@ -48,24 +52,24 @@ GAMMA = 1.0 - 0.5**0.5
 
 @device_template
 def rosenbrock(
-    mechanism: Mechanism, p: ParameterVector, here: Drive, modes: Modes, h: real
+    mechanism: Mechanism, p: ParameterVector, here: Drive, contact: ContactStates, h: real
 ) -> Motion:
-    """Advance by h [s] in frozen modes with the two stages of ROS2."""
+    """Advance by h [s] in frozen contact states with the two stages of ROS2."""
     g = real(GAMMA) * h
-    arms = row_arms(mechanism, here, modes)
+    arms = row_arms(mechanism, here, contact)
     bow = RowVector()
-    f = smooth_forces(mechanism, p, here, modes)
+    f = smooth_forces(mechanism, p, here, contact)
     if wp.static(ROUTED):
         arms = f.arms
         bow = f.bow
     matrix = f.mass_matrix - g * f.damping - g * g * f.stiffness
-    k1 = constrained_solve(matrix, f.torque + g * (f.stiffness * here.v), modes, arms, bow)
+    k1 = constrained_solve(matrix, f.torque + g * (f.stiffness * here.v), contact, arms, bow)
     slope = here.v + g * k1
     q1 = here.q + h * slope
     v1 = here.v + h * k1
     line = f.line
     later = located(mechanism, in_same_mode(at_end(here, h, k1), f.slack), q1, v1)
-    f = smooth_forces(mechanism, p, later, modes)
+    f = smooth_forces(mechanism, p, later, contact)
     matrix = f.mass_matrix - g * f.damping - g * g * f.stiffness
     rest = v1 - real(2.0) * slope
     load = f.torque - real(2.0) * (f.mass_matrix * k1) + g * (f.stiffness * rest)
@@ -74,14 +78,14 @@ def rosenbrock(
         speed = arms * here.v
         arms = f.arms
         bow = f.bow + real(2.0) * (arms * k1)
-    k2 = constrained_solve(matrix, load, modes, arms, bow)
+    k2 = constrained_solve(matrix, load, contact, arms, bow)
     out = Motion()
     out.q = here.q + h * (real(1.5) * slope + real(0.5) * (rest + g * k2))
     out.v = here.v + h * (real(1.5) * k1 + real(0.5) * k2)
     out.mass_matrix = f.mass_matrix
     out.line = line
     if wp.static(HOLDS_ROUTED):
-        out = kept_speeds(mechanism, here, modes, speed, out)
+        out = kept_speeds(mechanism, here, contact, speed, out)
     return out
 
 
@@ -89,35 +93,35 @@ def rosenbrock(
 def step(mechanism: Mechanism, p: ParameterVector, drive: Drive, h: real) -> Motion:
     """Advance a world and its memory by h [s] from where the drive has it; divide at an event."""
     start = located(mechanism, at_start(drive, drive.time, drive.memory), drive.q, drive.v)
-    modes = choose_modes(mechanism, p, start)
-    begun = modes
-    end = rosenbrock(mechanism, p, start, modes, h)
-    event = first_event(mechanism, p, start, modes, end, h)
+    contact = choose_contact_states(mechanism, p, start)
+    begun = contact
+    end = rosenbrock(mechanism, p, start, contact, h)
+    event = first_event(mechanism, p, start, contact, end, h)
     if event.fraction < real(1.0):
         part = event.fraction * h
-        middle = rosenbrock(mechanism, p, start, modes, part)
-        memory = renewed(mechanism, p, start, modes, middle, part)
-        v = bring_event_row(mechanism, start, event, modes, middle)
+        middle = rosenbrock(mechanism, p, start, contact, part)
+        memory = renewed(mechanism, p, start, contact, middle, part)
+        v = bring_event_row(mechanism, start, event, contact, middle)
         q = without_lead(event, middle.q)
         start = after_slack(at_start(drive, drive.time + part, memory), event)
         start = located(mechanism, start, q, v)
-        chosen = choose_modes(mechanism, p, start)
-        modes = after_touch(chosen, event)
+        chosen = choose_contact_states(mechanism, p, start)
+        contact = after_touch(chosen, event)
         h = h - part
-        end = rosenbrock(mechanism, p, start, modes, h)
-        end = bring_back(mechanism, p, start, modes, end, h)
-    end = catch_spools(mechanism, start, modes, end)
-    end.memory = renewed(mechanism, p, start, modes, end, h)
-    end.modes = begun
+        end = rosenbrock(mechanism, p, start, contact, h)
+        end = bring_back(mechanism, p, start, contact, end, h)
+    end = catch_spools(mechanism, start, contact, end)
+    end.memory = renewed(mechanism, p, start, contact, end, h)
+    end.contact = begun
     return end
 
 
 @device_template
 def whole_step(
-    mechanism: Mechanism, p: ParameterVector, drive: Drive, modes: Modes, h: real
+    mechanism: Mechanism, p: ParameterVector, drive: Drive, contact: ContactStates, h: real
 ) -> Motion:
-    """Do what `step` does where no event divides it, in the modes that it has chosen."""
+    """Do what `step` does where no event divides it, in the contact states that it has chosen."""
     start = located(mechanism, at_start(drive, drive.time, drive.memory), drive.q, drive.v)
-    end = rosenbrock(mechanism, p, start, modes, h)
-    end.memory = renewed(mechanism, p, start, modes, end, h)
+    end = rosenbrock(mechanism, p, start, contact, h)
+    end.memory = renewed(mechanism, p, start, contact, end, h)
     return end

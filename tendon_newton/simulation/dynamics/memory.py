@@ -16,7 +16,7 @@ from tendon_newton.device_code.placeholders import (
     real,
 )
 from tendon_newton.device_code.slots import contact_memory, spring_memory
-from tendon_newton.device_code.structs import Drive, Mechanism, Modes, Motion
+from tendon_newton.device_code.structs import ContactStates, Drive, Mechanism, Motion
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.tendons.pipeline import flow_memory, joint_state, spring_torque
 from tendon_newton.simulation.tendons.routes import located
@@ -28,24 +28,26 @@ SHORTEST = 1.0e-12
 
 
 @device_template
-def remembered(mechanism: Mechanism, p: ParameterVector, here: Drive, modes: Modes) -> MemoryVector:
+def remembered(
+    mechanism: Mechanism, p: ParameterVector, here: Drive, contact: ContactStates
+) -> MemoryVector:
     """Return what the effects remember at a state that was reached in `here.elapsed`."""
     memory = here.memory
     for j in range(JOINTS):
         joint = joint_state(mechanism, here, j)
         memory = spring_memory(spring_torque(joint, p), joint, p, memory)
     for d in range(TENDONS):
-        slides = modes.tendon_sticks[d] == real(0.0)
+        slides = contact.row_held[d] == real(0.0)
         if wp.static(FREE_SPOOL):
             # behind a spool that moves on its own, nothing remembers what its gear passes on
-            slides = slides or modes.joint_sticks[LINKS + d] == real(0.0)
+            slides = slides or contact.joint_held[LINKS + d] == real(0.0)
         if slides:
-            memory = flow_memory(mechanism, p, here, d, modes.tendon[d], memory)
+            memory = flow_memory(mechanism, p, here, d, contact.row_side[d], memory)
         else:
-            share = held_share(mechanism, p, here, modes, d)
-            side = modes.least_side[d]
+            share = held_share(mechanism, p, here, contact, d)
+            side = contact.least_side[d]
             least = flow_memory(mechanism, p, here, d, side, memory)
-            side = modes.most_side[d]
+            side = contact.most_side[d]
             most = flow_memory(mechanism, p, here, d, side, memory)
             memory = least + (most - least) * share
     if wp.static(TOUCHES):
@@ -56,7 +58,12 @@ def remembered(mechanism: Mechanism, p: ParameterVector, here: Drive, modes: Mod
 
 @device_template
 def renewed(
-    mechanism: Mechanism, p: ParameterVector, here: Drive, modes: Modes, end: Motion, h: real
+    mechanism: Mechanism,
+    p: ParameterVector,
+    here: Drive,
+    contact: ContactStates,
+    end: Motion,
+    h: real,
 ) -> MemoryVector:
     """Return what the effects remember after a step of h [s]."""
     memory = here.memory
@@ -64,5 +71,5 @@ def renewed(
         if here.remembers > real(0.0):
             acceleration = (end.v - here.v) / wp.max(h, real(SHORTEST))
             later = located(mechanism, at_end(here, h, acceleration), end.q, end.v)
-            memory = remembered(mechanism, p, later, modes)
+            memory = remembered(mechanism, p, later, contact)
     return memory

@@ -21,11 +21,22 @@ from tendon_newton.device_code.slots import (
     cell_lag_effects,
     encoder_effects,
 )
-from tendon_newton.device_code.structs import Cell, Commands, Drive, Log, Mechanism, Modes, Reading
+from tendon_newton.device_code.structs import (
+    Cell,
+    Commands,
+    ContactStates,
+    Drive,
+    Log,
+    Mechanism,
+    Reading,
+)
 from tendon_newton.device_code.templates import device_template
+from tendon_newton.simulation.dynamics.contact_states import (
+    choose_contact_states,
+    constrained_solve,
+)
 from tendon_newton.simulation.dynamics.forces import smooth_forces
 from tendon_newton.simulation.dynamics.memory import remembered
-from tendon_newton.simulation.dynamics.modes import choose_modes, constrained_solve
 from tendon_newton.simulation.tendons.pipeline import servo_flow, tendon_state
 from tendon_newton.simulation.tendons.routes import row_arms, row_bow
 from tendon_newton.simulation.tendons.tension import tension_now
@@ -36,26 +47,26 @@ INSTANT = 1.0e-6
 
 @device_template
 def accelerations(
-    mechanism: Mechanism, p: ParameterVector, here: Drive, modes: Modes
+    mechanism: Mechanism, p: ParameterVector, here: Drive, contact: ContactStates
 ) -> JointVector:
     """Return the accelerations [rad/s2, m/s2] that a rotor feels; without one nobody asks."""
     out = JointVector()
     if wp.static(HAS_ROTOR):
-        forces = smooth_forces(mechanism, p, here, modes)
-        rows = row_arms(mechanism, here, modes)
-        out = constrained_solve(forces.mass_matrix, forces.torque, modes, rows, row_bow(here))
+        forces = smooth_forces(mechanism, p, here, contact)
+        rows = row_arms(mechanism, here, contact)
+        out = constrained_solve(forces.mass_matrix, forces.torque, contact, rows, row_bow(here))
     return out
 
 
 @device_template
 def tensions_in(
-    mechanism: Mechanism, p: ParameterVector, here: Drive, modes: Modes
+    mechanism: Mechanism, p: ParameterVector, here: Drive, contact: ContactStates
 ) -> TendonVector:
-    """Return the tensions at the load cells [N] in known modes; a string never pushes."""
-    acceleration = accelerations(mechanism, p, here, modes)
+    """Return the tensions at the load cells [N] in known contact states; a string never pushes."""
+    acceleration = accelerations(mechanism, p, here, contact)
     out = TendonVector()
     for d in range(TENDONS):
-        tension = tension_now(mechanism, p, here, modes, d, acceleration)
+        tension = tension_now(mechanism, p, here, contact, d, acceleration)
         if wp.static(HAS_ROTOR):
             tension = wp.max(tension, mechanism.least_tension[here.world][d])
         out[d] = tension
@@ -65,21 +76,21 @@ def tensions_in(
 @device_template
 def tensions(mechanism: Mechanism, p: ParameterVector, here: Drive) -> TendonVector:
     """Return the tensions at the load cells [N]."""
-    return tensions_in(mechanism, p, here, choose_modes(mechanism, p, here))
+    return tensions_in(mechanism, p, here, choose_contact_states(mechanism, p, here))
 
 
 @device_template
 def read_sensors(mechanism: Mechanism, p: ParameterVector, here: Drive) -> Reading:
     """Return the encoder's report just after a command took effect, and the true tension then."""
-    modes = choose_modes(mechanism, p, here)
+    contact = choose_contact_states(mechanism, p, here)
     reading = Reading()
     now = here
     if wp.static(HAS_MEMORY):
         if here.remembers > real(0.0):
-            now.memory = remembered(mechanism, p, here, modes)
-    reading.force = tensions_in(mechanism, p, here, modes)
+            now.memory = remembered(mechanism, p, here, contact)
+    reading.force = tensions_in(mechanism, p, here, contact)
     for d in range(TENDONS):
-        tendon = tendon_state(mechanism, p, now, d, modes.tendon[d])
+        tendon = tendon_state(mechanism, p, now, d, contact.row_side[d])
         flow = servo_flow(tendon, p)
         tendon.tension = reading.force[d]
         angle = encoder_effects(flow.angle, tendon, p)

@@ -23,10 +23,10 @@ from tendon_newton.device_code.placeholders import (
 from tendon_newton.device_code.slots import radius_effects
 from tendon_newton.device_code.structs import (
     Commands,
+    ContactStates,
     Drive,
     Forces,
     Mechanism,
-    Modes,
     States,
     Worlds,
 )
@@ -57,18 +57,20 @@ GUIDE_STIFFNESS = 1.0e6
 
 
 @device_template
-def resting_modes(mechanism: Mechanism, p: ParameterVector, here: Drive, guided: bool) -> Modes:
-    """Return the modes at rest without dry friction; guided, no tendon pulls."""
-    modes = Modes()
-    modes.touch = touching(mechanism, here.world, here.q, JointVector())
+def resting_contact_states(
+    mechanism: Mechanism, p: ParameterVector, here: Drive, guided: bool
+) -> ContactStates:
+    """Return the contact states at rest without dry friction; guided, no tendon pulls."""
+    contact = ContactStates()
+    contact.touch = touching(mechanism, here.world, here.q, JointVector())
     if guided:
         for r in range(ROWS):
-            modes.tendon_sticks[r] = real(1.0)
+            contact.row_held[r] = real(1.0)
     if wp.static(FREE_SPOOL):
         for d in range(TENDONS):
             if guided or rests_on_string(mechanism, p, here, d):
-                modes.joint_sticks[LINKS + d] = real(1.0)
-    return modes
+                contact.joint_held[LINKS + d] = real(1.0)
+    return contact
 
 
 @device_template
@@ -106,8 +108,8 @@ def frictionless_forces(
     that of a thousand servos, and the steps towards rest would follow it anywhere.
     """
     here = located(mechanism, drive, q, JointVector())
-    modes = resting_modes(mechanism, p, here, guided)
-    forces = smooth_forces(mechanism, p, here, modes)
+    contact = resting_contact_states(mechanism, p, here, guided)
+    forces = smooth_forces(mechanism, p, here, contact)
     if guided:
         arms = tendon_arms(mechanism, here)
         torque = forces.torque
@@ -203,8 +205,8 @@ def settle_kernel(
             forces = ahead
             if wp.static(HAS_MEMORY):
                 here = located(mechanism, drive, x, rest)
-                modes = resting_modes(mechanism, p, here, False)
-                drive.memory = remembered(mechanism, p, here, modes)
+                contact = resting_contact_states(mechanism, p, here, False)
+                drive.memory = remembered(mechanism, p, here, contact)
             pace = wp.min(pace * real(HASTE), real(LAST_PACE))
         else:
             pace = pace * real(CAUTION)

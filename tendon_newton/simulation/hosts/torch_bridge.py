@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from typing import Any
 
@@ -14,7 +14,7 @@ WARM_UPS = 3
 
 
 @contextmanager
-def torch_stream(device: Any) -> Iterator[None]:
+def torch_stream(device: Any) -> Generator[None]:
     """Let Warp launch on torch's current stream, so that one waits for the other; CPUs have none.
 
     Args:

@@ -32,9 +32,9 @@ from tendon_newton.device_code.structs import (
     States,
 )
 from tendon_newton.device_code.templates import device_template
+from tendon_newton.simulation.dynamics.contact_states import choose_contact_states
 from tendon_newton.simulation.dynamics.integrator import step
 from tendon_newton.simulation.dynamics.memory import remembered
-from tendon_newton.simulation.dynamics.modes import choose_modes
 from tendon_newton.simulation.dynamics.sensors import read_sensors
 from tendon_newton.simulation.dynamics.settling import SETTLED
 from tendon_newton.simulation.kernels.command_log import find_row, mean_command
@@ -167,10 +167,10 @@ def forget_kernel(
         q = given_numbers(given.position, servo.position_index, i)
         v = given_numbers(given.velocity, servo.velocity_index, i)
         here = located(mechanism, drive, q, v)
-        modes = choose_modes(mechanism, p, here)
+        contact = choose_contact_states(mechanism, p, here)
         servo.q[i] = q
         servo.v[i] = v
-        servo.memory[i] = remembered(mechanism, p, here, modes)
+        servo.memory[i] = remembered(mechanism, p, here, contact)
 
 
 @device_template

@@ -25,7 +25,7 @@ class ChainCopies:
     count: int
     """Chains K of each world."""
     topology: Topology
-    """Of one chain."""
+    """Topology of one chain."""
 
 
 def chain_copies(topology: Topology, arms: Array) -> ChainCopies:

@@ -32,7 +32,7 @@ class ParameterTable:
     bench: tuple[Parameter, ...] = ()
     """Unknown numbers of benches; `bench_numbers` has them."""
     scale: BenchScale = field(default_factory=BenchScale)
-    """Of the benches: ranges and units follow it."""
+    """Scale of the benches: ranges and units follow it."""
 
     @property
     def bench_columns(self) -> slice:
@@ -90,7 +90,8 @@ class ParameterTable:
             ).parameters
             check_values(entry, declared, f"{kind} {entry.name!r}")
             for parameter in declared:
-                out[self.column(entry.name, parameter.name)] = float(entry.values[parameter.name])
+                value = entry.values.get(parameter.name, parameter.null)
+                out[self.column(entry.name, parameter.name)] = float(value)
         return out
 
     def values(self, owner: str, vector: Array) -> dict[str, float]:
@@ -135,6 +136,8 @@ def check_values(entry: NamedValues, declared: Sequence[Parameter], where: str) 
         if key not in known:
             raise unknown_name(f"parameter of {where}", key, known)
     for name, parameter in known.items():
+        if name not in entry.values and parameter.optional:
+            continue
         if name not in entry.values:
             raise InvalidModelFile(
                 f"{where} needs {name} [{parameter.unit}]; the model gives "

@@ -22,7 +22,7 @@ class RouteNumbers:
     frame: Array
     """From a pulley's frame, axis along z, to the base, shape (W, N, 3, 3)."""
     radius: Array
-    """Of a pulley [m], 0 for a site, shape (W, N)."""
+    """Radius of a pulley [m], 0 for a site, shape (W, N)."""
     turn: Array
     """Which way round it the string goes, +1 or -1, shape (W, N)."""
     rest_length: Array

@@ -47,7 +47,7 @@ class RoutePlan:
     def ways(self, parents: tuple[int, ...], name: str) -> tuple[tuple[int, ...], ...]:
         """Return per span and joint where the joint stands on the way to one of the span's ends.
 
-        Places count from 1; they are negative where the joint carries who looks, and 0 where it
+        Places count from 1; they are negative where the joint carries the observer, and 0 where it
         does not move the end. The ends are named ``start`` and ``end``.
         """
         rows = []

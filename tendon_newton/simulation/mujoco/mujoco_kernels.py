@@ -25,9 +25,9 @@ from tendon_newton.device_code.placeholders import (
 from tendon_newton.device_code.slots import cell_effects, clock_effects
 from tendon_newton.device_code.structs import (
     Commands,
+    ContactStates,
     Drive,
     Mechanism,
-    Modes,
     NewtonJoints,
     Reading,
     Readout,
@@ -68,14 +68,14 @@ def smooth_share(arms: ArmMatrix, d: int, v: JointVector) -> real:
 
 
 @device_template
-def sliding_modes(arms: ArmMatrix, v: JointVector) -> Modes:
-    """Return modes in which every tendon slides the way it moves."""
-    modes = Modes()
+def sliding_contact_states(arms: ArmMatrix, v: JointVector) -> ContactStates:
+    """Return contact states in which every tendon slides the way it moves."""
+    contact = ContactStates()
     for d in range(TENDONS):
-        modes.tendon[d] = real(1.0)
+        contact.row_side[d] = real(1.0)
         if excursion(arms, d, v) < real(0.0):
-            modes.tendon[d] = real(-1.0)
-    return modes
+            contact.row_side[d] = real(-1.0)
+    return contact
 
 
 @device_template
@@ -154,7 +154,7 @@ def push_kernel(
         if n > 0:
             here.command = track.command[i]
             later = at_end(here, track.time_step, (v - track.v[n - 1, i]) / track.time_step)
-            here.memory = remembered(mechanism, p, later, sliding_modes(arms, v))
+            here.memory = remembered(mechanism, p, later, sliding_contact_states(arms, v))
     here.command = mean_command(commands, log, p, here.time, track.time_step, row)
     torque = JointVector()
     acceleration = JointVector()

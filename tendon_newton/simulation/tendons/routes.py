@@ -1,9 +1,9 @@
 r"""Routed tendons on the device: length, moment arms and curvature as in `mechanisms.routing`.
 
-Everything about a span is looked at from one link, its pulley's or that of its start, so that only
-the joints between that link and the span's ends move it. `START_WAY` and `END_WAY` name those:
-where a joint stands on the way from who looks to the end, counted from 1, negative where it carries
-who looks, and 0 for all others.
+A span is described in the frame of one link, its *observer*: the link of its pulley, or of its
+start. So only the joints between the observer and the span's ends move the span. `START_WAY` and
+`END_WAY` name these joints by their place on the way from the observer to an end, counted from 1.
+The place is negative for a joint that carries the observer, and 0 for all other joints.
 
 The equations of motion need three things of a tendon whose arms :math:`A(q) = dl/dq` are not
 constant, all from the second derivatives :math:`H` of the excursion :math:`l(q)`: its acceleration
@@ -44,10 +44,10 @@ from tendon_newton.device_code.placeholders import (
 )
 from tendon_newton.device_code.slots import all_routes
 from tendon_newton.device_code.structs import (
+    ContactStates,
     Drive,
     JointPose,
     Mechanism,
-    Modes,
     Routes,
     RouteTerms,
     SpanTerms,
@@ -60,7 +60,7 @@ from tendon_newton.simulation.tendons.spans import point_place, span_terms
 
 @device_template
 def sign_of(place: int) -> real:
-    """Return +1 where a joint carries an end of a span, -1 where who looks, 0 where neither."""
+    """Return +1 for a joint that carries a span's end, -1 if it carries the observer, else 0."""
     sign = real(0.0)
     if place > 0:
         sign = real(1.0)
@@ -83,7 +83,7 @@ def turn_sign(turning: int, moving: int) -> real:
 
 @device_template
 def end_moves(pose: JointPose, way: WayVector, point: Vec3) -> SpaceMatrix:
-    """Return how the joints move an end of a span, as seen by who looks [m/rad], shape (J, 3)."""
+    """Return how joints move an end of a span, as seen by the observer [m/rad], shape (J, 3)."""
     moves = SpaceMatrix()
     for j in range(JOINTS):
         if way[j] != 0:
@@ -283,7 +283,7 @@ def tendon_bow(here: Drive) -> TendonVector:
 
 
 @device_template
-def row_arms(mechanism: Mechanism, here: Drive, modes: Modes) -> RowMatrix:
+def row_arms(mechanism: Mechanism, here: Drive, contact: ContactStates) -> RowMatrix:
     """Return the rows in which dry friction acts on tendons [m] or [1], shape (R, J).
 
     A spool that its string holds fast moves with its mechanism alone.
@@ -295,7 +295,7 @@ def row_arms(mechanism: Mechanism, here: Drive, modes: Modes) -> RowMatrix:
             for j in range(LINKS):
                 rows[d, j] = arms[d, j]
                 rows[TENDONS + d, j] = arms[d, j]
-            rows[d, LINKS + d] = real(1.0) - modes.joint_sticks[LINKS + d]
+            rows[d, LINKS + d] = real(1.0) - contact.joint_held[LINKS + d]
         return rows
     else:
         return arms

@@ -31,7 +31,7 @@ from tendon_newton.device_code.placeholders import (
     real,
 )
 from tendon_newton.device_code.slots import armature, radius_effects
-from tendon_newton.device_code.structs import Drive, Forces, Mechanism, Modes, Spool
+from tendon_newton.device_code.structs import ContactStates, Drive, Forces, Mechanism, Spool
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.tendons.pipeline import (
     HELD,
@@ -123,10 +123,15 @@ def spool_at(
 
 @device_template
 def with_spool(
-    mechanism: Mechanism, p: ParameterVector, here: Drive, modes: Modes, d: int, forces: Forces
+    mechanism: Mechanism,
+    p: ParameterVector,
+    here: Drive,
+    contact: ContactStates,
+    d: int,
+    forces: Forces,
 ) -> Forces:
     """Add what a spool that moves on its own, and its string, do to the coordinates."""
-    spool = spool_at(mechanism, p, here, d, modes.tendon[d], modes.tendon[TENDONS + d])
+    spool = spool_at(mechanism, p, here, d, contact.row_side[d], contact.row_side[TENDONS + d])
     c = LINKS + d
     arms = tendon_arms(mechanism, here)
     bow = tendon_bow(here)
@@ -138,8 +143,8 @@ def with_spool(
     torque = out.torque
     stiffness = out.stiffness
     damping = out.damping
-    driven = modes.tendon_sticks[d] == real(0.0)
-    guided = modes.tendon_sticks[TENDONS + d] == real(0.0)
+    driven = contact.row_held[d] == real(0.0)
+    guided = contact.row_held[TENDONS + d] == real(0.0)
     for i in range(JOINTS):
         torque[i] = torque[i] - whole[i] * spool.inertia * bow[d]
         if driven:
@@ -164,10 +169,12 @@ def with_spool(
 
 
 @device_template
-def spool_pull(mechanism: Mechanism, p: ParameterVector, here: Drive, modes: Modes, d: int) -> real:
+def spool_pull(
+    mechanism: Mechanism, p: ParameterVector, here: Drive, contact: ContactStates, d: int
+) -> real:
     """Return the pull [N] on the mechanism of a string whose spool moves on its own."""
-    pull = modes.hold[TENDONS + d]
-    if modes.tendon_sticks[TENDONS + d] == real(0.0):
-        spool = spool_at(mechanism, p, here, d, modes.tendon[d], modes.tendon[TENDONS + d])
+    pull = contact.hold[TENDONS + d]
+    if contact.row_held[TENDONS + d] == real(0.0):
+        spool = spool_at(mechanism, p, here, d, contact.row_side[d], contact.row_side[TENDONS + d])
         pull = spool.pull[0]
     return pull

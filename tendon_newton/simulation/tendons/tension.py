@@ -13,7 +13,7 @@ from tendon_newton.device_code.placeholders import (
     ParameterVector,
     real,
 )
-from tendon_newton.device_code.structs import Drive, Mechanism, Modes
+from tendon_newton.device_code.structs import ContactStates, Drive, Mechanism
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.tendons.pipeline import excursion, flow_at
 from tendon_newton.simulation.tendons.routes import tendon_arms, tendon_bow
@@ -21,13 +21,15 @@ from tendon_newton.simulation.tendons.spools import rotor_inertia, spool_at
 
 
 @device_template
-def held_share(mechanism: Mechanism, p: ParameterVector, here: Drive, modes: Modes, d: int) -> real:
+def held_share(
+    mechanism: Mechanism, p: ParameterVector, here: Drive, contact: ContactStates, d: int
+) -> real:
     """Return where between its two sides a held tendon is: 0 at the least pull, 1 at the most."""
-    least = flow_at(mechanism, p, here, d, modes.least_side[d])
-    most = flow_at(mechanism, p, here, d, modes.most_side[d])
+    least = flow_at(mechanism, p, here, d, contact.least_side[d])
+    most = flow_at(mechanism, p, here, d, contact.most_side[d])
     share = real(0.5)
     if most.pull[0] > least.pull[0]:
-        share = (modes.hold[d] - least.pull[0]) / (most.pull[0] - least.pull[0])
+        share = (contact.hold[d] - least.pull[0]) / (most.pull[0] - least.pull[0])
     return share
 
 
@@ -36,7 +38,7 @@ def tension_now(
     mechanism: Mechanism,
     p: ParameterVector,
     here: Drive,
-    modes: Modes,
+    contact: ContactStates,
     d: int,
     acceleration: JointVector,
 ) -> real:
@@ -49,21 +51,21 @@ def tension_now(
         mechanism: Numbers of all benches.
         p: Numbers of actuator and effects.
         here: What acts on the world, and where it is.
-        modes: What slides, sticks and pulls.
+        contact: What slides, sticks and pulls.
         d: The tendon.
         acceleration: Accelerations of the coordinates now [rad/s2, m/s2], for a rotor alone.
     """
     tension = real(0.0)
     moves = bool(False)
     if wp.static(FREE_SPOOL):
-        moves = modes.joint_sticks[LINKS + d] == real(0.0)
+        moves = contact.joint_held[LINKS + d] == real(0.0)
         if moves:
-            guide = modes.tendon[TENDONS + d]
-            spool = spool_at(mechanism, p, here, d, modes.tendon[d], guide)
+            guide = contact.row_side[TENDONS + d]
+            spool = spool_at(mechanism, p, here, d, contact.row_side[d], guide)
             tension = spool.tension
     if not moves:
-        if modes.tendon_sticks[d] == real(0.0):
-            sliding = flow_at(mechanism, p, here, d, modes.tendon[d])
+        if contact.row_held[d] == real(0.0):
+            sliding = flow_at(mechanism, p, here, d, contact.row_side[d])
             tension = sliding.tension[0]
             if wp.static(HAS_ROTOR):
                 arms = tendon_arms(mechanism, here)
@@ -74,11 +76,11 @@ def tension_now(
                 if wp.static(not FREE_SPOOL):
                     loaded = here
                     loaded.carried[d] = sliding.motor_force[0] - inertia * rate
-                    sliding = flow_at(mechanism, p, loaded, d, modes.tendon[d])
+                    sliding = flow_at(mechanism, p, loaded, d, contact.row_side[d])
                     tension = sliding.tension[0] - sliding.tension_gain * inertia * rate
         else:
-            least = flow_at(mechanism, p, here, d, modes.least_side[d])
-            most = flow_at(mechanism, p, here, d, modes.most_side[d])
-            share = held_share(mechanism, p, here, modes, d)
+            least = flow_at(mechanism, p, here, d, contact.least_side[d])
+            most = flow_at(mechanism, p, here, d, contact.most_side[d])
+            share = held_share(mechanism, p, here, contact, d)
             tension = least.tension[0] + share * (most.tension[0] - least.tension[0])
     return tension

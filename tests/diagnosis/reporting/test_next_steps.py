@@ -114,10 +114,16 @@ def test_without_a_set_the_best_single_causes_are_told() -> None:
     """Those that explain a tenth or more, each with its reason."""
     refused = (Criterion(name=ADDED, value=0.05, bar=0.1, passed=False),)
     scores = (
-        CandidateScore(name="speed_limit", score=0.82, values={"limit": 7.0}, criteria=refused,
-                       acts_in=("steps.csv",), looked_at=5),
+        CandidateScore(
+            name="speed_limit",
+            score=0.82,
+            values={"limit": 7.0},
+            criteria=refused,
+            acts_in=("steps.csv",),
+            looked_at=5,
+        ),
         CandidateScore(name="deadband", score=0.05, values={"width": 0.01}, criteria=refused),
-    )  # fmt: skip
+    )
     (said,) = came_closest(replace(diagnosis("unexplained"), candidates=scores))
     assert "speed_limit 7.00 rad/s came close: it explains 82 % alone" in said
     assert "acts in 1 of 5 recordings" in said
@@ -146,8 +152,10 @@ def test_the_model_beside_the_recordings_is_offered_with_what_it_removes(tmp_pat
     servo = Model(actuator=NamedValues(name="pwm_servo", values={}))
     write_model(tmp_path / "model.toml", good)
     (said,) = better_start(dataset, servo, found, study)
-    assert said.startswith(f"Your actuator is pwm_servo; model.toml beside the recordings says "
-                           f"{good.actuator.name}, which alone")  # fmt: skip
+    assert said.startswith(
+        f"Your actuator is pwm_servo; model.toml beside the recordings says "
+        f"{good.actuator.name}, which alone"
+    )
     assert f"--model {tmp_path / 'model.toml'}" in said
     exact = replace(found, baseline=Errors(force_rmse=0.06, theta_rmse=0.001, theta_mae=0.001))
     assert list(better_start(dataset, servo, exact, study)) == []

@@ -77,7 +77,7 @@ class Disturbed:
 
 def at_instant(bench: Bench, instant: float, act: Callable[[], None]) -> None:
     """Let something happen at an instant of a bench in lockstep, whatever the loop is doing."""
-    virtual = bench.controls.bench  # pyright: ignore
+    virtual = bench.controls  # pyright: ignore
     advance = virtual.advance
 
     def advance_with_it(time: float) -> None:
@@ -176,7 +176,7 @@ class Flight:
             if isinstance(pilot, Disturbed):
                 self.begun = pilot.happened
             if self.lockstep:
-                plant = bench.controls.bench.plant  # pyright: ignore
+                plant = bench.controls.plant  # pyright: ignore
                 self.torque_after = any(line.registers.torque for line in plant.lines)
                 self.angle_after = plant.motor.angle
                 bench.clock.sleep_until(bench.clock.now() + WATCHDOG)

@@ -145,7 +145,7 @@ def test_the_bus_watchdog_stops_what_nobody_drives() -> None:
         pass
 
     def hang(bench, stop) -> None:
-        plant = bench.controls.bench.plant
+        plant = bench.controls.plant
         begin = bench.clock.now()
         while plant.motor.duty != 0.0 and bench.clock.now() - begin < 1.0:
             bench.clock.sleep_until(bench.clock.now() + 1e-3)

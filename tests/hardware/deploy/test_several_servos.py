@@ -117,7 +117,7 @@ def test_commands_of_each_servo_stay_within_its_own_range(tmp_path: Path) -> Non
 
 def line_of(bench: Bench) -> Any:
     """Return what the second servo is made of."""
-    return bench.controls.bench.plant.lines[1]  # pyright: ignore
+    return bench.controls.plant.lines[1]  # pyright: ignore
 
 
 def slip(bench: Bench, stop: StopRequest) -> None:

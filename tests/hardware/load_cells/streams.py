@@ -1,6 +1,12 @@
 """Streams of bytes with known contents."""
 
-from hardware.load_cells.framing import Frame, encode_frame
+from hardware.load_cells.framing import Frame, crc8
+
+
+def encode_frame(frame: Frame) -> bytes:
+    """Write the line of a reading, as the firmware does."""
+    body = f"L,{frame.sequence},{frame.device_time_us},{frame.counts}".encode()
+    return body + b"*%02X\n" % crc8(body)
 
 
 class StillClock:

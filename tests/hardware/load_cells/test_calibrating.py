@@ -57,7 +57,7 @@ def test_a_virtual_cell_is_calibrated_to_a_thousandth(tmp_path: Path) -> None:
     hand = Hand()
     calibration = hand.calibrate(session(tmp_path))
     assert load_calibration(tmp_path / "cell.toml") == calibration
-    truth = hand.bench.bench.unit.load_cell
+    truth = hand.bench.unit.load_cell
     assert 1.0 / calibration.slope == pytest.approx(truth.counts_per_newton, rel=1e-3)
     assert calibration.residual < 0.01
     assert calibration.rate == pytest.approx(80.0, rel=0.02)

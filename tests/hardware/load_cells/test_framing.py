@@ -11,8 +11,8 @@ from hardware.load_cells.framing import (
     LineSplitter,
     crc8,
     decode_line,
-    encode_frame,
 )
+from tests.hardware.load_cells.streams import encode_frame
 
 frames = st.builds(
     Frame,

@@ -6,10 +6,9 @@ import pytest
 
 from hardware.errors import PortBusy, PortUnavailable
 from hardware.load_cells import LOAD_CELLS
-from hardware.load_cells.framing import encode_frame
 from hardware.load_cells.hx711_serial import Hx711Serial
 from hardware.virtual_bench import FaultEvent, Faults, LockstepBench, VirtualPorts
-from tests.hardware.load_cells.streams import StillClock, WrittenStream, frame, lines
+from tests.hardware.load_cells.streams import StillClock, WrittenStream, encode_frame, frame, lines
 
 
 def reader() -> tuple[Hx711Serial, WrittenStream, StillClock]:

@@ -33,7 +33,7 @@ def test_frames_are_those_of_the_manual() -> None:
 
 def test_a_spool_is_followed_over_the_end_of_a_turn(rig: VirtualServo) -> None:
     """The register begins anew with each turn, whose end is 360 counts from this home."""
-    encoder = rig.bench.bench.plant.encoder
+    encoder = rig.bench.plant.encoder
     encoder.home += 2000
     rig.wait(0.1)
     rig.servo.set_home()

@@ -44,8 +44,8 @@ class VirtualServo:
 
     def register(self, address: int) -> int:
         """Look into the servo's memory."""
-        return self.bench.bench.plant.registers.value(address)
+        return self.bench.plant.registers.value(address)
 
     def corrupt(self, address: int, counts: int) -> None:
         """Change the servo's memory behind the driver's back."""
-        self.bench.bench.plant.registers.store(address, counts)
+        self.bench.plant.registers.store(address, counts)

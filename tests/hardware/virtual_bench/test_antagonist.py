@@ -7,10 +7,10 @@ from hardware.virtual_bench import VirtualPorts
 from hardware.virtual_bench.emulation.plant import Plant
 from hardware.virtual_bench.physics.antagonist import AntagonistFinger, Crossing
 from hardware.virtual_bench.physics.constants import AntagonistConstants
-from hardware.virtual_bench.physics.unit import nominal_unit
 from tendon_newton.mechanisms.geometry.parts import excursion
 from tendon_newton.mechanisms.loading import load_mechanism
 from tests.hardware.virtual_bench.link import PWM, PWM_GOAL, SUCCESS, TORQUE, Link
+from tests.hardware.virtual_bench.nominal import nominal_unit
 
 
 def placed(q: tuple[float, float]) -> AntagonistFinger:
@@ -72,7 +72,7 @@ def test_each_servo_answers_to_its_own_id() -> None:
     data = list((200).to_bytes(2, "little"))
     assert link.sdk.writeTxRx(link.port, 2, PWM_GOAL, 2, data) == (SUCCESS, 0)
     assert link.read(PWM_GOAL, 2) == 0
-    first, second = link.bench.bench.plant.lines
+    first, second = link.bench.plant.lines
     assert (first.registers.torque, second.registers.torque) == (True, False)
     assert link.write(TORQUE, 1, 0) == 0
 

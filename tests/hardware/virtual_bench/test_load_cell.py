@@ -34,7 +34,7 @@ def test_the_stream_is_what_the_reader_expects() -> None:
     """After the banner every line decodes, the sequence has no gap, and 80 come in a second."""
     link = Link()
     splitter = LineSplitter()
-    lines = splitter.feed(b"".join(line.data for line in link.bench.bench.cell_lines(10.0)))
+    lines = splitter.feed(b"".join(line.data for line in link.bench.cell_lines(10.0)))
     frames = [decode_line(line) for line in lines]
     assert frames[0] is None  # the boot banner
     good = [frame for frame in frames if frame is not None]

@@ -22,7 +22,8 @@ from hardware.virtual_bench.physics.mechanisms import Finger, Slider
 from hardware.virtual_bench.physics.motor import Motor
 from hardware.virtual_bench.physics.obstacle import Obstacle, grips
 from hardware.virtual_bench.physics.tendon import Tendon
-from hardware.virtual_bench.physics.unit import SERVOS, draw_unit, nominal_unit
+from hardware.virtual_bench.physics.unit import SERVOS, draw_unit
+from tests.hardware.virtual_bench.nominal import nominal_unit
 
 STEP = 0.25e-3  # [s]
 COLD = ServoConstants(ambient=25.0, supply_resistance=0.0)

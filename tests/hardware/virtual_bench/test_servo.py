@@ -170,7 +170,7 @@ def test_a_reboot_forgets_ram_and_turns_but_keeps_eeprom(link) -> None:
     """Gains fall back, the mode stays, and the position starts within one turn."""
     link.write(MODE, 1, EXTENDED)
     link.write(84, 2, 123)
-    link.bench.bench.plant.encoder.home += 2 * 4096  # two turns with the tendon unhooked
+    link.bench.plant.encoder.home += 2 * 4096  # two turns with the tendon unhooked
     link.wait(0.05)
     assert link.read(POSITION, 4) > 4096
     link.sdk.reboot(link.port, ID)
@@ -263,7 +263,7 @@ BATTERED = Link()
 )
 def test_no_instruction_brings_the_servo_down(frames, broadcast, soup) -> None:
     """Whole frames with any contents and bytes without sense are answered or ignored, no more."""
-    bench = BATTERED.bench.bench
+    bench = BATTERED.bench
     for code, address, rest in frames:
         data = address.to_bytes(2, "little") + rest
         bench.receive(frame(0xFE if broadcast else ID, code, data), bench.time)

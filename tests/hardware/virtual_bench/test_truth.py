@@ -5,10 +5,11 @@ from typing import Any
 
 import pytest
 
-from hardware.virtual_bench.emulation.truth import actuator_effects, quasi_static_gear
+from hardware.virtual_bench.emulation.truth import actuator_effects
 from hardware.virtual_bench.physics.constants import ServoConstants
 from hardware.virtual_bench.physics.motor import Motor
 from hardware.virtual_bench.physics.unit import draw_unit
+from tendon_newton.data.gear_friction import quasi_static_gear
 
 SPEED = 0.8  # [rad/s] so fast that nothing is left of what holds at rest
 

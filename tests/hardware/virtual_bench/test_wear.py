@@ -18,7 +18,7 @@ from tendon_newton.errors import UnknownName
 def test_a_new_unit_is_the_drawn_one(bench: str) -> None:
     """To the last bit, and it is what one gets without a word about wear."""
     assert worn(draw_unit(bench, 3), NEW) == draw_unit(bench, 3)
-    assert LockstepBench(bench, 3).bench.unit == draw_unit(bench, 3)
+    assert LockstepBench(bench, 3).unit == draw_unit(bench, 3)
 
 
 def test_a_dry_gear_has_twice_the_friction_and_nothing_else() -> None:

@@ -107,9 +107,14 @@ def test_a_demand_of_the_other_side_ends_the_protection() -> None:
     index = np.arange(200)
     command = np.select([index < 100, index < 104], [JUMP, -0.2], JUMP)
     servo = {
-        "duty_per_rad": 0.5, "max_duty": 1.0, "supply_voltage": 12.0, "torque_constant": 0.05,
-        "resistance": 0.2, "armature": 0.1, "spool_radius": 1.0,
-    }  # fmt: skip
+        "duty_per_rad": 0.5,
+        "max_duty": 1.0,
+        "supply_voltage": 12.0,
+        "torque_constant": 0.05,
+        "resistance": 0.2,
+        "armature": 0.1,
+        "spool_radius": 1.0,
+    }
     numbers = {"duty": 0.6, "fraction": 0.2, "time": 0.5}
     model = Model(
         actuator=NamedValues(name="pwm_servo", values=servo),
@@ -171,9 +176,14 @@ def test_a_falling_rotor_loads_its_gear_on_its_own_side() -> None:
     """
     inertia, share, mass, length, angle = 0.02, 0.4, 0.5, 0.1, 1.2
     servo = {
-        "duty_per_rad": 1.0, "max_duty": 1.0, "supply_voltage": 12.0, "torque_constant": 1.0,
-        "resistance": 4.0, "armature": inertia, "spool_radius": 1.0,
-    }  # fmt: skip
+        "duty_per_rad": 1.0,
+        "max_duty": 1.0,
+        "supply_voltage": 12.0,
+        "torque_constant": 1.0,
+        "resistance": 4.0,
+        "armature": inertia,
+        "spool_radius": 1.0,
+    }
     friction = NamedValues(name="load_dependent_friction", values={"coefficient": share})
     model = Model(actuator=NamedValues(name="pwm_servo", values=servo), effects=(friction,))
     for side in (1.0, -1.0):
@@ -181,9 +191,13 @@ def test_a_falling_rotor_loads_its_gear_on_its_own_side() -> None:
             np.zeros(40), bench="pendulum", rate=1000.0, start="first_row", angle=side * angle
         )
         numbers = type(fall.bench_overrides)(mass=(mass,), length=(length,))
-        fall = type(fall)(**{
-            **vars(fall), "bench_overrides": numbers, "enabled": np.zeros(40, dtype=bool),
-        })  # fmt: skip
+        fall = type(fall)(
+            **{
+                **vars(fall),
+                "bench_overrides": numbers,
+                "enabled": np.zeros(40, dtype=bool),
+            }
+        )
         (out,) = simulate([fall], model, time_step=2.5e-4)
         arm, weight = mass * length**2, mass * 9.81 * length * np.sin(side * angle)
         expected = -weight / (arm + inertia / (1.0 - share))

@@ -56,6 +56,17 @@ def test_a_stalled_servo_pulls_with_duty_times_stall_force(error: float, duty: f
     assert held(error) == pytest.approx(expected, rel=1e-3 + give)
 
 
+@pytest.mark.parametrize(("error", "duty"), [(0.0, 0.02), (0.5, 0.07), (1.9, 0.2), (-0.1, 0.01)])
+def test_a_loop_may_always_add_a_duty(error: float, duty: float) -> None:
+    """F follows k_u (theta_d - theta) + u_0 up to the greatest duty: u_0 alone keeps it taut."""
+    values = {**SERVO, "duty_offset": 0.02}
+    model = Model(actuator=NamedValues(name="pwm_servo", values=values))
+    run = run_of(np.full(80, error), bench="spring_weak", bench_overrides=WALL)
+    force = simulate([run], model, time_step=STEP)[0].force[-1, 0]
+    expected = CONSTANT * duty * SUPPLY / (RESISTANCE * RADIUS)
+    assert force == pytest.approx(expected, rel=1e-3 + 0.2 / (RADIUS * 1e6 * RADIUS))
+
+
 def test_an_unloaded_servo_turns_at_the_speed_whose_emf_is_the_voltage() -> None:
     """theta_dot = u V / k_t."""
     assert spun(0.0).motor_velocity[-1, 0] == pytest.approx(NO_LOAD, rel=1e-6)

@@ -54,7 +54,7 @@ class LinePrior:
 
     bench: str
     give: float
-    """Of a slider's spring at the line [m/N]; none on a finger, whose joints are seen."""
+    """Give of a slider's spring at the line [m/N]; none on a finger, whose joints are seen."""
     friction: float
     """psi [1]"""
     friction_spread: float

@@ -34,7 +34,7 @@ class PolicyTrainingConfig:
         default_factory=EnvironmentConfig
     )
     seed: int = 0
-    """Of the starting weights and of all that is drawn."""
+    """Seed of the starting weights and of all draws."""
     iterations: int = 200
     """Rounds of acting and learning; more of them go on with a finished training."""
     steps: int = 128

@@ -9,11 +9,11 @@ from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import Model, load_model, write_model
 from tendon_newton.data.recording import Recording
 from tendon_newton.effects import find_effect
-from train.policy.taut_rows import shows_string
-from train.policy.tendon_fit import fit_tendon
 from train.reproduction.outcome import Outcome
 from train.reproduction.reproduction import Reproduction
 from train.reproduction.steps.diagnosis_stage import numbers_of
+from train.tendon.taut_rows import shows_string
+from train.tendon.tendon_fit import fit_tendon
 
 TEXT = """\
 The servo with friction and the network on what it lacks; all that the diagnosis names behind the

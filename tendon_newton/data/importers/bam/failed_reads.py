@@ -14,7 +14,9 @@ JUMP_LIMIT = 0.5  # [rad] no servo of this table turns so far within a row
 SUPPLY_RANGE = (0.5, 1.5)  # [1] of the median: a sag is less, a failed read says 0 or 25 V
 
 
-def without_failed_reads(columns: Mapping[str, Array], name: str) -> tuple[dict[str, Array], list]:
+def without_failed_reads(
+    columns: Mapping[str, Array], name: str
+) -> tuple[dict[str, Array], list[Finding]]:
     """Leave out rows whose position was not read, and mend the supply where only that was not.
 
     A position register that was not read says 0, which is half a turn from where the arm hangs: a

@@ -71,7 +71,7 @@ def supply_and_duty(recording: Recording) -> Iterator[Finding]:
     if voltage is None:
         return
     duty = np.abs(recording.extra["duty"])
-    parts = []
+    parts: list[str] = []
     for lower, upper in DUTY_BANDS:
         band: Array = voltage[(duty >= lower) & (duty < upper)]
         if band.size >= ROWS_FOR_A_BAND:

@@ -19,6 +19,7 @@ from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.checks.finding import Finding
 from tendon_newton.data.checks.registers import unwrap_register, wrap_period
 from tendon_newton.data.files.text_file import finite_number
+from tendon_newton.data.files.values import is_list, is_table
 from tendon_newton.data.importers.bam.failed_reads import without_failed_reads
 from tendon_newton.data.importers.bam.feetech import (
     feetech_findings,
@@ -131,7 +132,7 @@ def read_log(path: Path, kind: LogKind) -> tuple[ImportedLog, BamMotor, list[Fin
     motor = motor_of(table, path, kind)
     columns = read_entries(table["entries"], path)
     columns, kept_back = without_failed_reads(columns, f"{path.stem}.csv")
-    wraps = {}
+    wraps: dict[str, int] = {}
     for name, unit in (("load", 1.0), ("speed", motor.speed_unit)):
         if name in columns and motor.full_duty and unit:
             columns[name], wraps[name] = unwrapped(columns[name], unit)
@@ -217,7 +218,7 @@ def read_table(content: bytes, path: Path, kind: LogKind) -> dict[str, Any]:
         table = json.loads(content.decode("utf-8"))
     except (ValueError, RecursionError) as error:
         raise InvalidRecording(f"{what} be JSON: {error}") from error
-    if not isinstance(table, dict):
+    if not is_table(table):
         raise InvalidRecording(f"{what} be a JSON object; it is a {type(table).__name__}")
     for key in FILE_KEYS:
         if key not in table:
@@ -250,14 +251,14 @@ def read_number(table: Mapping[str, Any], key: str, path: Path) -> float:
 
 def read_entries(entries: Any, path: Path) -> dict[str, Array]:
     """Turn the list of entries into columns, naming an entry that lacks a number."""
-    if not isinstance(entries, list) or not entries:
+    if not is_list(entries) or not entries:
         raise InvalidRecording(f"{path}: entries must be a list with one object per row")
-    first = entries[0] if isinstance(entries[0], dict) else {}
+    first = entries[0] if is_table(entries[0]) else {}
     there = (*REQUIRED, *(key for key in OPTIONAL if key in first))
     columns: dict[str, list[float]] = {key: [] for key in there}
     for row, entry in enumerate(entries):
         for key, column in columns.items():
-            value = entry.get(key) if isinstance(entry, dict) else None
+            value = entry.get(key) if is_table(entry) else None
             number = float(value) if isinstance(value, bool) else finite_number(value)
             if number is None:
                 raise InvalidRecording(

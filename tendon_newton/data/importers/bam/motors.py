@@ -48,27 +48,51 @@ XL330_DUTY = COUNTS_PER_RAD / (256.0 * FULL_DUTY)  # 256 by the XL330's own load
 # ROBOTIS e-manual at 5 V: stall 0.52 N m at 1.47 A, 103 rev/min without load: 0.354 to 0.464.
 # Armature: order of magnitude, a rotor of 2.4e-8 kg m^2 behind the gear of 288.35:1.
 XL330 = BamMotor(
-    duty_per_gain=XL330_DUTY, torque_constant=0.41, resistance=3.4, armature=2e-3, gain=400.0,
-    supply=7.4, full_duty=FULL_DUTY, speed_unit=0.229 * 2.0 * pi / 60.0,
-)  # fmt: skip
+    duty_per_gain=XL330_DUTY,
+    torque_constant=0.41,
+    resistance=3.4,
+    armature=2e-3,
+    gain=400.0,
+    supply=7.4,
+    full_duty=FULL_DUTY,
+    speed_unit=0.229 * 2.0 * pi / 60.0,
+)
 # At 12 V: stall 6.0 N m at 4.1 A, 63 rev/min; stall 8.4 N m at 5.2 A, 45 rev/min. The law was seen
 # on an oscilloscope by Rhoban/bam, as that of the XL-320 and the STS3215 at 7.4 V.
 MX64 = BamMotor(
-    duty_per_gain=0.158, torque_constant=1.6, resistance=2.9, armature=0.01, gain=32.0,
-    supply=15.0, max_duty=0.9625,
-)  # fmt: skip
+    duty_per_gain=0.158,
+    torque_constant=1.6,
+    resistance=2.9,
+    armature=0.01,
+    gain=32.0,
+    supply=15.0,
+    max_duty=0.9625,
+)
 MX106 = BamMotor(
-    duty_per_gain=0.158, torque_constant=2.0, resistance=2.3, armature=0.015, gain=32.0,
-    supply=15.0, max_duty=0.9625,
-)  # fmt: skip
+    duty_per_gain=0.158,
+    torque_constant=2.0,
+    resistance=2.3,
+    armature=0.015,
+    gain=32.0,
+    supply=15.0,
+    max_duty=0.9625,
+)
 XL320 = BamMotor(  # at 7.4 V: stall 0.39 N m at 1.1 A, 114 rev/min
-    duty_per_gain=0.0505, torque_constant=0.5, resistance=6.7, armature=1e-3, gain=32.0,
+    duty_per_gain=0.0505,
+    torque_constant=0.5,
+    resistance=6.7,
+    armature=1e-3,
+    gain=32.0,
     supply=7.5,
-)  # fmt: skip
+)
 XC330 = BamMotor(  # M288 at 5 V: stall 0.93 N m at 1.8 A, 81 rev/min; gain / 128 by the e-manual
-    duty_per_gain=2.0 * XL330_DUTY, torque_constant=0.55, resistance=2.8, armature=2e-3,
-    gain=1100.0, supply=5.1,
-)  # fmt: skip
+    duty_per_gain=2.0 * XL330_DUTY,
+    torque_constant=0.55,
+    resistance=2.8,
+    armature=2e-3,
+    gain=1100.0,
+    supply=5.1,
+)
 # Feetech's loop: kp / 4 thousandths of full duty per count of error, by its own load register.
 # Owners measured 0.164 and 0.166 with an oscilloscope.
 FEETECH_DUTY = COUNTS_PER_RAD / 4000.0
@@ -79,24 +103,48 @@ FEETECH_FIRMWARE = (
 )
 # At 12 V: stall 2.94 N m at 2.7 A, 45 rev/min.
 STS3215 = BamMotor(
-    duty_per_gain=FEETECH_DUTY, torque_constant=1.4, resistance=3.5, armature=0.02, gain=32.0,
-    supply=12.0, effects=FEETECH_FIRMWARE, load_is_duty=True,
-)  # fmt: skip
+    duty_per_gain=FEETECH_DUTY,
+    torque_constant=1.4,
+    resistance=3.5,
+    armature=0.02,
+    gain=32.0,
+    supply=12.0,
+    effects=FEETECH_FIRMWARE,
+    load_is_duty=True,
+)
 STS3250 = BamMotor(  # at 12 V: stall 4.9 N m
-    duty_per_gain=FEETECH_DUTY, torque_constant=1.4, resistance=2.5, armature=0.02, gain=32.0,
-    supply=12.0, effects=FEETECH_FIRMWARE, load_is_duty=True,
-)  # fmt: skip
+    duty_per_gain=FEETECH_DUTY,
+    torque_constant=1.4,
+    resistance=2.5,
+    armature=0.02,
+    gain=32.0,
+    supply=12.0,
+    effects=FEETECH_FIRMWARE,
+    load_is_duty=True,
+)
 ST3025 = BamMotor(  # Waveshare, the same firmware; 0.88 N m/A and 4.4 A at 12 V by its data sheet
-    duty_per_gain=FEETECH_DUTY, torque_constant=1.2, resistance=2.7, armature=0.02, gain=32.0,
-    supply=12.0, effects=FEETECH_FIRMWARE, load_is_duty=True,
-)  # fmt: skip
+    duty_per_gain=FEETECH_DUTY,
+    torque_constant=1.2,
+    resistance=2.7,
+    armature=0.02,
+    gain=32.0,
+    supply=12.0,
+    effects=FEETECH_FIRMWARE,
+    load_is_duty=True,
+)
 
 MOTORS: Mapping[str, BamMotor] = MappingProxyType(
     {
-        "mx64": MX64, "mx106": MX106, "xl320": XL320, "xl330": XL330, "xc330": XC330,
-        "sts3215": STS3215, "sts3250": STS3250, "st3025": ST3025,
+        "mx64": MX64,
+        "mx106": MX106,
+        "xl320": XL320,
+        "xl330": XL330,
+        "xc330": XC330,
+        "sts3215": STS3215,
+        "sts3250": STS3250,
+        "st3025": ST3025,
     }
-)  # fmt: skip
+)
 """Motors by how their names begin."""
 
 

@@ -12,13 +12,14 @@ Source: Duclusaud et al., Extended Friction Models for the Physics Simulation of
 (2025), and ``bam/model.py``.
 """
 
-import json
 from collections.abc import Iterator, Mapping
 from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from tendon_newton.data.files.text_file import SIZE_LIMIT, finite_number, read_text
+from tendon_newton.data.files.json_file import read_json
+from tendon_newton.data.files.text_file import SIZE_LIMIT, finite_number
+from tendon_newton.data.gear_friction import quasi_static_gear
 from tendon_newton.data.importers.bam.motors import MOTORS, BamMotor, motor_named
 from tendon_newton.data.importers.imported import ImportedModel
 from tendon_newton.data.model_file import Model, NamedValues
@@ -27,12 +28,27 @@ from tendon_newton.errors import InvalidModelFile, listed, shown
 MODELS = ("m1", "m2", "m3", "m4", "m5", "m6")
 WORDS = ("model", "actuator")
 NUMBERS = (
-    "kt", "R", "armature", "q_offset", "command_delay", "max_velocity", "error_gain_ratio",
-    "friction_base", "friction_stribeck", "friction_viscous", "dtheta_stribeck", "alpha",
-    "load_friction_base", "load_friction_stribeck", "load_friction_motor",
-    "load_friction_external", "load_friction_motor_stribeck", "load_friction_external_stribeck",
-    "load_friction_motor_quad", "load_friction_external_quad",
-)  # fmt: skip
+    "kt",
+    "R",
+    "armature",
+    "q_offset",
+    "command_delay",
+    "max_velocity",
+    "error_gain_ratio",
+    "friction_base",
+    "friction_stribeck",
+    "friction_viscous",
+    "dtheta_stribeck",
+    "alpha",
+    "load_friction_base",
+    "load_friction_stribeck",
+    "load_friction_motor",
+    "load_friction_external",
+    "load_friction_motor_stribeck",
+    "load_friction_external_stribeck",
+    "load_friction_motor_quad",
+    "load_friction_external_quad",
+)
 EXPONENT = 2.0
 """Of our Stribeck curves."""
 NOTHING = 1e-3
@@ -61,7 +77,7 @@ def read_parameters(path: Path) -> ImportedModel:
             raise InvalidModelFile(f"{path}: {key} must be a friction, 0 or more; it is {value:g}")
     if values.get("load_friction_motor", 0.0) >= 1.0:
         raise InvalidModelFile(f"{path}: load_friction_motor must be below 1, where a gear locks")
-    weaker, friction = two_sided(
+    friction, weaker = quasi_static_gear(
         values.get("load_friction_motor", 0.0), values.get("load_friction_external", 0.0)
     )
     actuator = {
@@ -127,26 +143,6 @@ def effects_of(
         yield "viscous_friction", {"coefficient": get("friction_viscous")}
 
 
-def two_sided(motor: float, load: float) -> tuple[float, float]:
-    r"""Say two coefficients as one of the output's load and a weaker motor.
-
-    .. math:: \tau = \frac{(1 - s K_m) \tau_m}{1 + s K_e} = \frac{g\,\tau_m}{1 + s \mu}, \quad
-        \mu = \frac{K_m + K_e}{1 + K_m K_e}, \quad g = \frac{1 - K_m^2}{1 + K_m K_e}
-
-    Both hold for either direction s, since :math:`(1 + s K_m)(1 + s K_e) = (1 + K_m K_e)(1 + s
-    \mu)`.
-
-    Args:
-        motor: K_m [1].
-        load: K_e [1].
-
-    Returns:
-        The motor's gain g and the coefficient mu [1].
-    """
-    both = 1.0 + motor * load
-    return (1.0 - motor * motor) / both, (motor + load) / both
-
-
 def left_out(values: Mapping[str, float], motor: BamMotor) -> Iterator[str]:
     """Say what a file's numbers mean that no effect of ours does."""
 
@@ -154,9 +150,10 @@ def left_out(values: Mapping[str, float], motor: BamMotor) -> Iterator[str]:
         return values.get(key, 0.0)
 
     torque = motor.supply * values["kt"] / values["R"]  # [N m] the most that the motor gives
-    worth = NOTHING * (get("friction_base") + torque * max(
-        get("load_friction_base"), get("load_friction_external"), NOTHING
-    ))  # fmt: skip
+    worth = NOTHING * (
+        get("friction_base")
+        + torque * max(get("load_friction_base"), get("load_friction_external"), NOTHING)
+    )
     for key, power in (("motor", 1), ("external", 1), ("motor", 2), ("external", 2)):
         name = f"load_friction_{key}_{'stribeck' if power == 1 else 'quad'}"
         if get(name) * torque**power > worth:
@@ -170,15 +167,10 @@ def left_out(values: Mapping[str, float], motor: BamMotor) -> Iterator[str]:
 def read_table(path: Path) -> dict[str, Any]:
     """Read a parameter file's keys."""
     promise = "parameters of Rhoban/bam are a JSON file"
-    text = read_text(path, InvalidModelFile, promise, size_limit=SIZE_LIMIT)
-    try:
-        table = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise InvalidModelFile(f"{path}: {promise}: {error}") from error
-    if not isinstance(table, dict) or any(key not in table for key in WORDS):
+    table = read_json(path, InvalidModelFile, promise, size_limit=SIZE_LIMIT)
+    if any(key not in table for key in WORDS):
         raise InvalidModelFile(
-            f"{path}: {promise} with the keys {listed(WORDS)}; it has "
-            f"{listed(table) if isinstance(table, dict) else 'none'}"
+            f"{path}: {promise} with the keys {listed(WORDS)}; it has {listed(table)}"
         )
     if table["model"] not in MODELS:
         raise InvalidModelFile(

@@ -1,12 +1,13 @@
 """``meta/info.json`` of a LeRobotDataset: which joint stands where."""
 
-import json
 import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tendon_newton.data.files.text_file import SIZE_LIMIT, finite_number, read_text
+from tendon_newton.data.files.json_file import read_json
+from tendon_newton.data.files.text_file import SIZE_LIMIT, finite_number
+from tendon_newton.data.files.values import are_words, is_list, is_table
 from tendon_newton.errors import InvalidRecording, listed, shown
 
 INFO = Path("meta") / "info.json"
@@ -35,8 +36,6 @@ class LeRobotInfo:
 
     rate: float
     """Rows per second that were asked for [Hz]."""
-    robot: str
-    """Type of the robot; empty where none is stated."""
     joints: tuple[JointPlace, ...]
     """Joints that are both commanded and measured."""
 
@@ -49,13 +48,9 @@ def read_info(folder: Path) -> LeRobotInfo:
     """
     path = folder / INFO
     promise = "a LeRobotDataset describes itself in a JSON file"
-    text = read_text(path, InvalidRecording, promise, size_limit=SIZE_LIMIT)
-    try:
-        table = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise InvalidRecording(f"{path}: {promise}: {error}") from error
-    features = table.get("features") if isinstance(table, dict) else None
-    if not isinstance(features, dict):
+    table = read_json(path, InvalidRecording, promise, size_limit=SIZE_LIMIT)
+    features = table.get("features")
+    if not is_table(features):
         raise InvalidRecording(f"{path}: {promise} with a table 'features'; it has none")
     rate = finite_number(table.get("fps"))
     if rate is None or rate <= 0.0:
@@ -71,23 +66,22 @@ def read_info(folder: Path) -> LeRobotInfo:
             f"{path}: a joint must stand in {COMMAND} and in {STATE}; they name "
             f"{listed(commands)} and {listed(states)}"
         )
-    robot = table.get("robot_type")
-    return LeRobotInfo(rate=rate, robot=robot if isinstance(robot, str) else "", joints=joints)
+    return LeRobotInfo(rate=rate, joints=joints)
 
 
 def names_of(path: Path, features: dict[str, Any], key: str) -> list[str]:
     """Return the names of a feature's entries, or made-up ones where there are none."""
     feature = features.get(key)
-    if not isinstance(feature, dict):
+    if not is_table(feature):
         raise InvalidRecording(
             f"{path}: features must hold {key!r}; there are {listed(map(str, features))}"
         )
     names = feature.get("names")
-    if isinstance(names, dict) and len(names) == 1:  # {"motors": [...]}
+    if is_table(names) and len(names) == 1:  # {"motors": [...]}
         (names,) = names.values()
     if names is None:
         names = [f"joint_{place}" for place in range(length_of(path, feature, key))]
-    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+    if not are_words(names):
         raise InvalidRecording(f"{path}: names of {key} must be a list; they are {shown(names)}")
     plain = [re.sub(r"[^\w-]", "_", name.removesuffix(SUFFIX)) for name in names]
     if not 0 < len(plain) <= JOINT_LIMIT or len(set(plain)) < len(plain) or "" in plain:
@@ -102,7 +96,7 @@ def length_of(path: Path, feature: dict[str, Any], key: str) -> int:
     """Return how many entries a feature without names has."""
     shape = feature.get("shape")
     if (
-        not isinstance(shape, list)
+        not is_list(shape)
         or len(shape) != 1
         or not isinstance(shape[0], int)
         or not 0 < shape[0] <= JOINT_LIMIT

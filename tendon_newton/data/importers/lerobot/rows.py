@@ -63,9 +63,11 @@ def read_rows(folder: Path) -> LeRobotRows:
         )
     try:
         time, episode, command, state = guarded(
-            unpack, [path.resolve() for path in paths], memory=MEMORY + UNPACKED * size,
+            unpack,
+            [path.resolve() for path in paths],
+            memory=MEMORY + UNPACKED * size,
             seconds=SECONDS + START + size // BYTES_PER_SECOND,
-        )  # fmt: skip
+        )
     except TooMuch as error:
         raise InvalidRecording(f"{folder}: must hold parquet files; reading them {error}") from (
             error
@@ -90,12 +92,12 @@ def unpack(paths: list[Path]) -> tuple[Array, Array, Array, Array]:
 
 def unpack_one(path: Path) -> tuple[Array, Array, Array, Array]:
     """Read the four columns of a file."""
-    import pyarrow
-    from pyarrow import parquet
+    arrow: Any = importlib.import_module("pyarrow")  # without types
+    parquet: Any = importlib.import_module("pyarrow.parquet")
 
     try:
         file = parquet.ParquetFile(path)
-        rows = file.metadata.num_rows
+        rows: int = file.metadata.num_rows
         missing = set(COLUMNS) - set(file.schema_arrow.names)
         if missing:
             raise InvalidRecording(
@@ -114,7 +116,7 @@ def unpack_one(path: Path) -> tuple[Array, Array, Array, Array]:
         )
     except MemoryError:  # which pyarrow's own is as well
         raise
-    except (pyarrow.ArrowException, OSError, ValueError, TypeError, KeyError) as error:
+    except (arrow.ArrowException, OSError, ValueError, TypeError, KeyError) as error:
         raise InvalidRecording(
             f"{path}: must be a parquet file that pyarrow can read; it says "
             f"{type(error).__name__}: {' '.join(str(error).split())[:200]}"

@@ -6,7 +6,6 @@ the calibration file beside the dataset's author turns percent into angles.
 Source: huggingface/lerobot, ``motors_bus.py``, ``MotorNormMode``.
 """
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import pi
@@ -14,7 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from tendon_newton.data.files.text_file import SIZE_LIMIT, finite_number, read_text
+from tendon_newton.data.files.json_file import read_json
+from tendon_newton.data.files.text_file import SIZE_LIMIT, finite_number
+from tendon_newton.data.files.values import is_table
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidParameter, InvalidRecording, listed, shown, unknown_name
 
@@ -57,7 +58,7 @@ def sizes_of(units: LeRobotUnits, joints: Mapping[str, Array]) -> dict[str, floa
     """
     ranges = {} if units.calibration is None else read_ranges(units.calibration)
     unit = units.unit or guess(joints)
-    sizes = {}
+    sizes: dict[str, float] = {}
     for name in joints:
         gripper = GRIPPER in name
         if unit == "rad":
@@ -89,21 +90,17 @@ def guess(joints: Mapping[str, Array]) -> str:
 def read_ranges(path: Path) -> dict[str, float]:
     """Read the range of each joint of a calibration file [rad]."""
     promise = "a calibration of LeRobot is a JSON file"
-    text = read_text(path, InvalidRecording, promise, size_limit=SIZE_LIMIT)
-    try:
-        table = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise InvalidRecording(f"{path}: {promise}: {error}") from error
-    if not isinstance(table, dict) or not table:
+    table = read_json(path, InvalidRecording, promise, size_limit=SIZE_LIMIT)
+    if not table:
         raise InvalidRecording(f"{path}: {promise} with one table per joint; it has none")
-    ranges = {}
+    ranges: dict[str, float] = {}
     for name, row in table.items():
-        ends = [finite_number(row.get(key)) for key in ("range_min", "range_max")
-                if isinstance(row, dict)]  # fmt: skip
-        if len(ends) != 2 or ends[0] is None or ends[1] is None or not ends[0] < ends[1]:
+        own = row if is_table(row) else {}
+        low, high = (finite_number(own.get(key)) for key in ("range_min", "range_max"))
+        if low is None or high is None or not low < high:
             raise InvalidRecording(
                 f"{path}: {shown(name)} must have range_min below range_max [counts]; it has "
                 f"{shown(row)}"
             )
-        ranges[name] = COUNT * (ends[1] - ends[0])
+        ranges[name] = COUNT * (high - low)
     return ranges

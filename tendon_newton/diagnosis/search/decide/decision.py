@@ -8,15 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_newton.data.recording import Array
-from tendon_newton.diagnosis.search.decide.rule import CLASS_ERRORS, LADDER, SHARE
+from tendon_newton.diagnosis.search.decide.rule import LADDER
 from tendon_newton.diagnosis.search.floors import floors_of, form_scales
 from tendon_newton.diagnosis.search.held_out_gain import by_block, held_out_terms, terms
 from tendon_newton.diagnosis.search.pool import Pool
-from tendon_newton.diagnosis.search.prune import leave_out, prune
+from tendon_newton.diagnosis.search.prune import CLEAR, FAR, leave_out, prune, simplest
 from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, values_of
 from tendon_newton.diagnosis.search.worlds import Floors
-from tendon_newton.effects import find_effect
 
+SURE = 3.0
+"""Times that a cause must pass its bar on parts that others saw, to need no refits without them."""
 FEW_RIVALS = 3
 """Sets with another cause in the place of one that are looked at closely."""
 
@@ -42,23 +43,30 @@ class Decided:
 
 
 def transfer(pool: Pool, fits: Sequence[Fit], fine: Pool) -> list[Fit]:
-    """Refit sets on all rows at the fine step, from where they were on the beginnings."""
+    """Refit sets on all rows at the fine step, from where they were on the beginnings.
+
+    Those that are far worse than the first there are left as they are.
+    """
     starts = [(f.names, values_of(pool.worlds, f.columns, f.place)) for f in fits]
     found = start_fits(fine.worlds, starts, fine.floors, fine.worlds.study.time_step)
-    found = refit(fine.worlds, found, fine.floors, iterations=2, coarse=0)
+    found[:1] = refit(fine.worlds, found[:1], fine.floors, iterations=2, coarse=0)
+    worst = found[0].score + FAR * fine.price
+    near = [i for i, f in enumerate(found[1:], start=1) if f.score < worst]
+    again = refit(fine.worlds, [found[i] for i in near], fine.floors, iterations=2, coarse=0)
+    for i, f in zip(near, again, strict=True):
+        found[i] = f
     fine.add(found)
     return found
 
 
-def rivals_of(pool: Pool, fit: Fit, name: str) -> list[Fit]:
-    """Return the best fits with another cause in the place of one; those without it are known."""
+def rivals_of(pool: Pool, fit: Fit, name: str, prices: float = 1.0) -> list[Fit]:
+    """Return the best fits with another cause in the place of one, few prices behind at most."""
     rest = frozenset(fit.names) - {name}
     found = [
         f for f in pool.fits.values()
         if len(f.names) == len(fit.names) and rest < frozenset(f.names) and name not in f.names
     ]  # fmt: skip
-    loss = pool.fits[rest].score - fit.score
-    near = [f for f in found if f.score - fit.score < max(pool.price, SHARE * loss)]
+    near = [f for f in found if f.score - fit.score < prices * pool.price]
     return sorted(near, key=lambda f: f.score)[:FEW_RIVALS]
 
 
@@ -75,7 +83,7 @@ def decide(
         rng: Of the draws of blocks.
     """
     less = leave_out(pool, fit)
-    close = {name: rivals_of(pool, fit, name) for name in fit.names}
+    close = {name: rivals_of(pool, fit, name, CLEAR) for name in fit.names}
     sets = {
         frozenset(f.names): f for f in [*less.values(), *(r for rs in close.values() for r in rs)]
     }
@@ -85,11 +93,7 @@ def decide(
     final = prune(fine, best)
     refused: dict[str, tuple[float, bool]] = {}
     while final.names:
-        terms_ = held_out_terms(fine.worlds, [final, *leave_out(fine, final).values()], fine.floors)
-        gains = {
-            n: by_block(fine.worlds, t - terms_[0])
-            for n, t in zip(final.names, terms_[1:], strict=True)
-        }
+        gains = held_out_gains(fine, final)
         ended = [n for n in final.names if at_bound(fine, final, n)]
         worst = min(ended or gains, key=lambda n: float(gains[n].sum()) / fine.bar(n))
         if not ended and gains[worst].sum() >= fine.bar(worst):
@@ -116,6 +120,25 @@ def decide(
     )
 
 
+def held_out_gains(fine: Pool, fit: Fit) -> dict[str, Array]:
+    """Return what each cause is worth on parts that no number has seen, by block of time.
+
+    A set that saw a part does better there than one that did not. Where the set without a cause
+    is far behind even so, it is not refitted without each part: the cause is worth that at least.
+    """
+    worlds, floors = fine.worlds, fine.floors
+    less = leave_out(fine, fit)
+    (own,) = held_out_terms(worlds, [fit], floors)
+    residuals = np.stack([f.residual for f in less.values()])
+    score = worlds.score(residuals, floors)
+    rows = dict(zip(less, terms(worlds, residuals, score.theta, score.force, floors), strict=True))
+    unsure = [n for n, t in rows.items() if float((t - own).sum()) < SURE * fine.bar(n)]
+    if unsure:
+        found = held_out_terms(worlds, [less[n] for n in unsure], floors)
+        rows.update(zip(unsure, found, strict=True))
+    return {n: by_block(worlds, t - own) for n, t in rows.items()}
+
+
 def probability(gains: Array, bar: float, rng: np.random.Generator) -> float:
     """Return the share of draws of blocks of time in which a gain passes a bar [1]."""
     draws = rng.multinomial(len(gains), np.full(len(gains), 1.0 / len(gains)), 500)
@@ -131,40 +154,16 @@ def at_bound(pool: Pool, fit: Fit, name: str) -> bool:
                for v, p in ends)  # fmt: skip
 
 
-def simplest(pool: Pool, fit: Fit) -> Fit:
-    """Return a fit with special cases in the place of laws that explain no more.
-
-    Nor does a law explain more that changes less than a law's own error of form.
-    """
-    for name in fit.names:
-        for special in find_effect(name).includes:
-            key = (frozenset(fit.names) - {name}) | {special}
-            other = pool.fits.get(key)
-            if other is None:
-                continue
-            if pool.cost(other) <= pool.cost(fit) or pool.change(fit, other) < 1.0:
-                return simplest(pool, other)
-    return fit
-
-
 def close_rivals(pool: Pool, fit: Fit, name: str) -> tuple[Fit, ...]:
     """Return the fits that the data cannot tell from one, another cause in a cause's place."""
     found = rivals_of(pool, fit, name)
     if not found:
         return ()
-    floors, loss = sharp(pool), pool.fits[frozenset(fit.names) - {name}].score - fit.score
+    floors = sharp(pool)
     residuals = np.stack([f.residual for f in (fit, *found)])
-    score = pool.worlds.score(residuals, floors)
-    each = terms(pool.worlds, residuals, score.theta, score.force, floors)
-    out = []
-    for rival, own in zip(found, each[1:], strict=True):
-        blocks = by_block(pool.worlds, own - each[0])
-        behind = float(blocks.sum())
-        error = float(blocks.std(ddof=1) * np.sqrt(len(blocks)))
-        unsure = behind <= min(CLASS_ERRORS * error, SHARE * loss)
-        if unsure or behind <= SHARE * pool.price:
-            out.append(rival)
-    return tuple(out)
+    score = pool.worlds.score(residuals, floors).value
+    near = score[1:] - score[0] <= pool.price
+    return tuple(rival for rival, is_near in zip(found, near, strict=True) if is_near)
 
 
 def sharp(pool: Pool) -> Floors:
@@ -173,5 +172,6 @@ def sharp(pool: Pool) -> Floors:
     return Floors(
         theta=float(np.hypot(noise.theta, form.theta / LADDER**2)),
         force=float(np.hypot(noise.force or 0.0, form.force / LADDER**2)),
+        form=pool.floors.form,
         rest=pool.floors.rest,
     )

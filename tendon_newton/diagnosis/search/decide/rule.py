@@ -7,7 +7,8 @@ or only says how long it looks. `python -m tests.planted.sets.calibrate` draws t
 PRICE = 0.1
 """Gain in score [nat per row] that each number of a cause must bring, on all rows and on parts of
 the data that no number has seen: residuals a tenth smaller. Models of real servos predict motions
-left out best from 0.07 to 0.15, and true planted causes bring 0.24 to 9."""
+left out best from 0.07 to 0.15, and true planted causes bring 0.24 to 9. A rival that is behind by
+less, where little but noise counts, is not told from a cause."""
 FORM_THETA, FORM_FORCE = 3.0e-3, 0.1
 """Angle [rad] and force [N] by which a law of dry friction misses real friction on a nominal bench:
 bristles of 5 to 40 um give way before anything slides, and it sticks elsewhere. A cause that
@@ -21,9 +22,3 @@ nothing sticks all rows at rest together count at most as much as those in motio
 LEAST_EXPLAINED = 0.8
 """Share of the squared error above the noise [1] that named causes must explain together; with less
 the answer is that something else is the matter."""
-SHARE = 0.2
-"""A rival that is behind by less than this share of the price is not told from a cause, however
-sure the difference; one behind by more than this share of what the cause is worth is, however
-unsure [1]."""
-CLASS_ERRORS = 2.0
-"""Between these, a rival within so many paired standard errors is not told from a cause [1]."""

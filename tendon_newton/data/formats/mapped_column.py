@@ -6,18 +6,45 @@ from typing import Any
 
 from tendon_newton.data.files.text_file import finite_number
 from tendon_newton.data.files.toml_file import refuse_unknown_keys
+from tendon_newton.data.files.values import are_words
 from tendon_newton.data.formats.topic_mapping import Source
 from tendon_newton.errors import InvalidMapping, shown, unknown_name
 
 DEGREE = pi / 180.0
 RPM = 2.0 * pi / 60.0
-ANGLE = {"rad": 1.0, "mrad": 1.0e-3, "deg": DEGREE, "degrees": DEGREE, "°": DEGREE,
-         "turn": 2.0 * pi, "rev": 2.0 * pi}  # fmt: skip
-SPEED = {"rad/s": 1.0, "mrad/s": 1.0e-3, "deg/s": DEGREE, "°/s": DEGREE, "rev/min": RPM, "rpm": RPM,
-         "rev/s": 2.0 * pi}  # fmt: skip
-FORCE = {"N": 1.0, "mN": 1.0e-3, "kN": 1.0e3, "g": 9.80665e-3, "kg": 9.80665, "gf": 9.80665e-3,
-         "kgf": 9.80665, "lbf": 4.4482216, "N m": 1.0, "Nm": 1.0, "mN m": 1.0e-3, "mNm": 1.0e-3,
-         "kgf cm": 9.80665e-2}  # fmt: skip
+ANGLE = {
+    "rad": 1.0,
+    "mrad": 1.0e-3,
+    "deg": DEGREE,
+    "degrees": DEGREE,
+    "°": DEGREE,
+    "turn": 2.0 * pi,
+    "rev": 2.0 * pi,
+}
+SPEED = {
+    "rad/s": 1.0,
+    "mrad/s": 1.0e-3,
+    "deg/s": DEGREE,
+    "°/s": DEGREE,
+    "rev/min": RPM,
+    "rpm": RPM,
+    "rev/s": 2.0 * pi,
+}
+FORCE = {
+    "N": 1.0,
+    "mN": 1.0e-3,
+    "kN": 1.0e3,
+    "g": 9.80665e-3,
+    "kg": 9.80665,
+    "gf": 9.80665e-3,
+    "kgf": 9.80665,
+    "lbf": 4.4482216,
+    "N m": 1.0,
+    "Nm": 1.0,
+    "mN m": 1.0e-3,
+    "mNm": 1.0e-3,
+    "kgf cm": 9.80665e-2,
+}
 LENGTH = {"m": 1.0, "cm": 1.0e-2, "mm": 1.0e-3}
 UNITS: dict[str, dict[str, float]] = {
     "t": {"s": 1.0, "ms": 1.0e-3, "us": 1.0e-6, "µs": 1.0e-6, "ns": 1.0e-9, "min": 60.0},
@@ -87,7 +114,7 @@ def read_topic(where: str, row: dict[str, Any], scale: float, offset: float) -> 
         if not isinstance(row.get(key), str) or not row[key]:
             raise InvalidMapping(f"{where}: {key} must be a word; it is {shown(row.get(key))}")
     joints = row.get("joints", [])
-    if not isinstance(joints, list) or not all(isinstance(joint, str) for joint in joints):
+    if not are_words(joints):
         raise InvalidMapping(f"{where}: joints must be a list of names; it is {shown(joints)}")
     try:
         return Source(

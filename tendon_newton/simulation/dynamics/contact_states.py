@@ -1,4 +1,4 @@
-"""Modes of a step: which frictions slide which way, what sticks, which end stops are in touch.
+"""Contact states of a step: what slides which way, what sticks, which end stops are in touch.
 
 A *row* is a direction in which speed can be held: a joint, or a tendon's excursion. A tendon's row
 is held at rest by dry friction, or at the motor's greatest speed. Its *sides* are what it does just
@@ -29,7 +29,7 @@ from tendon_newton.device_code.placeholders import (
     RowVector,
     real,
 )
-from tendon_newton.device_code.structs import Drive, Mechanism, Modes
+from tendon_newton.device_code.structs import ContactStates, Drive, Mechanism
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.dynamics.forces import free_part, smooth_forces, touching
 from tendon_newton.simulation.tendons.pipeline import flow_at
@@ -88,13 +88,18 @@ def row_bound(drive: Drive, r: int) -> real:
 
 @device_template
 def row_force(
-    mechanism: Mechanism, p: ParameterVector, here: Drive, modes: Modes, r: int, side: real
+    mechanism: Mechanism,
+    p: ParameterVector,
+    here: Drive,
+    contact: ContactStates,
+    r: int,
+    side: real,
 ) -> real:
     """Return the force [N] along a tendon's row on one side."""
     force = real(0.0)
     if wp.static(FREE_SPOOL):
         d = row_tendon(r)
-        if modes.joint_sticks[LINKS + d] == real(0.0):
+        if contact.joint_held[LINKS + d] == real(0.0):
             spool = spool_at(mechanism, p, here, d, side, side)
             force = spool.pull[0]
             if r < TENDONS:
@@ -109,12 +114,12 @@ def row_force(
 
 
 @device_template
-def row_counts(modes: Modes, r: int) -> bool:
+def row_counts(contact: ContactStates, r: int) -> bool:
     """Tell whether a row is one of its own: a string whose spool is held has its gear's."""
     counts = bool(True)
     if wp.static(FREE_SPOOL):
         if r >= TENDONS:
-            counts = modes.joint_sticks[LINKS + row_tendon(r)] == real(0.0)
+            counts = contact.joint_held[LINKS + row_tendon(r)] == real(0.0)
     return counts
 
 
@@ -128,101 +133,107 @@ def may_outrun(mechanism: Mechanism, here: Drive, d: int, side: real) -> bool:
 
 
 @device_template
-def tendon_sides(mechanism: Mechanism, here: Drive, modes: Modes, d: int, rate: real) -> Modes:
+def tendon_sides(
+    mechanism: Mechanism, here: Drive, contact: ContactStates, d: int, rate: real
+) -> ContactStates:
     """Write the side of a tendon at a rate [m/s], or both sides of a speed where it may be held."""
     side = sign(rate)
     bound = row_bound(here, d)
     speed = wp.abs(rate)
     beyond = speed > bound * real(BEYOND)
-    modes.tendon[d] = side
+    contact.row_side[d] = side
     if beyond and may_outrun(mechanism, here, d, side):
-        modes.tendon[d] = real(2.0) * side
+        contact.row_side[d] = real(2.0) * side
         beyond = False
     if here.dry > real(0.0) and speed <= real(REST):
-        modes.tendon_sticks[d] = real(1.0)
-        modes.least_side[d] = real(1.0)
-        modes.most_side[d] = real(-1.0)
+        contact.row_held[d] = real(1.0)
+        contact.least_side[d] = real(1.0)
+        contact.most_side[d] = real(-1.0)
     if beyond or wp.abs(speed - bound) <= real(AT_LIMIT) * bound:
-        modes.tendon_sticks[d] = real(1.0)
-        modes.least_side[d] = real(2.0)
-        modes.most_side[d] = real(1.0)
+        contact.row_held[d] = real(1.0)
+        contact.least_side[d] = real(2.0)
+        contact.most_side[d] = real(1.0)
         if side < real(0.0):
-            modes.least_side[d] = real(-1.0)
-            modes.most_side[d] = real(-2.0)
-    return modes
+            contact.least_side[d] = real(-1.0)
+            contact.most_side[d] = real(-2.0)
+    return contact
 
 
 @device_template
-def choose_modes(mechanism: Mechanism, p: ParameterVector, here: Drive) -> Modes:
+def choose_contact_states(mechanism: Mechanism, p: ParameterVector, here: Drive) -> ContactStates:
     """Decide which strings are taut, and which rows are held.
 
     Those are held whose holding force stays within its limits.
     """
-    modes = Modes()
+    contact = ContactStates()
     if wp.static(FREE_SPOOL):
-        modes.joint_sticks = taut_spools(mechanism, here)
-    modes = choose_held(mechanism, p, here, modes)
+        contact.joint_held = taut_spools(mechanism, here)
+    contact = choose_held(mechanism, p, here, contact)
     if wp.static(FREE_SPOOL):
-        taut = pulling_spools(mechanism, p, here, modes)
+        taut = pulling_spools(mechanism, p, here, contact)
         lost = bool(False)
         for d in range(TENDONS):
-            lost = lost or taut[LINKS + d] != modes.joint_sticks[LINKS + d]
+            lost = lost or taut[LINKS + d] != contact.joint_held[LINKS + d]
         if lost:
-            fresh = Modes()
-            fresh.joint_sticks = taut
-            modes = choose_held(mechanism, p, here, fresh)
-    return modes
+            fresh = ContactStates()
+            fresh.joint_held = taut
+            contact = choose_held(mechanism, p, here, fresh)
+    return contact
 
 
 @device_template
 def pulling_spools(
-    mechanism: Mechanism, p: ParameterVector, here: Drive, modes: Modes
+    mechanism: Mechanism, p: ParameterVector, here: Drive, contact: ContactStates
 ) -> JointVector:
     """Mark those of the held spools whose strings pull; the others go slack. Shape (J,)."""
-    forces = smooth_forces(mechanism, p, here, modes)
+    forces = smooth_forces(mechanism, p, here, contact)
     taut = JointVector()
-    rows = row_arms(mechanism, here, modes)
-    acceleration = constrained_solve(forces.mass_matrix, forces.torque, modes, rows, row_bow(here))
+    rows = row_arms(mechanism, here, contact)
+    acceleration = constrained_solve(
+        forces.mass_matrix, forces.torque, contact, rows, row_bow(here)
+    )
     for d in range(TENDONS):
         c = LINKS + d
-        if modes.joint_sticks[c] > real(0.0):
-            tension = tension_now(mechanism, p, here, modes, d, acceleration)
+        if contact.joint_held[c] > real(0.0):
+            tension = tension_now(mechanism, p, here, contact, d, acceleration)
             if tension >= real(0.0) or not is_string(mechanism, here.world, d):
                 taut[c] = real(1.0)
     return taut
 
 
 @device_template
-def choose_held(mechanism: Mechanism, p: ParameterVector, here: Drive, begun: Modes) -> Modes:
+def choose_held(
+    mechanism: Mechanism, p: ParameterVector, here: Drive, begun: ContactStates
+) -> ContactStates:
     """Decide which rows are held, where it is known which spools are."""
-    modes = begun
-    arms = row_arms(mechanism, here, modes)
-    modes.touch = touching(mechanism, here.world, here.q, here.v)
+    contact = begun
+    arms = row_arms(mechanism, here, contact)
+    contact.touch = touching(mechanism, here.world, here.q, here.v)
     held = int(0)
     least = RowVector()
     most = RowVector()
     for j in range(LINKS):
-        modes.joint[j] = sign(here.v[j])
+        contact.joint_direction[j] = sign(here.v[j])
         if wp.abs(here.v[j]) <= real(REST) and here.friction[j] > real(0.0):
-            modes.joint[j] = real(0.0)
-            modes.joint_sticks[j] = real(1.0)
+            contact.joint_direction[j] = real(0.0)
+            contact.joint_held[j] = real(1.0)
             held = held + 1
     for d in range(ROWS):
         rate = excursion_rate(arms, d, here.v)
-        modes.tendon[d] = sign(rate)
+        contact.row_side[d] = sign(rate)
         if wp.static(MAY_HOLD):
-            if row_counts(modes, d):
-                modes = tendon_sides(mechanism, here, modes, d, rate)
-                if modes.tendon_sticks[d] > real(0.0):
-                    side = modes.least_side[d]
-                    least[d] = row_force(mechanism, p, here, modes, d, side)
-                    side = modes.most_side[d]
-                    most[d] = row_force(mechanism, p, here, modes, d, side)
-                    modes.hold[d] = wp.clamp(real(0.0), least[d], most[d])
+            if row_counts(contact, d):
+                contact = tendon_sides(mechanism, here, contact, d, rate)
+                if contact.row_held[d] > real(0.0):
+                    side = contact.least_side[d]
+                    least[d] = row_force(mechanism, p, here, contact, d, side)
+                    side = contact.most_side[d]
+                    most[d] = row_force(mechanism, p, here, contact, d, side)
+                    contact.hold[d] = wp.clamp(real(0.0), least[d], most[d])
                     held = held + 1
     if held > 0:
-        modes = release(mechanism, p, here, modes, least, most, held)
-    return modes
+        contact = release(mechanism, p, here, contact, least, most, held)
+    return contact
 
 
 @device_template
@@ -230,77 +241,77 @@ def release(
     mechanism: Mechanism,
     p: ParameterVector,
     here: Drive,
-    modes: Modes,
+    contact: ContactStates,
     least: RowVector,
     most: RowVector,
     held: int,
-) -> Modes:
+) -> ContactStates:
     """Let those rows go that cannot be held; write the pull [N] of the tendons that are.
 
     The holding forces solve the complementarity problem of the accelerations by projected
     Gauss-Seidel.
     """
-    forces = smooth_forces(mechanism, p, here, modes)
+    forces = smooth_forces(mechanism, p, here, contact)
     mobility = inverse(forces.mass_matrix)
-    arms = row_arms(mechanism, here, modes)
+    arms = row_arms(mechanism, here, contact)
     bow = row_bow(here)
     limit = here.friction
     hold = JointVector()
     push = forces.torque
     for d in range(ROWS):
-        if modes.tendon_sticks[d] > real(0.0):
+        if contact.row_held[d] > real(0.0):
             for j in range(JOINTS):
-                push[j] = push[j] + arms[d, j] * modes.hold[d]
+                push[j] = push[j] + arms[d, j] * contact.hold[d]
     acceleration = mobility * push
     sweeps = int(SWEEPS)
     if held == 1:
         sweeps = 1
     for _sweep in range(sweeps):
         for j in range(LINKS):
-            if modes.joint_sticks[j] > real(0.0):
+            if contact.joint_held[j] > real(0.0):
                 force = wp.clamp(hold[j] - acceleration[j] / mobility[j, j], -limit[j], limit[j])
                 change = force - hold[j]
                 for i in range(JOINTS):
                     acceleration[i] = acceleration[i] + mobility[i, j] * change
                 hold[j] = force
         for d in range(ROWS):
-            if modes.tendon_sticks[d] > real(0.0):
+            if contact.row_held[d] > real(0.0):
                 response = mobility * arms[d]
                 gain = wp.dot(arms[d], acceleration) + bow[d]
                 force = wp.clamp(
-                    modes.hold[d] - gain / wp.dot(arms[d], response), least[d], most[d]
+                    contact.hold[d] - gain / wp.dot(arms[d], response), least[d], most[d]
                 )
-                acceleration = acceleration + response * (force - modes.hold[d])
-                modes.hold[d] = force
+                acceleration = acceleration + response * (force - contact.hold[d])
+                contact.hold[d] = force
     for j in range(LINKS):
-        if modes.joint_sticks[j] > real(0.0) and wp.abs(hold[j]) >= limit[j]:
-            modes.joint[j] = sign(acceleration[j])
-            modes.joint_sticks[j] = real(0.0)
+        if contact.joint_held[j] > real(0.0) and wp.abs(hold[j]) >= limit[j]:
+            contact.joint_direction[j] = sign(acceleration[j])
+            contact.joint_held[j] = real(0.0)
     for d in range(ROWS):
-        if modes.tendon_sticks[d] > real(0.0):
-            if modes.hold[d] >= most[d] or modes.hold[d] <= least[d]:
+        if contact.row_held[d] > real(0.0):
+            if contact.hold[d] >= most[d] or contact.hold[d] <= least[d]:
                 # which of its limits gave way says where it goes; where both are one, its motion
-                modes.tendon[d] = modes.least_side[d]
+                contact.row_side[d] = contact.least_side[d]
                 slows = wp.dot(arms[d], acceleration) + bow[d] < real(0.0)
-                if modes.hold[d] > least[d] or (most[d] <= least[d] and slows):
-                    modes.tendon[d] = modes.most_side[d]
-                modes.tendon_sticks[d] = real(0.0)
-    return modes
+                if contact.hold[d] > least[d] or (most[d] <= least[d] and slows):
+                    contact.row_side[d] = contact.most_side[d]
+                contact.row_held[d] = real(0.0)
+    return contact
 
 
 @device_template
 def constrained_solve(
-    matrix: JointMatrix, load: JointVector, modes: Modes, arms: RowMatrix, bow: RowVector
+    matrix: JointMatrix, load: JointVector, contact: ContactStates, arms: RowMatrix, bow: RowVector
 ) -> JointVector:
     """Solve matrix x = load with x = 0 along every joint that is held, -bow along every tendon."""
-    part = free_part(matrix, load, arms, modes)
+    part = free_part(matrix, load, arms, contact)
     free = part.arms
     mobility = inverse(part.matrix)
     x = mobility * part.load
     if wp.static(MAY_HOLD):
         for _sweep in range(wp.static(1 if ROWS == 1 else SWEEPS)):
             for d in range(ROWS):
-                if modes.tendon_sticks[d] > real(0.0):
+                if contact.row_held[d] > real(0.0):
                     response = mobility * free[d]
                     admittance = wp.dot(free[d], response)
                     if admittance > real(0.0):

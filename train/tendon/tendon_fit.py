@@ -23,7 +23,7 @@ from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array
 from tendon_newton.effects import find_effect
-from train.policy.taut_rows import TautRows, name_finger, pieces_of
+from train.tendon.taut_rows import TautRows, name_finger, pieces_of
 
 EFFECT_NUMBERS = (("tendon_compliance", "stiffness"), ("tendon_slack", "length"))
 """Effects that say k and s in a model."""

@@ -17,8 +17,8 @@ from tendon_newton.mechanisms.asset_library import asset_folder
 from tendon_newton.mechanisms.geometry.parts import excursion
 from tests.train.actuator.without_cell.pulled_benches import TRUE, pulled_log
 from tests.train.policy.small import environment
-from train.policy.taut_rows import TautRows
-from train.policy.tendon_fit import (
+from train.tendon.taut_rows import TautRows
+from train.tendon.tendon_fit import (
     as_effects,
     fit_tendon,
     line_through,

@@ -1,0 +1,37 @@
+"""Find out what a simulation gets wrong about a bench: record, diagnose, choose the next run.
+
+Begins with random steps, diagnoses them, and designs the command that is expected to tell the most
+about what is still open: causes that are not told apart first, then the widest intervals. Ends when
+every cause stands alone, when no run would tell more, or when the time at the bench is spent.
+
+On a virtual bench:
+  tendon-newton investigate --port virtual::3 --out bench_3 --faster-than-real-time
+
+On a bench that is plugged in:
+  tendon-newton investigate --port /dev/ttyUSB0 --load-cell-port /dev/ttyACM0
+  --calibration cell.toml --benches finger --out bench
+
+Writes into DIR: recordings (a dataset), diagnosis_1, diagnosis_2, ... (each as the verb diagnose
+writes it), investigation.json (what was open, what was tried, why, what it brought) and
+investigation.html (the same as a picture). Ctrl-C ends it; the same command takes it up again.
+"""
+
+from __future__ import annotations
+
+from tendon_newton.cli.terminal import Terminal
+from tendon_newton.workflows.options import InvestigateOptions
+
+
+def main(config: InvestigateOptions) -> None:
+    """Investigate, and say where the answer is."""
+    from tendon_newton.cli.duration import read_duration
+    from tendon_newton.device_code.quiet import quiet_warp
+
+    budget = read_duration(config.budget, "--budget")
+    quiet_warp()
+
+    from tendon_newton.workflows.investigation import investigate
+
+    with Terminal() as operator:
+        page = investigate(config, operator, budget=budget)
+    print(f"\n  the path to it  {page}")

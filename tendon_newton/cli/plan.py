@@ -1,0 +1,100 @@
+"""Design the runs to record before there are any data, and tell which numbers they will show.
+
+The model file names what is suspected: effects with likely values, and numbers of the actuator
+under fit. Each run is designed for what the runs before it leave open. Numbers that no run tells
+are listed: with these benches nobody can find them.
+
+Example: tendon-newton plan model.toml --benches finger --budget 1min --out plan
+
+Writes into DIR: run_1.csv, run_2.csv, ... (t, theta_d), each with its bench in a .toml beside it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+if TYPE_CHECKING:
+    from tendon_newton.diagnosis.next_experiment.first_plan import FirstPlan
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlanConfig:
+    """Which model, which benches, how long."""
+
+    model: Annotated[Path, tyro.conf.Positional]
+    """Model file with the effects that are suspected."""
+    out: Path
+    """Folder for the commands; made if it is not there."""
+    benches: tuple[str, ...] = ("finger", "spring_weak", "spring_strong")
+    """Benches that you have."""
+    budget: str = "1min"
+    """Time that all runs together may take: 90s, 3min."""
+    run_length: float = 12.0
+    """Length of a run [s]."""
+    force_limit: float = 24.0
+    """Tension that no run may reach in simulation [N]."""
+    seed: int = 0
+    """Of what is drawn."""
+
+
+def main(config: PlanConfig) -> None:
+    """Design the runs, write them and say what they tell."""
+    from tendon_newton.cli.duration import read_duration
+    from tendon_newton.data.files.result_folder import make_folder
+    from tendon_newton.data.model_file import load_model
+    from tendon_newton.device_code.quiet import quiet_warp
+    from tendon_newton.errors import InvalidParameter
+
+    runs = int(read_duration(config.budget, "--budget") / config.run_length)
+    if not 2.0 <= config.run_length <= 120.0 or runs < 1:
+        raise InvalidParameter(
+            f"--run-length must be 2 to 120 s and fit into --budget {config.budget}; "
+            f"it is {config.run_length:g} s"
+        )
+    quiet_warp()
+    model = load_model(config.model)
+
+    import numpy as np
+
+    from tendon_newton.diagnosis.explanation import Setting
+    from tendon_newton.diagnosis.next_experiment.first_plan import plan_first
+    from tendon_newton.diagnosis.next_experiment.separation_files import (
+        write_command,
+        write_setting,
+    )
+
+    plan = plan_first(
+        model,
+        [Setting(bench=bench) for bench in config.benches],
+        runs=runs,
+        duration=config.run_length,
+        force_limit=config.force_limit,
+        rng=np.random.default_rng(config.seed),
+        progress=lambda text: print(f"  {text} ...", flush=True),
+    )
+    out = make_folder(config.out)
+    for number, step in enumerate(plan.steps, start=1):
+        write_command(out / f"run_{number}.csv", step.prediction)
+        write_setting(out / f"run_{number}.toml", step.prediction)
+    print(table(plan))
+    print(f"\n  commands  {out}")
+
+
+def table(plan: FirstPlan) -> str:
+    """Return the runs and what they tell as tables for a terminal."""
+    rows = ["", f"  {'run':6s} {'bench':16s} {'command':14s} {'bits':>6s}  most of them on"]
+    for number, step in enumerate(plan.steps, start=1):
+        how = step.prediction.plan
+        most = max(step.numbers, key=lambda name: step.numbers[name])
+        rows.append(
+            f"  {number:<6d} {how.setting.bench:16s} {how.excitation:14s} {step.bits:6.1f}  {most}"
+        )
+    rows += ["", f"  {'number':44s} expected interval, as a share of its range"]
+    rows += [f"  {name:44s} {2.0**-bits:8.2g}" for name, bits in plan.bits.items()]
+    if plan.untold:
+        rows += ["", f"  not told by any run on these benches: {', '.join(plan.untold)}"]
+    return "\n".join(rows)

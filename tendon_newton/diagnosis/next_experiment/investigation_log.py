@@ -1,0 +1,183 @@
+"""The log of an investigation: what was open at each step, what was tried, why, what it brought."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from tendon_newton.data.files.json_file import read_json
+from tendon_newton.diagnosis.diagnosis_file import StatedDiagnosis, read_diagnosis
+from tendon_newton.errors import InvalidOutput, shown
+
+SCHEMA = 1
+PROMISE = "the log of an investigation is a JSON file"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Step:
+    """One run, and what the diagnosis with it says."""
+
+    name: str
+    bench: str
+    seconds: float
+    """Length [s]."""
+    why: str
+    """What it was chosen for."""
+    split: str = "train"
+    command: tuple[float, ...] | None = None
+    """Designed command at the rows of the recording [rad]; None for steps to random angles."""
+    expected: Mapping[str, float] | None = None
+    """Information expected about each number, as ``owner.name`` [bit]."""
+    verdict: str | None = None
+    """Of the diagnosis with this run; None before it."""
+    causes: Mapping[str, Mapping[str, tuple[float, float, float]]] | None = None
+    """Named cause -> number -> value and ends of the 95 % interval."""
+    open: tuple[tuple[str, ...], ...] = ()
+    """Classes: causes that are not told apart, the named one first."""
+    brought: Mapping[str, float] | None = None
+    """Information that came about each number that the diagnosis before had too [bit]."""
+    settled: tuple[tuple[str, ...], ...] = ()
+    """Classes of the diagnosis before that are not open any more."""
+
+    @property
+    def bits(self) -> tuple[float, float] | None:
+        """Information expected and brought, about the numbers that have both [bit]."""
+        if self.expected is None or self.brought is None:
+            return None
+        both = self.expected.keys() & self.brought.keys()
+        return sum(self.expected[k] for k in both), sum(self.brought[k] for k in both)
+
+    def taught_nothing(self, little: float) -> bool:
+        """Tell whether a run neither settled a class nor narrowed the intervals by some bits."""
+        return not self.settled and sum((self.brought or {}).values()) < little
+
+    def text(self) -> str:
+        """Return what is known after it, in a line."""
+        names = ", ".join(self.causes or {}) or "no cause"
+        classes = "; ".join(" or ".join(names) for names in self.open)
+        words = f"{self.name}: {self.verdict}, {names}" + (f"; open: {classes}" if classes else "")
+        if self.bits is None:
+            return words
+        expected, came = self.bits
+        return f"{words}; {came:.1f} bits came, {expected:.1f} were expected"
+
+
+@dataclass(frozen=True, kw_only=True)
+class InvestigationLog:
+    """All steps so far."""
+
+    seed: int
+    benches: tuple[str, ...]
+    steps: tuple[Step, ...] = ()
+    ended: str | None = None
+    """Why nothing more is recorded; None while something is."""
+
+    @property
+    def runs(self) -> int:
+        """Number of training runs."""
+        return sum(step.split == "train" for step in self.steps)
+
+    @property
+    def seconds(self) -> float:
+        """Time recorded [s]."""
+        return sum(step.seconds for step in self.steps)
+
+
+def with_answer(step: Step, answer: Path, earlier: Path | None) -> Step:
+    """Return a step with what the diagnosis with it says, beside that of the one before."""
+    now = read_diagnosis(answer)
+    classes = classes_of(now)
+    step = replace(
+        step,
+        verdict=now.verdict,
+        causes={
+            cause.name: {
+                name: (number.value, *number.ci95) for name, number in cause.parameters.items()
+            }
+            for cause in now.effects
+        },
+        open=classes,
+    )
+    if earlier is None:
+        return step
+    before = read_diagnosis(earlier)
+    left = {frozenset(names) for names in classes}
+    gone = tuple(names for names in classes_of(before) if frozenset(names) not in left)
+    return replace(step, brought=bits_between(before, now), settled=gone)
+
+
+def classes_of(diagnosis: StatedDiagnosis) -> tuple[tuple[str, ...], ...]:
+    """Return the causes that a diagnosis could not tell apart."""
+    return tuple(
+        (cause.name, *cause.indistinguishable_from)
+        for cause in diagnosis.effects
+        if cause.indistinguishable_from
+    )
+
+
+def bits_between(before: StatedDiagnosis, after: StatedDiagnosis) -> dict[str, float]:
+    """Return log2 of what the interval of each number that both name has shrunk by [bit]."""
+    widths = [
+        {
+            f"{cause.name}.{name}": number.ci95[1] - number.ci95[0]
+            for cause in diagnosis.effects
+            for name, number in cause.parameters.items()
+        }
+        for diagnosis in (before, after)
+    ]
+    return {
+        key: math.log2(widths[0][key] / widths[1][key])
+        for key in widths[0].keys() & widths[1].keys()
+        if min(widths[0][key], widths[1][key]) > 0.0
+    }
+
+
+def write_log(path: Path, log: InvestigationLog) -> None:
+    """Write the log whole or not at all."""
+    table = {"schema": SCHEMA, **asdict(log)}
+    fresh = path.with_suffix(".new")
+    fresh.write_text(json.dumps(table, indent=1) + "\n", encoding="utf-8")
+    fresh.replace(path)
+
+
+def read_log(path: Path, *, seed: int, benches: Sequence[str]) -> InvestigationLog:
+    """Read the log of an investigation that was begun, or begin one.
+
+    Raises:
+        InvalidOutput: The file is no log, or that of other benches or another seed.
+    """
+    if not path.exists():
+        return InvestigationLog(seed=seed, benches=tuple(benches))
+    table = read_json(path, InvalidOutput, PROMISE)
+    wanted = {"schema": SCHEMA, "seed": seed, "benches": list(benches)}
+    for key, value in wanted.items():
+        if table.get(key) != value:
+            raise InvalidOutput(
+                f"{path}: this investigation has {key} = {shown(table.get(key))}; asked for is "
+                f"{shown(value)}: go on with the same or give another folder"
+            )
+    try:
+        steps = tuple(read_step(row) for row in table["steps"])
+    except (KeyError, TypeError, AttributeError) as error:
+        raise InvalidOutput(f"{path}: a step of the log is broken: {error!r}") from error
+    return InvestigationLog(seed=seed, benches=tuple(benches), steps=steps, ended=table["ended"])
+
+
+def read_step(row: Mapping[str, Any]) -> Step:
+    """Read one step."""
+    causes, command = row["causes"], row["command"]
+    return Step(
+        **{
+            **row,
+            "command": None if command is None else tuple(command),
+            "open": tuple(map(tuple, row["open"])),
+            "settled": tuple(map(tuple, row["settled"])),
+            "causes": None
+            if causes is None
+            else {c: {k: tuple(v) for k, v in own.items()} for c, own in causes.items()},
+        }
+    )

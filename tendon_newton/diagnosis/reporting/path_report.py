@@ -1,0 +1,136 @@
+"""``investigation.html``: how an answer grew, run by run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from tendon_newton.diagnosis.next_experiment.investigation_log import InvestigationLog, Step
+from tendon_newton.diagnosis.reporting.inline_svg import AFTER, BEFORE, INK, svg
+from tendon_newton.diagnosis.reporting.report_words import number
+from tendon_newton.effects import find_effect
+from tendon_newton.errors import InvalidOutput
+
+TEMPLATE = "path.html.jinja"
+SIZE = (3.6, 1.9)
+"""Of one number's panel [inch]."""
+
+
+def write_path_report(path: Path, log: InvestigationLog, folder: Path) -> None:
+    """Write the page.
+
+    Args:
+        path: File of the page.
+        log: All steps.
+        folder: Of the investigation: the page links to the diagnoses in it.
+
+    Raises:
+        InvalidOutput: The file cannot be written.
+    """
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader("tendon_newton.diagnosis.reporting", "."),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+    )
+    diagnosed = [step for step in log.steps if step.causes is not None]
+    page = environment.get_template(TEMPLATE).render(
+        title="Investigation",
+        headline=log.ended or "going on",
+        seconds=f"{log.seconds:.0f}",
+        runs=log.runs,
+        causes=[
+            {"name": name.replace("_", " "), "open": open_words(diagnosed[-1], name)}
+            for name in (diagnosed[-1].causes or {})
+        ]
+        if diagnosed
+        else [],
+        steps=step_rows(log.steps, folder),
+        panels=[panel(diagnosed, cause, name) for cause, name in numbers_of(diagnosed)],
+        commands=[command_panel(step) for step in log.steps if step.command is not None],
+    )
+    try:
+        path.write_text(page, encoding="utf-8")
+    except OSError as error:
+        raise InvalidOutput(f"The report cannot be written to {path}: {error.strerror}.") from None
+
+
+def open_words(step: Step, cause: str) -> str:
+    """Return the rivals of a cause, in words; empty without one."""
+    rivals = next((names[1:] for names in step.open if names[0] == cause), ())
+    return " or ".join(name.replace("_", " ") for name in rivals)
+
+
+def step_rows(steps: Sequence[Step], folder: Path) -> list[dict[str, Any]]:
+    """Return what the table shows of each step."""
+    rows, run = [], 0
+    for step in steps:
+        link = None
+        if step.split == "train":
+            link = f"diagnosis_{run + 1}/report.html"
+            run += 1
+        bits = step.bits
+        rows.append(
+            {
+                "name": step.name,
+                "bench": step.bench.replace("_", " "),
+                "why": step.why,
+                "link": link if link and (folder / link).exists() else None,
+                "verdict": (step.verdict or "").replace("_", " "),
+                "causes": ", ".join(name.replace("_", " ") for name in step.causes or {}),
+                "open": "; ".join(" or ".join(names) for names in step.open).replace("_", " "),
+                "bits": "" if bits is None else f"{bits[1]:.1f} of {bits[0]:.1f}",
+            }
+        )
+    return rows
+
+
+def numbers_of(steps: Sequence[Step]) -> list[tuple[str, str]]:
+    """Return every number that was named at any step, those of the last answer first."""
+    found: dict[tuple[str, str], None] = {}
+    for step in reversed(steps):
+        for cause, numbers in (step.causes or {}).items():
+            found |= {(cause, name): None for name in numbers}
+    return list(found)
+
+
+def panel(steps: Sequence[Step], cause: str, name: str) -> str:
+    """Draw one number with its interval after each run; a run without it leaves a gap."""
+    unit = next(p.unit for p in find_effect(cause).parameters if p.name == name)
+    places = [
+        (k, step.causes[cause][name], any(cause in names for names in step.open))
+        for k, step in enumerate(steps, start=1)
+        if step.causes and name in step.causes.get(cause, {})
+    ]
+
+    def draw(axes: Any) -> None:
+        for k, (value, low, high), is_open in places:
+            colour = BEFORE if is_open else AFTER
+            axes.plot([k, k], [low, high], color=colour, linewidth=5, alpha=0.35)
+            axes.plot(k, value, "o", color=colour, markersize=5)
+        axes.set_xlim(0.5, len(steps) + 0.5)
+        axes.set_xticks(range(1, len(steps) + 1))
+        axes.set_xlabel("run")
+        axes.set_ylabel("" if unit == "1" else unit)
+        axes.set_title(f"{cause}: {name}".replace("_", " "), color=INK)
+
+    value, low, high = places[-1][1]
+    label = f"{cause} {name}: {number(value)}, interval {number(low)} to {number(high)} {unit}"
+    return svg(f"{cause}-{name}", label, SIZE, draw)
+
+
+def command_panel(step: Step) -> str:
+    """Draw the command of a run that was designed."""
+
+    def draw(axes: Any) -> None:
+        angles = step.command or ()
+        time = [step.seconds * k / len(angles) for k in range(len(angles))]
+        axes.step(time, angles, where="post", color=AFTER)
+        axes.set_xlabel("time [s]")
+        axes.set_ylabel("command [rad]")
+        axes.set_title(f"{step.name} on {step.bench}".replace("_", " "), color=INK)
+
+    return svg(f"command-{step.name}", f"command of {step.name}", SIZE, draw)

@@ -1,0 +1,79 @@
+"""Where refits of sets start: at what a survey predicts, where they stood, or at a special case."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tendon_newton.diagnosis.search.choice import Trial
+from tendon_newton.diagnosis.search.coordinates import atoms, is_shape
+from tendon_newton.diagnosis.search.pool import Pool
+from tendon_newton.diagnosis.search.refit import Fit, values_of
+from tendon_newton.diagnosis.search.survey import Survey
+from tendon_newton.effects import find_effect
+
+Start = tuple[tuple[str, ...], dict[int, float]]
+"""Causes and the values to start from, column -> value."""
+
+
+def new_starts(pool: Pool, view: Survey, trials: Sequence[Trial]) -> list[Start]:
+    """Return starts of sets that a survey promises; a fit that did not settle goes on."""
+    starts: dict[frozenset[str], Start] = {}
+    for trial in trials:
+        names, values = start_of(pool, view, trial)
+        starts.setdefault(frozenset(names), (names, values))
+    for key in list(starts):
+        fit = pool.fits.get(key)
+        if fit is not None and fit.settled:
+            del starts[key]
+        elif fit is not None:
+            starts[key] = (fit.names, values_of(pool.worlds, fit.columns, fit.place))
+    return list(starts.values())
+
+
+def start_of(pool: Pool, view: Survey, trial: Trial) -> Start:
+    """Return a set's causes and the values that a survey predicts for it."""
+    worlds, fit = pool.worlds, view.fit
+    gone = {c for name in trial.removed for c in worlds.study.table.columns(name)}
+    place = dict(zip(fit.columns, fit.place, strict=True))
+    for i, x in trial.coefficients.items():
+        if view.columns[i].kind == "slope":
+            place = {c: u + x * view.columns[i].values.get(c, 0.0) for c, u in place.items()}
+    values = {c: worlds.coordinate(c).value(float(u)) for c, u in place.items() if c not in gone}
+    names = [n for n in fit.names if n not in trial.removed]
+    for i in trial.added:
+        names.append(view.columns[i].name)
+        for c, value in view.columns[i].values.items():
+            parameter, own = worlds.study.parameter(c), worlds.coordinate(c)
+            shapes = len(view.columns[i].values) > 1 and is_shape(parameter)
+            if not shapes and parameter.name != "position":
+                u = float(np.clip(trial.coefficients[i] * own.place(value), own.lower, own.upper))
+                value = own.value(u)
+            values[c] = value
+    return tuple(names), values
+
+
+def wider_starts(pool: Pool, fit: Fit, allowed: Sequence[str]) -> list[Start]:
+    """Return starts of sets in which a law stands in the place of a special case of its own.
+
+    A law starts where it is that special case: its numbers of the same unit are the case's, and
+    those that shape it have each of their typical values. One that fits no worse already is left.
+    """
+    study, out = pool.worlds.study, list[Start]()
+    place = values_of(pool.worlds, fit.columns, fit.place)
+    for name in fit.names:
+        (special, *_) = own = study.table.columns(name)
+        unit = study.parameter(special).unit
+        rest = {c: v for c, v in place.items() if c not in own}
+        for law in allowed:
+            if name not in find_effect(law).includes or law in fit.names:
+                continue
+            names = (*(n for n in fit.names if n != name), law)
+            known = pool.fits.get(frozenset(names))
+            if known is not None and known.score <= fit.score:
+                continue
+            for atom in atoms(study, law):
+                same = {c: place[special] for c in atom if study.parameter(c).unit == unit}
+                out.append((names, {**rest, **atom, **same}))
+    return out

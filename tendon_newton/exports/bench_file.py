@@ -1,0 +1,87 @@
+"""The bench of a model as one USD file that refers to no other."""
+
+# The stubs of pxr leave out what its C++ modules define.
+# pyright: reportAttributeAccessIssue=false
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from tendon_newton import __version__
+from tendon_newton.data.model_file import Model
+from tendon_newton.diagnosis.result import SCHEMA
+from tendon_newton.effects import find_effect
+from tendon_newton.errors import InvalidModelFile, InvalidOutput
+from tendon_newton.mechanisms.authoring.correction import Correction
+from tendon_newton.mechanisms.authoring.identified_layer import (
+    FoundNumber,
+    Provenance,
+    write_identified_layer,
+)
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.usd.stage_file import usd_errors
+
+SAME = 1.0e-4
+"""Share [1] by which a number may change on its way through USD's single precision."""
+
+
+def write_bench(path: Path, correction: Correction, model: Model) -> None:
+    """Write a corrected bench, and read it again.
+
+    Raises:
+        InvalidModelFile: A number of the bench has no place in USD.
+        InvalidOutput: The file cannot be written.
+    """
+    from pxr import Usd
+
+    with tempfile.TemporaryDirectory() as draft:
+        layer = Path(draft) / "layer.usda"
+        write_identified_layer(layer, correction, provenance_of(model))
+        with usd_errors(layer):
+            flat = Usd.Stage.Open(str(layer)).Flatten(False).ExportToString()
+    try:
+        path.write_text(flat, encoding="utf-8")
+    except OSError as error:
+        raise InvalidOutput(f"{path}: {error.strerror or error}") from error
+    lost = lost_numbers(load_mechanism(path), correction.corrected)
+    if lost:
+        path.unlink()
+        raise InvalidModelFile(
+            f"{path.name} cannot hold all numbers of the bench {correction.asset.name}: USD has no "
+            f"place for its new {', '.join(lost)}; give the bench an asset of its own"
+        )
+
+
+def lost_numbers(written: Mechanism, meant: Mechanism) -> list[str]:
+    """Return what a bench lost on its way into a file."""
+    joints = ("mass", "center_of_mass", "inertia", "parent_position", "stiffness", "damping")
+    tendons = ("moment_arm", "spool_radius", "force_limit", "excursion_offset")
+    parts = [(name, pair) for pair in zip(written.joints, meant.joints, strict=True) for name in joints]
+    parts += [(name, pair) for pair in zip(written.tendons, meant.tendons, strict=True) for name in tendons]
+    parts.append(("gravity", (written, meant)))
+    lost = [name for name, (a, b) in parts if not close(getattr(a, name), getattr(b, name))]
+    return list(dict.fromkeys(lost))
+
+
+def close(one: object, other: object) -> bool:
+    """Tell whether two numbers, or arrays, are the same but for rounding."""
+    a, b = np.asarray(one, dtype=np.float64), np.asarray(other, dtype=np.float64)
+    return bool(np.abs(a - b).max() <= SAME * max(float(np.abs(b).max()), 1.0e-9))
+
+
+def provenance_of(model: Model) -> Provenance:
+    """Return where the numbers of a model come from, as far as the model itself knows."""
+    numbers = {
+        effect.name: {
+            parameter.name: FoundNumber(
+                value=float(effect.values[parameter.name]), ci95=None, unit=parameter.unit
+            )
+            for parameter in find_effect(effect.name).parameters
+        }
+        for effect in model.effects
+    }
+    return Provenance(version=__version__, schema=SCHEMA, verdict="", dataset="", numbers=numbers)

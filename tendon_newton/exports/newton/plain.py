@@ -1,0 +1,183 @@
+"""A bench driven by Newton's own actuators alone, read from its prims."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import newton
+import numpy as np
+import warp as wp
+from newton.solvers import SolverMuJoCo
+
+from tendon_newton.data.model_file import Model
+from tendon_newton.data.recording import Array
+from tendon_newton.effects import EFFECTS
+from tendon_newton.exports.base import Coverage
+from tendon_newton.exports.mjcf_servo import number
+from tendon_newton.exports.newton.prims import LONGEST_STEP, gearing_of
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+
+IN_THE_PRIMS: dict[str, Coverage] = {
+    **dict.fromkeys(EFFECTS, "none"),
+    **dict.fromkeys(
+        (
+            "command_delay",
+            "gain_error",
+            "force_saturation",
+            "position_offset",
+            "spool_radius_error",
+            "joint_stiffness_error",
+            "joint_damping_error",
+            "inertia_error",
+            "gravity_misalignment",
+        ),
+        "exact",
+    ),
+    **dict.fromkeys(
+        (
+            "tendon_slack",
+            "viscous_friction",
+            "coulomb_friction",
+            "asymmetric_friction",
+            "stribeck_friction",
+            "joint_dry_friction",
+        ),
+        "approximate",
+    ),
+}
+"""What Newton's own prims say of each effect, where a tendon drives one joint."""
+
+
+def plain_joints(mechanism: Mechanism, model: Model) -> dict[str, dict[str, float]]:
+    """Return what servos add to the joints that they drive: rotor and dry friction."""
+    asymmetric = [number(model, "asymmetric_friction", way) for way in ("winding", "unwinding")]
+    dry = number(model, "coulomb_friction", "force") + 0.5 * sum(asymmetric)
+    dry += number(model, "stribeck_friction", "coulomb_force")
+    armature = model.actuator.values.get("armature", 0.0)
+    out = {}
+    for tendon in mechanism.tendons:
+        (j,) = np.flatnonzero(tendon.moment_arm)
+        joint = mechanism.joints[j]
+        friction = joint.friction + dry * abs(float(tendon.moment_arm[j]))
+        if math.isfinite(joint.limits[1]):
+            share = number(model, "joint_dry_friction", "fraction")
+            friction += share * joint.stiffness * (joint.limits[1] - joint.rest)
+        out[joint.prim] = {
+            "newton:armature": float(armature) * gearing_of(tendon, model).ratio ** 2,
+            "newton:friction": friction,
+        }
+    return out
+
+
+def plain_replay(
+    path: Path, mechanism: Mechanism, model: Model, rows: dict[str, Any]
+) -> dict[str, Array]:
+    """Replay commands by the prims alone.
+
+    Args:
+        path: The file with them.
+        mechanism: The bench.
+        model: What the prims were made of.
+        rows: Commands, and the joint positions [rad, m] at which it begins.
+    """
+    bench = PlainBench(path)
+    bench.place(rows["joints"])
+    out: dict[str, list[Array]] = {"angle": [], "rate": [], "force": [], "joints": []}
+    time = np.asarray(rows["t"])
+    steps = np.diff(time, append=time[-1] + LONGEST_STEP)
+    for command, interval in zip(np.asarray(rows["theta_d"]), steps, strict=True):
+        bench.control.joint_target_q.assign(targets(mechanism, model, command))
+        count = max(1, math.ceil(interval / LONGEST_STEP - 1.0e-6))
+        for k in range(count):
+            bench.step(interval / count)
+            if k == 0:
+                note_row(out, mechanism, model, *bench.before())
+    return {name: np.array(values) for name, values in out.items()}
+
+
+class PlainBench:
+    """A file's bench, stepped by SolverMuJoCo under the file's own actuators.
+
+    Args:
+        path: The file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        builder = newton.ModelBuilder()
+        SolverMuJoCo.register_custom_attributes(builder)
+        builder.add_usd(str(path), collapse_fixed_joints=True)
+        loose = [j for j, owner in enumerate(builder.joint_articulation) if owner < 0]
+        if loose:  # a chain of one link
+            builder.add_articulation(loose, label="bench")
+        self.model: Any = builder.finalize(device="cpu")
+        self.solver: Any = SolverMuJoCo(self.model, disable_contacts=True)
+        self.states = [self.model.state(), self.model.state()]
+        self.control: Any = self.model.control()
+        self.kept = [[a.state(), a.state()] for a in self.model.actuators]
+        self.graphs: dict[tuple[int, float], Any] = {}
+        self.at, self.dt = 0, LONGEST_STEP
+
+    def place(self, joint_position: Array) -> None:
+        """Put the joints somewhere [rad, m], at rest."""
+        state = self.states[0]
+        state.joint_q.assign(np.asarray(joint_position, dtype=np.float32))
+        newton.eval_fk(self.model, state.joint_q, state.joint_qd, state)
+
+    def advance(self) -> None:
+        """Step from the present state into the other."""
+        here, there = self.at, 1 - self.at
+        self.control.joint_f.zero_()
+        for actuator, own in zip(self.model.actuators, self.kept, strict=True):
+            actuator.step(self.states[here], self.control, own[here], own[there], self.dt)
+        self.solver.step(self.states[here], self.states[there], self.control, None, self.dt)
+
+    def step(self, dt: float) -> None:
+        """Advance by a step [s]."""
+        key = (self.at, round(dt, 12))
+        self.dt = dt
+        if key not in self.graphs:
+            self.advance()  # compiles and allocates before the capture
+            with wp.ScopedCapture(device="cpu") as capture:
+                self.advance()
+            self.graphs[key] = capture.graph
+        wp.capture_launch(self.graphs[key])
+        self.at = 1 - self.at
+
+    def before(self) -> tuple[Array, Array, Array]:
+        """Return joint positions and rates before the last step, and the motors' efforts in it."""
+        past, now = self.states[1 - self.at], self.states[self.at]
+        rate = past.joint_qd.numpy().copy()
+        change = (now.joint_qd.numpy() - rate) / self.dt
+        effort = self.control.joint_f.numpy() - self.model.joint_armature.numpy() * change
+        return past.joint_q.numpy().copy(), rate, effort
+
+
+def targets(mechanism: Mechanism, model: Model, command: Array) -> Array:
+    """Return the joint targets [rad, m] of desired motor angles [rad]."""
+    out = np.zeros(len(mechanism.joints), dtype=np.float32)
+    for tendon, angle in zip(mechanism.tendons, np.atleast_1d(command), strict=True):
+        out[tendon.moment_arm != 0.0] = gearing_of(tendon, model).target(angle)
+    return out
+
+
+def note_row(
+    out: dict[str, list[Array]],
+    mechanism: Mechanism,
+    model: Model,
+    position: Array,
+    rate: Array,
+    effort: Array,
+) -> None:
+    """Add what motors and strings show at joint positions, rates and efforts."""
+    columns = [int(np.flatnonzero(t.moment_arm)[0]) for t in mechanism.tendons]
+    gears = [gearing_of(tendon, model) for tendon in mechanism.tendons]
+    arms = [float(t.moment_arm[j]) for t, j in zip(mechanism.tendons, columns, strict=True)]
+    least = [-np.inf if tendon.direct else 0.0 for tendon in mechanism.tendons]
+    pairs = list(zip(gears, columns, strict=True))
+    out["angle"].append(np.array([g.ratio * position[j] + g.shift for g, j in pairs]))
+    out["rate"].append(np.array([g.ratio * rate[j] for g, j in pairs]))
+    forces = [effort[j] / arm for j, arm in zip(columns, arms, strict=True)]
+    out["force"].append(np.maximum(forces, least))
+    out["joints"].append(position)

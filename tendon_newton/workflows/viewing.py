@@ -1,0 +1,210 @@
+"""Logs in rerun, as they are written or afterwards, and simulations beside what was measured.
+
+A log is followed by another process that reads its file as it grows. So the loop that drives a
+bench never waits for a picture.
+"""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from hardware.deployment.deploy_log import STEP_TOPIC
+from hardware.deployment.deploy_plot import goal_place
+from tendon_newton.data.formats.mcap_file import McapReading
+from tendon_newton.data.formats.topic_mapping import (
+    COMMAND_TOPIC,
+    DIAGNOSTICS_TOPIC,
+    FORCE_TOPIC,
+    SESSION_RECORD,
+    STATE_TOPIC,
+    TIP_TOPIC,
+)
+from tendon_newton.data.recording import Recording
+from tendon_newton.errors import InvalidParameter
+from tendon_newton.simulation.hosts.rollout import Trajectory
+from tendon_newton.workflows.scene import Scene, View
+
+TOPICS = frozenset(
+    {COMMAND_TOPIC, STATE_TOPIC, FORCE_TOPIC, TIP_TOPIC, DIAGNOSTICS_TOPIC, STEP_TOPIC}
+)
+LONGEST_LOG = 1 << 30
+"""Bytes to which a log that is followed may grow."""
+LOOK_PERIOD = 0.05
+"""Time between two looks at a file that grows [s]."""
+LEVELS = ("info", "warn", "error", "error")
+"""Names of the levels of a diagnostic status."""
+
+
+class GrowingFile:
+    """A file that another process still writes: what is not there yet is waited for.
+
+    Args:
+        path: The file.
+        over: Tells that no more will be written.
+    """
+
+    def __init__(self, path: Path, over: Callable[[], bool]) -> None:
+        self._file = path.open("rb")
+        self._over = over
+
+    def read(self, size: int) -> bytes:
+        """Return so many bytes, or what there is once no more will come."""
+        data = self._file.read(size)
+        while len(data) < size:
+            last = self._over()  # asked before: what was written until then is read below
+            data += self._file.read(size - len(data))
+            if last:
+                break
+            time.sleep(LOOK_PERIOD)
+        return data
+
+    def seek(self, offset: int, whence: int = 0) -> int:
+        """Go to a place; the end is where the longest log would end."""
+        return LONGEST_LOG if whence == 2 else self._file.seek(offset, whence)
+
+    def tell(self) -> int:
+        """Return the place."""
+        return self._file.tell()
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+
+def show_log(path: Path, to: View, over: Callable[[], bool] = lambda: True) -> Scene:
+    """Show a log, as far as it is written and until it is over.
+
+    Args:
+        path: MCAP file of ``collect`` or ``deploy``.
+        to: A window or a file.
+        over: Tells that no more will be written.
+    """
+    if path.suffix != ".mcap":
+        raise InvalidParameter(f"{path}: a view shows logs of collect and deploy, files in .mcap")
+    file: Any = GrowingFile(path, over)
+    try:
+        bench = bench_of(file, path.name)
+        scene = Scene(path.stem, bench, to, path)
+        first: int | None = None
+        for topic, stamp, message in McapReading(file, path.name).messages(TOPICS):
+            first = stamp if first is None else first
+            scene.at(1e-9 * (stamp - first))
+            show_message(scene, topic, message)
+        scene.close()
+    finally:
+        file.close()
+    return scene
+
+
+def bench_of(file: Any, name: str) -> str:
+    """Return the bench that a log's first record of its session names."""
+    for record in McapReading(file, name).records():
+        if type(record).__name__ == "Metadata" and record.name == SESSION_RECORD:
+            return dict(record.metadata).get("bench", "finger")
+        if type(record).__name__ == "Message":
+            break
+    return "finger"
+
+
+def show_message(scene: Scene, topic: str, message: Any) -> None:
+    """Show one message."""
+    if topic in (STATE_TOPIC, COMMAND_TOPIC):
+        who = "measured" if topic == STATE_TOPIC else "command"
+        for tendon, angle in enumerate(message.position):
+            scene.angle(who, float(angle), tendon)
+    elif topic == FORCE_TOPIC:
+        tendon = message.header.frame_id.rpartition("_")[2]
+        place = int(tendon) if tendon.isdecimal() else 0
+        scene.tension("measured", float(message.wrench.force.x), place)
+    elif topic == TIP_TOPIC:
+        scene.point("tip", float(message.point.x), float(message.point.z))
+    elif topic == STEP_TOPIC:
+        if (place := goal_place(len(message.data))) is not None:
+            scene.goal(float(message.data[place]))
+    else:
+        for status in message.status:
+            number = status.level[0] if isinstance(status.level, bytes) else int(status.level)
+            if 0 < number < len(LEVELS):
+                scene.say(f"{status.name}: {status.message}", LEVELS[number])
+
+
+def show_simulated(recording: Recording, trajectory: Trajectory, to: View, file: Path) -> None:
+    """Show what was measured and what a model made of it.
+
+    Args:
+        recording: What was measured.
+        trajectory: What was simulated, at the same rows.
+        to: A window or a file.
+        file: File of the simulated recording.
+    """
+    scene = Scene(Path(recording.name).stem, recording.bench, to, file)
+    for row, instant in enumerate(recording.time - recording.time[0]):
+        scene.at(float(instant))
+        scene.bones("simulated", trajectory.joint_position[row])
+        for d in range(recording.tendon_count):
+            if recording.command is not None:
+                scene.angle("command", float(recording.command[row, d]), d)
+            scene.angle("measured", float(recording.motor_position[row, d]), d)
+            scene.angle("simulated", float(trajectory.motor_position[row, d]), d)
+            if recording.force is not None:
+                scene.tension("measured", float(recording.force[row, d]), d)
+            scene.tension("simulated", float(trajectory.force[row, d]), d)
+        if recording.tip is not None:
+            scene.point("tip", *(float(x) for x in recording.tip[row]))
+    scene.close()
+
+
+def follow(folder: Path, to: View, since: float, over: Callable[[], bool]) -> list[Path]:
+    """Show every log that begins in a folder, one after the other, until it is over.
+
+    Args:
+        folder: Where logs appear.
+        to: A window or files beside the logs.
+        since: Date of the oldest log that counts [s since 1970].
+        over: Tells that no further log will begin.
+
+    Returns:
+        The logs.
+    """
+    shown: list[Path] = []
+
+    def waiting() -> list[Path]:
+        dated = [(path.stat().st_mtime, path) for path in folder.glob("*.mcap")]
+        return [path for date, path in sorted(dated) if date >= since and path not in shown]
+
+    while True:
+        last = over()
+        for path in waiting():
+            shown.append(path)
+            show_log(path, to, lambda: over() or bool(waiting()))
+        if last and not waiting():
+            return shown
+        time.sleep(LOOK_PERIOD)
+
+
+def end_of_input() -> Callable[[], bool]:
+    """Return what tells that the standard input has ended, and with it the program that writes."""
+    ended = threading.Event()
+
+    def wait() -> None:
+        sys.stdin.buffer.read()
+        ended.set()
+
+    threading.Thread(target=wait, daemon=True).start()
+    return ended.is_set
+
+
+def logs_of(paths: Sequence[Path]) -> list[Path]:
+    """Return the logs that paths name: files, and those in folders."""
+    out: list[Path] = []
+    for path in paths:
+        found = sorted(path.glob("*.mcap")) if path.is_dir() else [path]
+        if not found or not found[0].is_file():
+            raise InvalidParameter(f"{path}: no log of collect or deploy (.mcap) is there")
+        out += found
+    return out

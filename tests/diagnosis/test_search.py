@@ -1,0 +1,197 @@
+"""Sets of causes are compared at their best, judged where they act, and do not grow for ever."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tendon_newton.data.recording import Recording
+from tendon_newton.diagnosis.search.choice import Chooser, choose, exchanges
+from tendon_newton.diagnosis.search.decide.decision import held_out_gains
+from tendon_newton.diagnosis.search.floors import floors_of
+from tendon_newton.diagnosis.search.held_out_gain import held_out_terms
+from tendon_newton.diagnosis.search.pool import Pool
+from tendon_newton.diagnosis.search.prune import leave_out
+from tendon_newton.diagnosis.search.refit import refit, start_fits, values_of
+from tendon_newton.diagnosis.search.starts import new_starts, wider_starts
+from tendon_newton.diagnosis.search.survey import Column, Survey, survey
+from tendon_newton.diagnosis.search.worlds import Floors, Worlds
+from tendon_newton.effects import EFFECTS
+from tendon_newton.identification.objective import Scales
+from tendon_newton.identification.study import Study
+from tendon_newton.simulation.hosts.replay import replay, simulated_recording
+from tests.effect_bench import commanded, steps_and_waves
+from tests.physics.runs import ideal_model
+
+STEP = 1.0e-3  # [s]
+PRICE = 0.1  # [nat per row]
+CATALOGUE = ("coulomb_friction", "viscous_friction", "stribeck_friction")
+TRUTH = {"coulomb_friction": {"force": 0.6}, "viscous_friction": {"coefficient": 1.2}}
+FLOORS = Floors(theta=1.0, force=1.0, form=Scales(theta=1.0, force=1.0))
+
+
+def log(seed: int) -> Recording:
+    """What a weak spring logs with two frictions and an encoder's noise."""
+    rng = np.random.default_rng(seed)
+    asked = replace(commanded((0.6 + 0.2 * seed) * steps_and_waves()), force=np.zeros((160, 1)))
+    (out,) = replay([asked], ideal_model(**TRUTH), time_step=STEP)
+    found = simulated_recording(asked, out)
+    noise = rng.normal(0.0, 5.0e-4, found.motor_position.shape)
+    return replace(found, name=f"log_{seed}", motor_position=found.motor_position + noise)
+
+
+@pytest.fixture(scope="module")
+def worlds() -> Worlds:
+    """Three such logs."""
+    return Worlds(Study([log(n) for n in range(3)], ideal_model(), CATALOGUE, time_step=STEP))
+
+
+def pool_of(worlds: Worlds) -> Pool:
+    """An empty pool whose floors are those of dry friction."""
+    floors = floors_of(worlds, ("coulomb_friction",))
+    return Pool(worlds=worlds, floors=floors, price=PRICE, most=7)
+
+
+def started(pool: Pool, **values: float) -> Any:
+    """A set of causes with the first number of each at some value."""
+    columns = {pool.worlds.study.table.columns(name)[0]: v for name, v in values.items()}
+    return start_fits(pool.worlds, [(tuple(values), columns)], pool.floors, STEP)[0]
+
+
+def orthogonal(names: tuple[str, ...], inside: int) -> Survey:
+    """A survey in which every cause explains a part of its own: the first ones are in the fit."""
+    kinds = ["removal"] * inside + ["atom"] * (len(names) - inside)
+    columns = tuple(
+        Column(name=name, kind=kind, values={}, low=0.15, high=2.0)
+        for name, kind in zip(names, kinds, strict=True)
+    )
+    gram = np.diag(np.full(len(names), 100.0))
+    slope = np.where(np.array(kinds) == "atom", -100.0, 0.0)
+    square = 100.0 * (len(names) - inside) + 1.0
+    fit: Any = SimpleNamespace(names=names[:inside], columns=())
+    return Survey(
+        fit=fit, columns=columns, gram=np.stack([gram, 0.0 * gram]),
+        slope=np.stack([slope, 0.0 * slope]), square=np.array([square, 0.0]),
+        rows=np.array([10.0, 0.0]), floors=FLOORS, directions=np.zeros((len(names), 1)),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("inside", [0, 3, 4])
+def test_no_set_grows_beyond_the_limit(inside: int) -> None:
+    """Ten causes each explain a tenth: sets of four are chosen, forced rivals and all."""
+    plain = tuple(n for n, e in EFFECTS.items() if len(e.parameters) == 1 and not e.includes)
+    chooser = Chooser(orthogonal(plain[:10], inside), price=0.001, most=4)
+    found = choose(chooser, 20) + (exchanges(chooser, 3) if inside else [])
+    sizes = [len(chooser.names(trial)) for trial in found]
+    assert max(sizes) == 4
+    rivals = {name for trial in found for name in chooser.names(trial)}
+    assert len(rivals) > 4
+
+
+def residuals(acting: float, size: float) -> tuple[Any, Any, Any]:
+    """A stand-in for the worlds of 1,000 rows, and fits with and without what acts in a share."""
+    rng = np.random.default_rng(0)
+    calm = 0.3 * rng.standard_normal(1000)
+    moved = calm + np.where(np.arange(1000) < 1000 * acting, size, 0.0)
+    where = SimpleNamespace(is_force=np.zeros(1000, dtype=bool))
+    rows: Any = SimpleNamespace(where=where, weights=lambda _: np.ones(1000))
+    score = [float(np.mean(4.5 * np.log1p(r**2 / 9.0))) for r in (calm, moved)]
+    fits: list[Any] = [
+        SimpleNamespace(residual=r, score=s, names=("speed_limit",), scales=Scales(theta=1.0,
+                        force=0.0)) for r, s in zip((calm, moved), score, strict=True)
+    ]  # fmt: skip
+    return rows, fits[0], fits[1]
+
+
+def test_a_cause_that_acts_at_times_is_seen_and_judged_where_it_acts() -> None:
+    """A twentieth of the rows is off by thirty floors; the likely scale of all is the floor."""
+    rows, fit, less = residuals(0.05, 30.0)
+    pool = Pool(worlds=rows, floors=FLOORS, price=PRICE, most=7)
+    assert pool.excess(fit) < PRICE < pool.excess(less)
+    assert pool.worth(fit, less, "speed_limit") > 1.0
+
+
+def test_a_change_below_the_error_of_form_is_no_cause() -> None:
+    """Half an error of form in all rows is not a cause, however likely."""
+    rows, fit, less = residuals(1.0, 0.5)
+    pool = Pool(worlds=rows, floors=FLOORS, price=PRICE, most=7)
+    assert pool.worth(fit, less, "speed_limit") < 1.0
+    assert pool.excess(less) < PRICE
+
+
+def test_a_fit_that_did_not_settle_goes_on(worlds: Worlds) -> None:
+    """A set that was left half way is a start again, where it stood; one at its end is none."""
+    pool = pool_of(worlds)
+    pool.add([started(pool, viscous_friction=1.0)])
+    (half,) = refit(worlds, [started(pool, viscous_friction=1.0, coulomb_friction=0.1)],
+                    pool.floors, iterations=1)  # fmt: skip
+    assert not half.settled
+    pool.add([half])
+    view = survey(worlds, pool.fits[frozenset({"viscous_friction"})], CATALOGUE, pool.floors, 1.0)
+    chooser = Chooser(view, PRICE, 7)
+    trials = [t for t in chooser.singles(5) if "coulomb_friction" in chooser.names(t)]
+    ((names, values),) = new_starts(pool, view, trials)
+    assert frozenset(names) == frozenset(half.names)
+    assert values == values_of(worlds, half.columns, half.place)
+    (whole,) = refit(worlds, [half], pool.floors, iterations=30)
+    assert whole.settled
+    pool.add([whole])
+    assert new_starts(pool, view, trials) == []
+
+
+def test_a_law_starts_where_it_is_its_special_case(worlds: Worlds) -> None:
+    """Stribeck's law starts as the Coulomb friction that was found, at each typical speed."""
+    pool = pool_of(worlds)
+    (fit,) = refit(worlds, [started(pool, coulomb_friction=0.5)], pool.floors, iterations=8)
+    starts = wider_starts(pool, fit, CATALOGUE)
+    assert {names for names, _ in starts} == {("stribeck_friction",)}
+    assert len(starts) == 3
+    for law in start_fits(worlds, starts, pool.floors, STEP):
+        assert law.score == pytest.approx(fit.score, abs=1e-9)
+    pool.add([replace(law, score=fit.score - 1.0)])
+    assert wider_starts(pool, fit, CATALOGUE) == []
+
+
+def test_a_smaller_set_is_compared_at_its_best(worlds: Worlds) -> None:
+    """A cause that does nothing is worth nothing, though the set without it was left far off."""
+    pool = pool_of(worlds)
+    start = started(pool, viscous_friction=1.0, coulomb_friction=0.5, stribeck_friction=0.0)
+    (fit,) = refit(worlds, [start], pool.floors, iterations=12)
+    far = started(pool, viscous_friction=0.1, coulomb_friction=3.0)
+    pool.add([fit, replace(far, settled=True)])
+    less = leave_out(pool, fit)["stribeck_friction"]
+    assert less.score == pytest.approx(fit.score, abs=0.01)
+    assert far.score > fit.score + 1.0
+
+
+def test_a_breakaway_force_hides_nothing_where_nothing_is_left(worlds: Worlds) -> None:
+    """What jumps may miss more: only the model that leaves something is given that."""
+    pool, plain = pool_of(worlds), floors_of(worlds, ("coulomb_friction",))
+    first, rest, speed = worlds.study.table.columns("stribeck_friction")
+    law = {first: 0.6, rest: 0.61, speed: 1.0}
+    (viscous,) = worlds.study.table.columns("viscous_friction")
+    starts = [
+        (("stribeck_friction", "viscous_friction"), {**law, viscous: 1.2}),
+        (("stribeck_friction",), law),
+    ]
+    fits = start_fits(worlds, starts, plain, STEP)
+    pool.add(fits)
+    pool.renew(fits[0], ())
+    assert pool.floors == plain
+    pool.renew(fits[1], ())
+    assert pool.floors.theta > 2.0 * plain.theta
+
+
+def test_a_cause_is_worth_at_least_what_it_is_said_to_be_on_left_out_parts(worlds: Worlds) -> None:
+    """The sets without them saw all parts: refits that did not see a part do worse there."""
+    pool = pool_of(worlds)
+    start = started(pool, viscous_friction=1.0, coulomb_friction=0.5)
+    (fit,) = refit(worlds, [start], pool.floors, iterations=10)
+    pool.add([fit])
+    less = leave_out(pool, fit)
+    own, *others = held_out_terms(worlds, [fit, *less.values()], pool.floors)
+    for name, other in zip(less, others, strict=True):
+        said = float(held_out_gains(pool, fit)[name].sum())
+        assert pool.bar(name) < said < float((other - own).sum()) + 0.01

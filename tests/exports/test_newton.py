@@ -1,0 +1,169 @@
+"""An identified model in Newton: what its own reader makes of the prims, and how the drive moves."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from newton.actuators import (
+    ClampingDCMotor,
+    ClampingMaxEffort,
+    Delay,
+    DrivePD,
+    parse_actuator_prim,
+)
+from pxr import Usd
+
+from examples.studies.exports import PWM, model_of
+from tendon_newton.errors import InvalidModelFile
+from tendon_newton.exports.newton.path import path_of
+from tendon_newton.exports.newton.plain import PlainBench
+from tendon_newton.exports.newton.target import (
+    DRIVE_FILE,
+    PLAIN_FILE,
+    PROGRAM_FILE,
+    load_program,
+    write_newton_target,
+)
+from tendon_newton.mechanisms.geometry.parts import excursion
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.simulation.hosts.replay import bench_of
+from tests.exports.models import ANGLE, FORCE, strays
+
+SERVO_SIDE = (
+    "command_delay",
+    "actuator_lag",
+    "viscous_friction",
+    "load_dependent_friction",
+    "routing_friction",
+    "viscoelastic_spring",
+    "inertia_error",
+    "gravity_misalignment",
+    "joint_dry_friction",
+)
+ROTOR_SIDE = ("tendon_slack", "coulomb_friction", "tendon_compliance", "torque_fade", "speed_limit")
+WAYS = 3.0e-5  # m: a hundredth of the thumb's excursion, a fifth of what a spool's count winds in
+
+
+@pytest.mark.parametrize(
+    ("bench", "actuator", "effects"),
+    [
+        ("finger", "ideal", SERVO_SIDE),
+        ("finger", "pwm_servo", ROTOR_SIDE),
+        ("spring_weak", "pwm_servo", ()),
+        ("thumb", "ideal", ()),
+        ("pendulum", "pwm_servo", ("gear_load_friction",)),
+        ("finger", "learned", ()),
+    ],
+)
+def test_the_drive_moves_a_bench_in_newton_as_our_simulation_does(
+    bench: str, actuator: str, effects: tuple[str, ...], tmp_path: Path
+) -> None:
+    """It strays by less than an encoder count and 0.05 N."""
+    found = strays(tmp_path, "newton", PROGRAM_FILE, bench, actuator, *effects)
+    assert found.angle < ANGLE
+    assert found.force < FORCE
+
+
+@pytest.fixture(scope="module")
+def slider(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A slider with a late servo, for Newton."""
+    folder = tmp_path_factory.mktemp("slider")
+    model = model_of("spring_weak", "pwm_servo", "command_delay", "gain_error")
+    write_newton_target(folder, bench_of("spring_weak", model), model)
+    return folder
+
+
+def actuator_prims(path: Path) -> list[Any]:
+    """Return what Newton's own reader makes of a file's actuators."""
+    stage = Usd.Stage.Open(str(path))
+    parsed = [parse_actuator_prim(prim) for prim in stage.Traverse()]
+    return [entry for entry in parsed if entry is not None]
+
+
+def test_newton_reads_its_own_drive_and_clamps(slider: Path) -> None:
+    """A PD drive, a DC motor's envelope, a limit and a delay of 300 steps of 0.1 ms."""
+    (parsed,) = actuator_prims(slider / PLAIN_FILE)
+    assert parsed.drive_class is DrivePD
+    kinds = dict(parsed.component_specs)
+    assert set(kinds) == {ClampingDCMotor, ClampingMaxEffort, Delay}
+    assert kinds[Delay]["delay_steps"] == 300
+    radius = PWM["spool_radius"]
+    stall = PWM["torque_constant"] * PWM["supply_voltage"] / PWM["resistance"] / radius
+    assert kinds[ClampingDCMotor]["saturation_effort"] == pytest.approx(0.9 * stall, rel=1e-6)
+
+
+@pytest.mark.parametrize("rate", [0.0, 0.06, -0.05])
+@pytest.mark.parametrize("command", [0.1, 0.5, 3.0])
+def test_newton_s_own_drive_gives_the_servo_s_force(
+    slider: Path, command: float, rate: float
+) -> None:
+    """F = k_t (u V - k_t theta_dot) / (R r) with u inside its limit, from prims alone."""
+    bench = PlainBench(slider / PLAIN_FILE)
+    radius = PWM["spool_radius"]
+    bench.states[0].joint_q.assign(np.array([0.002], dtype=np.float32))
+    bench.states[0].joint_qd.assign(np.array([rate], dtype=np.float32))
+    bench.control.joint_target_q.assign(np.array([command * radius], dtype=np.float32))
+    bench.advance()
+    force = float(bench.control.joint_f.numpy()[0])
+    duty = 1.3 * PWM["duty_per_rad"] * (command - 0.002 / radius)  # the gain error is 1.3
+    duty = float(np.clip(duty, -PWM["max_duty"], PWM["max_duty"]))
+    volts = duty * PWM["supply_voltage"] - PWM["torque_constant"] * rate / radius
+    expected = PWM["torque_constant"] * volts / PWM["resistance"] / radius
+    assert force == pytest.approx(expected, rel=1e-4, abs=1e-4)  # float32
+
+
+def test_newton_reads_our_drive_once_it_is_registered(slider: Path) -> None:
+    """Each joint of a tendon has a prim, which names the class of the file beside it."""
+    program = load_program(slider / PROGRAM_FILE)
+    program.register()
+    (parsed,) = actuator_prims(slider / DRIVE_FILE)
+    assert parsed.drive_class is program.TendonDrive
+    assert parsed.drive_kwargs == {"tendon": 0, "joint": 0}
+
+
+def test_many_worlds_move_as_one(slider: Path) -> None:
+    """Three worlds under three commands end where a world of each ends; a reset leaves no trace."""
+    program = load_program(slider / PROGRAM_FILE)
+    commands = np.array([[0.5], [1.0], [2.0]])
+    many = program.Simulation(worlds=3, device="cpu")
+    alone = program.Simulation(device="cpu")
+    many.reset(np.full((3, 1), 0.4), [0.004])
+    many.command(commands)
+    many.step(600)
+    for world, command in enumerate(commands):
+        alone.reset([0.4], [0.004])
+        alone.command(command)
+        alone.step(600)
+        there = alone.states[alone.at].joint_q.numpy()[0]
+        assert many.states[many.at].joint_q.numpy()[world] == pytest.approx(there, abs=1e-7)
+
+
+def test_a_tendon_over_several_joints_has_no_file_of_newton_s_own_prims(tmp_path: Path) -> None:
+    """Newton's actuators drive one joint each; the page says so."""
+    model = model_of("finger", "ideal", "load_cell_bias", "coulomb_friction")
+    exported = write_newton_target(tmp_path, bench_of("finger", model), model)
+    assert not (tmp_path / PLAIN_FILE).exists()
+    assert exported.left_out == {PROGRAM_FILE: ("load_cell_bias", "coulomb_friction")}
+    assert "cannot say a tendon over several joints" in exported.loading
+
+
+def test_a_joint_with_two_tendons_is_refused(tmp_path: Path) -> None:
+    """Newton's actuators have one command per joint."""
+    model = model_of("finger", "ideal")
+    with pytest.raises(InvalidModelFile, match="one tendon must drive"):
+        write_newton_target(tmp_path, load_mechanism("finger_antagonist"), model)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_routed_tendon_s_way_is_a_polynomial() -> None:
+    """It strays from the thumb's path by less than it says, between the samples too."""
+    mechanism = load_mechanism("thumb")
+    (tendon,) = mechanism.tendons
+    path = path_of(mechanism, tendon)
+    rng = np.random.default_rng(3)
+    ends = np.array([joint.limits for joint in mechanism.joints])
+    q = ends[:, 0] + rng.random((200, len(ends))) * (ends[:, 1] - ends[:, 0])
+    length = np.array([excursion(tendon, row) for row in q])
+    assert np.abs(path.at(q) - length).max() < WAYS
+    assert path.stray < WAYS

@@ -1,0 +1,188 @@
+"""Logs and simulations in rerun: what is shown is what was logged, live and afterwards."""
+
+import sys
+import threading
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tendon_newton.cli import main
+from tendon_newton.data.dataset import load_dataset
+from tendon_newton.data.formats.mcap_file import McapReading
+from tendon_newton.data.formats.topic_mapping import FORCE_TOPIC, STATE_TOPIC, TIP_TOPIC
+from tendon_newton.mechanisms.geometry.parts import excursion
+from tendon_newton.mechanisms.geometry.statics import equilibrium
+from tendon_newton.workflows.scene import postures_of
+from tendon_newton.workflows.viewing import GrowingFile, follow, show_log
+
+FAST = ["--port", "virtual", "--faster-than-real-time"]
+RUN = ["collect", *FAST, "--excitation", "sine", "--duration", "2"]
+LOG = "finger_sine_0"
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a recording of two seconds."""
+    folder = tmp_path_factory.mktemp("runs")
+    assert main([*RUN, "--out", str(folder)]) == 0
+    return folder / f"{LOG}.mcap"
+
+
+def shown(file: Path) -> Counter[str]:
+    """Return how often each thing is shown in a view's file."""
+    from rerun.chunk import RrdReader
+
+    rows: Counter[str] = Counter()
+    for chunk in RrdReader(str(file)).stream():
+        if not chunk.is_static:
+            rows[str(chunk.entity_path)] += chunk.num_rows
+    return rows
+
+
+def logged(file: Path) -> Counter[str]:
+    """Return how many messages of each topic a log has."""
+    with file.open("rb") as stream:
+        reading = McapReading(stream, file.name)
+        return Counter(
+            topic for topic, *_ in reading.messages({STATE_TOPIC, FORCE_TOPIC, TIP_TOPIC})
+        )
+
+
+def require_all_of(log: Path, file: Path) -> None:
+    """Require every state, force and tip of a log in a view's file."""
+    there, here = logged(log), shown(file)
+    assert there[STATE_TOPIC] > 150
+    for topic, places in {
+        STATE_TOPIC: ("/angle/measured", "/finger/measured"),
+        FORCE_TOPIC: ("/tension/measured",),
+        TIP_TOPIC: ("/finger/tip",),
+    }.items():
+        for place in places:
+            assert here[place] == there[topic], place
+
+
+def test_a_log_is_shown_whole(log: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Every reading of servo, load cell and tip, in a file beside the log."""
+    assert main(["view", str(log.parent), "--to", "file"]) == 0
+    assert f"{LOG}.rrd" in capsys.readouterr().out
+    require_all_of(log, log.with_suffix(".rrd"))
+
+
+def test_a_log_is_shown_while_it_grows(log: Path, tmp_path: Path) -> None:
+    """A file that stands still amid a message is waited for; nothing is lost or shown twice."""
+    data, over = log.read_bytes(), threading.Event()
+    growing = tmp_path / "growing.mcap"
+    growing.write_bytes(data[:3001])
+    found: list[list[Path]] = []
+    follower = threading.Thread(
+        target=lambda: found.append(follow(tmp_path, "file", 0.0, over.is_set))
+    )
+    follower.start()
+    for begin in range(3001, len(data), 10007):
+        with growing.open("ab") as file:
+            file.write(data[begin : begin + 10007])
+    over.set()
+    follower.join(60.0)
+    assert found == [[growing]]
+    require_all_of(log, growing.with_suffix(".rrd"))
+
+
+def test_a_log_that_breaks_off_is_shown_as_far_as_it_goes(log: Path, tmp_path: Path) -> None:
+    """What its program wrote before it died."""
+    broken = tmp_path / "broken.mcap"
+    broken.write_bytes(log.read_bytes()[:20_000])
+    assert show_log(broken, "file").target == tmp_path / "broken.rrd"
+    assert 0 < shown(tmp_path / "broken.rrd")["/angle/measured"] < logged(log)[STATE_TOPIC]
+
+
+def test_collect_lets_another_process_show_its_run(tmp_path: Path) -> None:
+    """All of the run is in the view when the verb ends, and rerun was not loaded for it here."""
+    assert main([*RUN, "--out", str(tmp_path), "--view", "file"]) == 0
+    require_all_of(tmp_path / f"{LOG}.mcap", tmp_path / f"{LOG}.rrd")
+
+
+@pytest.mark.slow
+def test_a_simulation_is_shown_beside_what_was_measured(log: Path, tmp_path: Path) -> None:
+    """Both fingers in every row, the simulated one in the model's own posture."""
+    out, model = tmp_path / "out", log.parent / "model.toml"
+    words = ["simulate", str(log.parent), "--model", str(model), "--out", str(out)]
+    assert main([*words, "--view", "file"]) == 0
+    rows = load_dataset(log.parent, require_test=False).train[0].sample_count
+    here = shown(out / f"{LOG}.rrd")
+    for place in ("/finger/measured", "/finger/simulated", "/tension/simulated", "/angle/command"):
+        assert here[place] == rows, place
+
+
+def test_the_finger_stands_where_its_motor_says() -> None:
+    """The posture's excursion is the motor's angle times the spool's radius, l = r theta."""
+    postures = postures_of("finger")
+    assert postures is not None
+    (tendon,) = postures.mechanism.tendons
+    for angle in (0.2, 0.3, 1.0):
+        wound = float(excursion(tendon, postures.joints_at(angle)))
+        assert wound == pytest.approx(tendon.spool_radius * angle, abs=2e-6)  # between 101 postures
+    slack, hanging = postures.joints_at(-1.0), equilibrium(postures.mechanism, np.zeros(1))
+    assert slack == pytest.approx(hanging), "a string that is let out further does not push"
+    assert postures.size == pytest.approx(0.055)
+    assert postures.bones(np.zeros(2))[-1][1] == pytest.approx([0.055, 0.0], abs=1e-9)
+
+
+def test_a_bench_without_an_asset_has_no_finger() -> None:
+    """Its signals are shown, and no posture."""
+    assert postures_of("of_another_computer") is None
+
+
+def test_a_growing_file_waits_for_what_is_not_there_yet(tmp_path: Path) -> None:
+    """A read returns what was asked for, or the rest once nothing more will come."""
+    path = tmp_path / "log"
+    path.write_bytes(b"ab")
+    asked: list[int] = []
+
+    def over() -> bool:
+        asked.append(1)
+        if len(asked) == 3:
+            with path.open("ab") as file:
+                file.write(b"cd")
+        return len(asked) > 5
+
+    file = GrowingFile(path, over)
+    assert file.read(3) == b"abc"
+    assert file.read(9) == b"d"
+    file.close()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["view", "nowhere.mcap"], "nowhere.mcap: no log of collect or deploy"),
+        (["view", "."], "no log of collect or deploy"),
+        (["view"], "a view needs a log"),
+    ],
+)
+def test_what_cannot_be_shown_is_one_line(
+    words: list[str],
+    said: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """It names the path."""
+    monkeypatch.chdir(tmp_path)
+    assert main(words) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_without_rerun_the_extra_is_named(
+    log: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Before a bench is opened, and before a file is written."""
+    monkeypatch.setitem(sys.modules, "rerun", None)
+    for words in ([*RUN, "--out", str(tmp_path / "out"), "--view", "file"], ["view", str(log)]):
+        assert main(words) == 2
+        assert "pip install 'tendon-newton[view]'" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()

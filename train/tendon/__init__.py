@@ -1,0 +1,1 @@
+"""The string of a finger: how much it gives and how loose it is."""
