@@ -60,8 +60,14 @@ def lost_numbers(written: Mechanism, meant: Mechanism) -> list[str]:
     """Return what a bench lost on its way into a file."""
     joints = ("mass", "center_of_mass", "inertia", "parent_position", "stiffness", "damping")
     tendons = ("moment_arm", "spool_radius", "force_limit", "excursion_offset")
-    parts = [(name, pair) for pair in zip(written.joints, meant.joints, strict=True) for name in joints]
-    parts += [(name, pair) for pair in zip(written.tendons, meant.tendons, strict=True) for name in tendons]
+    parts = [
+        (name, pair) for pair in zip(written.joints, meant.joints, strict=True) for name in joints
+    ]
+    parts += [
+        (name, pair)
+        for pair in zip(written.tendons, meant.tendons, strict=True)
+        for name in tendons
+    ]
     parts.append(("gravity", (written, meant)))
     lost = [name for name, (a, b) in parts if not close(getattr(a, name), getattr(b, name))]
     return list(dict.fromkeys(lost))

@@ -38,13 +38,13 @@ def data(shared: Path, name: str) -> Path:
             "Rotation",
             ("chirp_sweep", "slow_precision"),
             0.74,
-            {"actuator_lag", "command_delay", "deadband"},
+            {"acceleration_limit", "actuator_lag", "command_delay", "deadband"},
         ),
         (
             "Wrist_Roll",
             ("chirp_sweep", "single_joint_wrist_roll"),
             0.70,
-            {"actuator_lag"},
+            {"acceleration_limit", "actuator_lag", "deadband"},
         ),
     ],
 )

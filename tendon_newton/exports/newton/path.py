@@ -49,7 +49,9 @@ def path_of(mechanism: Mechanism, tendon: Tendon) -> TendonPath:
         factor = np.array([tendon.excursion_offset, *tendon.moment_arm])
         return TendonPath(factor=factor, powers=powers, stray=0.0)
     used = [j for j in range(count) if np.any(tendon.moment_arm[j] != 0.0)]
-    ends = [joint.limits if np.isfinite(joint.limits).all() else SWING for joint in mechanism.joints]
+    ends = [
+        joint.limits if np.isfinite(joint.limits).all() else SWING for joint in mechanism.joints
+    ]
     grid = [np.linspace(*ends[j], SAMPLES) if j in used else [0.0] for j in range(count)]
     q = np.array(list(product(*grid)))
     length = np.array([excursion(tendon, row) for row in q])

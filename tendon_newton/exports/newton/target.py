@@ -102,7 +102,9 @@ def write_newton_target(folder: Path, mechanism: Mechanism, model: Model) -> Exp
     except OSError as error:
         raise InvalidOutput(f"{program}: {error.strerror or error}") from error
     files = [folder / name for name in (BENCH_FILE, DRIVE_FILE, PROGRAM_FILE)]
-    replays: dict[str, Any] = {PROGRAM_FILE: lambda run: replay_drive(folder, mechanism, model, run)}
+    replays: dict[str, Any] = {
+        PROGRAM_FILE: lambda run: replay_drive(folder, mechanism, model, run)
+    }
     left_out = {PROGRAM_FILE: not_exact(model, COVERAGE)}
     plain = plain_prims(mechanism, model, LONGEST_STEP)
     if plain is not None:
