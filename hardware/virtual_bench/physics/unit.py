@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 from dataclasses import dataclass, field, fields, replace
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from hardware.virtual_bench.memory.control_table import XC330_T288_T, XL330_M288_T
 from hardware.virtual_bench.memory.feetech_table import STS3215, STS3250
