@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from examples.studies.so101 import SWEEP, joints
-from examples.studies.so101_pairs import FIXED
+from examples.studies.so101_pairs import FIXED, TOLD
 from tendon_newton.data.importers.so101 import read_so101
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
@@ -43,7 +43,7 @@ def main() -> None:
             for log in imported.logs
             if log.conditions["joint"] == joint
         }
-        report(joint, logs, imported.model)
+        report(joint, logs, TOLD)
 
 
 def report(joint: str, logs: dict[str, Recording], model: Model) -> None:

@@ -6,15 +6,15 @@ Rows in which something solid holds the shaft tell of no servo and do not count.
 finished stands in ``--out``; a run that was stopped goes on where it was. Beside each diagnosis
 stands a model that chooses nothing: lag, delay, deadband and offset, four numbers fitted to the
 same two motions. ``--pairs 3 --joint Rotation --joint Pitch ...`` draws that many pairs of each
-joint by a fixed seed. ``--register`` starts from a servo whose acceleration register is stated:
-LeRobot writes 254 units of 100 counts/s^2 to every servo of such an arm.
+joint by a fixed seed. ``--without-register`` starts from a servo of which nothing is stated, not
+even the acceleration that LeRobot writes to it.
 """
 
 import argparse
 import json
 import tempfile
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from itertools import combinations
 from pathlib import Path
 
@@ -35,12 +35,8 @@ from tendon_newton.identification.study import Study, replacements
 
 FIXED = ("actuator_lag", "command_delay", "deadband", "position_offset")
 """What anyone would fit who does not choose."""
-REGISTER = 254 * 100.0 * 2.0 * np.pi / 4096.0
-"""Acceleration to which LeRobot sets the servos of an SO-101 [rad/s^2 of the shaft]."""
-SHAFT_TURNS = {"Jaw": 2.34}
-"""Turns of the shaft in one of a joint as it was logged, where that is not one (the import)."""
-FAST = 100.0
-"""A profile's speed that no motion reaches [rad/s]."""
+TOLD = Model(actuator=NamedValues(name="ideal_position", values={}))
+"""A servo that is where it was told to be."""
 SEED = 0
 """Of the draw of pairs."""
 TARGETS = {"Rotation": 0.75, "Wrist_Roll": 0.70}
@@ -78,7 +74,7 @@ def main() -> None:
     parser.add_argument("logs", type=Path)
     parser.add_argument("--joint", action="append", help="joints: those with a target by default")
     parser.add_argument("--pairs", type=int, help="pairs of each joint, drawn: all by default")
-    parser.add_argument("--register", action="store_true", help="state the acceleration register")
+    parser.add_argument("--without-register", action="store_true", help="state no acceleration")
     parser.add_argument("--out", type=Path, default=Path("so101_pairs.jsonl"))
     arguments = parser.parse_args()
     imported = read_so101(arguments.logs)
@@ -88,7 +84,8 @@ def main() -> None:
         logs = [log for log in imported.logs if log.conditions["joint"] == joint]
         for pair in drawn(list(combinations(moving(logs), 2)), arguments.pairs):
             if (joint, pair) not in done:
-                result = one_pair(imported.model, joint, logs, pair, stated=arguments.register)
+                start = TOLD if arguments.without_register else imported.start_model(logs)
+                result = one_pair(start, joint, logs, pair)
                 done[joint, pair] = result
                 with arguments.out.open("a", encoding="utf-8") as file:
                     file.write(json.dumps(asdict(result)) + "\n")
@@ -116,16 +113,15 @@ def moving(logs: list[ImportedLog]) -> list[str]:
 
 
 def one_pair(
-    told: Model, joint: str, logs: list[ImportedLog], pair: tuple[str, str], *, stated: bool
+    start: Model, joint: str, logs: list[ImportedLog], pair: tuple[str, str]
 ) -> PairResult:
     """Diagnose a joint on two of its motions."""
-    start = with_register(told, joint) if stated else told
     with tempfile.TemporaryDirectory() as folder:
         dataset = split(Path(folder), logs, pair)
         diagnosis, evidence = diagnose(dataset, start)
-    plain = Study(dataset.train, told, tuple(EFFECTS)), Study(dataset.test, told, tuple(EFFECTS))
+    train, test = (Study(part, TOLD, tuple(EFFECTS)) for part in (dataset.train, dataset.test))
     (after,) = squares(evidence.test, [evidence.extended])
-    before, fixed = squares(plain[1], [{}, fixed_fit(told, plain[0])])
+    before, fixed = squares(test, [{}, fixed_fit(TOLD, train)])
     return PairResult(
         joint=joint,
         train=pair,
@@ -136,12 +132,6 @@ def one_pair(
         worse=worse_motions(evidence, before, after),
         causes=causes(diagnosis),
     )
-
-
-def with_register(told: Model, joint: str) -> Model:
-    """Return a servo whose goal accelerates as its register says."""
-    values = {"limit": REGISTER / SHAFT_TURNS.get(joint, 1.0), "speed": FAST}
-    return replace(told, effects=(NamedValues(name="acceleration_limit", values=values),))
 
 
 def fixed_fit(model: Model, train: Study) -> dict[int, float]:
