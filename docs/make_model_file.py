@@ -151,7 +151,8 @@ def benches() -> str:
         "## Numbers of a bench\n\n"
         "`[bench_overrides.BENCH]` states what differs from the asset of that name: one value per "
         "joint from the base to the tip, or a lone number where there is one joint. An entry of "
-        "`dataset.toml` may state the same for one recording.\n\n" + table
+        "`dataset.toml` may state the same for one recording. `arm_mass` is an even arm from the "
+        "joint to the link's centre, on top of `mass`.\n\n" + table
     )
 
 
