@@ -4,6 +4,7 @@ import ast
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -26,7 +27,7 @@ from tendon_newton.exports.mujoco_target import (
 from tendon_newton.exports.newton.target import write_newton_target
 from tendon_newton.exports.program import program_text, servo_numbers
 from tendon_newton.simulation.hosts.replay import bench_of
-from tests.exports.models import ANGLE, FORCE, strays
+from tests.exports.models import ANGLE, FORCE, strays, strays_of
 
 ALONE = f"{MODEL_FILE} alone"
 ACTUATOR_SIDE = (
@@ -57,6 +58,22 @@ def test_many_effects_at_once_run_in_mujoco(
     found = strays(tmp_path, "mujoco", PROGRAM_FILE, bench, actuator, *effects)
     assert found.angle < ANGLE
     assert found.force < FORCE
+
+
+def test_a_duty_that_is_always_added_is_carried(tmp_path: Path) -> None:
+    """The program strays as little as without; the file's actuator gives u_0 V k_t / R at rest."""
+    plain = model_of("spring_weak", "pwm_servo")
+    values = {**plain.actuator.values, "duty_offset": 0.2}
+    model = replace(plain, actuator=NamedValues(name="pwm_servo", values=values))
+    found = strays_of(tmp_path, "mujoco", PROGRAM_FILE, "spring_weak", model)
+    assert found.angle < ANGLE
+    assert found.force < FORCE
+    file = mujoco.MjModel.from_xml_path(str(tmp_path / MODEL_FILE))
+    supply, constant, resistance = (
+        float(values[key]) for key in ("supply_voltage", "torque_constant", "resistance")
+    )
+    expected = 0.2 * supply * constant / resistance
+    assert file.actuator_biasprm[0, 0] == pytest.approx(expected, rel=1e-6)
 
 
 def test_a_loose_string_leaves_the_rotor_to_itself(tmp_path: Path) -> None:

@@ -12,8 +12,9 @@ import newton
 import numpy as np
 from newton.solvers import SolverMuJoCo
 
+from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.recording import BenchOverrides
-from tendon_newton.errors import InvalidAsset, InvalidOutput
+from tendon_newton.errors import InvalidAsset
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.worlds import build_model
 
@@ -81,10 +82,7 @@ def write_spec(path: Path, spec: Any) -> None:
         InvalidOutput: The file cannot be written.
     """
     spec.compile()
-    try:
-        path.write_text(spec.to_xml(), encoding="utf-8")
-    except OSError as error:
-        raise InvalidOutput(f"{path}: {error.strerror or error}") from error
+    write_text(path, spec.to_xml())
 
 
 def newton_s_mujoco() -> Any:
