@@ -1,1 +1,1 @@
-"""Tests of what a diagnosis finds, proposes and shows."""
+"""Tests of the run that is proposed, planned or designed next."""
