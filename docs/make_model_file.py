@@ -93,7 +93,7 @@ def actuators() -> str:
             table = rows(
                 ("key", "unit", "typical", "range", "where the range comes from"),
                 (
-                    [f"`{p.name}`{may_lack(p)}", p.unit, number(p.nominal), span(p), p.source]
+                    [f"`{p.name}`", p.unit, number(p.nominal), span(p), p.source + may_lack(p)]
                     for p in actuator.parameters
                 ),
             )
@@ -107,7 +107,7 @@ def actuators() -> str:
 
 def may_lack(parameter: Parameter) -> str:
     """Say of a number whether a file may leave it out."""
-    return " (may be left out)" if parameter.optional else ""
+    return "; may be left out" if parameter.optional else ""
 
 
 def effects() -> str:

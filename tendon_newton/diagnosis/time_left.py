@@ -12,10 +12,10 @@ from tendon_newton.diagnosis.search.strategy import ROUGH_STEP
 from tendon_newton.identification.cutting import rows_of
 from tendon_newton.identification.study import Study, replacements
 
-ONE_CAUSE, SEVERAL_CAUSES = (600, 40), (5000, 300)
+ONE_CAUSE, SEVERAL_CAUSES = (450, 45), (1900, 350)
 """Candidates that are simulated on the beginnings of recordings, and on what decides, with a fifth
-more for all that is not simulation: with one cause to find, counted on the example (509 and 28),
-and with five (4,446 before the decision), counted on a planted set."""
+more for all that is not simulation: with one cause to find (334 to 410, and 24 to 38), and with
+five (1,586 and 293), counted on planted sets."""
 TRIALS = 64
 """Candidates that are simulated to see how fast this computer is."""
 TRIAL_ROWS = 100

@@ -17,6 +17,25 @@ def weakness(before: real, force: real, elapsed: real, values: Values) -> real:
     return settled + (before - settled) * share_kept(elapsed, values[1])
 
 
+@device_template
+def built_up(before: real, demand: real, elapsed: real, values: Values) -> real:
+    """Return rho after a demand was there for `elapsed` [s], whose force rho itself divides.
+
+    (rho - a) (1 + rho)^2 = b has one root above a; Newton's steps reach it from there and never
+    pass it. What is given by turns, rho of a force and a force of rho, would not settle under load.
+    """
+    kept = share_kept(elapsed, values[1])
+    a = before * kept
+    b = (real(1.0) - kept) * values[0] * demand * demand
+    rho = a
+    for _ in range(8):
+        more = real(1.0) + rho
+        rho = rho - (rho - a - b / (more * more)) / (
+            real(1.0) + real(2.0) * b / (more * more * more)
+        )
+    return rho
+
+
 class TorqueFade(Effect):
     r"""The force that the demand would give is divided by what load has built up.
 
@@ -62,10 +81,8 @@ class TorqueFade(Effect):
     @device_template
     def motor_force(force: Jet, tendon: Tendon, values: Values) -> Jet:
         """F = F_m / (1 + rho)."""
-        faded = force[0] / (real(1.0) + values[3])
-        return force * (
-            real(1.0) / (real(1.0) + weakness(values[3], faded, tendon.elapsed, values))
-        )
+        rho = built_up(values[3], force[0], tendon.elapsed, values)
+        return force * (real(1.0) / (real(1.0) + rho))
 
     @staticmethod
     @device_template

@@ -68,6 +68,18 @@ def test_a_motor_fades_under_load_and_recovers_at_rest() -> None:
     assert out["force"][98] < out["force"][142] < out["force"][25]
 
 
+def test_a_strongly_fading_motor_starts_settled_under_load() -> None:
+    """F (1 + fade F^2) = P e from the first row on, on a wall and where the spring gives way."""
+    fade = {"torque_fade": {"fade": 0.036, "time_constant": 1.3}}
+    for bench in (WALL, {}):
+        out = run(np.full(40, 4.0), fade, **bench)
+        demand = GAIN * (4.0 - out["theta"])
+        np.testing.assert_allclose(
+            out["force"] * (1.0 + 0.036 * out["force"] ** 2), demand, rtol=1e-6
+        )
+        np.testing.assert_allclose(out["force"], out["force"][0], rtol=1e-6)
+
+
 def test_force_obeys_the_law_of_its_effect_row_by_row() -> None:
     """F is a function of error and time alone for a servo without friction."""
     command = steps_and_waves()
