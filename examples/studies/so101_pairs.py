@@ -57,6 +57,8 @@ class PairResult:
     """The same of the diagnosed servo [rad]."""
     fixed_after: float
     """The same of lag, delay, deadband and offset, fitted to the same motions [rad]."""
+    fixed_stated_after: float
+    """The same of these four behind what the start states [rad]."""
     worse: tuple[str, ...]
     """Held-out motions that move in which the diagnosed servo is further off than the start."""
     causes: str
@@ -120,7 +122,7 @@ def one_pair(
         dataset = split(Path(folder), logs, pair)
         diagnosis, evidence = diagnose(dataset, start)
     train, test = (Study(part, TOLD, tuple(EFFECTS)) for part in (dataset.train, dataset.test))
-    (after,) = squares(evidence.test, [evidence.extended])
+    after, stated = squares(evidence.test, [evidence.extended, fixed_fit(start, evidence.train)])
     before, fixed = squares(test, [{}, fixed_fit(TOLD, train)])
     return PairResult(
         joint=joint,
@@ -129,6 +131,7 @@ def one_pair(
         free_before=pooled_rms(before),
         free_after=pooled_rms(after),
         fixed_after=pooled_rms(fixed),
+        fixed_stated_after=pooled_rms(stated),
         worse=worse_motions(evidence, before, after),
         causes=causes(diagnosis),
     )
@@ -202,7 +205,7 @@ def report(joint: str, results: list[PairResult]) -> None:
 def pooled(results: list[PairResult]) -> None:
     """Print which share of the squared error is left, over all pairs of all joints."""
     start = np.array([result.free_before for result in results]) ** 2
-    for name in ("free_after", "fixed_after"):
+    for name in ("free_after", "fixed_after", "fixed_stated_after"):
         left = np.array([getattr(result, name) for result in results]) ** 2
         print(
             f"{name}: {left.sum() / start.sum():.3f} of the squared error is left over "

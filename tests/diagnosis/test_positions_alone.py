@@ -33,7 +33,7 @@ def measured(name: str, goal: Array) -> Recording:
     return Recording(
         name=name,
         bench="servo",
-        time=ROW * np.arange(len(goal)),
+        time=np.arange(len(goal), dtype=np.float64) * ROW,
         command=goal[:, None],
         motor_position=theta[:, None],
         motor_velocity=np.gradient(theta, ROW)[:, None],
