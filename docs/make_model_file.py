@@ -93,7 +93,7 @@ def actuators() -> str:
             table = rows(
                 ("key", "unit", "typical", "range", "where the range comes from"),
                 (
-                    [f"`{p.name}`{may_lack(p)}", p.unit, number(p.nominal), span(p), p.source]
+                    [f"`{p.name}`", p.unit, number(p.nominal), span(p), p.source + may_lack(p)]
                     for p in actuator.parameters
                 ),
             )
@@ -107,7 +107,7 @@ def actuators() -> str:
 
 def may_lack(parameter: Parameter) -> str:
     """Say of a number whether a file may leave it out."""
-    return " (may be left out)" if parameter.optional else ""
+    return "; may be left out" if parameter.optional else ""
 
 
 def effects() -> str:
@@ -151,7 +151,8 @@ def benches() -> str:
         "## Numbers of a bench\n\n"
         "`[bench_overrides.BENCH]` states what differs from the asset of that name: one value per "
         "joint from the base to the tip, or a lone number where there is one joint. An entry of "
-        "`dataset.toml` may state the same for one recording.\n\n" + table
+        "`dataset.toml` may state the same for one recording. `arm_mass` is an even arm from the "
+        "joint to the link's centre, on top of `mass`.\n\n" + table
     )
 
 

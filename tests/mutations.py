@@ -178,8 +178,8 @@ MUTATIONS: tuple[Mutation, ...] = (
     Mutation(
         name="profile-of-half-the-brake",
         file="tendon_newton/effects/acceleration_limit.py",
-        old="last = top / brake",
-        new="last = real(0.5) * top / brake",
+        old="last = top / a",
+        new="last = real(0.5) * top / a",
         tests=f"{FIRMWARE} trapezoid",
     ),
     Mutation(

@@ -46,7 +46,7 @@ BENCHES = ("finger", "spring_weak", "spring_strong", "thumb", "pendulum")
 TYPICAL: dict[str, dict[str, float]] = {
     "command_delay": {"delay": 0.03},
     "command_rate_limit": {"limit": 3.0},
-    "acceleration_limit": {"limit": 40.0, "speed": 4.0, "braking": 0.8},
+    "acceleration_limit": {"limit": 40.0, "speed": 4.0},
     "starting_duty": {"duty": 0.03},
     "overload_cut": {"duty": 0.2, "fraction": 0.1, "time": 0.2},
     "asymmetric_friction": {"winding": 0.7, "unwinding": 0.3},

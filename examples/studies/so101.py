@@ -38,7 +38,7 @@ def main() -> None:
         names = tuple(arguments.train.split(",")) if arguments.train else training_motions(logs)
         with tempfile.TemporaryDirectory() as folder:
             data = split(Path(folder), logs, names)
-            diagnosis, evidence = diagnose(data, imported.model)
+            diagnosis, evidence = diagnose(data, imported.start_model(logs))
         report(joint, names, diagnosis, evidence)
 
 

@@ -2,16 +2,18 @@
 
 Which two motions a joint's causes are found on is not chosen here: each pair in which the joint
 moves is taken in turn, with the same catalogue and the same gates, and tested on all other motions.
-Rows in which something solid holds the shaft tell of no servo: the errors are given with and
-without them. Every pair that is finished stands in ``--out``; a run that was stopped goes on where
-it was. Beside each diagnosis stands a model that chooses nothing: lag, delay, deadband and offset,
-four numbers fitted to the same two motions. ``--pairs 3 --joint Rotation --joint Pitch ...`` draws
-that many pairs of each joint by a fixed seed.
+Rows in which something solid holds the shaft tell of no servo and do not count. Every pair that is
+finished stands in ``--out``; a run that was stopped goes on where it was. Beside each diagnosis
+stands a model that chooses nothing: lag, delay, deadband and offset, four numbers fitted to the
+same two motions. ``--pairs 3 --joint Rotation --joint Pitch ...`` draws that many pairs of each
+joint by a fixed seed. ``--without-register`` starts from a servo of which nothing is stated, not
+even the acceleration that LeRobot writes to it.
 """
 
 import argparse
 import json
 import tempfile
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from itertools import combinations
 from pathlib import Path
@@ -19,19 +21,22 @@ from pathlib import Path
 import numpy as np
 
 from examples.studies.so101 import MOVED, split
-from tendon_newton.data.importers.imported import Imported, ImportedLog
+from tendon_newton.data.importers.imported import ImportedLog
 from tendon_newton.data.importers.so101 import read_so101
-from tendon_newton.data.model_file import Model
+from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.diagnose import Evidence, diagnose
 from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.diagnosis.search.fixed_set import fit_set_anew
 from tendon_newton.diagnosis.search.refit import values_of
 from tendon_newton.diagnosis.search.worlds import Worlds
-from tendon_newton.identification.study import replacements
+from tendon_newton.effects import EFFECTS
+from tendon_newton.identification.study import Study, replacements
 
 FIXED = ("actuator_lag", "command_delay", "deadband", "position_offset")
 """What anyone would fit who does not choose."""
+TOLD = Model(actuator=NamedValues(name="ideal_position", values={}))
+"""A servo that is where it was told to be."""
 SEED = 0
 """Of the draw of pairs."""
 TARGETS = {"Rotation": 0.75, "Wrist_Roll": 0.70}
@@ -45,12 +50,9 @@ class PairResult:
     joint: str
     train: tuple[str, str]
     verdict: str
-    before: float
-    """RMS error on all other motions of a servo that is where it was told to be [rad]."""
-    after: float
-    """The same of the diagnosed servo [rad]."""
     free_before: float
-    """As `before`, without the rows in which something solid holds the shaft [rad]."""
+    """RMS error on all other motions of a servo that is where it was told to be, without the rows
+    in which something solid holds the shaft [rad]."""
     free_after: float
     """The same of the diagnosed servo [rad]."""
     fixed_after: float
@@ -72,6 +74,7 @@ def main() -> None:
     parser.add_argument("logs", type=Path)
     parser.add_argument("--joint", action="append", help="joints: those with a target by default")
     parser.add_argument("--pairs", type=int, help="pairs of each joint, drawn: all by default")
+    parser.add_argument("--without-register", action="store_true", help="state no acceleration")
     parser.add_argument("--out", type=Path, default=Path("so101_pairs.jsonl"))
     arguments = parser.parse_args()
     imported = read_so101(arguments.logs)
@@ -81,7 +84,8 @@ def main() -> None:
         logs = [log for log in imported.logs if log.conditions["joint"] == joint]
         for pair in drawn(list(combinations(moving(logs), 2)), arguments.pairs):
             if (joint, pair) not in done:
-                result = one_pair(imported, joint, logs, pair)
+                start = TOLD if arguments.without_register else imported.start_model(logs)
+                result = one_pair(start, joint, logs, pair)
                 done[joint, pair] = result
                 with arguments.out.open("a", encoding="utf-8") as file:
                     file.write(json.dumps(asdict(result)) + "\n")
@@ -109,18 +113,19 @@ def moving(logs: list[ImportedLog]) -> list[str]:
 
 
 def one_pair(
-    imported: Imported, joint: str, logs: list[ImportedLog], pair: tuple[str, str]
+    start: Model, joint: str, logs: list[ImportedLog], pair: tuple[str, str]
 ) -> PairResult:
     """Diagnose a joint on two of its motions."""
     with tempfile.TemporaryDirectory() as folder:
-        diagnosis, evidence = diagnose(split(Path(folder), logs, pair), imported.model)
-    before, after, fixed = held_out_squares(evidence, fixed_fit(imported.model, evidence))
+        dataset = split(Path(folder), logs, pair)
+        diagnosis, evidence = diagnose(dataset, start)
+    train, test = (Study(part, TOLD, tuple(EFFECTS)) for part in (dataset.train, dataset.test))
+    (after,) = squares(evidence.test, [evidence.extended])
+    before, fixed = squares(test, [{}, fixed_fit(TOLD, train)])
     return PairResult(
         joint=joint,
         train=pair,
         verdict=diagnosis.verdict,
-        before=diagnosis.baseline.theta_rmse,
-        after=diagnosis.extended.theta_rmse,
         free_before=pooled_rms(before),
         free_after=pooled_rms(after),
         fixed_after=pooled_rms(fixed),
@@ -129,21 +134,17 @@ def one_pair(
     )
 
 
-def fixed_fit(model: Model, evidence: Evidence) -> dict[int, float]:
+def fixed_fit(model: Model, train: Study) -> dict[int, float]:
     """Fit the model that chooses nothing to the training motions (column -> value)."""
-    worlds = Worlds(evidence.train)
+    worlds = Worlds(train)
     found = fit_set_anew(worlds, model, FIXED)
     return values_of(worlds, found.columns, found.place)
 
 
-def held_out_squares(evidence: Evidence, fixed: dict[int, float]) -> list[list[Array]]:
-    """Return squared errors [rad^2] by model and held-out motion, where the shaft is free.
-
-    Models are the start, the diagnosed servo and the fixed four numbers.
-    """
-    models = replacements([evidence.baseline, evidence.extended, fixed])
-    residuals = evidence.test.residuals(*models)
-    return [[r.theta[m, r.trusted] ** 2 for r in residuals] for m in range(3)]
+def squares(test: Study, models: Sequence[dict[int, float]]) -> list[list[Array]]:
+    """Return squared errors [rad^2] by model and held-out motion, where the shaft is free."""
+    residuals = test.residuals(*replacements(models))
+    return [[r.theta[m, r.trusted] ** 2 for r in residuals] for m in range(len(models))]
 
 
 def pooled_rms(squares: list[Array]) -> float:
@@ -189,15 +190,9 @@ def report(joint: str, results: list[PairResult]) -> None:
     reached = "" if target is None else f"; {np.mean(shares >= target):.0%} reach {target:.0%}"
     print(f"\n{joint}: {len(shares)} pairs, median {np.median(shares):.0%} less RMS{reached}")
     for result in sorted(results, key=lambda result: -result.reduction):
-        free, whole = (
-            f"{1e3 * before:5.1f} -> {1e3 * after:4.1f}"
-            for before, after in (
-                (result.free_before, result.free_after),
-                (result.before, result.after),
-            )
-        )
         print(
-            f"  {result.reduction:4.0%}  {free} mrad ({whole} over all rows)  "
+            f"  {result.reduction:4.0%}  {1e3 * result.free_before:5.1f} -> "
+            f"{1e3 * result.free_after:4.1f} mrad  "
             f"{' + '.join(result.train):45s} {result.causes}; four fixed numbers "
             f"{1e3 * result.fixed_after:.1f}"
             + (f"; worse than the start: {', '.join(result.worse)}" if result.worse else "")

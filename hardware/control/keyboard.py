@@ -7,7 +7,6 @@ import select
 import sys
 import termios
 import tty
-from types import TracebackType
 from typing import Any, Self
 
 KEYS = {
@@ -54,12 +53,7 @@ class Keyboard:
             tty.setcbreak(self._number)
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         """Give the terminal back."""
         if self._before is not None and self._number is not None:
             before, self._before = self._before, None

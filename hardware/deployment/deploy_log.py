@@ -82,12 +82,12 @@ class DeployLog:
         """Write how late a tick was and how long it and the policy took [s]."""
         self._write(TIMING_TOPIC, instant, [float(tick), lateness, duration, policy])
 
-    def trip(self, trip: Trip) -> None:
-        """Write that a safety rule came into effect."""
+    def trip(self, trip: Trip, *, alarm: bool = True) -> None:
+        """Write that a safety rule came into effect; the planned end of a run is no alarm."""
         self.session_log.event(
             trip.instant,
             "safety",
-            LEVELS[trip.action],
+            LEVELS[trip.action] if alarm else "ok",
             trip.reason,
             rule=trip.rule.name,
             action=trip.action,

@@ -284,7 +284,7 @@ class DeployLoop:
             self.ending = trip
         self._tell(trip, now)
         if self._log is not None:
-            self._log.trip(trip)
+            self._log.trip(trip, alarm=trip.reason != COMPLETE)
 
     def _tell(self, trip: Trip, now: float) -> None:
         """Tell the operator, but not again and again; a run that is over is no alarm."""

@@ -7,7 +7,6 @@ rejected. The other conversions have been clocked properly, but arrive with gaps
 
 from __future__ import annotations
 
-import importlib
 import threading
 import time
 from collections import deque
@@ -72,12 +71,13 @@ class Hx711Gpio:
             PortUnavailable: The pins cannot be had.
         """
         try:
-            lgpio = importlib.import_module("lgpio")  # of the system, on a Pi alone
+            import lgpio as installed  # pyright: ignore[reportMissingImports]
         except ImportError as error:
             raise MissingDependency(
                 "a load cell on the Pi's own pins needs the package 'lgpio', which is not "
                 "installed; sudo apt install python3-lgpio"
             ) from error
+        lgpio: Any = installed
         data_pin, clock_pin = self._pins
         try:
             chip = lgpio.gpiochip_open(self._chip)

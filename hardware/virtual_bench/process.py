@@ -10,7 +10,6 @@ import sys
 import tempfile
 from dataclasses import fields
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 from hardware.virtual_bench.emulation.emulations import SERVO_MODELS
@@ -156,12 +155,7 @@ class VirtualPorts:
     def __enter__(self) -> VirtualPorts:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()
 
     def close(self) -> None:

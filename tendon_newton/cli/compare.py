@@ -34,8 +34,8 @@ class CompareConfig:
 def main(config: CompareConfig) -> None:
     """Run, draw and print the table."""
     from tendon_newton.data.files.result_folder import make_folder
+    from tendon_newton.data.files.text_file import write_text
     from tendon_newton.device_code.quiet import quiet_warp
-    from tendon_newton.errors import InvalidOutput
     from tendon_newton.exports.comparison import compare, comparison_table, plot_comparison
     from tendon_newton.exports.source import read_source
 
@@ -47,9 +47,6 @@ def main(config: CompareConfig) -> None:
     )
     plot_comparison(out / "compare.png", found)
     table = comparison_table(found)
-    try:
-        (out / "compare.md").write_text(table + "\n", encoding="utf-8")
-    except OSError as error:
-        raise InvalidOutput(f"{out}: {error.strerror or error}") from error
+    write_text(out / "compare.md", table + "\n")
     print(table)
     print(f"\nwrote compare.png and compare.md to {out}")

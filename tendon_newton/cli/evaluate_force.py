@@ -35,10 +35,10 @@ class EvaluateForceConfig:
 
 def main(config: EvaluateForceConfig) -> None:
     """Evaluate, write and print the tables."""
-    import json
-
     from tendon_newton.data.dataset import load_dataset
+    from tendon_newton.data.files.json_file import write_json
     from tendon_newton.data.files.result_folder import make_folder
+    from tendon_newton.data.files.text_file import write_text
     from tendon_newton.device_code.quiet import quiet_warp
 
     quiet_warp()
@@ -52,9 +52,8 @@ def main(config: EvaluateForceConfig) -> None:
     out = make_folder(config.out)
     evaluation = evaluate(networks, dataset)
     text = to_markdown(evaluation)
-    table = json.dumps(to_table(evaluation), indent=1)
-    (out / "evaluation.json").write_text(table + "\n", encoding="utf-8")
-    (out / "evaluation.md").write_text(text, encoding="utf-8")
+    write_json(out / "evaluation.json", to_table(evaluation))
+    write_text(out / "evaluation.md", text)
     print(text)
     if config.plots:
         from train.actuator.scoring.figures import draw

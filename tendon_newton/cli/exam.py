@@ -40,9 +40,9 @@ class ExamConfig:
 
 def main(config: ExamConfig) -> None:
     """Take the exam, and print and write the marks."""
-    import json
-
+    from tendon_newton.data.files.json_file import write_json
     from tendon_newton.data.files.result_folder import make_folder
+    from tendon_newton.diagnosis.time_left import time_text
     from tendon_newton.exam.exam import read_truths, take_exam
     from tendon_newton.exam.exam_rates import by_strength, confusion, rates
     from tendon_newton.exam.exam_report import write_exam_report
@@ -63,15 +63,10 @@ def main(config: ExamConfig) -> None:
         "by_strength": [vars(row) for row in by_strength(marks)],
         "confusion": confusion(marks),
     }
-    (out / "exam.json").write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+    write_json(out / "exam.json", record)
     write_exam_report(out, marks)
     for name in ("exam.json", "exam.html", "confusion.png"):
         print(f"  {out / name}")
-
-
-def time_text(seconds: float) -> str:
-    """Return a time as a person would say it."""
-    return f"about {seconds / 60.0:.0f} min" if seconds > 90.0 else f"about {seconds:.0f} s"
 
 
 def line(mark: Mark) -> str:

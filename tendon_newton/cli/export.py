@@ -20,7 +20,8 @@ class ExportConfig:
     model: Annotated[Path, tyro.conf.Positional]
     """Model file, or a diagnosis: its folder or its diagnosis.json."""
     to: str
-    """Target: mujoco, bam or usd; the table in docs/export.md says what each can hold."""
+    """Target: mujoco, newton, isaaclab, mjlab, networks, bam, usd or urdf; docs/export.md says what
+    each can hold."""
     out: Path
     """Folder for the files; made if it is not there."""
     bench: str | None = None

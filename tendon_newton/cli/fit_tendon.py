@@ -40,6 +40,7 @@ class FitTendonConfig:
 
 def main(config: FitTendonConfig) -> None:
     """Fit, write and print what was found."""
+    from tendon_newton.data.files.json_file import write_json
     from tendon_newton.data.files.result_folder import make_folder
     from tendon_newton.device_code.quiet import quiet_warp
 
@@ -53,7 +54,7 @@ def main(config: FitTendonConfig) -> None:
     fit, model = fit_tendon(dataset, read_model(config.force))
     out = make_folder(config.out)
     write_model(out / "model.toml", model)
-    (out / "tendon.json").write_text(fit.to_json(), encoding="utf-8")
+    write_json(out / "tendon.json", fit.to_json())
     print(summary(fit))
     print(
         f"wrote {out / 'model.toml'} and tendon.json; next: tendon-newton train-policy --force "

@@ -29,15 +29,13 @@ def main(config: PlotConfig) -> None:
     """Draw it."""
     from hardware.deployment.deploy_plot import panels_of, title_of
     from hardware.deployment.svg_panels import draw
-    from tendon_newton.errors import InvalidOutput, InvalidParameter
+    from tendon_newton.data.files.text_file import write_text
+    from tendon_newton.errors import InvalidParameter
 
     out = config.out or config.log.with_suffix(".svg")
     if out.suffix != ".svg":
         raise InvalidParameter(f"{out}: the picture is an SVG file, named .svg")
     panels = panels_of(config.log)
     picture = draw(panels, title_of(config.log, panels))
-    try:
-        out.write_text(picture, encoding="utf-8")
-    except OSError as error:
-        raise InvalidOutput(f"{out}: {error.strerror or error}") from error
+    write_text(out, picture)
     print(out)

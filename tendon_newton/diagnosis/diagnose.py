@@ -265,16 +265,17 @@ def extended_model(
 ) -> Model:
     """Return the model with fitted numbers and named effects.
 
-    An effect named again replaces its old entry.
+    An effect named again replaces its old entry, or takes it away where its first number ended at
+    none. Any other infinite number is written as the end of its range: a file holds none.
     """
     table = study.table
     kept = [effect for effect in model.effects if effect.name not in effects]
-    added = [
-        NamedValues(
-            name=name, values={table.owners[c][1].name: values[c] for c in table.columns(name)}
-        )
-        for name in effects
-    ]
+    added = []
+    for name in effects:
+        numbers = [(table.owners[c][1], values[c]) for c in table.columns(name)]
+        if numbers[0][1] != numbers[0][0].null:
+            finite = {p.name: value if np.isfinite(value) else p.upper for p, value in numbers}
+            added.append(NamedValues(name=name, values=finite))
     return replace(study.with_fitted(model, values), effects=(*kept, *added))
 
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, get_args
 
-from tendon_newton.data.files.json_file import read_json
+from tendon_newton.data.files.checked_table import CheckedTable, read_checked
 from tendon_newton.data.files.text_file import finite_number
+from tendon_newton.data.files.values import is_list, is_table
 from tendon_newton.diagnosis.result import SCHEMA, Estimate, Verdict
 from tendon_newton.errors import InvalidDiagnosis, listed, shown
 
@@ -44,101 +45,57 @@ def read_diagnosis(path: Path) -> StatedDiagnosis:
     Raises:
         InvalidDiagnosis: The file is no diagnosis, or of another schema.
     """
-    return state_diagnosis(read_json(path, InvalidDiagnosis, PROMISE), str(path))
+    return state_diagnosis(diagnosis_table(path))
 
 
-def state_diagnosis(table: Mapping[str, Any], where: str) -> StatedDiagnosis:
-    """Check the contents of a ``diagnosis.json``; keys that a later release adds are left alone.
+def diagnosis_table(path: Path) -> CheckedTable:
+    """Read the object of a ``diagnosis.json``."""
+    return read_checked(path, InvalidDiagnosis, PROMISE)
 
-    Args:
-        table: The file's object.
-        where: The file, for messages.
-    """
-    if table.get("schema") != SCHEMA:
-        raise InvalidDiagnosis(
-            f"{where}: schema must be {SCHEMA}, the one that this release reads; "
-            f"it is {came(table, 'schema')}"
-        )
-    verdict: Any = table.get("verdict")
+
+def state_diagnosis(table: CheckedTable) -> StatedDiagnosis:
+    """Check the contents of a ``diagnosis.json``; keys that a later release adds are left alone."""
+    if table.values.get("schema") != SCHEMA:
+        table.refuse("schema", f"{SCHEMA}, the one that this release reads")
+    verdict: Any = table.values.get("verdict")
     if verdict not in get_args(Verdict):
-        raise InvalidDiagnosis(
-            f"{where}: verdict must be one of {listed(get_args(Verdict))}; "
-            f"it is {came(table, 'verdict')}"
-        )
-    effects = table.get("effects")
-    if not isinstance(effects, list) or not all(isinstance(effect, dict) for effect in effects):
-        raise InvalidDiagnosis(
-            f"{where}: effects must be a list of objects; it is {came(table, 'effects')}"
-        )
+        table.refuse("verdict", f"one of {listed(get_args(Verdict))}")
     return StatedDiagnosis(
         verdict=verdict,
-        wall_time_s=read_number(table, "wall_time_s", where),
-        effects=tuple(
-            state_cause(effect, f"{where}: effects[{index}]")
-            for index, effect in enumerate(effects)
-        ),
+        wall_time_s=table.number("wall_time_s"),
+        effects=tuple(state_cause(effect) for effect in table.tables("effects")),
     )
 
 
-def state_cause(table: Mapping[str, Any], where: str) -> StatedCause:
+def state_cause(table: CheckedTable) -> StatedCause:
     """Check one entry of ``effects``."""
-    parameters = table.get("parameters")
-    if not isinstance(parameters, dict):
-        raise InvalidDiagnosis(
-            f"{where}: parameters must be an object; it is {came(table, 'parameters')}"
-        )
-    others = table.get("indistinguishable_from")
-    if not isinstance(others, list) or not all(isinstance(name, str) for name in others):
-        raise InvalidDiagnosis(
-            f"{where}: indistinguishable_from must be a list of names; "
-            f"it is {came(table, 'indistinguishable_from')}"
-        )
-    experiment = table.get("separating_experiment")
+    experiment = table.values.get("separating_experiment")
     return StatedCause(
-        name=read_word(table, "name", where),
-        side=read_word(table, "side", where),
+        name=table.word("name"),
+        side=table.word("side"),
         parameters={
-            name: state_estimate(row, f"{where}: parameter {shown(name)}")
-            for name, row in parameters.items()
+            name: state_estimate(row, f"{table.where}: parameter {shown(name)}")
+            for name, row in table.table("parameters").values.items()
         },
-        indistinguishable_from=tuple(others),
+        indistinguishable_from=table.words("indistinguishable_from"),
         separating_experiment=experiment if isinstance(experiment, str) else None,
     )
 
 
 def state_estimate(row: Any, where: str) -> Estimate:
     """Check one fitted number."""
-    if not isinstance(row, dict):
+    if not is_table(row):
         raise InvalidDiagnosis(
             f"{where} must be an object with value, ci95 and unit; it is {shown(row)}"
         )
+    table = CheckedTable(row, where, InvalidDiagnosis)
     ends = row.get("ci95")
-    interval = [finite_number(end) for end in ends] if isinstance(ends, list) else []
+    interval = [finite_number(end) for end in ends] if is_list(ends) else []
     if len(interval) != 2 or interval[0] is None or interval[1] is None:
-        raise InvalidDiagnosis(f"{where}: ci95 must be two numbers; it is {came(row, 'ci95')}")
+        table.refuse("ci95", "two numbers")
     return Estimate(
-        value=read_number(row, "value", where),
+        value=table.number("value"),
         ci95=(interval[0], interval[1]),
-        unit=read_word(row, "unit", where),
+        unit=table.word("unit"),
         at_bound=row.get("at_bound") is True,
     )
-
-
-def read_number(table: Mapping[str, Any], key: str, where: str) -> float:
-    """Return the finite number under a key."""
-    number = finite_number(table.get(key))
-    if number is None:
-        raise InvalidDiagnosis(f"{where}: {key} must be a finite number; it is {came(table, key)}")
-    return number
-
-
-def read_word(table: Mapping[str, Any], key: str, where: str) -> str:
-    """Return the text under a key."""
-    if not isinstance(word := table.get(key), str):
-        raise InvalidDiagnosis(f"{where}: {key} must be text; it is {came(table, key)}")
-    return word
-
-
-def came(table: Mapping[str, Any], key: str) -> str:
-    """Say what stands under a key."""
-    return shown(table[key]) if key in table else f"missing, there are {listed(table)}"

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
+from tendon_newton.data.files.json_file import write_json
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.parameters import BenchScale
 from tendon_newton.diagnosis.explanation import Estimate, Explanation, Setting
@@ -235,4 +235,4 @@ def account_json(criteria: tuple[Criterion, ...], probability: float | None) -> 
 
 def write_diagnosis(path: Path, diagnosis: Diagnosis) -> None:
     """Write ``diagnosis.json``."""
-    path.write_text(json.dumps(diagnosis.to_json(), indent=1) + "\n", encoding="utf-8")
+    write_json(path, diagnosis.to_json())

@@ -20,25 +20,23 @@ UNLIMITED = 1.0e30
 def profile_after(goal: real, rate: real, command: real, elapsed: real, values: Values) -> Jet:
     """Return goal [rad] and rate [rad/s] on the quickest way to rest at a command.
 
-    Exact for a command that stands: speed up, cruise, slow down. A goal that is too fast to slow
-    down as planned brakes at the full acceleration until it is not.
+    Exact for a command that stands: speed up, cruise, slow down.
     """
     a = values[0]
-    brake = a * values[2]
     side = real(1.0)
     if command - goal - rate * wp.abs(rate) / (real(2.0) * a) < real(0.0):
         side = real(-1.0)
     far = side * (command - goal)
     fast = side * rate
-    reach = (real(2.0) * a * far + fast * fast) * brake / (a + brake)
-    if fast > real(0.0) and brake < a and fast * fast > real(2.0) * brake * far:
-        reach = (real(2.0) * a * far - fast * fast) * brake / (a - brake)
-    top = wp.min(wp.sqrt(wp.max(reach, real(0.0))), values[1])
+    reach = a * far + real(0.5) * fast * fast
+    if reach < real(0.0):
+        reach = real(0.0)
+    top = wp.min(wp.sqrt(reach), values[1])
     rising = a
     if top < fast:
         rising = -a
     first = (top - fast) / rising
-    last = top / brake
+    last = top / a
     cruise = far - real(0.5) * (fast + top) * first - real(0.5) * top * last
     middle = real(0.0)
     if top > real(0.0):
@@ -51,21 +49,19 @@ def profile_after(goal: real, rate: real, command: real, elapsed: real, values: 
     elif left > last:
         out = Jet(command - side * top * (left - real(0.5) * last), side * top, real(0.0))
     elif left > real(0.0):
-        way = real(0.5) * brake * left * left
-        out = Jet(command - side * way, side * brake * left, real(0.0))
+        out = Jet(command - side * real(0.5) * a * left * left, side * a * left, real(0.0))
     return out
 
 
 class AccelerationLimit(Effect):
     r"""The servo acts on a goal that speeds up and slows down at a bounded acceleration.
 
-    .. math:: |\ddot g| \le a, \quad |\dot g| \le \min\bigl(\omega,
-        \sqrt{2 \beta a\,|\theta_d - g|}\bigr), \qquad e = g - \theta
+    .. math:: |\ddot g| \le a, \quad |\dot g| \le \omega, \qquad e = g - \theta
 
     Source: trapezoidal profiles, as in Biagiotti and Melchiorri, Trajectory Planning for Automatic
     Machines and Robots (2008), ch. 3; the acceleration registers of Feetech STS servos (100
-    counts/s^2 a unit, at most 254) and of Dynamixel X. Six STS3215 of an SO-101 speed up at 39
-    rad/s^2, the end of that register, and slow down at 0.8 of it (docs/lab/so101.md).
+    counts/s^2 a unit, at most 254) and of Dynamixel X. In fast sweeps five STS3215 of an SO-101
+    show 38.9 to 40.6 rad/s^2, where that register ends at 39.0 (docs/lab/so101.md).
     Validity: a profile that is drawn anew from where it is for every command.
     Signature: a jump of the command begins and ends softly; fast sines lose amplitude and come
     late from one acceleration on, whatever their frequency.
@@ -94,15 +90,6 @@ class AccelerationLimit(Effect):
             lower=0.2,
             upper=100.0,
             source="as for command_rate_limit",
-        ),
-        Parameter(
-            name="braking",
-            unit="1",
-            null=1.0,
-            nominal=0.8,
-            lower=0.2,
-            upper=1.0,
-            source="0.80 to 0.83 in sweeps of six STS3215",
         ),
     )
 

@@ -10,8 +10,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from tendon_newton.data.files.checked_table import CheckedTable
+from tendon_newton.data.files.json_file import write_json
+from tendon_newton.data.files.text_file import write_text
+from tendon_newton.data.files.values import is_table
 from tendon_newton.diagnosis.diagnosis_file import state_diagnosis
-from tendon_newton.errors import InvalidDataset, TendonNewtonError, unknown_name
+from tendon_newton.errors import InvalidDataset, InvalidDiagnosis, TendonNewtonError, unknown_name
 from tendon_newton.exam.exam_score import Mark, Truth, judge
 from tendon_newton.exam.truth_file import read_truth
 from tendon_newton.scheduler import JobOptions, completed
@@ -55,7 +59,7 @@ def take_exam(
         if name not in (truth.id for truth in truths):
             raise unknown_name("dataset", name, [truth.id for truth in truths])
     truths = [truth for truth in truths if not only or truth.id in only]
-    waiting = []
+    waiting: list[Truth] = []
     for truth in truths:
         answer = read_answer(out / truth.id / ANSWER)
         if answer is None:
@@ -84,11 +88,11 @@ def answer_one(paths: tuple[Path, Path]) -> dict[str, Any] | None:
     try:
         diagnosis, _ = diagnose(load_dataset(dataset), load_model(dataset / "model.toml"))
     except TendonNewtonError as error:
-        (out / "error.txt").write_text(f"{error}\n", encoding="utf-8")
+        write_text(out / "error.txt", f"{error}\n")
         return None
     write_model(out / "model.toml", diagnosis.model)
     answer = {**diagnosis.to_json(), "peak_memory_mib": peak_memory()}
-    (out / ANSWER).write_text(json.dumps(answer, indent=1) + "\n", encoding="utf-8")
+    write_json(out / ANSWER, answer)
     return answer
 
 
@@ -108,5 +112,6 @@ def read_answer(path: Path) -> dict[str, Any] | None:
         table = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):
         return None
-    state_diagnosis(table if isinstance(table, dict) else {}, str(path))
-    return table
+    answer = table if is_table(table) else {}
+    state_diagnosis(CheckedTable(answer, str(path), InvalidDiagnosis))
+    return answer

@@ -89,7 +89,7 @@ def confidently_wrong(mark: Mark) -> bool:
 def by_strength(marks: Sequence[Mark]) -> tuple[StrengthBin, ...]:
     """Return how single causes were answered, weak ones included, by their strength."""
     single = [m for m in marks if m.truth.family == "single"]
-    bins = []
+    bins: list[StrengthBin] = []
     for k, (low, high) in enumerate(pairwise(STRENGTHS)):
         last = k == len(STRENGTHS) - 2
         inside = [

@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from tendon_newton.data.files.picture import new_figure, save
 from tendon_newton.diagnosis.reporting.inline_svg import AFTER, BEFORE, FAINT, INK, svg
+from tendon_newton.diagnosis.reporting.page import write_page
 from tendon_newton.effects import EFFECTS
-from tendon_newton.errors import InvalidOutput
 from tendon_newton.exam.exam_rates import by_strength, confusion, rates
 from tendon_newton.exam.exam_score import Mark
 
@@ -78,43 +79,17 @@ def labels(names: Sequence[str]) -> list[str]:
     return [name.replace("_", " ") for name in names]
 
 
-def draw_matrix(path: Path, matrix: Matrix) -> None:
-    """Write the confusion matrix as a picture file."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=matrix.size, layout="constrained")
-    FigureCanvasAgg(figure)
-    matrix.draw(figure.subplots())
-    figure.savefig(path, dpi=130)
-
-
 def write_exam_report(folder: Path, marks: Sequence[Mark]) -> None:
     """Write ``exam.html`` and ``confusion.png``.
 
     Raises:
         InvalidOutput: A file cannot be written.
     """
-    from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=ChoiceLoader(
-            [
-                PackageLoader("tendon_newton.exam", "."),
-                PackageLoader("tendon_newton.diagnosis.reporting", "."),
-            ]
-        ),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-    )
     matrix = Matrix(marks)
-    page = environment.get_template(TEMPLATE).render(content(marks, matrix))
-    try:
-        (folder / "exam.html").write_text(page, encoding="utf-8")
-        draw_matrix(folder / "confusion.png", matrix)
-    except OSError as error:
-        raise InvalidOutput(f"{folder}: the report cannot be written: {error.strerror}") from error
+    write_page(folder / "exam.html", "tendon_newton.exam", TEMPLATE, content(marks, matrix))
+    figure = new_figure(*matrix.size)
+    matrix.draw(figure.subplots())
+    save(figure, folder / "confusion.png", dpi=130)
 
 
 def content(marks: Sequence[Mark], matrix: Matrix) -> Mapping[str, Any]:

@@ -30,7 +30,9 @@ class Truth:
     """Change of the held-out force, in noise floors."""
     weak: bool
     """Whether the cause is too weak to be expected."""
-    oracle: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    oracle: Mapping[str, tuple[float, float]] = field(
+        default_factory=dict[str, tuple[float, float]]
+    )
     """Signal -> held-out RMS error of the starting and of the true model, where they are told."""
 
     @property
@@ -101,7 +103,8 @@ class Mark:
 def judge(truth: Truth, answer: Mapping[str, Any] | None) -> Mark:
     """Judge one answer (the contents of a diagnosis.json); None counts as wrong."""
     effects = list(answer["effects"]) if answer else []
-    errors, covered = [], []
+    errors: list[float] = []
+    covered: list[bool] = []
     for effect in effects:
         for key, value in truth.effects.get(effect["name"], {}).items():
             estimate = effect["parameters"].get(key)
@@ -131,7 +134,7 @@ def gain_share(truth: Truth, answer: Mapping[str, Any]) -> float | None:
 
     None where no signal has a gap, or the truth does not tell.
     """
-    shares = []
+    shares: list[float] = []
     for signal, (start, true) in truth.oracle.items():
         reached = answer.get("extended", {}).get(signal)
         if start >= WORTH_A_SHARE * true and reached is not None:

@@ -9,15 +9,23 @@ from __future__ import annotations
 from tendon_newton.errors import unknown_name
 from tendon_newton.exports.bam_target import BAM
 from tendon_newton.exports.base import Exported, ExportTarget
+from tendon_newton.exports.configs.isaaclab_target import ISAACLAB
+from tendon_newton.exports.configs.mjlab_target import MJLAB
 from tendon_newton.exports.mujoco_target import MUJOCO
+from tendon_newton.exports.networks.target import NETWORKS
 from tendon_newton.exports.newton.target import NEWTON
+from tendon_newton.exports.urdf_target import URDF
 from tendon_newton.exports.usd_target import USD
 
 EXPORTS: dict[str, ExportTarget] = {
     "mujoco": MUJOCO,
     "newton": NEWTON,
+    "isaaclab": ISAACLAB,
+    "mjlab": MJLAB,
+    "networks": NETWORKS,
     "bam": BAM,
     "usd": USD,
+    "urdf": URDF,
 }
 
 

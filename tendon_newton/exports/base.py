@@ -16,6 +16,9 @@ Coverage = Literal["exact", "approximate", "none"]
 """Whether a target says what an effect does: as it is, nearly, or not at all."""
 
 
+NOT_RUN = "It was not run: the program that reads these files is not installed here."
+
+
 @dataclass(frozen=True, kw_only=True)
 class Exported:
     """What an export wrote, and how to run it."""
@@ -27,6 +30,8 @@ class Exported:
     """Ways in which the target runs what was written, where it is installed: name -> replay."""
     left_out: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     """Effects of the model that each way of running it does not have."""
+    checked: str = NOT_RUN
+    """What was checked where nothing can be replayed, in Markdown."""
 
 
 @dataclass(frozen=True, kw_only=True)

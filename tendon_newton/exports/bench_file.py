@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -60,16 +61,13 @@ def lost_numbers(written: Mechanism, meant: Mechanism) -> list[str]:
     """Return what a bench lost on its way into a file."""
     joints = ("mass", "center_of_mass", "inertia", "parent_position", "stiffness", "damping")
     tendons = ("moment_arm", "spool_radius", "force_limit", "excursion_offset")
-    parts = [
-        (name, pair) for pair in zip(written.joints, meant.joints, strict=True) for name in joints
-    ]
-    parts += [
-        (name, pair)
-        for pair in zip(written.tendons, meant.tendons, strict=True)
-        for name in tendons
-    ]
-    parts.append(("gravity", (written, meant)))
-    lost = [name for name, (a, b) in parts if not close(getattr(a, name), getattr(b, name))]
+    pairs: list[tuple[str, Any, Any]] = [("gravity", written, meant)]
+    for names, one, other in (
+        (joints, written.joints, meant.joints),
+        (tendons, written.tendons, meant.tendons),
+    ):
+        pairs += [(name, a, b) for a, b in zip(one, other, strict=True) for name in names]
+    lost = [name for name, a, b in pairs if not close(getattr(a, name), getattr(b, name))]
     return list(dict.fromkeys(lost))
 
 

@@ -69,7 +69,7 @@ def write_page(folder: Path, title: str, exported: Exported, fidelity: Fidelity)
         InvalidOutput: A file cannot be written.
     """
     lines = [f"# {title}", "", *files_part(exported), "## How to load it", "", exported.loading]
-    page = "\n".join([*lines, *fidelity_part(fidelity), *costs_part(fidelity)])
+    page = "\n".join([*lines, *fidelity_part(fidelity, exported.checked), *costs_part(fidelity)])
     numbers: dict[str, Any] = {
         "runs": fidelity.runs,
         "replay": {way: asdict(d) for way, d in fidelity.replays.items()},
@@ -90,10 +90,10 @@ def files_part(exported: Exported) -> list[str]:
     return ["Files: " + ", ".join(f"`{path.name}`" for path in exported.files) + ".", ""]
 
 
-def fidelity_part(fidelity: Fidelity) -> list[str]:
-    """Tell how far each way of running it strays."""
+def fidelity_part(fidelity: Fidelity, checked: str) -> list[str]:
+    """Tell how far each way of running it strays, or what was checked instead."""
     if not fidelity.replays:
-        return ["", "## How far it strays", "", NOT_RUN]
+        return ["", "## How far it strays", "", checked]
     rows = [f"| {way} | {d.text} |" for way, d in fidelity.replays.items()]
     return [
         "",
@@ -125,6 +125,3 @@ def costs_part(fidelity: Fidelity) -> list[str]:
         for way, costs in fidelity.costs.items()
         for name, d in costs.items()
     ]
-
-
-NOT_RUN = "It was not run: the program that reads these files is not installed here."

@@ -14,7 +14,8 @@ import torch
 from torch import Tensor
 
 from tendon_newton.data.cards.force_network_card import ForceNetworkCard
-from tendon_newton.errors import InvalidNetworkFile, InvalidOutput
+from tendon_newton.data.files.text_file import write_bytes
+from tendon_newton.errors import InvalidNetworkFile
 from tendon_newton.force_networks import find_force_network
 from tendon_newton.force_networks.force_network import ForceNetwork
 
@@ -34,10 +35,7 @@ def write_weights(path: Path, network: ForceNetwork, card: ForceNetworkCard) -> 
 
     weights = {name: value.detach().cpu().contiguous() for name, value in state_of(network).items()}
     metadata = {CARD_KEY: card.to_json(), NETWORK_KEY: json.dumps(network.settings())}
-    try:
-        path.write_bytes(save(weights, metadata))
-    except OSError as error:
-        raise InvalidOutput(f"{path}: {error.strerror or error}") from error
+    write_bytes(path, save(weights, metadata))
 
 
 def state_of(network: ForceNetwork) -> dict[str, Tensor]:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from tendon_newton.data.files.picture import new_figure, save, tidy
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.errors import InvalidOutput
 from tendon_newton.simulation.hosts.rollout import Trajectory
@@ -25,15 +26,11 @@ def plot_trajectory(path: Path, recording: Recording, trajectory: Trajectory) ->
     Raises:
         InvalidOutput: The file cannot be written.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     if path.suffix.lower() != ".png":
         raise InvalidOutput(f"The picture is a PNG file; {path} ends otherwise.")
     tendons = recording.tendon_count
     rows = 2 if recording.force is None else 4
-    figure = Figure(figsize=(10.5 * tendons, 1.2 + 2.0 * rows), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(10.5 * tendons, 1.2 + 2.0 * rows)
     panels = figure.subplots(
         rows, tendons, sharex=True, squeeze=False, height_ratios=[2, 1] * (rows // 2)
     )
@@ -43,16 +40,11 @@ def plot_trajectory(path: Path, recording: Recording, trajectory: Trajectory) ->
             plot_force(panels[2:, d], recording.force[:, d], trajectory, d)
         panels[-1, d].set_xlabel("time [s]")
     for axes in panels.flat:
-        axes.grid(color="#e4e6ea", linewidth=0.8)
-        axes.set_axisbelow(True)
-        axes.spines[["top", "right"]].set_visible(False)
+        tidy(axes)
         axes.margins(x=0.0)
     title = f"{recording.name}: {recording.bench}, measured and simulated"
-    figure.suptitle(title, fontsize=13, parse_math=False)  # names are no formulas
-    try:
-        figure.savefig(path, dpi=110)
-    except OSError as error:
-        raise InvalidOutput(f"The picture cannot be written to {path}: {error.strerror}.") from None
+    figure.suptitle(title, fontsize=13)
+    save(figure, path)
 
 
 def plot_angle(panels: Any, recording: Recording, trajectory: Trajectory, tendon: int) -> None:

@@ -14,7 +14,9 @@ from hardware.control.operator import Operator
 from hardware.control.policy_runner import load_policy
 from hardware.deployment.deploy_log import step_table
 from hardware.virtual_bench.process import DEFAULT_BENCH
+from tendon_newton.data.files.json_file import write_json
 from tendon_newton.data.files.result_folder import make_folder
+from tendon_newton.data.files.text_file import write_text
 from tendon_newton.errors import InvalidParameter, listed
 from tendon_newton.mechanisms.asset_library import FOLDERS_VARIABLE, asset_files, asset_path
 from tendon_newton.mechanisms.loading import load_mechanism
@@ -78,8 +80,8 @@ def compare_policies(options: ClimbOptions, operator: Operator) -> Comparison:
     }
     text = to_markdown(scores)
     files = (out / "evaluation.json", out / "evaluation.md")
-    for file, content in zip(files, (json.dumps(table, indent=1) + "\n", text), strict=True):
-        file.write_text(content, encoding="utf-8")
+    write_json(files[0], table)
+    write_text(files[1], text)
     if options.plots:
         files = (*files, draw_climbs(climbs, scores, out / "climb.png"))
     return Comparison(scores=scores, text=text, files=files)

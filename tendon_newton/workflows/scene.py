@@ -24,8 +24,10 @@ COLORS = {
     "tip": (43, 47, 54),
 }
 """Colours of what is drawn, red green blue."""
-THICKNESS = 0.02
-"""Thickness of a bone as a share of the finger's length."""
+THICKNESS = 0.012
+"""Half the thickness of a bone as a share of the finger's length [1]."""
+MARGIN = 0.15
+"""Room around all postures as a share of the finger's length [1]."""
 
 
 class Scene:
@@ -36,12 +38,13 @@ class Scene:
         bench: Name under ``assets/`` of the bench, or a USD file.
         to: A window, which opens, or a file.
         file: The recording's own file; that of the view has its name and ends in ``.rrd``.
+        goals: Whether a policy's goals will be shown.
 
     Raises:
         MissingDependency: rerun is not installed.
     """
 
-    def __init__(self, name: str, bench: str, to: View, file: Path) -> None:
+    def __init__(self, name: str, bench: str, to: View, file: Path, *, goals: bool = False) -> None:
         try:
             import rerun
             import rerun.blueprint as layout
@@ -55,7 +58,7 @@ class Scene:
         self.postures = postures_of(bench)
         self.target: Path | None = file.with_suffix(".rrd") if to == "file" else None
         """The view's file; none of a window."""
-        blueprint = arrangement(layout)
+        blueprint = arrangement(layout, self.postures, goals=goals)
         if self.target is None:
             self.stream.spawn(default_blueprint=blueprint)
         else:
@@ -63,7 +66,8 @@ class Scene:
         for place in ("tension/measured", "tension/simulated", "angle/measured", "angle/simulated",
                       "angle/command"):  # fmt: skip
             who = place.split("/")[1]
-            lines = rerun.SeriesLines(colors=[COLORS[who]], names=[who])
+            mode = "StepAfter" if who == "command" else "Linear"
+            lines = rerun.SeriesLines(colors=[COLORS[who]], names=[who], interpolation_mode=mode)
             self.stream.log(place, lines, static=True)
 
     def at(self, seconds: float) -> None:
@@ -116,20 +120,23 @@ def entity(signal: str, who: str, tendon: int) -> str:
     return f"{signal}/{who}" if tendon == 0 else f"{signal}/{who}_{tendon}"
 
 
-def arrangement(layout: Any) -> Any:
+def arrangement(layout: Any, postures: ClosingPostures | None, *, goals: bool) -> Any:
     """Return where the panels stand: the finger on the left, signals and events on the right."""
+    signals = {"tension": "tension [N]", "angle": "motor angle [rad]"}
+    signals |= {"goal": "goal angle [rad]"} if goals else {}
+    panels = [layout.TimeSeriesView(origin=place, name=name) for place, name in signals.items()]
+    panels.append(layout.TextLogView(origin="events", name="events and safety"))
+    right = layout.Vertical(*panels)
+    if postures is None:
+        return layout.Blueprint(right, collapse_panels=True)
+    low, high = postures.extent()
+    room = MARGIN * postures.size
+    bounds = layout.VisualBounds2D(
+        x_range=[low[0] - room, high[0] + room], y_range=[low[1] - room, high[1] + room]
+    )
+    finger = layout.Spatial2DView(origin="finger", name="finger", visual_bounds=bounds)
     return layout.Blueprint(
-        layout.Horizontal(
-            layout.Spatial2DView(origin="finger", name="finger"),
-            layout.Vertical(
-                layout.TimeSeriesView(origin="tension", name="tension [N]"),
-                layout.TimeSeriesView(origin="angle", name="motor angle [rad]"),
-                layout.TimeSeriesView(origin="goal", name="goal angle [rad]"),
-                layout.TextLogView(origin="events", name="events and safety"),
-                row_shares=[3, 3, 2, 2],
-            ),
-            column_shares=[2, 3],
-        ),
+        layout.Horizontal(finger, right, column_shares=[2, 3]),
         layout.TimePanel(state="collapsed"),
         collapse_panels=True,
     )

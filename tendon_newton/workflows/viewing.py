@@ -36,6 +36,8 @@ LONGEST_LOG = 1 << 30
 """Bytes to which a log that is followed may grow."""
 LOOK_PERIOD = 0.05
 """Time between two looks at a file that grows [s]."""
+SAFETY = "safety"
+"""Source of what the rules did."""
 LEVELS = ("info", "warn", "error", "error")
 """Names of the levels of a diagnostic status."""
 
@@ -88,8 +90,9 @@ def show_log(path: Path, to: View, over: Callable[[], bool] = lambda: True) -> S
         raise InvalidParameter(f"{path}: a view shows logs of collect and deploy, files in .mcap")
     file: Any = GrowingFile(path, over)
     try:
-        bench = bench_of(file, path.name)
-        scene = Scene(path.stem, bench, to, path)
+        session = first_session(file, path.name)
+        bench, goals = session.get("bench", "finger"), "policy.file" in session
+        scene = Scene(path.stem, bench, to, path, goals=goals)
         first: int | None = None
         for topic, stamp, message in McapReading(file, path.name).messages(TOPICS):
             first = stamp if first is None else first
@@ -101,14 +104,14 @@ def show_log(path: Path, to: View, over: Callable[[], bool] = lambda: True) -> S
     return scene
 
 
-def bench_of(file: Any, name: str) -> str:
-    """Return the bench that a log's first record of its session names."""
+def first_session(file: Any, name: str) -> dict[str, str]:
+    """Return what a log says at its beginning of how it is made."""
     for record in McapReading(file, name).records():
         if type(record).__name__ == "Metadata" and record.name == SESSION_RECORD:
-            return dict(record.metadata).get("bench", "finger")
+            return dict(record.metadata)
         if type(record).__name__ == "Message":
             break
-    return "finger"
+    return {}
 
 
 def show_message(scene: Scene, topic: str, message: Any) -> None:
@@ -129,7 +132,8 @@ def show_message(scene: Scene, topic: str, message: Any) -> None:
     else:
         for status in message.status:
             number = status.level[0] if isinstance(status.level, bytes) else int(status.level)
-            if 0 < number < len(LEVELS):
+            told = number > 0 or status.name == SAFETY  # a servo that is well says so all the time
+            if told and number < len(LEVELS):
                 scene.say(f"{status.name}: {status.message}", LEVELS[number])
 
 

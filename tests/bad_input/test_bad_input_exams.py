@@ -139,15 +139,15 @@ CASES: dict[str, tuple[Damage, tuple[str, ...]]] = {
     "effects as an object": (truth(effects={}), ("effects must be a list of objects",)),
     "an effect without a name": (
         truth(effects=[{"parameters": {}}]),
-        ("effects must be a list of objects with a name",),
+        ("effects[0]: name must be text; it is missing",),
     ),
     "an effect without numbers": (
         truth(effects=[{"name": "backlash"}]),
-        ("parameters of 'backlash' must be an object of finite numbers; it is None",),
+        ("effects[0]: parameters must be an object of finite numbers; it is missing",),
     ),
     "a word for a true number": (
         truth(effects=[{"name": "backlash", "parameters": {"width": "wide"}}]),
-        ("parameters of 'backlash'", "'wide'"),
+        ("effects[0]: parameters must be", "'wide'"),
     ),
     "a true number that is none": (
         truth(effects=[{"name": "backlash", "parameters": {"width": float("nan")}}]),
@@ -155,7 +155,7 @@ CASES: dict[str, tuple[Damage, tuple[str, ...]]] = {
     ),
     "a true number beyond floats": (
         truth(effects=[{"name": "backlash", "parameters": {"width": 10**400}}]),
-        ("parameters of 'backlash' must be an object of finite numbers",),
+        ("effects[0]: parameters must be an object of finite numbers",),
     ),
     "a true number of 5000 digits": (
         swap(TRUTH_FILE, "1.5", 5000 * "9"),
@@ -164,7 +164,7 @@ CASES: dict[str, tuple[Damage, tuple[str, ...]]] = {
     "words for causes outside": (truth(outside=["magic"]), ("outside must be a list of objects",)),
     "numbers for what imitates": (
         truth(outside=[{"name": "magic", "near": [1]}]),
-        ("near of 'magic' must be a list of names; it is [1]",),
+        ("outside[0]: near must be a list of names; it is [1]",),
     ),
     "a word for a strength": (truth(strength="strong"), ("strength must be an object",)),
     "an answer in a list": (text(ANSWER_FILE, "[]"), ("diagnosis.json", "schema must be 1")),
@@ -238,7 +238,7 @@ CLASSES: dict[str, tuple[Damage, tuple[str, ...]]] = {
     "no recordings": (open_class(recorded=[]), ("recorded must be a list of objects; it is []",)),
     "overrides as a number": (
         open_class(recorded=[{"bench": "finger", "seconds": 1.0, "bench_overrides": 3}]),
-        ("recorded: bench_overrides must be a table of numbers; it is 3",),
+        ("recorded[0]: bench_overrides must be a table of numbers; it is 3",),
     ),
 }
 

@@ -8,7 +8,9 @@ from numpy.typing import NDArray
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
-from tendon_newton.diagnosis.diagnose import diagnose
+from tendon_newton.diagnosis.diagnose import diagnose, extended_model
+from tendon_newton.effects import EFFECTS
+from tendon_newton.identification.study import Study
 
 Array = NDArray[np.float64]
 ROW, STEPS = 0.02, 20
@@ -71,3 +73,15 @@ def test_a_cause_that_only_fast_rows_show_is_named(tmp_path: Path) -> None:
     found = {name: e.value for effect in diagnosis.effects for name, e in effect.parameters.items()}
     for name, truth in (("delay", DELAY), ("time_constant", LAG), ("width", BAND)):
         assert abs(found[name] / truth - 1.0) < 0.1  # a count is a fifth of the deadband
+
+
+def test_a_limit_that_is_found_to_be_none_leaves_the_model() -> None:
+    """A stated profile goes where its limit ended at infinity; else its free speed is written."""
+    stated = NamedValues(name="acceleration_limit", values={"limit": 39.0, "speed": 100.0})
+    servo = Model(actuator=NamedValues(name="ideal_position", values={}), effects=(stated,))
+    study = Study([measured("ramps", ramps(2.0, 0.5))], servo, tuple(EFFECTS))
+    limit, speed = study.table.columns("acceleration_limit")
+    gone = extended_model(study, servo, {limit: np.inf, speed: 5.0}, ["acceleration_limit"])
+    assert gone.effects == ()
+    (found,) = extended_model(study, servo, {limit: 20.0, speed: np.inf}, [stated.name]).effects
+    assert found.values == {"limit": 20.0, "speed": 100.0}

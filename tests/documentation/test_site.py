@@ -2,7 +2,6 @@
 
 import importlib.util
 import re
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -12,10 +11,30 @@ from typing import Any
 import pytest
 import yaml
 
+from tests.diagnosis.reporting.browser import find_browser, opened
 from tests.test_repository import anchors
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
+SEARCH = """
+<!DOCTYPE html><html><body><iframe src="site/recordings.html" width="1280"></iframe>
+<pre id="seen"></pre><script>
+const frame = document.querySelector("iframe");
+const wait = (seconds) => new Promise((done) => setTimeout(done, 1000 * seconds));
+frame.onload = async () => {
+  const page = frame.contentDocument, own = frame.contentWindow;
+  await wait(4);
+  page.getElementById("__search").click();
+  const field = page.querySelector("[data-md-component=search-query]");
+  field.focus(); field.value = "backlash";
+  field.dispatchEvent(new own.KeyboardEvent("keyup", {bubbles: true}));
+  await wait(8);
+  const words = page.querySelector(".md-search-result__meta").textContent;
+  document.getElementById("seen").textContent = words.trim();
+};
+</script></body></html>
+"""
+"""A page that types a word into the search of another."""
 
 
 def loaded(name: str) -> ModuleType:
@@ -81,16 +100,41 @@ def test_the_page_of_public_names_is_made_from_the_package() -> None:
     assert (DOCS / "api.md").read_text(encoding="utf-8") == loaded("make_api").page()
 
 
-@pytest.mark.slow
-@pytest.mark.skipif(importlib.util.find_spec("mkdocs") is None, reason="needs the extra docs")
-def test_the_site_is_built_and_describes_every_public_name(tmp_path: Path) -> None:
-    """By one command, without a warning; a name's arguments stand on the page of names."""
-    words = [sys.executable, "-m", "mkdocs", "build", "--quiet", "--site-dir", str(tmp_path)]
+@pytest.fixture(scope="module")
+def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of the site, built by one command without a warning."""
+    if importlib.util.find_spec("mkdocs") is None:
+        pytest.skip("needs the extra docs")
+    folder = tmp_path_factory.mktemp("built") / "site"
+    words = [sys.executable, "-m", "mkdocs", "build", "--quiet", "--site-dir", str(folder)]
     subprocess.run(words, cwd=ROOT, check=True)
-    text = (tmp_path / "api.html").read_text(encoding="utf-8")
+    return folder
+
+
+@pytest.mark.slow
+def test_the_site_describes_every_public_name(built: Path) -> None:
+    """A name's arguments stand on the page of names."""
+    text = (built / "api.html").read_text(encoding="utf-8")
     import tendon_newton
 
     for name, module in tendon_newton.EXPORTS.items():
         assert f'id="{module}.{name}"' in text
-    assert (tmp_path / "overview.html").is_file()
-    shutil.rmtree(tmp_path)
+    assert (built / "overview.html").is_file()
+
+
+@pytest.mark.slow
+def test_the_site_can_be_searched_from_a_disk_without_a_network(built: Path) -> None:
+    """A reader opens the search, types a word and finds pages; nothing comes from elsewhere."""
+    browser = find_browser()
+    if browser is None:
+        pytest.skip("needs Chromium (Debian: apt-get install chromium)")
+    probe = built.parent / "probe.html"
+    probe.write_text(SEARCH, encoding="utf-8")
+    said, _ = opened(browser, probe, built.parent / "profile")
+    found = re.search(r'<pre id="seen">(\d+) matching documents</pre>', said)
+    assert found is not None
+    assert int(found[1]) > 2
+    elsewhere = re.compile(r'<(?:script|link|img)[^>]*(?:src|href)="https?://')
+    assert not any(
+        elsewhere.search(page.read_text(encoding="utf-8")) for page in built.glob("*.html")
+    )

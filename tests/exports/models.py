@@ -31,7 +31,11 @@ def strays(
     folder: Path, target: str, way: str, bench: str, actuator: str, *effects: str
 ) -> Departure:
     """Return how far an exported model strays from our own simulation on a short run."""
-    model = model_of(bench, actuator, *effects)
+    return strays_of(folder, target, way, bench, model_of(bench, actuator, *effects))
+
+
+def strays_of(folder: Path, target: str, way: str, bench: str, model: Model) -> Departure:
+    """Return the same of a model of one's own."""
     mechanism = bench_of(bench, model)
     run = short_run(bench, model)
     exported = EXPORTS[target].write(folder, mechanism, model)

@@ -4,15 +4,18 @@ import ast
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
+import numpy as np
 import pytest
+import warp as wp
 
 from examples.studies.exports import TYPICAL, model_of
 from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tendon_newton.effects import EFFECTS
-from tendon_newton.errors import InvalidModelFile
+from tendon_newton.errors import InvalidAsset, InvalidModelFile
 from tendon_newton.exports.bam_target import write_bam_target
 from tendon_newton.exports.mujoco_target import (
     IN_THE_FILE,
@@ -21,9 +24,10 @@ from tendon_newton.exports.mujoco_target import (
     write_model_file,
     write_mujoco_target,
 )
+from tendon_newton.exports.newton.target import write_newton_target
 from tendon_newton.exports.program import program_text, servo_numbers
 from tendon_newton.simulation.hosts.replay import bench_of
-from tests.exports.models import ANGLE, FORCE, strays
+from tests.exports.models import ANGLE, FORCE, strays, strays_of
 
 ALONE = f"{MODEL_FILE} alone"
 ACTUATOR_SIDE = (
@@ -54,6 +58,22 @@ def test_many_effects_at_once_run_in_mujoco(
     found = strays(tmp_path, "mujoco", PROGRAM_FILE, bench, actuator, *effects)
     assert found.angle < ANGLE
     assert found.force < FORCE
+
+
+def test_a_duty_that_is_always_added_is_carried(tmp_path: Path) -> None:
+    """The program strays as little as without; the file's actuator gives u_0 V k_t / R at rest."""
+    plain = model_of("spring_weak", "pwm_servo")
+    values = {**plain.actuator.values, "duty_offset": 0.2}
+    model = replace(plain, actuator=NamedValues(name="pwm_servo", values=values))
+    found = strays_of(tmp_path, "mujoco", PROGRAM_FILE, "spring_weak", model)
+    assert found.angle < ANGLE
+    assert found.force < FORCE
+    file = mujoco.MjModel.from_xml_path(str(tmp_path / MODEL_FILE))
+    supply, constant, resistance = (
+        float(values[key]) for key in ("supply_voltage", "torque_constant", "resistance")
+    )
+    expected = 0.2 * supply * constant / resistance
+    assert file.actuator_biasprm[0, 0] == pytest.approx(expected, rel=1e-6)
 
 
 def test_a_loose_string_leaves_the_rotor_to_itself(tmp_path: Path) -> None:
@@ -148,6 +168,50 @@ def test_two_commands_lead_from_a_model_to_a_running_simulation(tmp_path: Path) 
     assert len(rows) == 9
 
 
+@pytest.mark.parametrize(
+    ("bench", "actuator", "effects"),
+    [
+        ("finger", "ideal", ("command_delay", "coulomb_friction")),
+        ("finger", "pwm_servo", ()),
+        ("thumb", "ideal", ()),
+    ],
+)
+def test_the_file_runs_in_mujoco_warp_as_in_mujoco(
+    bench: str, actuator: str, effects: tuple[str, ...], tmp_path: Path
+) -> None:
+    """Two worlds come to where plain MuJoCo comes within 0.1 s: motor, delay, friction, tendon."""
+    import mujoco_warp
+
+    model = model_of(bench, actuator, *effects)
+    path = tmp_path / MODEL_FILE
+    write_model_file(path, bench_of(bench, model), model)
+    plain = mujoco.MjModel.from_xml_path(str(path))
+    data = mujoco.MjData(plain)
+    worlds = mujoco_warp.put_data(plain, data, nworld=2)
+    batch = mujoco_warp.put_model(plain)
+    data.ctrl[:] = 0.8
+    worlds.ctrl.fill_(0.8)
+    mujoco_warp.step(batch, worlds)  # compiles before the capture
+    with wp.ScopedCapture(device="cpu") as capture:
+        mujoco_warp.step(batch, worlds)
+    for _ in range(199):
+        wp.capture_launch(capture.graph)
+    for _ in range(200):
+        mujoco.mj_step(plain, data)
+    assert np.abs(data.qpos).max() > 0.05
+    for world in worlds.qpos.numpy():
+        assert world == pytest.approx(data.qpos, abs=1e-5)  # float32
+
+
+@pytest.mark.parametrize("write", [write_mujoco_target, write_newton_target])
+def test_a_bench_with_a_name_twice_is_refused(write: Callable[..., object], tmp_path: Path) -> None:
+    """MJCF has no paths; the message names what is there twice, and no file is left."""
+    model = model_of("hand", "ideal")
+    with pytest.raises(InvalidAsset, match=r"more than once: .*flexor"):
+        write(tmp_path, bench_of("hand", model), model)
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_servo_without_force_is_refused(tmp_path: Path) -> None:
     """MuJoCo could not apply it."""
     model = Model(actuator=NamedValues(name="ideal_position", values={}))
@@ -156,7 +220,7 @@ def test_a_servo_without_force_is_refused(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("write", [write_mujoco_target, write_bam_target])
+@pytest.mark.parametrize("write", [write_mujoco_target, write_bam_target, write_newton_target])
 def test_a_damaged_model_leaves_no_file(write: Callable[..., object], tmp_path: Path) -> None:
     """Its number is named, and nothing is written that somebody could take for the model."""
     sound = model_of("finger", "pwm_servo")

@@ -1,5 +1,6 @@
-"""An identified model in Newton: what its own reader makes of the prims, and how the drive moves."""
+"""An identified model in Newton: what its reader makes of the prims, and how the drive moves."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,12 +13,11 @@ from newton.actuators import (
     DrivePD,
     parse_actuator_prim,
 )
-from pxr import Usd
 
 from examples.studies.exports import PWM, model_of
 from tendon_newton.errors import InvalidModelFile
 from tendon_newton.exports.newton.path import path_of
-from tendon_newton.exports.newton.plain import PlainBench
+from tendon_newton.exports.newton.plain import PlainBench, targets
 from tendon_newton.exports.newton.target import (
     DRIVE_FILE,
     PLAIN_FILE,
@@ -76,6 +76,8 @@ def slider(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def actuator_prims(path: Path) -> list[Any]:
     """Return what Newton's own reader makes of a file's actuators."""
+    from pxr import Usd
+
     stage = Usd.Stage.Open(str(path))
     parsed = [parse_actuator_prim(prim) for prim in stage.Traverse()]
     return [entry for entry in parsed if entry is not None]
@@ -111,6 +113,21 @@ def test_newton_s_own_drive_gives_the_servo_s_force(
     volts = duty * PWM["supply_voltage"] - PWM["torque_constant"] * rate / radius
     expected = PWM["torque_constant"] * volts / PWM["resistance"] / radius
     assert force == pytest.approx(expected, rel=1e-4, abs=1e-4)  # float32
+
+
+def test_a_duty_at_no_error_leads_the_target(tmp_path: Path) -> None:
+    """F = k_t u_0 V / (R r) where the command is the motor's angle."""
+    model = model_of("spring_weak", "pwm_servo", "gain_error")
+    values = {**model.actuator.values, "duty_offset": 0.05}
+    model = replace(model, actuator=replace(model.actuator, values=values))
+    mechanism = bench_of("spring_weak", model)
+    write_newton_target(tmp_path, mechanism, model)
+    bench = PlainBench(tmp_path / PLAIN_FILE)
+    bench.control.joint_target_q.assign(targets(mechanism, model, np.zeros(1)).astype(np.float32))
+    bench.advance()
+    current = 0.05 * PWM["supply_voltage"] / PWM["resistance"]
+    force = PWM["torque_constant"] * current / PWM["spool_radius"]
+    assert float(bench.control.joint_f.numpy()[0]) == pytest.approx(force, rel=1e-4)
 
 
 def test_newton_reads_our_drive_once_it_is_registered(slider: Path) -> None:

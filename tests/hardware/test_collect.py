@@ -112,6 +112,14 @@ def test_the_paper_plan_has_its_proportions() -> None:
 
 
 @pytest.mark.parametrize("name", PLANS)
+def test_every_plan_shows_a_bench_in_two_training_runs(name: str) -> None:
+    """Under different commands: what is known of a bench can be tried on a run not fitted."""
+    for bench in BENCHES:
+        runs = [r for r in find_plan(name) if r.bench == bench and r.split == "train"]
+        assert len({run.excitation for run in runs}) > 1
+
+
+@pytest.mark.parametrize("name", PLANS)
 def test_every_plan_can_be_recorded(name: str) -> None:
     """Benches come one after the other, obstacles are known, commands are drawn per run."""
     plan = find_plan(name)
@@ -129,9 +137,9 @@ def test_a_plan_becomes_a_dataset(tmp_path: Path, capsys: pytest.CaptureFixture[
     """One command records all benches; the folder loads as contract and layout promise."""
     words = ["collect", "--plan", "quick", "--port", "virtual", "--faster-than-real-time"]
     assert main([*words, "--out", str(tmp_path)]) == 0
-    assert "6 recorded now, 0 before, 0 left" in capsys.readouterr().out
+    assert "9 recorded now, 0 before, 0 left" in capsys.readouterr().out
     loaded = load_dataset(tmp_path)
-    assert [log.bench for log in loaded.train] == ["finger", "spring_weak", "spring_strong"]
+    assert [log.bench for log in loaded.train] == [bench for bench in BENCHES for _ in range(2)]
     for log in (*loaded.train, *loaded.test):
         assert log.start == "first_row"
         assert log.load_cell_rate == 20.0
@@ -140,7 +148,7 @@ def test_a_plan_becomes_a_dataset(tmp_path: Path, capsys: pytest.CaptureFixture[
         np.testing.assert_allclose(np.diff(log.time), 0.0125, atol=1.5e-3)
         assert (log.tip is not None) == (log.bench == "finger")
     assert main([*words, "--out", str(tmp_path)]) == 0
-    assert "0 recorded now, 6 before, 0 left" in capsys.readouterr().out
+    assert "0 recorded now, 9 before, 0 left" in capsys.readouterr().out
 
 
 def test_a_failed_start_leaves_nothing_that_blocks_the_next(tmp_path: Path) -> None:

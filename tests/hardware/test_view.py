@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hardware.deployment.deploy_log import read_steps
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.formats.mcap_file import McapReading
@@ -101,6 +102,17 @@ def test_collect_lets_another_process_show_its_run(tmp_path: Path) -> None:
     """All of the run is in the view when the verb ends, and rerun was not loaded for it here."""
     assert main([*RUN, "--out", str(tmp_path), "--view", "file"]) == 0
     require_all_of(tmp_path / f"{LOG}.mcap", tmp_path / f"{LOG}.rrd")
+
+
+def test_goals_and_the_end_of_a_policy_are_shown(tmp_path: Path) -> None:
+    """The goal of every step, as an angle and as a point, and what the rules did."""
+    words = ["deploy", *FAST, "--policy", "finger-stairs", "--goals", "0.8", "--duration", "2"]
+    assert main([*words, "--out", str(tmp_path)]) == 0
+    assert main(["view", str(tmp_path), "--to", "file"]) == 0
+    here = shown(tmp_path / "finger-stairs_0.rrd")
+    steps = len(list(read_steps(tmp_path / "finger-stairs_0.mcap")))
+    assert here["/goal/alpha"] == here["/finger/goal"] == steps > 30
+    assert here["/events"] >= 1, "its planned end"
 
 
 @pytest.mark.slow

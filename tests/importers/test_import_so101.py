@@ -8,6 +8,7 @@ import pytest
 
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import load_dataset
+from tendon_newton.data.importers.so101 import read_so101
 from tendon_newton.data.model_file import load_model
 
 COUNT = 2.0 * np.pi / 4096.0
@@ -50,7 +51,18 @@ def test_each_joint_of_each_motion_is_a_recording(tmp_path: Path) -> None:
     (held,) = loaded.test
     assert (held.name, held.bench, held.start) == ("Wrist_fast.csv", "servo", "first_row")
     np.testing.assert_allclose(np.diff(held.time), 0.020057, rtol=1e-6)
-    assert load_model(tmp_path / "out" / "model.toml").actuator.name == "ideal_position"
+    model = load_model(tmp_path / "out" / "model.toml")
+    assert model.actuator.name == "ideal_position"
+    (firmware,) = model.effects
+    assert firmware.name == "acceleration_limit"
+    assert firmware.values["limit"] == pytest.approx(38.96, abs=0.01)
+
+
+def test_a_joint_that_is_geared_accelerates_less_in_its_own_radians(tmp_path: Path) -> None:
+    """Angles logged 2.5 times too small: 39.0 rad/s^2 of the shaft are 15.6 of the joint."""
+    write_motion(tmp_path / "logs" / "one", scale=0.4)
+    (limit,) = (e.values["limit"] for e in read_so101(tmp_path / "logs").model.effects)
+    assert limit == pytest.approx(38.96 * 0.4, rel=1e-3)
 
 
 def test_what_is_wrong_with_the_logs_is_found(tmp_path: Path) -> None:

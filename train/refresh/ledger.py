@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from tendon_newton.data.files.json_file import read_json
+from tendon_newton.data.files.json_file import read_json, write_json
 from tendon_newton.errors import InvalidOutput
 
 PROMISE = "a refresh keeps how far it came in a JSON file"
@@ -41,13 +41,7 @@ class Ledger:
     def finish(self, stage: str, result: Any) -> None:
         """Keep the result of a stage; the file is written whole or not at all."""
         self._stages[stage] = json.loads(json.dumps(result))
-        draft = self.path.with_name(f".{self.path.name}")
-        table = {"inputs": self.inputs, "stages": self._stages}
-        try:
-            draft.write_text(json.dumps(table, indent=1) + "\n", encoding="utf-8")
-            draft.replace(self.path)
-        except OSError as error:
-            raise InvalidOutput(f"{self.path}: {error.strerror or error}") from error
+        write_json(self.path, {"inputs": self.inputs, "stages": self._stages})
 
     def _refuse_other(self, saved: Any) -> None:
         saved = saved if isinstance(saved, dict) else {}

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from tendon_newton.data.parameters import with_unit
+from tendon_newton.diagnosis.reporting.page import write_page as fill_page
 from tendon_newton.diagnosis.result import Diagnosis
-from tendon_newton.errors import InvalidOutput
 from train.refresh.drift import SUSPECTS
 from train.refresh.slip import SLIP, SLIPS
 
@@ -159,19 +159,6 @@ def write_page(
     Raises:
         InvalidOutput: The file cannot be written.
     """
-    from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=ChoiceLoader(
-            [
-                PackageLoader("train.refresh", "."),
-                PackageLoader("tendon_newton.diagnosis.reporting", "."),
-            ]
-        ),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-    )
     content: dict[str, Any] = {
         "headline": headline(drift),
         "causes": drift.causes,
@@ -182,11 +169,7 @@ def write_page(
         if picture is None
         else base64.b64encode(picture.read_bytes()).decode("ascii"),
     }
-    page = environment.get_template(TEMPLATE).render(content)
-    try:
-        path.write_text(page, encoding="utf-8")
-    except OSError as error:
-        raise InvalidOutput(f"{path}: {error.strerror or error}") from error
+    fill_page(path, "train.refresh", TEMPLATE, content)
 
 
 def error_rows(drift: Drift) -> list[tuple[str, str]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import asdict
 from datetime import UTC, datetime
@@ -11,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from tendon_newton import __version__
-from tendon_newton.errors import InvalidOutput
+from tendon_newton.data.files.json_file import write_json
+from tendon_newton.data.files.text_file import write_text
 from train.actuator.fitting.export import git_commit
 from train.reproduction.outcome import Outcome, Row
 from train.reproduction.reproduction import BEST, MODELS, Reproduction
@@ -47,12 +47,8 @@ def write_report(reproduction: Reproduction, outcomes: Mapping[str, Outcome]) ->
         "stages": {name: asdict(outcome) for name, outcome in outcomes.items()},
     }
     files = (reproduction.out / "reproduction.json", reproduction.out / "reproduction.md")
-    texts = (json.dumps(table, indent=1) + "\n", to_markdown(reproduction, outcomes))
-    for path, text in zip(files, texts, strict=True):
-        try:
-            path.write_text(text, encoding="utf-8")
-        except OSError as error:
-            raise InvalidOutput(f"{path}: {error.strerror or error}") from error
+    write_json(files[0], table)
+    write_text(files[1], to_markdown(reproduction, outcomes))
     return files
 
 

@@ -15,6 +15,7 @@ from shutil import rmtree
 from typing import Any
 
 from tendon_newton.data.files.json_file import read_json
+from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.model_file import Model, load_model, write_model
 from tendon_newton.errors import InvalidDataset, InvalidOutput
 from train.actuator.ideal import PAPER_GAIN, SERVO_LIMIT, refitted_gain
@@ -179,10 +180,5 @@ def done(work: Work, reproduction: Reproduction, item: Any, path: Path | None) -
     with wp.ScopedDevice("cpu"):
         text = json.dumps({"result": work(reproduction, item)}) + "\n"
     if path is not None:
-        beside = path.with_name(f".{path.name}")
-        try:
-            beside.write_text(text, encoding="utf-8")
-            beside.replace(path)  # whole or not at all
-        except OSError as error:
-            raise InvalidOutput(f"{path}: {error.strerror or error}") from error
+        write_text(path, text)
     return json.loads(text)["result"]

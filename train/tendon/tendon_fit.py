@@ -13,9 +13,9 @@ two numbers take in what they can.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -76,9 +76,9 @@ class TendonFit:
         """Whether a model with it is nearer to train recordings that the fit did not see."""
         return self.unseen_after < self.unseen_before
 
-    def to_json(self) -> str:
+    def to_json(self) -> dict[str, Any]:
         """Return the numbers by name; units as in the attributes."""
-        return json.dumps({"schema": 1, **asdict(self)}, indent=1) + "\n"
+        return {"schema": 1, **asdict(self)}
 
 
 def fit_tendon(dataset: Dataset, model: Model) -> tuple[TendonFit, Model]:

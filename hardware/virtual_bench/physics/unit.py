@@ -159,10 +159,8 @@ def drawn_about(middle: Constants, rng: random.Random) -> Constants:
         value: Any = getattr(middle, each.name)
         width: Any = each.metadata["width"]
         if isinstance(value, tuple):
-            both = cast("tuple[float, ...]", value)
-            values[each.name] = tuple(
-                v + w * rng.uniform(-1.0, 1.0) for v, w in zip(both, width, strict=True)
-            )
+            pairs = zip(cast(tuple[float, ...], value), width, strict=True)
+            values[each.name] = tuple(v + w * rng.uniform(-1.0, 1.0) for v, w in pairs)
         else:  # the width belongs to the class's own nominal value: keep its proportion
             scale = value / each.default if each.default else 1.0
             values[each.name] = value + width * scale * rng.uniform(-1.0, 1.0)

@@ -21,10 +21,10 @@ from torch import Tensor, nn
 
 from tendon_newton.data.cards.force_network_card import INPUTS, ForceNetworkCard
 from tendon_newton.data.files.guarded import TooMuch, guarded
-from tendon_newton.data.files.text_file import absence
+from tendon_newton.data.files.text_file import absence, write_bytes
 from tendon_newton.data.files.torchscript_archive import START, read_extra, refuse_damage
 from tendon_newton.data.files.trust import VARIABLE, content_hash, is_trusted, trust_content
-from tendon_newton.errors import InvalidNetworkFile, InvalidOutput, UntrustedNetworkFile
+from tendon_newton.errors import InvalidNetworkFile, UntrustedNetworkFile
 from tendon_newton.force_networks import FORCE_NETWORKS, find_force_network
 from tendon_newton.force_networks.weights_file import (
     SUFFIX,
@@ -77,10 +77,7 @@ def write_network(path: Path, network: nn.Module, card: ForceNetworkCard) -> Non
     with torchscript():
         scripted = torch.jit.script(network.cpu().eval())
         torch.jit.save(scripted, content, _extra_files={CARD_NAME: card.to_json().encode()})
-    try:
-        path.write_bytes(content.getvalue())
-    except OSError as error:
-        raise InvalidOutput(f"{path}: {error.strerror or error}") from error
+    write_bytes(path, content.getvalue())
     trust_content(content.getvalue(), path.name)
 
 

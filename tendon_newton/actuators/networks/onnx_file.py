@@ -16,7 +16,7 @@ import torch
 from torch import Tensor, nn
 
 from tendon_newton.data.cards.force_network_card import INPUTS, ForceNetworkCard
-from tendon_newton.errors import InvalidOutput
+from tendon_newton.data.files.text_file import write_bytes
 
 CARD_KEY = "card"
 
@@ -53,10 +53,7 @@ def write_onnx(path: Path, network: Any, card: ForceNetworkCard) -> None:
         export(Method(network.cpu(), method).eval(), arguments, draft, *names)
         model = onnx.load(draft)
     model.metadata_props.add(key=CARD_KEY, value=card.to_json())
-    try:
-        path.write_bytes(model.SerializeToString())
-    except OSError as error:
-        raise InvalidOutput(f"{path}: {error.strerror or error}") from error
+    write_bytes(path, model.SerializeToString())
 
 
 def export(

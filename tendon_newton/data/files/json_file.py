@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 from typing import Any, NoReturn
 
-from tendon_newton.data.files.text_file import read_text
+from tendon_newton.data.files.text_file import read_text, write_text
 from tendon_newton.data.files.values import is_table
 from tendon_newton.errors import TendonNewtonError, shown
 
@@ -38,6 +38,11 @@ def read_json(
     if not is_table(table):
         raise fault(f"{path}: {promise} and holds an object, {{...}}; it is {shown(table)}")
     return table
+
+
+def write_json(path: Path, table: Any) -> None:
+    """Write a table whole or not at all, a key on each line."""
+    write_text(path, json.dumps(table, indent=1) + "\n")
 
 
 def refuse_constant(name: str) -> NoReturn:

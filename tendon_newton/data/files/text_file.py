@@ -41,7 +41,12 @@ def read_text(
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a UTF-8 text file whole or not at all: a full disk leaves what was there before.
+    """Write a UTF-8 text file; see `write_bytes`."""
+    write_bytes(path, text.encode())
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write a file whole or not at all: a full disk leaves what was there before.
 
     Raises:
         InvalidOutput: The file cannot be written; the message names it.
@@ -49,8 +54,8 @@ def write_text(path: Path, text: str) -> None:
     beside = path.with_name(f".{path.name}.{os.getpid()}")
     try:
         try:
-            with beside.open("w", encoding="utf-8") as file:
-                file.write(text)
+            with beside.open("wb") as file:
+                file.write(content)
                 file.flush()
                 os.fsync(file.fileno())  # else a power cut may leave a name without its content
             beside.replace(path)

@@ -12,6 +12,7 @@ import csv
 import hashlib
 import json
 from array import array
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -25,7 +26,12 @@ from tendon_newton.data.files.text_file import (
 )
 from tendon_newton.data.files.values import is_list
 from tendon_newton.data.importers.imported import Imported, ImportedLog
-from tendon_newton.data.importers.so101_findings import folder_findings, joint_findings
+from tendon_newton.data.importers.so101_findings import (
+    COUNT,
+    folder_findings,
+    joint_findings,
+    shaft_turns,
+)
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.errors import InvalidRecording, TendonNewtonError, listed, shown
@@ -33,6 +39,10 @@ from tendon_newton.errors import InvalidRecording, TendonNewtonError, listed, sh
 MICROSECOND = 1.0e-6  # [s]
 TORQUE_UNIT = 0.022814  # ``torques`` per count of the current register, as the source states it
 CURRENT_UNIT = 6.5e-3  # [A] one count of the STS3215's current register (Feetech memory table)
+# LeRobot's `configure_motors` sets the register Acceleration of each servo to 254, whose unit is
+# 100 counts/s^2 (Feetech memory table); sweeps of the real arm show it (docs/lab/so101.md)
+GOAL_ACCELERATION = 254 * 100.0 * COUNT  # [rad/s2]
+UNREACHED = 100.0  # [rad/s] a goal's speed that no motion reaches: the register is left alone
 FILES = ("joint_list.txt", "control.csv", "state_motor.csv")
 COLUMNS = {"control.csv": ("positions",), "state_motor.csv": ("positions", "velocities", "torques")}
 
@@ -52,9 +62,27 @@ def read_so101(folder: Path) -> Imported:
     found = [finding for log in logs for finding in joint_findings(log)]
     return Imported(
         logs=tuple(logs),
-        start_model=lambda _: Model(actuator=NamedValues(name="ideal_position", values={})),
+        start_model=start_model_of,
         limits={},
         findings=(*found, *folder_findings(logs)),
+    )
+
+
+def start_model_of(logs: Sequence[ImportedLog]) -> Model:
+    """Return a servo that is where it was told to be, behind what LeRobot writes to it.
+
+    A joint whose logged radians are not its shaft's has another acceleration in them; of several
+    joints that of most counts.
+    """
+    joints = dict.fromkeys(log.conditions["joint"] for log in logs)
+    turns = [
+        shaft_turns([log.recording for log in logs if log.conditions["joint"] == joint])
+        for joint in joints
+    ]
+    values = {"limit": GOAL_ACCELERATION / float(np.median(turns)), "speed": UNREACHED}
+    return Model(
+        actuator=NamedValues(name="ideal_position", values={}),
+        effects=(NamedValues(name="acceleration_limit", values=values),),
     )
 
 

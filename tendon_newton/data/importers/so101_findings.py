@@ -8,7 +8,7 @@ import numpy as np
 from tendon_newton.data.checks.finding import Finding
 from tendon_newton.data.checks.lint_checks import blocked_rows
 from tendon_newton.data.importers.imported import ImportedLog
-from tendon_newton.data.recording import Array
+from tendon_newton.data.recording import Array, Recording
 
 COUNT = 2.0 * pi / 4096.0  # [rad] of the STS3215's magnetic encoder (Feetech memory table)
 START_LIMIT = 0.03  # [rad] a servo that rests in its own deadband stays below
@@ -74,6 +74,15 @@ def folder_findings(logs: Sequence[ImportedLog]) -> Iterator[Finding]:
     yield from grids(logs)
 
 
+def shaft_turns(recordings: Sequence[Recording]) -> float:
+    """Return how many radians the shaft turns in one that was logged, by the encoder's grid."""
+    counts = np.concatenate([r.motor_position[:, 0] for r in recordings]) / COUNT
+    away = np.abs(counts - np.round(counts))
+    if np.all(away > 0.5 - ON_GRID) or not np.any(away > ON_GRID):
+        return 1.0
+    return 1.0 / float(np.median(np.diff(np.unique(counts))))
+
+
 def grids(logs: Sequence[ImportedLog]) -> Iterator[Finding]:
     """Encoders whose zero lies between two counts, or whose angle is no count of the shaft."""
     joints = dict.fromkeys(log.conditions["joint"] for log in logs)
@@ -85,14 +94,15 @@ def grids(logs: Sequence[ImportedLog]) -> Iterator[Finding]:
             evidence = f"{joint}: every angle lies half a count ({1e3 * COUNT / 2:.2f} mrad) off"
             consequence = "its zero is between two counts: offsets below that mean nothing"
         elif np.any(away > ON_GRID):
-            step = float(np.median(np.diff(np.unique(COUNT * counts))))
+            turns = shaft_turns(own)
             evidence = (
-                f"{joint}: angles lie on no grid of {1e3 * COUNT:.3f} mrad but {1e3 * step:.3f} "
+                f"{joint}: angles lie on no grid of {1e3 * COUNT:.3f} mrad but "
+                f"{1e3 * COUNT / turns:.3f} "
                 "mrad apart"
             )
             consequence = (
                 "it was scaled before it was logged: if that is one count, a logged radian is "
-                f"{COUNT / step:.2f} of the shaft's"
+                f"{turns:.2f} of the shaft's"
             )
         else:
             continue

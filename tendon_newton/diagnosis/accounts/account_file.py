@@ -7,19 +7,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tendon_newton.data.files.json_file import read_json
+from tendon_newton.data.files.checked_table import CheckedTable
 from tendon_newton.data.files.text_file import finite_number
-from tendon_newton.data.files.values import are_tables, is_list, is_table
+from tendon_newton.data.files.values import is_list, is_table
 from tendon_newton.diagnosis.diagnosis_file import (
-    PROMISE,
     StatedDiagnosis,
-    came,
-    read_number,
-    read_word,
+    diagnosis_table,
     state_diagnosis,
 )
 from tendon_newton.diagnosis.result import Criterion
-from tendon_newton.errors import InvalidDiagnosis
 
 FILE = "diagnosis.json"
 
@@ -81,53 +77,39 @@ def read_accounts(path: Path) -> Accounts:
     Raises:
         InvalidDiagnosis: The file is no diagnosis, or says nothing of what was tried.
     """
-    path = path / FILE if path.is_dir() else path
-    return state_accounts(read_json(path, InvalidDiagnosis, PROMISE), str(path))
+    return state_accounts(diagnosis_table(path / FILE if path.is_dir() else path))
 
 
-def state_accounts(table: Mapping[str, Any], where: str) -> Accounts:
-    """Check the contents of a ``diagnosis.json``.
-
-    Args:
-        table: The file's object.
-        where: The file, for messages.
-    """
-    stated = state_diagnosis(table, where)
-    rows = table.get("candidates")
-    if not are_tables(rows):
-        raise InvalidDiagnosis(
-            f"{where}: candidates must be a list of objects; it is {came(table, 'candidates')}"
-        )
-    causes = [state_account(row, stated, f"{where}: candidates[{i}]") for i, row in enumerate(rows)]
+def state_accounts(table: CheckedTable) -> Accounts:
+    """Check the contents of a ``diagnosis.json``."""
+    stated = state_diagnosis(table)
+    causes = [state_account(row, stated) for row in table.tables("candidates")]
     order = [effect.name for effect in stated.effects]
     causes.sort(key=lambda c: (order.index(c.name) if c.named else len(order), -c.share))
-    baseline = table.get("baseline")
+    baseline = table.values.get("baseline")
     force = baseline.get("force_rmse") if is_table(baseline) else None
     return Accounts(stated=stated, causes=tuple(causes), has_force=force is not None)
 
 
-def state_account(row: Mapping[str, Any], stated: StatedDiagnosis, where: str) -> Account:
+def state_account(row: CheckedTable, stated: StatedDiagnosis) -> Account:
     """Check one entry of ``candidates``."""
-    name = read_word(row, "name", where)
+    name = row.word("name")
     own = next((effect for effect in stated.effects if effect.name == name), None)
-    values = row.get("parameters", {})
-    if not is_table(values):
-        raise InvalidDiagnosis(f"{where}: parameters must be an object; it is {values!r:.60}")
-    numbers = {key: finite_number(value) for key, value in values.items()}
-    acts = row.get("acts_in")
+    values: Mapping[str, Any] = row.table("parameters").values if "parameters" in row else {}
+    acts = row.values.get("acts_in")
     return Account(
         name=name,
-        share=read_number(row, "score", where),
-        values={key: value for key, value in numbers.items() if value is not None},
+        share=row.number("score"),
+        values={k: number for k, v in values.items() if (number := finite_number(v)) is not None},
         named=own is not None,
         rival_of=tuple(e.name for e in stated.effects if name in e.indistinguishable_from),
         rivals=() if own is None else own.indistinguishable_from,
         experiment=None if own is None else own.separating_experiment,
-        at_bound=words(row.get("at_bound")) or (),
-        criteria=state_criteria(row, where),
-        probability=finite_number(row.get("probability")),
+        at_bound=words(row.values.get("at_bound")) or (),
+        criteria=state_criteria(row),
+        probability=finite_number(row.values.get("probability")),
         acts_in=None if acts is None else words(acts),
-        looked_at=int(finite_number(row.get("looked_at")) or 0),
+        looked_at=int(finite_number(row.values.get("looked_at")) or 0),
     )
 
 
@@ -138,19 +120,14 @@ def words(value: Any) -> tuple[str, ...] | None:
     return tuple(word for word in value if isinstance(word, str))
 
 
-def state_criteria(row: Mapping[str, Any], where: str) -> tuple[Criterion, ...]:
+def state_criteria(row: CheckedTable) -> tuple[Criterion, ...]:
     """Check what a cause had to pass."""
-    criteria = row.get("criteria", [])
-    if not are_tables(criteria):
-        raise InvalidDiagnosis(
-            f"{where}: criteria must be a list of objects; it is {came(row, 'criteria')}"
-        )
     return tuple(
         Criterion(
-            name=read_word(criterion, "name", where),
-            value=read_number(criterion, "value", where),
-            bar=read_number(criterion, "bar", where),
-            passed=criterion.get("passed") is True,
+            name=criterion.word("name"),
+            value=criterion.number("value"),
+            bar=criterion.number("bar"),
+            passed=criterion.values.get("passed") is True,
         )
-        for criterion in criteria
+        for criterion in (row.tables("criteria") if "criteria" in row else ())
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from tendon_newton.data.dataset import Dataset
+from tendon_newton.data.files.checked_table import CheckedTable
 from tendon_newton.data.files.toml_file import read_toml
 from tendon_newton.data.model_file import Model, load_model
 from tendon_newton.diagnosis.accounts.account_file import Account, state_accounts
@@ -14,7 +15,7 @@ from tendon_newton.diagnosis.evaluation import evaluate_models, explained_fracti
 from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.diagnosis.search.decide.account import TOGETHER
 from tendon_newton.effects import EFFECTS
-from tendon_newton.errors import InvalidDataset, TendonNewtonError
+from tendon_newton.errors import InvalidDataset, InvalidDiagnosis, TendonNewtonError
 from tendon_newton.identification.study import Study
 
 CLOSE = 3
@@ -59,7 +60,8 @@ def next_steps(
 
 def came_closest(diagnosis: Diagnosis) -> Iterator[str]:
     """Say which causes came closest and what stopped them."""
-    causes = state_accounts(diagnosis.to_json(), "diagnosis").causes
+    table = CheckedTable(diagnosis.to_json(), "diagnosis", InvalidDiagnosis)
+    causes = state_accounts(table).causes
     found = [c for c in causes if any(x.name == TOGETHER for x in c.failed)]
     if found:
         left = next(x for x in found[0].failed if x.name == TOGETHER)
@@ -71,7 +73,7 @@ def came_closest(diagnosis: Diagnosis) -> Iterator[str]:
         return
     close = [c for c in sorted(causes, key=lambda c: -c.share)[:CLOSE] if c.share > WORTH_SAYING]
     yield from map(came_close, close)
-    if causes and not close:
+    if causes and not close and diagnosis.finished:
         yield (
             f"No effect of the catalogue explains {percent(WORTH_SAYING)} of the gap alone: what "
             "is missing is probably none of them. An effect of your own is one file."

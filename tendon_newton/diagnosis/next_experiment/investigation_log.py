@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from tendon_newton.data.files.json_file import read_json
+from tendon_newton.data.files.json_file import read_json, write_json
 from tendon_newton.diagnosis.diagnosis_file import StatedDiagnosis, read_diagnosis
 from tendon_newton.errors import InvalidOutput, shown
 
@@ -138,10 +137,7 @@ def bits_between(before: StatedDiagnosis, after: StatedDiagnosis) -> dict[str, f
 
 def write_log(path: Path, log: InvestigationLog) -> None:
     """Write the log whole or not at all."""
-    table = {"schema": SCHEMA, **asdict(log)}
-    fresh = path.with_suffix(".new")
-    fresh.write_text(json.dumps(table, indent=1) + "\n", encoding="utf-8")
-    fresh.replace(path)
+    write_json(path, {"schema": SCHEMA, **asdict(log)})
 
 
 def read_log(path: Path, *, seed: int, benches: Sequence[str]) -> InvestigationLog:

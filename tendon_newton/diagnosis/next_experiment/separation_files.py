@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from tendon_newton.data.files.picture import new_figure, save, tidy
 from tendon_newton.data.files.toml_file import write_toml
 from tendon_newton.diagnosis.next_experiment.separation import Prediction, bench_text
-from tendon_newton.diagnosis.reporting.inline_svg import AFTER, FAINT, GREY, GRID, INK
-from tendon_newton.errors import InvalidOutput
+from tendon_newton.diagnosis.reporting.inline_svg import AFTER, FAINT, GREY, INK
 
 SHOWN = 12
 """Runs in the picture, the best ones."""
@@ -72,11 +72,7 @@ def draw_prediction(path: Path, predictions: Sequence[Prediction]) -> None:
     Raises:
         InvalidOutput: The file cannot be written.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(9.0, 4.2), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(9.0, 4.2)
     left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.1))
     best, shown = predictions[0], predictions[:SHOWN]
     left.step(best.plan.time, best.plan.command, where="post", color=AFTER, linewidth=1.4)
@@ -107,14 +103,9 @@ def draw_prediction(path: Path, predictions: Sequence[Prediction]) -> None:
     causes = " or ".join(best.hardest.pair).replace("_", " ")
     right.set_title(causes, loc="left", fontsize=10, color=INK)
     for axes in (left, right):
-        axes.grid(color=GRID, linewidth=0.8)
-        axes.set_axisbelow(True)
-        axes.spines[["top", "right"]].set_visible(False)
+        tidy(axes)
         axes.tick_params(colors=GREY, labelcolor=INK)
-    try:
-        figure.savefig(path, dpi=130)
-    except OSError as error:
-        raise InvalidOutput(f"{path}: the picture cannot be written: {error.strerror}") from error
+    save(figure, path, dpi=130)
 
 
 def verdict(prediction: Prediction) -> str:

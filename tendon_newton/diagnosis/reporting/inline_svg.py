@@ -65,8 +65,8 @@ def svg(name: str, label: str, size: tuple[float, float], draw: Draw) -> str:
         "text.parse_math": False,
     }
     out = io.StringIO()
-    with mpl.rc_context(style):
-        figure = Figure(figsize=size, layout="constrained")
+    with mpl.rc_context(style):  # pyright: ignore[reportUnknownMemberType]
+        figure: Any = Figure(figsize=size, layout="constrained")
         FigureCanvasSVG(figure)
         draw(figure.subplots())
         figure.savefig(out, format="svg", transparent=True, metadata={"Date": None})

@@ -8,9 +8,9 @@ from typing import Any
 
 from tendon_newton.diagnosis.next_experiment.investigation_log import InvestigationLog, Step
 from tendon_newton.diagnosis.reporting.inline_svg import AFTER, BEFORE, INK, svg
+from tendon_newton.diagnosis.reporting.page import write_page
 from tendon_newton.diagnosis.reporting.report_words import number
 from tendon_newton.effects import find_effect
-from tendon_newton.errors import InvalidOutput
 
 TEMPLATE = "path.html.jinja"
 SIZE = (3.6, 1.9)
@@ -28,34 +28,23 @@ def write_path_report(path: Path, log: InvestigationLog, folder: Path) -> None:
     Raises:
         InvalidOutput: The file cannot be written.
     """
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=PackageLoader("tendon_newton.diagnosis.reporting", "."),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-    )
     diagnosed = [step for step in log.steps if step.causes is not None]
-    page = environment.get_template(TEMPLATE).render(
-        title="Investigation",
-        headline=log.ended or "going on",
-        seconds=f"{log.seconds:.0f}",
-        runs=log.runs,
-        causes=[
+    content = {
+        "title": "Investigation",
+        "headline": log.ended or "going on",
+        "seconds": f"{log.seconds:.0f}",
+        "runs": log.runs,
+        "causes": [
             {"name": name.replace("_", " "), "open": open_words(diagnosed[-1], name)}
             for name in (diagnosed[-1].causes or {})
         ]
         if diagnosed
         else [],
-        steps=step_rows(log.steps, folder),
-        panels=[panel(diagnosed, cause, name) for cause, name in numbers_of(diagnosed)],
-        commands=[command_panel(step) for step in log.steps if step.command is not None],
-    )
-    try:
-        path.write_text(page, encoding="utf-8")
-    except OSError as error:
-        raise InvalidOutput(f"The report cannot be written to {path}: {error.strerror}.") from None
+        "steps": step_rows(log.steps, folder),
+        "panels": [panel(diagnosed, cause, name) for cause, name in numbers_of(diagnosed)],
+        "commands": [command_panel(step) for step in log.steps if step.command is not None],
+    }
+    write_page(path, "tendon_newton.diagnosis.reporting", TEMPLATE, content)
 
 
 def open_words(step: Step, cause: str) -> str:
@@ -66,7 +55,8 @@ def open_words(step: Step, cause: str) -> str:
 
 def step_rows(steps: Sequence[Step], folder: Path) -> list[dict[str, Any]]:
     """Return what the table shows of each step."""
-    rows, run = [], 0
+    rows: list[dict[str, Any]] = []
+    run = 0
     for step in steps:
         link = None
         if step.split == "train":

@@ -15,6 +15,7 @@ from tendon_newton.diagnosis.held_out import (
     row_weights,
     telling_windows,
 )
+from tendon_newton.diagnosis.reporting.page import write_page
 from tendon_newton.diagnosis.reporting.report_captions import captions
 from tendon_newton.diagnosis.reporting.report_doubts import doubts
 from tendon_newton.diagnosis.reporting.report_figures import SIGNALS, Panels, short
@@ -28,7 +29,6 @@ from tendon_newton.diagnosis.reporting.report_tables import (
 )
 from tendon_newton.diagnosis.reporting.report_words import CONSEQUENCES, headline
 from tendon_newton.diagnosis.result import Diagnosis
-from tendon_newton.errors import InvalidOutput
 
 TEMPLATE = "report.html.jinja"
 
@@ -68,21 +68,8 @@ def write_report(
     Raises:
         InvalidOutput: The file cannot be written.
     """
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=PackageLoader("tendon_newton.diagnosis.reporting", "."),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-    )
-    page = environment.get_template(TEMPLATE).render(
-        content(diagnosis, evidence, origin or Origin())
-    )
-    try:
-        path.write_text(page, encoding="utf-8")
-    except OSError as error:
-        raise InvalidOutput(f"The report cannot be written to {path}: {error.strerror}.") from None
+    shown = content(diagnosis, evidence, origin or Origin())
+    write_page(path, "tendon_newton.diagnosis.reporting", TEMPLATE, shown)
 
 
 def content(diagnosis: Diagnosis, evidence: Evidence, origin: Origin) -> dict[str, Any]:

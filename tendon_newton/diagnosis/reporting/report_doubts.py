@@ -10,7 +10,7 @@ from tendon_newton.diagnosis.result import Diagnosis
 
 def doubts(diagnosis: Diagnosis) -> list[str]:
     """Return a sentence for each number at a bound, without a bound, or tied to another."""
-    sentences = []
+    sentences: list[str] = []
     for owner, numbers in groups(diagnosis):
         for name, estimate in numbers.items():
             label = f"{plain(owner)}: {plain(name)}"

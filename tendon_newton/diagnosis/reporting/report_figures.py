@@ -151,7 +151,7 @@ class Panels:
                 axes.stairs(share, edges, color=color, linewidth=1.4)
                 axes.stairs(share, edges, color=color, fill=True, alpha=0.2)
             axes.set_xscale("log")
-            axes.xaxis.set_major_formatter(lambda x, _: f"{x:g}")
+            axes.xaxis.set_major_formatter(plain_tick)
             axes.margins(x=0.0)
             axes.set_xlabel(f"{self.name(signal)}, size of the error [{unit}]")
             axes.set_ylabel("rows [%]")
@@ -270,3 +270,8 @@ def short(name: str) -> str:
     """Return a recording's name without its ending, no longer than an axis can hold."""
     stem = name.rsplit("/", 1)[-1].rsplit(".", 1)[0].replace("_", " ")
     return stem if len(stem) <= 22 else f"{stem[:10]}…{stem[-11:]}"
+
+
+def plain_tick(value: float, _place: int) -> str:
+    """Return the label of a tick."""
+    return f"{value:g}"

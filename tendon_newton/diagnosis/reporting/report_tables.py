@@ -29,9 +29,9 @@ PACKAGES = ("tendon-newton", "newton", "warp-lang", "numpy")
 
 def cause_rows(diagnosis: Diagnosis) -> list[Row]:
     """Describe each named cause."""
-    rows = []
+    rows: list[Row] = []
     for effect in diagnosis.effects:
-        parameters = []
+        parameters: list[Row] = []
         for name, estimate in effect.parameters.items():
             value, interval = estimate_text(effect.name, name, estimate)
             label = name.replace("_", " ")
@@ -73,7 +73,7 @@ def key_numbers(diagnosis: Diagnosis) -> list[Row]:
     """Return the few numbers that stand beside the verdict."""
     before, after = diagnosis.baseline, diagnosis.extended
     named = bool(diagnosis.effects)
-    items = []
+    items: list[Row] = []
     if named:
         low, high = diagnosis.explained_interval
         items.append(
@@ -156,7 +156,7 @@ def model_rows(diagnosis: Diagnosis, evidence: Evidence) -> list[Row]:
     """Put the numbers of the starting and of the extended model side by side."""
     named = {effect.name for effect in diagnosis.effects}
     model = diagnosis.model
-    rows = []
+    rows: list[Row] = []
     for entry in (model.actuator, *model.effects):
         for key, value in entry.values.items():
             before, unit = starting_value(evidence, entry.name, key)

@@ -124,7 +124,7 @@ def find_equation(
 
 def library(signals: Mapping[str, Array], strongest: Sequence[str]) -> list[Atom]:
     """Return the functions that a formula may hold."""
-    atoms = []
+    atoms: list[Atom] = []
     for name in dict.fromkeys([*strongest, "force", "theta_dot"]):
         if name in signals:
             x = signals[name]
@@ -221,7 +221,7 @@ def table_of(atoms: Sequence[Atom], rows: int) -> Array:
 
 def written(atoms: Sequence[Atom], weights: Array) -> tuple[Term, ...]:
     """Write each function with its coefficient; a sine and its cosine become one with a phase."""
-    terms = []
+    terms: list[Term] = []
     at = 1
     for atom in atoms:
         own = weights[at : at + atom.columns.shape[1]]

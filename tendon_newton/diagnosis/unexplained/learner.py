@@ -37,7 +37,8 @@ class Basis:
 
     def features(self, signals: Mapping[str, Array]) -> Array:
         """Return all functions at the rows of some signals, shape (M, P)."""
-        columns, places = [], []
+        columns: list[Array] = []
+        places: list[Array] = []
         for name, (low, high) in self.ends.items():
             place = np.clip((signals[name] - low) / max(high - low, 1.0e-12), 0.0, 1.0)
             order = np.arange(1, FINE.get(name, HARMONICS) + 1)
@@ -83,7 +84,7 @@ class Learner:
         y = self.remainder.residual
         total = float(np.sum((y - y.mean()) ** 2))
         missed = float(np.sum((y - self.learned) ** 2))
-        lost = {}
+        lost: dict[str, float] = {}
         for name, x in self.remainder.signals.items():
             shuffled = x.copy()
             for fold in self.fits:
@@ -103,7 +104,7 @@ def fit_ridges(
     moved = features - center
     spread, axes = np.linalg.eigh(moved.T @ moved)
     along = axes.T @ (moved.T @ (targets - offset))
-    fits = []
+    fits: list[tuple[Array, Array]] = []
     for ridge in ridges:
         weights = axes @ (along / (np.maximum(spread, 0.0) + ridge * len(features))[:, None])
         fits.append((weights, offset - center @ weights))

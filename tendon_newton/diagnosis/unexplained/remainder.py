@@ -120,7 +120,7 @@ def servo_stiffness(rows: list[Rows], taut: float) -> float:
 
     Taken from the simulated signals, so that it holds for every actuator model.
     """
-    parts = []
+    parts: list[Array] = []
     for r in rows:
         command, tension, speed = r.recording.command, r.tension, r.speed
         assert command is not None

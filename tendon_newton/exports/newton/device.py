@@ -212,7 +212,7 @@ def held_back(outrun: real, tendon: Tendon, p: ParameterVector, bench: Bench) ->
         over = tendon.velocity - wp.sign(outrun) * most
         force = bench.inertia * (pace * pace * outrun + real(GRIP_DAMPING) / bench.step * over)
     most_held = real(OUTRUN) * tendon.force_limit
-    return wp.clamp(force, -most_held, most_held)
+    return real(wp.clamp(force, -most_held, most_held))
 
 
 @device_template
@@ -256,7 +256,7 @@ def spool_net(tendon: Tendon, p: ParameterVector, tension: real, side: real) -> 
     sliding = on_side(tendon, side)
     flow = servo_flow(sliding, p)
     sliding.error = tendon.command - flow.angle[0]
-    loaded = wp.max(tension, real(DRAWS))
+    loaded = real(wp.max(tension, real(DRAWS)))
     gear = gear_line(loaded, sliding, p)
     taken = real(0.0)
     if gear[1] > real(0.0):
@@ -286,7 +286,7 @@ def spool_speed(tendon: Tendon, p: ParameterVector, tension: real, bench: Bench)
     if inward == outward:
         after = inward
     most = speed_effects(real(UNBOUNDED), p) * tendon.spool_radius
-    return wp.clamp(after, -most, most)
+    return real(wp.clamp(after, -most, most))
 
 
 @device_template
@@ -369,8 +369,11 @@ def answered(tendon: Tendon, p: ParameterVector, before: Kept, bench: Bench) -> 
         kept.wound_rate = spool_speed(here, p, out.tension, bench)
         kept.wound = before.wound + bench.step * kept.wound_rate
         out.spool_change = (kept.wound_rate - rate) / bench.step
-        loaded = wp.max(out.tension, real(DRAWS))
-        gear = gear_line(loaded, on_side(here, wp.sign(rate)), p)
+        loaded = real(wp.max(out.tension, real(DRAWS)))
+        way = real(1.0)
+        if rate < real(0.0):
+            way = real(-1.0)
+        gear = gear_line(loaded, on_side(here, way), p)
         out.tension_gain = gear[1]
         inward = guide_line(out.tension, on_side(here, real(1.0)), p)
         outward = guide_line(out.tension, on_side(here, real(-1.0)), p)

@@ -42,7 +42,7 @@ def columns(q: Array, powers: Sequence[tuple[int, ...]]) -> Array:
 
 
 def path_of(mechanism: Mechanism, tendon: Tendon) -> TendonPath:
-    """Return a tendon's way: exact with constant moment arms, else fitted over the joints' range."""
+    """Return a tendon's way: exact with constant moment arms, else fitted over its range."""
     count = len(mechanism.joints)
     if tendon.route is None:
         powers = ((0,) * count, *(tuple(map(int, row)) for row in np.eye(count)))
@@ -57,6 +57,7 @@ def path_of(mechanism: Mechanism, tendon: Tendon) -> TendonPath:
     length = np.array([excursion(tendon, row) for row in q])
     choices = [range(DEGREE + 1) if j in used else (0,) for j in range(count)]
     powers = tuple(row for row in product(*choices) if sum(row) <= DEGREE)
-    factor, *_ = np.linalg.lstsq(columns(q, powers), length, rcond=None)
+    solved, *_ = np.linalg.lstsq(columns(q, powers), length, rcond=None)
+    factor = np.asarray(solved, dtype=np.float64)
     stray = float(np.abs(columns(q, powers) @ factor - length).max())
     return TendonPath(factor=factor, powers=powers, stray=stray)

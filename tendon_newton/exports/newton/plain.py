@@ -88,7 +88,7 @@ def plain_replay(
     time = np.asarray(rows["t"])
     steps = np.diff(time, append=time[-1] + LONGEST_STEP)
     for command, interval in zip(np.asarray(rows["theta_d"]), steps, strict=True):
-        bench.control.joint_target_q.assign(targets(mechanism, model, command))
+        bench.control.joint_target_q.assign(targets(mechanism, model, command).astype(np.float32))
         count = max(1, math.ceil(interval / LONGEST_STEP - 1.0e-6))
         for k in range(count):
             bench.step(interval / count)
@@ -156,7 +156,7 @@ class PlainBench:
 
 def targets(mechanism: Mechanism, model: Model, command: Array) -> Array:
     """Return the joint targets [rad, m] of desired motor angles [rad]."""
-    out = np.zeros(len(mechanism.joints), dtype=np.float32)
+    out = np.zeros(len(mechanism.joints))
     for tendon, angle in zip(mechanism.tendons, np.atleast_1d(command), strict=True):
         out[tendon.moment_arm != 0.0] = gearing_of(tendon, model).target(angle)
     return out

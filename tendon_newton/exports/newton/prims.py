@@ -43,10 +43,12 @@ class Gearing:
     """Motor angle per joint position [1] or [rad/m]."""
     shift: float
     """Motor angle at joint position zero [rad]."""
+    lead: float = 0.0
+    """What a servo adds to its command [rad]."""
 
     def target(self, command: Any) -> Any:
         """Return the joint position [rad, m] of a desired motor angle [rad]."""
-        return (command - self.shift) / self.ratio
+        return (command + self.lead - self.shift) / self.ratio
 
 
 def gearing_of(tendon: Tendon, model: Model) -> Gearing:
@@ -55,7 +57,17 @@ def gearing_of(tendon: Tendon, model: Model) -> Gearing:
     return Gearing(
         ratio=float(arm) / spool_of(tendon, model),
         shift=angle_shift(tendon, model, tendon.excursion_offset),
+        lead=command_lead(model),
     )
+
+
+def command_lead(model: Model) -> float:
+    """Return the angle [rad] that a duty at no error stands for."""
+    offset = model.actuator.values.get("duty_offset", 0.0)
+    if not offset:
+        return 0.0
+    gain = float(model.actuator.values["duty_per_rad"]) * number(model, "gain_error", "scale")
+    return float(offset) / gain
 
 
 def drives_one_joint(tendon: Tendon) -> bool:
@@ -121,6 +133,7 @@ def drive_numbers(tendon: Tendon, model: Model) -> tuple[tuple[str, ...], dict[s
     lost = number(model, "viscous_friction", "coefficient") * radius
     limit = min(tendon.force_limit, number(model, "force_saturation", "limit")) * radius
     schemas = ("NewtonPDControlAPI", "NewtonMaxEffortClampingAPI")
+    motor: dict[str, Any] = {}
     if model.actuator.name == "ideal":
         kp, kd = values["gain"] * scale * radius, lost
     elif model.actuator.name == "pd_torque":
@@ -128,15 +141,16 @@ def drive_numbers(tendon: Tendon, model: Model) -> tuple[tuple[str, ...], dict[s
         limit = min(limit, values["max_torque"])
     else:
         constant, resistance = values["torque_constant"], values["resistance"]
+        most = values["max_duty"] * values["supply_voltage"]
         stall = constant * values["supply_voltage"] / resistance
         kp, kd = values["duty_per_rad"] * scale * stall, constant**2 / resistance + lost
         schemas = (schemas[0], "NewtonDCMotorClampingAPI", schemas[1])
+        motor = {
+            "saturationEffort": constant * most / resistance * abs(ratio),
+            "velocityLimit": most / constant / abs(ratio),
+        }
     numbers = {"kp": kp * ratio**2, "kd": kd * ratio**2, "maxEffort": limit * abs(ratio)}
-    if model.actuator.name == "pwm_servo":
-        fastest = values["max_duty"] * values["supply_voltage"] / values["torque_constant"]
-        numbers["saturationEffort"] = values["max_duty"] * stall * abs(ratio)
-        numbers["velocityLimit"] = fastest / abs(ratio)
-    return schemas, numbers
+    return schemas, {**numbers, **motor}
 
 
 def write_actuators(

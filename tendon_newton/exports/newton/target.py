@@ -82,12 +82,14 @@ def write_newton_target(folder: Path, mechanism: Mechanism, model: Model) -> Exp
     """Write the bench, its actuator prims, and the drive.
 
     Raises:
+        InvalidAsset: Two joints or tendons share the last part of their paths.
         InvalidModelFile: Newton cannot hold the bench or its servo.
         InvalidOutput: A file cannot be written.
     """
     refuse_kinematic(model, "Newton")
     refuse_damaged(model)
     refuse_shared_joints(mechanism)
+    mujoco_spec(mechanism)  # refuses a bench that SolverMuJoCo's own names cannot hold
     correction = corrected_bench(mechanism, model)
     write_bench(folder / BENCH_FILE, correction, model)
     network, held = exported_network(folder, model)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from tendon_newton.data.files.picture import new_figure, save, tidy
 from tendon_newton.data.recording import Array, Indices
 from tendon_newton.errors import InvalidOutput
 from tendon_newton.mechanisms.authoring.asset_view import (
@@ -39,13 +40,9 @@ def plot_asset(mechanism: Mechanism, path: Path) -> None:
         mechanism: The mechanism.
         path: File of the picture.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     if path.suffix.lower() != ".png":
         raise InvalidOutput(f"The picture is a PNG file; {path} ends otherwise.")
-    figure = Figure(figsize=(15.5, 7.5), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(15.5, 7.5)
     grid = figure.add_gridspec(2, 3)
     top_left, top_right = (figure.add_subplot(grid[0, column]) for column in (0, 1))
     low_left, low_right = (figure.add_subplot(grid[1, column]) for column in (0, 1))
@@ -59,14 +56,9 @@ def plot_asset(mechanism: Mechanism, path: Path) -> None:
     _plot_force(low_left, mechanism, path_of_closing)
     _plot_postures(low_right, mechanism, path_of_closing, rows)
     for axes in (top_left, top_right, low_left, low_right):
-        axes.grid(color="#e4e6ea", linewidth=0.8)
-        axes.set_axisbelow(True)
-        axes.spines[["top", "right"]].set_visible(False)
-    figure.suptitle(_title(mechanism), fontsize=13, parse_math=False)
-    try:
-        figure.savefig(path, dpi=130)
-    except OSError as error:
-        raise InvalidOutput(f"The picture cannot be written to {path}: {error.strerror}.") from None
+        tidy(axes)
+    figure.suptitle(_title(mechanism), fontsize=13)
+    save(figure, path, dpi=130)
 
 
 def _title(mechanism: Mechanism) -> str:

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from tendon_newton.errors import InvalidOutput
+from tendon_newton.data.files.text_file import write_text
 from tendon_newton.mechanisms.authoring.correction import Correction
 from tendon_newton.mechanisms.geometry.joints import Joint
 from tendon_newton.mechanisms.geometry.parts import Tendon
@@ -94,12 +94,7 @@ def write_identified_layer(path: Path, correction: Correction, provenance: Prove
     del stage  # an open one looks at once for what the next line says, from a layer without a place
     nearby = os.path.relpath(asset, path.resolve().parent)
     layer.subLayerPaths[0] = Path(nearby).as_posix()
-    draft = path.with_name(f".{path.name}")
-    try:
-        draft.write_text(layer.ExportToString(), encoding="utf-8")
-        draft.replace(path)
-    except OSError as error:
-        raise InvalidOutput(f"{path}: {error.strerror or error}") from error
+    write_text(path, layer.ExportToString())
 
 
 def overrides(correction: Correction, stage: Any) -> Overrides:

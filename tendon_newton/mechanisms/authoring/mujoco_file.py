@@ -12,8 +12,9 @@ import newton
 import numpy as np
 from newton.solvers import SolverMuJoCo
 
+from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.recording import BenchOverrides
-from tendon_newton.errors import InvalidOutput
+from tendon_newton.errors import InvalidAsset
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.worlds import build_model
 
@@ -48,7 +49,18 @@ def write_mujoco(path: Path, mechanism: Mechanism) -> None:
 
 
 def mujoco_spec(mechanism: Mechanism) -> Any:
-    """Return a mechanism, with its own numbers, as MuJoCo's editable model without actuators."""
+    """Return a mechanism, with its own numbers, as MuJoCo's editable model without actuators.
+
+    Raises:
+        InvalidAsset: Two joints or tendons share the last part of their paths.
+    """
+    names = [*mechanism.joint_names, *(tendon.name for tendon in mechanism.tendons)]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise InvalidAsset(
+            "MJCF calls joints and tendons by the last part of their paths, which "
+            f"{mechanism.name} has more than once: {', '.join(twice)}; export one finger of it"
+        )
     with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
         draft = Path(folder) / "export.xml"
         model = build_model(mechanism, 1, overrides=[BenchOverrides()], device="cpu")
@@ -70,10 +82,7 @@ def write_spec(path: Path, spec: Any) -> None:
         InvalidOutput: The file cannot be written.
     """
     spec.compile()
-    try:
-        path.write_text(spec.to_xml(), encoding="utf-8")
-    except OSError as error:
-        raise InvalidOutput(f"{path}: {error.strerror or error}") from error
+    write_text(path, spec.to_xml())
 
 
 def newton_s_mujoco() -> Any:

@@ -43,6 +43,11 @@ class ClosingPostures:
         bones = chain_points(self.mechanism, joint_position)
         return [np.column_stack([bone[:, 0], -bone[:, 2]]) for bone in bones]
 
+    def extent(self) -> tuple[Array, Array]:
+        """Return the least and greatest x and -z [m] of all its postures, shape (2,) each."""
+        points = np.concatenate([p for q in self.path.joint_position for p in self.bones(q)])
+        return points.min(axis=0), points.max(axis=0)
+
     def goal_point(self, alpha: float) -> tuple[float, float] | None:
         """Return x and z [m] of the tip's path at a goal angle [rad]; None without a tip."""
         if self.path.tip is None:

@@ -45,7 +45,11 @@ from tendon_newton.simulation.tendons.spools import rotor_inertia, spool_pull, w
 def smooth_forces(
     mechanism: Mechanism, p: ParameterVector, here: Drive, contact: ContactStates
 ) -> Forces:
-    """Return mass matrix, torque and its derivatives, without what sticks."""
+    """Return mass matrix M, torque f and its derivatives K by q and D by v, without what sticks.
+
+    The first stage of the integrator solves (M - g D - g² K) a = f + g K v, where g [s] is a
+    share of the step: a force that grows with speed is implicit, however stiff it is.
+    """
     terms = chain_terms(mechanism, here)
     mass_matrix = terms.mass_matrix
     torque = terms.torque

@@ -74,6 +74,13 @@ def look_at(
     text = MEASURE.replace("PAGES", json.dumps(list(pages)))
     measure = folder / "measure.html"
     measure.write_text(text.replace("WIDTHS", json.dumps(list(widths))), encoding="utf-8")
+    said, console = opened(browser, measure, folder / "profile")
+    (found,) = re.findall(r'<pre id="seen">(.*?)</pre>', said, re.DOTALL)
+    return [View(**entry) for entry in json.loads(found.replace("&amp;", "&"))], console
+
+
+def opened(browser: str, page: Path, profile: Path) -> tuple[str, list[str]]:
+    """Open a page from the disk; return what its scripts made of it, and the console's messages."""
     run = subprocess.run(
         [
             browser,
@@ -83,19 +90,17 @@ def look_at(
             "--no-first-run",
             "--disable-background-networking",
             "--host-resolver-rules=MAP * ~NOTFOUND",  # no name leads anywhere
-            "--allow-file-access-from-files",  # the measuring page may look into its frames
-            f"--user-data-dir={folder / 'profile'}",
+            "--allow-file-access-from-files",  # the page may look into its frames
+            f"--user-data-dir={profile}",
             "--window-size=1400,1000",
             "--virtual-time-budget=20000",
             "--enable-logging=stderr",
             "--dump-dom",
-            measure.as_uri(),
+            page.as_uri(),
         ],
         capture_output=True,
         text=True,
         check=True,
         timeout=PATIENCE,
     )
-    (found,) = re.findall(r'<pre id="seen">(.*?)</pre>', run.stdout, re.DOTALL)
-    views = [View(**entry) for entry in json.loads(found.replace("&amp;", "&"))]
-    return views, [line for line in run.stderr.splitlines() if ":CONSOLE" in line]
+    return run.stdout, [line for line in run.stderr.splitlines() if ":CONSOLE" in line]

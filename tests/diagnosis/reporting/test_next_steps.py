@@ -194,8 +194,9 @@ def test_where_nothing_comes_close_that_is_said() -> None:
 
 
 def test_after_an_early_end_the_next_step_is_to_let_it_end() -> None:
-    """Nothing is asked to be recorded before the search has looked at what there is."""
-    found = replace(diagnosis("unexplained"), finished=False, candidates=())
+    """Nothing is asked to be recorded, and no cause ruled out, before the search has looked."""
+    scores = (CandidateScore(name="backlash", score=0.01, values={"width": 0.1}),)
+    found = replace(diagnosis("unexplained"), finished=False, candidates=scores)
     shown, model = evidence(), load_model(EXAMPLE / "model.toml")
     nothing = Dataset(path=Path(), train=(), test=())
     assert next_steps(found, nothing, model, shown.train, shown.extended) == (GO_ON,)

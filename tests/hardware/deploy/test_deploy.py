@@ -19,7 +19,8 @@ from hardware.stop_request import StopRequest
 from tendon_newton.cli import main
 from tendon_newton.data.cards.policy_observation import ObservationHistory
 from tendon_newton.data.dataset import load_dataset
-from tendon_newton.data.formats.mcap_file import read_mcap, read_session
+from tendon_newton.data.formats.mcap_file import McapReading, read_mcap, read_session
+from tendon_newton.data.formats.topic_mapping import DIAGNOSTICS_TOPIC
 from tests.hardware.deploy.policies import (
     Proportional,
     card_of,
@@ -83,6 +84,10 @@ def test_stairs_end_by_themselves_without_an_alarm(
     assert late is not None
     median, most, worst = map(float, late.groups())
     assert median <= most <= worst
+    with (tmp_path / run.name).open("rb") as file:
+        logged = McapReading(file, run.name).messages({DIAGNOSTICS_TOPIC})
+        rules = [s for *_, message in logged for s in message.status if s.name == "safety"]
+    assert [(status.level, status.message) for status in rules] == [(0, "it has its full length")]
 
 
 def test_a_run_that_nothing_ends_is_refused(

@@ -113,8 +113,7 @@ def command_rate_limit(rng: np.random.Generator, size: float) -> Planted:
 def acceleration_limit(rng: np.random.Generator, size: float) -> Planted:
     """A goal that speeds up by 25 to 60 rad/s^2, to 8 to 14 rad/s."""
     limit, speed = float(rng.uniform(25.0, 60.0)) / size, float(rng.uniform(8.0, 14.0))
-    numbers = {"limit": limit, "speed": speed, "braking": 1.0}
-    return planted(numbers, goal_acceleration=limit, goal_rate=speed)
+    return planted({"limit": limit, "speed": speed}, goal_acceleration=limit, goal_rate=speed)
 
 
 def starting_duty(rng: np.random.Generator, size: float) -> Planted:

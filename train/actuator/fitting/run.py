@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from dataclasses import asdict
 from importlib.util import find_spec
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import torch
 
+from tendon_newton.data.files.json_file import write_json
 from train.actuator.fitting.export import Exported, export_network
 from train.actuator.fitting.training import Progress, train_network
 from train.actuator.samples.folds import SPLIT_WORDS
@@ -70,7 +70,7 @@ def write_history(path: Path, config: TrainingConfig, done: Checkpoint) -> None:
         "validation_error_n": done.history[done.kept_epoch - 1][1],
         "history_n": [list(pair) for pair in done.history],
     }
-    path.write_text(json.dumps(table, indent=1) + "\n", encoding="utf-8")
+    write_json(path, table)
 
 
 class TrainingLog:

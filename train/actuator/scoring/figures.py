@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tendon_newton.errors import InvalidOutput
+from tendon_newton.data.files.picture import new_figure, save, tidy
 from train.actuator.samples.protocol import HOLDS, Experiment, experiment_of
 
 if TYPE_CHECKING:
@@ -151,34 +151,3 @@ def colour(place: int, model: Compared) -> str:
     if model.network is None:
         return GREY if model.name == "ideal" else INK
     return COLOURS[place % len(COLOURS)]
-
-
-def new_figure(width: float, height: float) -> Any:
-    """Return a figure of a size [in] that needs no display."""
-    import matplotlib as mpl
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    mpl.rcParams["text.parse_math"] = False  # names of files stand here, and no formulas
-    figure = Figure(figsize=(width, height), layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure
-
-
-def tidy(axes: Any) -> None:
-    """Draw a light grid and no box."""
-    axes.grid(color="#e4e6ea", linewidth=0.8)
-    axes.set_axisbelow(True)
-    axes.spines[["top", "right"]].set_visible(False)
-
-
-def save(figure: Any, path: Path) -> None:
-    """Write a figure.
-
-    Raises:
-        InvalidOutput: The file cannot be written.
-    """
-    try:
-        figure.savefig(path, dpi=110)
-    except OSError as error:
-        raise InvalidOutput(f"{path}: {error.strerror or error}") from error

@@ -6,11 +6,11 @@ force at its spool, and a network learns that force as it would learn a measurem
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING
 
+from tendon_newton.data.files.json_file import write_json
 from train.actuator.samples.folds import SPLIT_WORDS
 from train.actuator.without_cell.sensorless_fit import LineFit, fit_lines
 from train.actuator.without_cell.sensorless_motion import motions_of
@@ -72,5 +72,4 @@ def with_tension(motions: Sequence[Motion], lines: Sequence[Line]) -> tuple[Reco
 
 def write_lines(path: Path, lines: Sequence[Line]) -> None:
     """Write what was found of the benches; N/m, m and 1."""
-    text = json.dumps([asdict(line) for line in lines], indent=1)
-    path.write_text(text + "\n", encoding="utf-8")
+    write_json(path, [asdict(line) for line in lines])

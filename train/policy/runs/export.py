@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -23,8 +22,9 @@ from tendon_newton.data.cards.policy_card import (
     PolicyTraining,
 )
 from tendon_newton.data.cards.policy_observation import sample_of
+from tendon_newton.data.files.json_file import write_json
+from tendon_newton.data.files.text_file import write_bytes
 from tendon_newton.data.files.trust import trust_content
-from tendon_newton.errors import InvalidOutput
 from train.actuator.fitting.export import git_commit
 from train.policy.config.training_config import PolicyTrainingConfig
 from train.policy.runs.curve import CurvePoint, curve_table
@@ -75,7 +75,7 @@ def export_policy(out: Path, trained: Trained, config: PolicyTrainingConfig) -> 
     write_policy_onnx(exported.onnx, network, card)
     write_policy_torchscript(exported.torchscript, network, card)
     table = {"config": asdict(config), "curve": curve_table(trained.points)}
-    write(out / "policy.json", (json.dumps(table, indent=1) + "\n").encode())
+    write_json(out / "policy.json", table)
     return exported
 
 
@@ -142,7 +142,7 @@ def write_policy_onnx(path: Path, network: nn.Module, card: PolicyCard) -> None:
         export(network.cpu(), (example,), draft, [INPUT], [OUTPUT])
         model = onnx.load(draft)
     model.metadata_props.add(key=CARD_KEY, value=card.to_json())
-    write(path, model.SerializeToString())
+    write_bytes(path, model.SerializeToString())
 
 
 def write_policy_torchscript(path: Path, network: nn.Module, card: PolicyCard) -> None:
@@ -151,15 +151,5 @@ def write_policy_torchscript(path: Path, network: nn.Module, card: PolicyCard) -
     with torchscript():
         scripted = torch.jit.script(network.cpu().eval())
         torch.jit.save(scripted, content, _extra_files={CARD_NAME: card.to_json().encode()})
-    write(path, content.getvalue())
+    write_bytes(path, content.getvalue())
     trust_content(content.getvalue(), path.name)
-
-
-def write(path: Path, content: bytes) -> None:
-    """Write a file whole or not at all."""
-    draft = path.with_name(f"{path.name}.draft")
-    try:
-        draft.write_bytes(content)
-        draft.replace(path)
-    except OSError as error:
-        raise InvalidOutput(f"{path}: {error.strerror or error}") from error

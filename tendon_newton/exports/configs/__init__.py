@@ -1,0 +1,1 @@
+"""Configuration files of an identified servo for training programs that pin other versions."""

@@ -1,0 +1,194 @@
+"""Export to Isaac Lab: the bench in USD, and a file with the actuator's configuration.
+
+Isaac Lab drives joints. So each tendon must drive one joint; the command is that joint's position.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from tendon_newton.actuators import find_actuator
+from tendon_newton.data.model_file import Model
+from tendon_newton.errors import InvalidModelFile
+from tendon_newton.exports.base import Exported, ExportTarget
+from tendon_newton.exports.bench_file import write_bench
+from tendon_newton.exports.configs.text import (
+    CONFIG_FILE,
+    PHYSICS_STEP,
+    Expression,
+    config_text,
+    coverage_of,
+    dry_friction,
+    gravity_text,
+    write_text,
+)
+from tendon_newton.exports.mjcf_servo import number
+from tendon_newton.exports.mujoco_target import refuse_damaged, refuse_kinematic
+from tendon_newton.exports.networks.files import write_torchscript
+from tendon_newton.exports.networks.students import HISTORY, RATE, fit_mlp, lessons_of
+from tendon_newton.exports.networks.target import MLP_STEPS
+from tendon_newton.exports.newton.prims import drive_numbers, drives_one_joint, gearing_of
+from tendon_newton.exports.newton.target import corrected_bench
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.parts import Tendon
+
+BENCH_FILE, NETWORK_FILE = "bench.usda", "mlp.pt"
+COVERAGE = coverage_of(
+    (
+        "gain_error",
+        "force_saturation",
+        "position_offset",
+        "spool_radius_error",
+        "joint_damping_error",
+        "inertia_error",
+        "gravity_misalignment",
+    ),
+    (
+        "command_delay",
+        "viscous_friction",
+        "coulomb_friction",
+        "asymmetric_friction",
+        "stribeck_friction",
+        "joint_stiffness_error",
+        "joint_dry_friction",
+    ),
+)
+"""Delays are whole steps of the physics, friction is the solver's, springs only Newton reads."""
+IMPORTS = [
+    "from pathlib import Path",
+    "",
+    "from isaaclab.actuators import ActuatorNetMLPCfg, DCMotorCfg, DelayedPDActuatorCfg",
+    "",
+    "FOLDER = Path(__file__).resolve().parent",
+]
+IMPORTS_HEAD = "The servo of the bench {bench} for Isaac Lab 3.0, for physics steps of {step:g} s."
+
+
+def write_isaaclab_target(folder: Path, mechanism: Mechanism, model: Model) -> Exported:
+    """Write `bench.usda` and `servo_cfg.py`, and the network of a learned servo.
+
+    Raises:
+        InvalidModelFile: A tendon drives several joints, or the actuator has no force.
+        InvalidOutput: A file cannot be written.
+    """
+    refuse_kinematic(model, "Isaac Lab")
+    refuse_damaged(model)
+    for tendon in mechanism.tendons:
+        if not drives_one_joint(tendon):
+            raise InvalidModelFile(
+                f"Isaac Lab's actuators drive a joint each; the tendon {tendon.name!r} of "
+                f"{mechanism.name!r} drives several. Its Newton backend can run --to newton"
+            )
+    correction = corrected_bench(mechanism, model)
+    write_bench(folder / BENCH_FILE, correction, model)
+    files, note = [folder / BENCH_FILE, folder / CONFIG_FILE], ""
+    learned: dict[str, Any] | None = None
+    if find_actuator(model.actuator.name).held:
+        lessons = lessons_of(mechanism, model)
+        network, error = fit_mlp(lessons, steps=MLP_STEPS)
+        write_torchscript(folder / NETWORK_FILE, network)
+        files.append(folder / NETWORK_FILE)
+        learned = dict(zip(("pos_scale", "vel_scale", "torque_scale"), lessons.scales, strict=True))
+        note = NETWORK_NOTE.format(rate=RATE, error=error)
+    entries = {
+        tendon.name: entry(mechanism, tendon, model, learned) for tendon in mechanism.tendons
+    }
+    title = IMPORTS_HEAD.format(bench=mechanism.name, step=PHYSICS_STEP)
+    write_text(folder / CONFIG_FILE, config_text(title, IMPORTS, "ACTUATORS", entries))
+    gears = [gearing_of(tendon, model) for tendon in mechanism.tendons]
+    targets = "\n".join(
+        f"    {tendon.name}: (angle - {gear.shift - gear.lead:.8g}) / {gear.ratio:.8g}"
+        for tendon, gear in zip(mechanism.tendons, gears, strict=True)
+    )
+    return Exported(
+        files=tuple(files),
+        loading=LOADING.format(
+            targets=targets, note=note, gravity=gravity_text(correction.corrected.gravity)
+        ),
+        left_out={CONFIG_FILE: tuple(e.name for e in model.effects if COVERAGE[e.name] != "exact")},
+        checked=CHECKED,
+    )
+
+
+def entry(
+    mechanism: Mechanism, tendon: Tendon, model: Model, learned: dict[str, Any] | None
+) -> tuple[str, dict[str, Any]]:
+    """Return the class of an actuator's configuration, and its numbers by field."""
+    ratio = gearing_of(tendon, model).ratio
+    (j,) = (k for k, arm in enumerate(tendon.moment_arm) if arm != 0.0)
+    joint, arm = mechanism.joints[j], abs(float(tendon.moment_arm[j]))
+    slides, sticks = dry_friction(model)
+    own = joint.friction
+    numbers: dict[str, Any] = {
+        "joint_names_expr": [joint.name],
+        "armature": float(model.actuator.values.get("armature", 0.0)) * ratio**2,
+        "friction": own + sticks * arm,
+        "dynamic_friction": own + slides * arm,
+    }
+    late = round(number(model, "command_delay", "delay") / PHYSICS_STEP)
+    if learned is not None:
+        limit = min(tendon.force_limit, number(model, "force_saturation", "limit")) * arm
+        return "ActuatorNetMLPCfg", {
+            **numbers,
+            "network_file": Expression(f'str(FOLDER / "{NETWORK_FILE}")'),
+            "pos_scale": learned["pos_scale"] * ratio,
+            "vel_scale": learned["vel_scale"] * ratio,
+            "torque_scale": learned["torque_scale"] * float(tendon.moment_arm[j]),
+            "input_order": "pos_vel",
+            "input_idx": list(range(HISTORY)),
+            "saturation_effort": limit,
+            "actuator_effort_limit": limit,
+            "actuator_velocity_limit": FAST,
+        }
+    _, servo = drive_numbers(tendon, model)
+    numbers |= {
+        "stiffness": servo["kp"],
+        "damping": servo["kd"],
+        "actuator_effort_limit": servo["maxEffort"],
+    }
+    if "saturationEffort" in servo and not late:
+        return "DCMotorCfg", {
+            **numbers,
+            "saturation_effort": servo["saturationEffort"],
+            "actuator_velocity_limit": servo["velocityLimit"],
+        }
+    return "DelayedPDActuatorCfg", {**numbers, "min_delay": late, "max_delay": late}
+
+
+FAST = 1.0e6
+"""A speed [rad/s, m/s] that no joint reaches: the network knows the motor's."""
+CHECKED = """It was not run: Isaac Lab needs a GPU and versions of Newton and Warp of its own.
+The names of all fields are checked against its classes (Isaac Lab 3.0)."""
+NETWORK_NOTE = """
+The network sees error and speed at {rate:g} Hz: take physics steps of that length. On runs of the
+model that it has not seen its force strays by {error:.4f} N.
+"""
+LOADING = """```python
+from isaaclab.assets import ArticulationCfg
+import isaaclab.sim as sim_utils
+from servo_cfg import ACTUATORS
+
+BENCH_CFG = ArticulationCfg(
+    spawn=sim_utils.UsdFileCfg(usd_path="bench.usda"),
+    actuators=ACTUATORS,
+    ...
+)
+```
+
+Give `SimulationCfg` this `gravity` [m/s2]: `{gravity}`. The file's own is not read.
+
+The target is a joint's position [rad, m]. Of a desired motor angle [rad] it is:
+
+{targets}
+{note}
+A string pushes there too. A servo with a late command is a `DelayedPDActuatorCfg`, which has no
+limit of a motor's voltage. PhysX does not read the return springs (`mjc:stiffness`); Newton's
+backend does.
+"""
+
+ISAACLAB = ExportTarget(
+    summary="USD, and a configuration file for Isaac Lab, of benches with one joint per tendon",
+    coverage=COVERAGE,
+    write=write_isaaclab_target,
+)

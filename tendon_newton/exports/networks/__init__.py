@@ -1,0 +1,1 @@
+"""Networks of a servo's force in the formats of other simulators."""

@@ -1,0 +1,183 @@
+"""Students as files: ONNX for Newton's neural drives, TorchScript for Isaac Lab and mjlab."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+
+from tendon_newton.errors import InvalidOutput
+from tendon_newton.exports.networks.students import HISTORY, MEMORY, StudentLstm, StudentMlp
+
+OPSET = 17
+IR_VERSION = 9
+"""Of ONNX files that runtimes of the last years read."""
+METADATA = "metadata"
+"""Key under which Newton's drives look for a JSON object."""
+GATES = (0, 3, 1, 2)
+"""ONNX's order of an LSTM's gates (input, output, forget, cell) among torch's."""
+
+Scales = tuple[float, float, float]
+"""What errors and speeds are multiplied by, and then the network's answer."""
+
+
+def scale_numbers(scales: Scales) -> dict[str, float]:
+    """Return the scales by the names that Newton's drives read."""
+    return dict(zip(("pos_scale", "vel_scale", "effort_scale"), scales, strict=True))
+
+
+def write_mlp_onnx(path: Path, network: StudentMlp, scales: Scales) -> None:
+    """Write an MLP for Newton's `DriveNeuralMLP`."""
+    from onnx import TensorProto, helper
+
+    nodes, weights, name = [], [], "input"
+    linear = [layer for layer in network.layers if isinstance(layer, torch.nn.Linear)]
+    for number, layer in enumerate(linear):
+        weights += arrays({f"w{number}": layer.weight, f"b{number}": layer.bias})
+        last = number == len(linear) - 1
+        out = "output" if last else f"x{number}"
+        nodes.append(helper.make_node("Gemm", [name, f"w{number}", f"b{number}"], [out], transB=1))
+        if not last:
+            nodes.append(helper.make_node("Tanh", [out], [f"y{number}"]))
+        name = f"y{number}"
+    ends = ([("input", ["worlds", 2 * HISTORY])], [("output", ["worlds", 1])])
+    meta = {
+        "model_type": "mlp",
+        "input_order": "pos_vel",
+        "input_idx": list(range(HISTORY)),
+        **scale_numbers(scales),
+    }
+    save(path, helper, TensorProto, nodes, weights, ends, meta)
+
+
+def write_lstm_onnx(path: Path, network: StudentLstm, scales: Scales) -> None:
+    """Write an LSTM for Newton's `DriveNeuralLSTM`: time first, one sample at a time."""
+    from onnx import TensorProto, helper
+
+    cell, head = network.lstm, network.head
+    order = np.concatenate([np.arange(g * MEMORY, (g + 1) * MEMORY) for g in GATES])
+    given, kept = (numbers(w)[order] for w in (cell.weight_ih_l0, cell.weight_hh_l0))
+    biases = [numbers(b)[order] for b in (cell.bias_ih_l0, cell.bias_hh_l0)]
+    weights = arrays({"w": given[None], "r": kept[None], "b": np.concatenate(biases)[None]})
+    weights += arrays({"head": head.weight, "shift": head.bias})
+    weights += arrays({"axes": np.array([0, 1], dtype=np.int64)})
+    nodes = [
+        helper.make_node(
+            "LSTM",
+            ["input", "w", "r", "b", "", "hidden", "cell"],
+            ["all", "new_hidden", "new_cell"],
+            hidden_size=MEMORY,
+        ),
+        helper.make_node("Squeeze", ["all", "axes"], ["last"]),
+        helper.make_node("Gemm", ["last", "head", "shift"], ["output"], transB=1),
+    ]
+    state = [1, "worlds", MEMORY]
+    ends = (
+        [("input", [1, "worlds", 2]), ("hidden", state), ("cell", state)],
+        [("output", ["worlds", 1]), ("new_hidden", state), ("new_cell", state)],
+    )
+    meta = {
+        "model_type": "lstm",
+        "num_layers": 1,
+        "hidden_size": MEMORY,
+        "input_name": "input",
+        "hidden_in_name": "hidden",
+        "cell_in_name": "cell",
+        "output_name": "output",
+        "hidden_out_name": "new_hidden",
+        "cell_out_name": "new_cell",
+        **scale_numbers(scales),
+    }
+    save(path, helper, TensorProto, nodes, weights, ends, meta)
+
+
+def numbers(tensor: Any) -> Any:
+    """Return a tensor or array as numpy."""
+    return tensor.detach().numpy() if isinstance(tensor, torch.Tensor) else tensor
+
+
+def arrays(named: dict[str, Any]) -> list[Any]:
+    """Return weights as ONNX keeps them."""
+    from onnx import numpy_helper
+
+    return [numpy_helper.from_array(numbers(value), name=name) for name, value in named.items()]
+
+
+def save(
+    path: Path,
+    helper: Any,
+    types: Any,
+    nodes: list[Any],
+    weights: list[Any],
+    ends: tuple[list[Any], list[Any]],
+    meta: dict[str, Any],
+) -> None:
+    """Check and write an ONNX file with its metadata.
+
+    Raises:
+        InvalidOutput: The file cannot be written.
+    """
+    import onnx
+
+    given, answered = (
+        [helper.make_tensor_value_info(name, types.FLOAT, shape) for name, shape in rows]
+        for rows in ends
+    )
+    graph = helper.make_graph(nodes, path.stem, given, answered, initializer=weights)
+    model = helper.make_model(
+        graph, opset_imports=[helper.make_opsetid("", OPSET)], ir_version=IR_VERSION
+    )
+    model.metadata_props.add(key=METADATA, value=json.dumps(meta))
+    onnx.checker.check_model(model)
+    write_bytes(path, model.SerializeToString())
+
+
+class ScaledLstm(torch.nn.Module):
+    """An LSTM with its scales inside: Isaac Lab has no numbers for them.
+
+    `lstm` is where Isaac Lab looks for the size of the memory.
+    """
+
+    scale: torch.Tensor
+
+    def __init__(self, network: StudentLstm, scales: Scales) -> None:
+        super().__init__()
+        self.lstm, self.head = network.lstm, network.head
+        self.register_buffer("scale", torch.tensor(scales[:2], dtype=torch.float32))
+        self.effort_scale = float(scales[2])
+
+    def forward(
+        self, x: torch.Tensor, state: tuple[torch.Tensor, torch.Tensor]
+    ) -> tuple[torch.Tensor, tuple[torch.Tensor, torch.Tensor]]:
+        """Return efforts, shape (N, T, 1), and the new state."""
+        out, state = self.lstm(x * self.scale, state)
+        return self.effort_scale * self.head(out), state
+
+
+def write_torchscript(path: Path, network: torch.nn.Module) -> None:
+    """Write a network as TorchScript.
+
+    Raises:
+        InvalidOutput: The file cannot be written.
+    """
+    import warnings
+
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", category=DeprecationWarning)
+        scripted: Any = torch.jit.script(network.eval())
+        write_bytes(path, scripted.save_to_buffer())
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write a file.
+
+    Raises:
+        InvalidOutput: It cannot be written.
+    """
+    try:
+        path.write_bytes(content)
+    except OSError as error:
+        raise InvalidOutput(f"{path}: {error.strerror or error}") from error

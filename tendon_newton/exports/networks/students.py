@@ -1,0 +1,191 @@
+"""Networks that see a position error and a speed, as other simulators' drives do.
+
+Drives of Newton, Isaac Lab and mjlab show a network the error of a joint and its speed, now and at
+some steps before (MLP) or step by step (LSTM). Force networks of this project see command and angle
+apart, and a Transformer has no place there at all. So a student of either kind learns the force of
+the identified model itself, on commands of its own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from tendon_newton.data.excitations import LARGEST_COMMAND, ramps, random_steps, sine
+from tendon_newton.data.model_file import Model
+from tendon_newton.data.recording import Array, Recording
+from tendon_newton.effects import find_effect
+from tendon_newton.exports.departure import command_range
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.simulation.hosts.replay import rollout_of
+from tendon_newton.simulation.model.parameter_table import spool_radius_of
+
+RATE = 200.0
+"""How often a student is asked [Hz]: the usual step of a simulation on Isaac Lab."""
+HISTORY = 16
+"""Samples that an MLP sees: 80 ms."""
+WIDTHS = (32, 32)
+"""Units of its hidden layers."""
+MEMORY = 24
+"""Size of an LSTM."""
+SPAN = 6.0
+"""Length of a run [s]."""
+TRAIN, HELD_OUT = 9, 3
+"""Runs that are learned, and runs that only tell the error."""
+PIECE = 100
+"""Samples of a piece of a run through which an LSTM learns."""
+LEARNING_RATE = 3.0e-3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lessons:
+    """What a model's servo was asked and did."""
+
+    error: Array
+    """Command less angle [rad], shape (R, T)."""
+    rate: Array
+    """Speed [rad/s], shape (R, T)."""
+    force: Array
+    """[N], shape (R, T); the last `HELD_OUT` runs are not learned."""
+
+    @property
+    def scales(self) -> tuple[float, float, float]:
+        """Return 1 over the spread of errors and of speeds, and the spread of forces."""
+        known = slice(None, -HELD_OUT)
+        error, rate, force = (
+            max(float(x[known].std()), 1.0e-6) for x in (self.error, self.rate, self.force)
+        )
+        return 1.0 / error, 1.0 / rate, force
+
+
+class StudentMlp(nn.Module):
+    """Layers over scaled errors, newest first, then speeds."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        sizes = (2 * HISTORY, *WIDTHS)
+        layers: list[nn.Module] = []
+        for before, after in pairwise(sizes):
+            layers += [nn.Linear(before, after), nn.Tanh()]
+        self.layers = nn.Sequential(*layers, nn.Linear(sizes[-1], 1))
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Return scaled forces, shape (N, 1), of inputs of shape (N, 2 H)."""
+        return self.layers(x)
+
+
+class StudentLstm(nn.Module):
+    """A memory over scaled errors and speeds; its state is two tensors of shape (1, N, M)."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.lstm = nn.LSTM(2, MEMORY, batch_first=True)
+        self.head = nn.Linear(MEMORY, 1)
+
+    def forward(
+        self, x: Tensor, state: tuple[Tensor, Tensor]
+    ) -> tuple[Tensor, tuple[Tensor, Tensor]]:
+        """Return scaled forces, shape (N, T, 1), and the new state."""
+        out, state = self.lstm(x, state)
+        return self.head(out), state
+
+
+def lessons_of(mechanism: Mechanism, model: Model) -> Lessons:
+    """Simulate a model under commands from which its servo can be learned.
+
+    What a load cell adds is left out: a simulator wants the force itself.
+    """
+    servo = Model(
+        actuator=model.actuator,
+        effects=tuple(e for e in model.effects if not find_effect(e.name).acts_on_cell_only()),
+        bench_overrides=model.bench_overrides,
+    )
+    rng = np.random.default_rng(0)
+    low, high = command_range(mechanism, spool_radius_of(model))
+    time = np.arange(round(SPAN * RATE)) / RATE
+    kinds = (random_steps, sine, ramps)
+    runs = []
+    for number in range(TRAIN + HELD_OUT):
+        share = kinds[number % len(kinds)](time, rng) / LARGEST_COMMAND
+        command = np.repeat((low + (high - low) * share)[:, None], len(mechanism.tendons), axis=1)
+        still = np.zeros_like(command)
+        runs.append(
+            Recording(
+                name=f"lesson {number}",
+                bench=mechanism.name,
+                time=time,
+                command=command,
+                motor_position=still,
+                motor_velocity=still,
+            )
+        )
+    rollout = rollout_of(mechanism, runs, servo)
+    found = rollout.run(rollout.base_vectors(servo)[None])[0]
+    asked = np.array([run.command[:, 0] for run in runs if run.command is not None])
+    angle = np.array([trajectory.motor_position[:, 0] for trajectory in found])
+    return Lessons(
+        error=asked - angle,
+        rate=np.array([trajectory.motor_velocity[:, 0] for trajectory in found]),
+        force=np.array([trajectory.force[:, 0] for trajectory in found]),
+    )
+
+
+def windows_of(lessons: Lessons) -> tuple[Tensor, Tensor]:
+    """Return an MLP's scaled inputs, shape (R, T, 2 H), and forces, shape (R, T)."""
+    error_scale, rate_scale, force_scale = lessons.scales
+    columns = []
+    for signal, scale in ((lessons.error, error_scale), (lessons.rate, rate_scale)):
+        for age in range(HISTORY):
+            past = np.concatenate([np.repeat(signal[:, :1], age, axis=1), signal], axis=1)
+            columns.append(scale * past[:, : signal.shape[1]])
+    x = torch.tensor(np.stack(columns, axis=2), dtype=torch.float32)
+    return x, torch.tensor(lessons.force / force_scale, dtype=torch.float32)
+
+
+def fit_mlp(lessons: Lessons, *, steps: int) -> tuple[StudentMlp, float]:
+    """Fit an MLP and return it with its root mean square error [N] on runs it has not seen."""
+    torch.manual_seed(0)
+    network = StudentMlp()
+    x, force = windows_of(lessons)
+    known, asked = x[:-HELD_OUT].flatten(0, 1), force[:-HELD_OUT].flatten()
+    rule = torch.optim.Adam(network.parameters(), lr=LEARNING_RATE)
+    pace = torch.optim.lr_scheduler.CosineAnnealingLR(rule, steps)
+    for _ in range(steps):
+        rule.zero_grad()
+        loss = ((network(known)[:, 0] - asked) ** 2).mean()
+        loss.backward()
+        rule.step()
+        pace.step()
+    with torch.no_grad():
+        away = network(x[-HELD_OUT:])[..., 0] - force[-HELD_OUT:]
+    return network.eval(), float((away**2).mean().sqrt()) * lessons.scales[2]
+
+
+def fit_lstm(lessons: Lessons, *, steps: int) -> tuple[StudentLstm, float]:
+    """Fit an LSTM and return it with its root mean square error [N] on runs it has not seen."""
+    torch.manual_seed(0)
+    network = StudentLstm()
+    x, force = windows_of(lessons)
+    x = x[..., [0, HISTORY]]
+    pieces = x[:-HELD_OUT].reshape(-1, PIECE, 2)
+    asked = force[:-HELD_OUT].reshape(-1, PIECE)
+    rule = torch.optim.Adam(network.parameters(), lr=LEARNING_RATE)
+    pace = torch.optim.lr_scheduler.CosineAnnealingLR(rule, steps)
+    blank = torch.zeros(1, len(pieces), MEMORY)
+    skip = PIECE // 4  # a state from nothing knows little of what was before
+    for _ in range(steps):
+        rule.zero_grad()
+        answer, _ = network(pieces, (blank, blank))
+        loss = ((answer[:, skip:, 0] - asked[:, skip:]) ** 2).mean()
+        loss.backward()
+        rule.step()
+        pace.step()
+    blank = torch.zeros(1, HELD_OUT, MEMORY)
+    with torch.no_grad():
+        answer, _ = network(x[-HELD_OUT:], (blank, blank))
+    away = answer[..., 0] - force[-HELD_OUT:]
+    return network.eval(), float((away**2).mean().sqrt()) * lessons.scales[2]

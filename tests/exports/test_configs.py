@@ -1,0 +1,169 @@
+"""Configuration files for programs that pin other versions: their classes and fields."""
+
+import ast
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from examples.studies.exports import PWM, model_of
+from tendon_newton.errors import InvalidModelFile
+from tendon_newton.exports.configs.isaaclab_target import write_isaaclab_target
+from tendon_newton.exports.configs.mjlab_target import write_mjlab_target
+from tendon_newton.exports.configs.text import CONFIG_FILE
+from tendon_newton.simulation.hosts.replay import bench_of
+
+ISAACLAB_BASE = {
+    "class_type", "joint_names_expr", "actuator_effort_limit", "actuator_velocity_limit",
+    "joint_effort_limit", "joint_velocity_limit", "stiffness", "damping", "armature", "friction",
+    "dynamic_friction", "viscous_friction",
+}  # fmt: skip
+ISAACLAB = {
+    "DelayedPDActuatorCfg": {*ISAACLAB_BASE, "min_delay", "max_delay"},
+    "DCMotorCfg": {*ISAACLAB_BASE, "saturation_effort"},
+    "ActuatorNetMLPCfg": {
+        *ISAACLAB_BASE, "saturation_effort", "network_file", "pos_scale", "vel_scale",
+        "torque_scale", "input_order", "input_idx",
+    },
+}  # fmt: skip
+"""Fields of Isaac Lab 3.0's classes, without those that it calls deprecated."""
+MJLAB_BASE = {
+    "target_names_expr", "transmission_type", "armature", "velocity_limit", "frictionloss",
+    "viscous_damping", "delay_min_lag", "delay_max_lag", "delay_hold_prob", "delay_update_period",
+    "delay_per_env_phase",
+}  # fmt: skip
+MJLAB = {
+    "BuiltinPositionActuatorCfg": {*MJLAB_BASE, "stiffness", "damping", "effort_limit"},
+    "BuiltinDcMotorActuatorCfg": {
+        *MJLAB_BASE, "mode", "nominal", "motor_const", "resistance", "stiffness", "damping",
+        "voltage_limit", "effort_limit", "gear", "cogging", "integral_gain", "integral_limit",
+        "slew_rate", "inductance", "electrical_time_constant", "thermal", "lugre",
+    },
+    "LearnedMlpActuatorCfg": {
+        *MJLAB_BASE, "network_file", "pos_scale", "vel_scale", "torque_scale", "input_order",
+        "history_length", "stiffness", "damping", "effort_limit", "saturation_effort",
+    },
+}  # fmt: skip
+"""Fields of mjlab 1.6's classes."""
+REQUIRED = {
+    "DelayedPDActuatorCfg": {"joint_names_expr", "stiffness", "damping"},
+    "DCMotorCfg": {"joint_names_expr", "stiffness", "damping", "saturation_effort"},
+    "BuiltinPositionActuatorCfg": {"target_names_expr", "stiffness", "damping"},
+    "BuiltinDcMotorActuatorCfg": {"target_names_expr", "motor_const", "resistance"},
+}
+"""Fields without a default."""
+
+
+def only_call(path: Path) -> tuple[str, dict[str, ast.expr]]:
+    """Return the class that a file configures, and its arguments."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    names = {
+        alias.name
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    tables = [node.value for node in tree.body if isinstance(node, ast.Assign)]
+    (table,) = [node for node in tables if isinstance(node, ast.Dict)]
+    (call,) = table.values
+    assert isinstance(call, ast.Call)
+    assert isinstance(call.func, ast.Name)
+    assert call.func.id in names
+    return call.func.id, {str(word.arg): word.value for word in call.keywords}
+
+
+@pytest.mark.parametrize(
+    ("actuator", "effects", "kind"),
+    [
+        ("ideal", (), "DelayedPDActuatorCfg"),
+        ("pd_torque", ("command_delay", "coulomb_friction"), "DelayedPDActuatorCfg"),
+        ("pwm_servo", ("stribeck_friction",), "DCMotorCfg"),
+        ("pwm_servo", ("command_delay",), "DelayedPDActuatorCfg"),
+    ],
+)
+def test_isaac_lab_has_the_fields_of_the_file(
+    actuator: str, effects: tuple[str, ...], kind: str, tmp_path: Path
+) -> None:
+    """The class knows every name in the file, and the file gives what has no default."""
+    model = model_of("spring_weak", actuator, *effects)
+    write_isaaclab_target(tmp_path, bench_of("spring_weak", model), model)
+    name, fields = only_call(tmp_path / CONFIG_FILE)
+    assert name == kind
+    assert set(fields) <= ISAACLAB[kind]
+    assert set(fields) >= REQUIRED[kind]
+
+
+def test_isaac_lab_s_numbers_are_those_of_the_servo_at_its_joint(tmp_path: Path) -> None:
+    """Gains at a joint are those at the spool over its radius squared; six steps are 30 ms."""
+    model = model_of("spring_weak", "pwm_servo", "command_delay", "coulomb_friction")
+    exported = write_isaaclab_target(tmp_path, bench_of("spring_weak", model), model)
+    _, fields = only_call(tmp_path / CONFIG_FILE)
+    numbers = {name: ast.literal_eval(value) for name, value in fields.items()}
+    radius, ohms, constant = PWM["spool_radius"], PWM["resistance"], PWM["torque_constant"]
+    gain = PWM["duty_per_rad"] * PWM["supply_voltage"] * constant / ohms
+    assert numbers["stiffness"] == pytest.approx(gain / radius**2)
+    assert numbers["damping"] == pytest.approx(constant**2 / ohms / radius**2)
+    assert numbers["armature"] == pytest.approx(PWM["armature"] / radius**2)
+    assert numbers["dynamic_friction"] == pytest.approx(0.6)
+    assert numbers["max_delay"] == 6
+    assert exported.left_out == {CONFIG_FILE: ("command_delay", "coulomb_friction")}
+
+
+def test_isaac_lab_drives_no_tendon_over_several_joints(tmp_path: Path) -> None:
+    """The message says which target can; no file is written."""
+    model = model_of("finger", "ideal")
+    with pytest.raises(InvalidModelFile, match="--to newton"):
+        write_isaaclab_target(tmp_path, bench_of("finger", model), model)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("bench", "actuator", "kind"),
+    [
+        ("finger", "ideal", "BuiltinPositionActuatorCfg"),
+        ("thumb", "pd_torque", "BuiltinPositionActuatorCfg"),
+        ("finger", "pwm_servo", "BuiltinDcMotorActuatorCfg"),
+    ],
+)
+def test_mjlab_has_the_fields_of_the_file(
+    bench: str, actuator: str, kind: str, tmp_path: Path
+) -> None:
+    """The class knows every name in the file, and the file gives what has no default."""
+    model = model_of(bench, actuator, "command_delay", "coulomb_friction")
+    write_mjlab_target(tmp_path, bench_of(bench, model), model)
+    name, fields = only_call(tmp_path / CONFIG_FILE)
+    assert name == kind
+    assert set(fields) <= MJLAB[kind]
+    assert set(fields) >= REQUIRED[kind]
+
+
+@pytest.mark.parametrize("bench", ["finger", "thumb"])
+def test_mjlab_s_motor_at_the_tendon_rests_where_the_servo_does(bench: str, tmp_path: Path) -> None:
+    """The file's numbers, given to MuJoCo as mjlab does, hold the servo's force at an error."""
+    model = model_of(bench, "pwm_servo")
+    mechanism = bench_of(bench, model)
+    write_mjlab_target(tmp_path, mechanism, model)
+    _, fields = only_call(tmp_path / CONFIG_FILE)
+    plain = {n: ast.literal_eval(v) for n, v in fields.items() if n != "transmission_type"}
+    spec = mujoco.MjSpec.from_file(str(tmp_path / "bench.xml"))
+    (tendon,) = mechanism.tendons
+    motor = spec.add_actuator(
+        name=tendon.name, target=tendon.name, trntype=mujoco.mjtTrn.mjTRN_TENDON
+    )
+    motor.gear[0] = plain["gear"]
+    controller = [plain["stiffness"], 0.0, plain["damping"], 0.0, 0.0, plain["voltage_limit"]]
+    motor.set_to_dcmotor(
+        list(plain["motor_const"]), plain["resistance"], controller=controller, ctrlspec=1
+    )
+    compiled = spec.compile()
+    data = mujoco.MjData(compiled)
+    mujoco.mj_forward(compiled, data)
+    data.ctrl[0] = plain["gear"] * data.ten_length[0] + 0.3  # motor angle and error [rad]
+    mujoco.mj_forward(compiled, data)
+    torque = PWM["torque_constant"] * 0.3 * PWM["duty_per_rad"] * PWM["supply_voltage"]
+    torque /= PWM["resistance"]
+    force = plain["gear"] * data.actuator_force[0]
+    sign = 1.0 if tendon.route is None else -1.0
+    assert sign * force == pytest.approx(torque / PWM["spool_radius"], rel=1e-6)
+    assert np.isfinite(data.qacc).all()

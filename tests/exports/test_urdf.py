@@ -1,0 +1,60 @@
+"""A corrected bench as URDF."""
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from examples.studies.exports import model_of
+from tendon_newton.exports.urdf_target import ROBOT_FILE, joint_name, write_urdf_target
+from tendon_newton.mechanisms.authoring.mujoco_file import mujoco_spec
+from tendon_newton.simulation.hosts.replay import bench_of
+
+
+def inertia_of(model: mujoco.MjModel, names: tuple[str, ...], q: np.ndarray) -> np.ndarray:
+    """Return the mass matrix of a MuJoCo model's joints, in an order, at positions."""
+    data = mujoco.MjData(model)
+    dofs = [model.joint(name).dofadr[0] for name in names]
+    data.qpos[[model.joint(name).qposadr[0] for name in names]] = q
+    mujoco.mj_forward(model, data)
+    answer = np.zeros((model.nv, model.nv))
+    mujoco.mj_solveM(model, data, answer, np.eye(model.nv))
+    return np.linalg.inv(answer)[np.ix_(dofs, dofs)]
+
+
+@pytest.mark.parametrize("bench", ["finger", "thumb", "spring_weak"])
+def test_the_links_weigh_and_turn_as_those_of_the_bench(bench: str, tmp_path: Path) -> None:
+    """Mass matrices agree in three postures: masses, inertias, places and axes are right."""
+    model = model_of(bench, "ideal", "joint_damping_error")
+    mechanism = bench_of(bench, model)
+    exported = write_urdf_target(tmp_path, mechanism, model)
+    ours = mujoco_spec(mechanism).compile()
+    theirs = mujoco.MjModel.from_xml_path(str(tmp_path / ROBOT_FILE))
+    names = tuple(joint_name(joint) for joint in mechanism.joints)
+    rng = np.random.default_rng(0)
+    for _ in range(3):
+        q = rng.uniform(0.0, 1.0, len(mechanism.joints))
+        a, b = inertia_of(ours, mechanism.joint_names, q), inertia_of(theirs, names, q)
+        assert a == pytest.approx(b, rel=1e-4, abs=1e-4 * np.abs(a).max())  # float32 in USD
+    damping = [theirs.dof_damping[theirs.joint(n).dofadr[0]] for n in names]
+    assert damping == pytest.approx([3.0 * joint.damping for joint in mechanism.joints], rel=1e-6)
+    assert exported.left_out == {ROBOT_FILE: ()}
+
+
+def test_each_part_of_a_hand_has_a_name_of_its_own(tmp_path: Path) -> None:
+    """Its fingers' joints share the last part of their paths; MuJoCo reads all of them."""
+    model = model_of("hand", "ideal")
+    mechanism = bench_of("hand", model)
+    write_urdf_target(tmp_path, mechanism, model)
+    theirs = mujoco.MjModel.from_xml_path(str(tmp_path / ROBOT_FILE))
+    assert theirs.njnt == len(mechanism.joints)
+    total = sum(joint.mass for joint in mechanism.joints)
+    assert theirs.body_mass.sum() == pytest.approx(total, rel=1e-5)
+
+
+def test_urdf_says_what_it_cannot(tmp_path: Path) -> None:
+    """It has no springs and no gravity."""
+    model = model_of("finger", "ideal", "joint_stiffness_error", "gravity_misalignment")
+    exported = write_urdf_target(tmp_path, bench_of("finger", model), model)
+    assert exported.left_out == {ROBOT_FILE: ("joint_stiffness_error", "gravity_misalignment")}
