@@ -19,7 +19,7 @@ from tendon_newton.diagnosis.next_experiment.investigation_log import (
 from tendon_newton.errors import InvalidOutput
 from tendon_newton.workflows import investigation
 from tendon_newton.workflows.options import InvestigateOptions
-from tests.diagnosis.test_experiment import write_open_class
+from tests.diagnosis.next_experiment.test_experiment import write_open_class
 
 STEP = Step(name="run_0", bench="finger", seconds=12.0, why="first")
 TILT, OFFSET = ("gravity_misalignment", "angle"), ("position_offset", "angle")

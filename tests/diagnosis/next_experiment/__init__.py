@@ -1,0 +1,1 @@
+"""Tests of the run that is proposed, planned or designed next."""
