@@ -66,7 +66,7 @@ MUTATIONS: tuple[Mutation, ...] = (
         file="tendon_newton/diagnosis/search/refit.py",
         old="chosen = chosen if rows is None else chosen & rows",
         new="chosen = chosen if rows is None else chosen",
-        tests="tests/diagnosis/test_refit.py",
+        tests="tests/diagnosis/search/test_refit.py",
     ),
     Mutation(
         name="tendon-decided-by-test",

@@ -91,15 +91,22 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--jobs", type=int, default=1)
     chosen = parser.parse_args(arguments)
     names = sorted(path.stem for path in (chosen.sets / "truth").glob("*.json"))
-    with ProcessPoolExecutor(chosen.jobs, mp_context=get_context("spawn")) as pool:
-        found = list(pool.map(partial(worths_of, chosen.sets, chosen.price), names))
-    worths = [worth for own in found for worth in own]
     chosen.out.mkdir(parents=True, exist_ok=True)
-    text = json.dumps({"sets": len(names), "price": chosen.price, "worths": worths}, indent=1)
-    (chosen.out / "worths.json").write_text(text + "\n", encoding="utf-8")
-    draw(worths, len(names), chosen.out / "calibration.png")
-    lines = "\n".join(table(worths, len(names)))
-    (chosen.out / "calibration.txt").write_text(lines + "\n", encoding="utf-8")
+    worths: list[dict[str, Any]] = []
+    with ProcessPoolExecutor(chosen.jobs, mp_context=get_context("spawn")) as pool:
+        found = pool.map(partial(worths_of, chosen.sets, chosen.price), names)
+        for sets, own in enumerate(found, start=1):
+            worths += own
+            write(worths, sets, chosen.price, chosen.out)
+
+
+def write(worths: Sequence[dict[str, Any]], sets: int, price: float, out: Path) -> None:
+    """Write what some sets gave; a run that breaks off leaves the curve of those before."""
+    text = json.dumps({"sets": sets, "price": price, "worths": list(worths)}, indent=1)
+    (out / "worths.json").write_text(text + "\n", encoding="utf-8")
+    draw(worths, sets, out / "calibration.png")
+    lines = "\n".join(table(worths, sets))
+    (out / "calibration.txt").write_text(lines + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
