@@ -216,7 +216,7 @@ def test_the_same_diagnosis_gives_the_same_page(with_force: Evidence, tmp_path: 
 
 def test_a_page_that_cannot_be_written_is_an_error(with_force: Evidence, tmp_path: Path) -> None:
     """The message names the file."""
-    with pytest.raises(InvalidOutput, match="report.html: cannot be written"):
+    with pytest.raises(InvalidOutput, match=r"report\.html: cannot be written"):
         write_report(tmp_path / "none" / "report.html", diagnosis("no_gap"), with_force)
 
 
