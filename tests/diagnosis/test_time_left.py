@@ -26,6 +26,7 @@ from tendon_newton.diagnosis.time_left import expected_times, time_left
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.identification.study import Study
 from tendon_newton.scheduler import THREADS_VARIABLE
+from tendon_newton.workflows import diagnosing as writing
 from tests.diagnosis.made_up import EXAMPLE, beginning, diagnosis, evidence
 
 EFFECTS = ("viscous_friction", "command_delay")
@@ -164,7 +165,7 @@ def test_json_alone_stands_on_the_output(
         assert budget == 120.0
         return diagnosis("explained"), evidence()
 
-    monkeypatch.setattr(diagnosing, "diagnose", answer)
+    monkeypatch.setattr(writing, "diagnose", answer)
     words = ["diagnose", str(tmp_path / "data"), "--model", str(EXAMPLE / "model.toml")]
     words += ["--out", str(tmp_path / "out"), "--json", "--budget", "2min"]
     assert main(words) == 0
