@@ -43,6 +43,9 @@ SIGNALS = ("command", "motor_position", "motor_velocity", "force", "tip")
 NO_DATASET = {
     "demo": "is diagnose, on the recordings that come along",
     "experiment": "reads a diagnosis",
+    "plan": "reads a model",
+    "investigate": "is collect and diagnose in turns, on recordings of its own",
+    "view": "draws one log",
     "explain": "reads a diagnosis",
     "asset": "reads an asset",
     "export": "reads a model",

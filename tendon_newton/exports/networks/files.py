@@ -1,7 +1,5 @@
 """Students as files: ONNX for Newton's neural drives, TorchScript for Isaac Lab and mjlab."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any
