@@ -176,10 +176,10 @@ MUTATIONS: tuple[Mutation, ...] = (
         tests=f"{FIRMWARE} other_side",
     ),
     Mutation(
-        name="profile-of-half-the-brake",
+        name="profile-brakes-too-late",
         file="tendon_newton/effects/acceleration_limit.py",
-        old="last = top / a",
-        new="last = real(0.5) * top / a",
+        old="top = wp.min(wp.sqrt(reach), values[1])",
+        new="top = wp.min(wp.sqrt(real(2.0) * reach), values[1])",
         tests=f"{FIRMWARE} trapezoid",
     ),
     Mutation(
