@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from hardware.collection.collect_plan import collect
+from hardware.collection.collect_plan import SINGLE_RUNS, collect
 from hardware.collection.collect_settings import CollectSettings
 from hardware.collection.excitation_plan import DesignedRun, PlannedRun
 from hardware.control.operator import Operator
@@ -109,7 +109,7 @@ def record_open_runs(
             folder,
             operator,
             stop,
-            title="investigation",
+            title=SINGLE_RUNS,
         )
         last = made.outcomes[-1]
         if last.fault is not None:
