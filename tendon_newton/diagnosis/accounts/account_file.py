@@ -10,6 +10,7 @@ from typing import Any
 from tendon_newton.data.files.checked_table import CheckedTable
 from tendon_newton.data.files.text_file import finite_number
 from tendon_newton.data.files.values import is_list, is_table
+from tendon_newton.data.parameters import BenchScale
 from tendon_newton.diagnosis.diagnosis_file import (
     StatedDiagnosis,
     diagnosis_table,
@@ -46,6 +47,8 @@ class Account:
     """Recordings in which it changes more than is left over anyway; None where unknown."""
     looked_at: int
     """Recordings in which that was looked at."""
+    scale: BenchScale
+    """Of the benches: on a shaft forces are torques."""
 
     @property
     def failed(self) -> tuple[Criterion, ...]:
@@ -83,7 +86,9 @@ def read_accounts(path: Path) -> Accounts:
 def state_accounts(table: CheckedTable) -> Accounts:
     """Check the contents of a ``diagnosis.json``."""
     stated = state_diagnosis(table)
-    causes = [state_account(row, stated) for row in table.tables("candidates")]
+    scale = table.values.get("scale")
+    on = BenchScale(is_shaft=is_table(scale) and scale.get("is_shaft") is True)
+    causes = [state_account(row, stated, on) for row in table.tables("candidates")]
     order = [effect.name for effect in stated.effects]
     causes.sort(key=lambda c: (order.index(c.name) if c.named else len(order), -c.share))
     baseline = table.values.get("baseline")
@@ -91,7 +96,7 @@ def state_accounts(table: CheckedTable) -> Accounts:
     return Accounts(stated=stated, causes=tuple(causes), has_force=force is not None)
 
 
-def state_account(row: CheckedTable, stated: StatedDiagnosis) -> Account:
+def state_account(row: CheckedTable, stated: StatedDiagnosis, scale: BenchScale) -> Account:
     """Check one entry of ``candidates``."""
     name = row.word("name")
     own = next((effect for effect in stated.effects if effect.name == name), None)
@@ -110,6 +115,7 @@ def state_account(row: CheckedTable, stated: StatedDiagnosis) -> Account:
         probability=finite_number(row.values.get("probability")),
         acts_in=None if acts is None else words(acts),
         looked_at=int(finite_number(row.values.get("looked_at")) or 0),
+        scale=scale,
     )
 
 

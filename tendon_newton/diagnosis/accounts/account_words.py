@@ -46,8 +46,8 @@ def line(cause: Account) -> str:
 
 def what(cause: Account) -> str:
     """Return a cause with its numbers."""
-    known = {p.name: p for p in EFFECTS[cause.name].parameters} if cause.name in EFFECTS else {}
-    units = {name: parameter.unit for name, parameter in known.items()}
+    known = EFFECTS[cause.name].parameters if cause.name in EFFECTS else ()
+    units = {parameter.name: parameter.on(cause.scale).unit for parameter in known}
     numbers = [quantity(value, units.get(name, "1")) for name, value in cause.values.items()]
     if len(numbers) > 1:
         numbers = [f"{name} {text}" for name, text in zip(cause.values, numbers, strict=True)]

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tendon_newton.data.recording import Recording
-from tendon_newton.identification.cutting import rows_of
+from tendon_newton.identification.cutting import beginning
 
 SPAN, MOST_SPANS = 8.0, 10
 """Length of a beginning [s] on which sets are chosen, and recordings of which one is looked at."""
@@ -25,7 +25,7 @@ def beginnings(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
 
 def deciding(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
     """Return the recordings, or longer beginnings of some of them where there are hours."""
-    if sum(duration(r) for r in recordings) <= LONG_SPAN * MOST_LONG_SPANS:
+    if sum(r.duration for r in recordings) <= LONG_SPAN * MOST_LONG_SPANS:
         return tuple(recordings)
     chosen = spread(recordings, MOST_LONG_SPANS)
     span = LONG_SPAN * MOST_LONG_SPANS / len(chosen)
@@ -51,14 +51,3 @@ def spread(recordings: Sequence[Recording], most: int) -> list[Recording]:
         places = (np.arange(count) + turn * GOLDEN % 1.0) * len(own) / count
         chosen += [own[int(place)] for place in places]
     return chosen
-
-
-def beginning(recording: Recording, seconds: float) -> Recording:
-    """Return a recording's first seconds."""
-    row = int(np.searchsorted(recording.time - recording.time[0], seconds))
-    return rows_of(recording, slice(0, row), recording.name)
-
-
-def duration(recording: Recording) -> float:
-    """Return how long a recording is [s]."""
-    return float(recording.time[-1] - recording.time[0])
