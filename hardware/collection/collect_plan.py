@@ -79,7 +79,7 @@ def collect(
     facts = shared_facts(title, address, settings)
     refuse_others(out, facts)
     addresses = {run.bench: replace(address, bench=run.bench) for run in plan}
-    done = {AGAIN.sub("", Path(file).stem) for file in listed_files(out)}
+    done = recorded_runs(out)
     waiting = [run for run in plan if run.name not in done]
     outcomes: list[RunOutcome] = []
     for name, group in groupby(waiting, key=lambda run: run.bench):
@@ -102,6 +102,11 @@ def collect(
                 if not outcomes[-1].finished:
                     return report(outcomes, plan, done)
     return report(outcomes, plan, done)
+
+
+def recorded_runs(out: Path) -> set[str]:
+    """Return the runs whose recordings a folder lists, also those of a further attempt."""
+    return {AGAIN.sub("", Path(file).stem) for file in listed_files(out)}
 
 
 def report(

@@ -92,7 +92,7 @@ class VirtualPorts:
         load_cell_rate: Lines per second: 80, 20 or 10 [Hz].
         faults: Faults by chance from the beginning.
         servo: Name of the servo.
-        wear: What use has done to it: ``new``, ``friction`` or ``spool``.
+        wear: What use has done to it: ``new``, ``friction``, ``spool`` or ``planted``.
     """
 
     def __init__(

@@ -22,15 +22,7 @@ def record(options: CollectOptions, operator: Operator) -> Collection:
         operator: Who stands at the bench.
     """
     plan = planned(options)
-    settings = CollectSettings(
-        rate=options.rate,
-        command_rate=options.command_rate,
-        loop=no_stronger(HostPositionLoop(), find_servo(options.servo)),
-        limits=SafetyLimits(force=options.force_limit, temperature=options.temperature_limit),
-        seed=options.seed,
-        spool_radius=options.spool_radius,
-        notes=options.notes,
-    )
+    settings = settings_of(options, seed=options.seed, command_rate=options.command_rate)
     address = address_of(
         options,
         plan[0].bench,
@@ -40,6 +32,27 @@ def record(options: CollectOptions, operator: Operator) -> Collection:
     title = options.plan or SINGLE_RUNS
     with StopRequest() as stop:
         return collect(address, plan, settings, options.out, operator, stop, title=title)
+
+
+def settings_of(
+    options: BenchOptions, *, seed: int, command_rate: float | None = None
+) -> CollectSettings:
+    """Return rates, loop and limits of all recordings.
+
+    Args:
+        options: They say what stands on the bench, and how far it may go.
+        seed: Seed of what the excitations draw.
+        command_rate: Commands per second [Hz]; 20 unless given.
+    """
+    return CollectSettings(
+        rate=options.rate,
+        command_rate=command_rate,
+        loop=no_stronger(HostPositionLoop(), find_servo(options.servo)),
+        limits=SafetyLimits(force=options.force_limit, temperature=options.temperature_limit),
+        seed=seed,
+        spool_radius=options.spool_radius,
+        notes=options.notes,
+    )
 
 
 def address_of(

@@ -29,7 +29,7 @@ class BenchPorts(LoadCellOptions):
 
     port: str | None = None
     """Serial port of the servos, or virtual, or virtual:finger:3 for unit 3, or
-    virtual:finger:3:friction (or :spool) for that unit worn."""
+    virtual:finger:3:friction (or :spool, :planted) for that unit worn."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,4 +1,4 @@
-"""Wear of a unit: a gear that has run dry, a spool that has slipped.
+"""Wear of a unit: a gear that has run dry, a spool that has slipped, or three wrong things at once.
 
 Wear is put on top of a drawn unit; the units themselves stay as they are. Its size is drawn by the
 unit's seed, where it has one.
@@ -10,6 +10,7 @@ import random
 from collections.abc import Callable
 from dataclasses import replace
 
+from hardware.virtual_bench.physics.planted import plant_causes
 from hardware.virtual_bench.physics.unit import Unit
 from tendon_newton.errors import look_up
 
@@ -46,6 +47,7 @@ WEARS: dict[str, Callable[[Unit, random.Random], Unit]] = {
     NEW: lambda unit, rng: unit,
     "friction": wear_friction,
     "spool": wear_spool,
+    "planted": lambda unit, rng: plant_causes(unit),
 }
 """Kinds of wear of a unit."""
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from tendon_newton.data.excitations import LARGEST_COMMAND
 from tendon_newton.data.recording import Array
+from tendon_newton.errors import InvalidParameter
 
 SEGMENTS = 8
 """Segments of a command."""
@@ -25,6 +26,8 @@ FREQUENCIES = (0.5, 6.0)
 """Of the swing [Hz]."""
 COMMAND_RATE = 20.0
 """Commands per second, as a bench is commanded [Hz]."""
+RUN_LENGTHS = (2.0, 120.0)
+"""Shortest and longest run that is designed [s]: eight segments need a quarter of a second each."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,3 +81,16 @@ class DesignedCommand:
             place += np.sign(way) * min(abs(way), speeds[k] * (end - begin))
             begin = end
         return np.clip(command, 0.0, LARGEST_COMMAND)
+
+
+def check_run_length(seconds: float) -> None:
+    """Refuse a length of which no run is designed.
+
+    Raises:
+        InvalidParameter: The length [s] is out of range.
+    """
+    shortest, longest = RUN_LENGTHS
+    if not shortest <= seconds <= longest:
+        raise InvalidParameter(
+            f"--run-length must be {shortest:g} to {longest:g} s; it is {seconds:g} s"
+        )

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from tendon_newton.data.files.json_file import read_json, write_json
+from tendon_newton.data.files.values import is_table
 from tendon_newton.diagnosis.diagnosis_file import StatedDiagnosis, read_diagnosis
 from tendon_newton.errors import InvalidOutput, shown
 
@@ -69,8 +70,8 @@ class Step:
 class InvestigationLog:
     """All steps so far."""
 
-    seed: int
-    benches: tuple[str, ...]
+    options: Mapping[str, Any]
+    """What all runs share, by the names of the command line."""
     steps: tuple[Step, ...] = ()
     ended: str | None = None
     """Why nothing more is recorded; None while something is."""
@@ -140,27 +141,51 @@ def write_log(path: Path, log: InvestigationLog) -> None:
     write_json(path, {"schema": SCHEMA, **asdict(log)})
 
 
-def read_log(path: Path, *, seed: int, benches: Sequence[str]) -> InvestigationLog:
+def read_log(path: Path, options: Mapping[str, Any]) -> InvestigationLog:
     """Read the log of an investigation that was begun, or begin one.
 
+    Args:
+        path: The log.
+        options: What all runs share, by the names of the command line.
+
     Raises:
-        InvalidOutput: The file is no log, or that of other benches or another seed.
+        InvalidOutput: The file is no log, or its investigation was begun with other options.
     """
     if not path.exists():
-        return InvestigationLog(seed=seed, benches=tuple(benches))
+        return InvestigationLog(options=options)
     table = read_json(path, InvalidOutput, PROMISE)
-    wanted = {"schema": SCHEMA, "seed": seed, "benches": list(benches)}
-    for key, value in wanted.items():
-        if table.get(key) != value:
-            raise InvalidOutput(
-                f"{path}: this investigation has {key} = {shown(table.get(key))}; asked for is "
-                f"{shown(value)}: go on with the same or give another folder"
-            )
+    if table.get("schema") != SCHEMA or not is_table(table.get("options")):
+        raise InvalidOutput(
+            f"{path}: {PROMISE} of schema {SCHEMA} with the options that it was begun with; it has "
+            f"schema {shown(table.get('schema'))}: give another folder"
+        )
+    refuse_other_options(path, table["options"], options)
     try:
         steps = tuple(read_step(row) for row in table["steps"])
+        return InvestigationLog(options=options, steps=steps, ended=table["ended"])
     except (KeyError, TypeError, AttributeError) as error:
         raise InvalidOutput(f"{path}: a step of the log is broken: {error!r}") from error
-    return InvestigationLog(seed=seed, benches=tuple(benches), steps=steps, ended=table["ended"])
+
+
+def refuse_other_options(path: Path, begun: Mapping[str, Any], options: Mapping[str, Any]) -> None:
+    """Refuse to go on with other options than those of the beginning, and say which differ."""
+    other = [key for key, value in options.items() if begun.get(key) != value]
+    if other:
+        before, now = (
+            ", ".join(f"--{key} {option_text(table.get(key))}" for key in other)
+            for table in (begun, options)
+        )
+        raise InvalidOutput(
+            f"{path}: this investigation was begun with {before}; asked for is {now}: go on with "
+            "the same options or give another folder"
+        )
+
+
+def option_text(value: Any) -> str:
+    """Return an option's value as a message names it."""
+    if value is None:
+        return "not given"
+    return " ".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
 
 
 def read_step(row: Mapping[str, Any]) -> Step:

@@ -1,5 +1,6 @@
 """Wear on top of a drawn unit: the units that results were made with stay as they are."""
 
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 
@@ -7,8 +8,10 @@ import pytest
 
 from hardware.benches.bench_address import BenchAddress
 from hardware.virtual_bench import LockstepBench
+from hardware.virtual_bench.emulation.truth import write_plant_file
+from hardware.virtual_bench.physics.planted import PLANTINGS, plant_causes, planted_causes
 from hardware.virtual_bench.physics.tendon import Tendon
-from hardware.virtual_bench.physics.unit import BENCHES, draw_unit
+from hardware.virtual_bench.physics.unit import BENCHES, Unit, draw_unit
 from hardware.virtual_bench.physics.wear import NEW, SLIP, worn
 from hardware.virtual_bench.process import InvalidVirtualBench, parse_wear, parse_word
 from tendon_newton.errors import UnknownName
@@ -51,6 +54,48 @@ def test_a_slipped_spool_leaves_the_tendon_loose_by_what_it_slipped() -> None:
     assert len(set(slips)) == 10
 
 
+@pytest.mark.parametrize("name", PLANTINGS)
+def test_each_planting_spoils_what_its_effect_names(name: str, tmp_path: Path) -> None:
+    """The unit's file of truth lists the effect with another number; a tilt spares the rails.
+
+    What the load cell's calibration does not know stands in no effect of a calibrated cell.
+    """
+    size = PLANTINGS[name].sizes[1]
+    for bench in ("finger", "spring_weak"):
+        unit = draw_unit(bench, 3)
+        spoilt = PLANTINGS[name].plant(unit, size)
+        if name == "gravity_misalignment" and bench != "finger":
+            assert spoilt == unit
+        elif name == "load_cell_gain":
+            ratio = spoilt.load_cell.counts_per_newton / unit.load_cell.counts_per_newton
+            assert ratio == pytest.approx(size)
+            assert replace(spoilt, load_cell=unit.load_cell) == unit
+        else:
+            by_torque = {"stribeck_friction", "viscous_friction"}  # at the string, by the radius
+            along = by_torque if name == "spool_radius_error" else set()
+            assert changed_effects(unit, spoilt, tmp_path) == {name, *along}
+
+
+def changed_effects(unit: Unit, spoilt: Unit, folder: Path) -> set[str]:
+    """Return the effects whose numbers differ between the truths of two units."""
+    tables = []
+    for each in (unit, spoilt):
+        write_plant_file(folder / "plant.toml", each)
+        rows = tomllib.loads((folder / "plant.toml").read_text(encoding="utf-8"))["effects"]
+        tables.append({row["name"]: row.get("parameters") for row in rows})
+    return {effect for effect, numbers in tables[0].items() if numbers != tables[1][effect]}
+
+
+def test_a_seed_plants_the_same_three_on_every_bench() -> None:
+    """Three different ones, and not the same three in every unit."""
+    kinds = {frozenset(planted_causes(seed)) for seed in range(40, 50)}
+    assert {len(names) for names in kinds} == {3}
+    assert len(kinds) > 5
+    finger, rail = (worn(draw_unit(b, 40), "planted") for b in ("finger", "spring_weak"))
+    assert finger == plant_causes(draw_unit("finger", 40)) != draw_unit("finger", 40)
+    assert (finger.servo, finger.load_cell) == (rail.servo, rail.load_cell)
+
+
 def test_the_word_of_a_bench_says_what_is_worn(tmp_path: Path) -> None:
     """A fourth part of the word; the unit's file of truth has it."""
     assert parse_word("virtual:finger:7:spool") == ("finger", 7)
@@ -58,7 +103,7 @@ def test_the_word_of_a_bench_says_what_is_worn(tmp_path: Path) -> None:
     assert parse_wear("virtual:finger:7") == NEW
     address = BenchAddress(bench="finger", port="virtual:finger:7:friction")
     assert (address.unit, address.wear) == (7, "friction")
-    with pytest.raises(InvalidVirtualBench, match="new, friction, spool"):
+    with pytest.raises(InvalidVirtualBench, match="new, friction, spool, planted"):
         parse_word("virtual:finger:7:rust")
     with pytest.raises(UnknownName, match="No wear of a virtual bench named 'rust'"):
         LockstepBench("finger", 7, wear="rust")

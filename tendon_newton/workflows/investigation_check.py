@@ -1,0 +1,93 @@
+"""Refuse an investigation that cannot be made, before anything is written."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from hardware.benches.bench_address import BenchAddress
+from hardware.collection.collect_settings import CollectSettings
+from hardware.collection.excitation_plan import BENCHES
+from hardware.load_cells.calibration_file import load_calibration
+from tendon_newton.data.model_file import load_model
+from tendon_newton.diagnosis.next_experiment.designed_command import check_run_length
+from tendon_newton.errors import InvalidParameter, listed, unknown_name
+from tendon_newton.workflows.collection import address_of, settings_of
+from tendon_newton.workflows.options import InvestigateOptions
+
+FEWEST_RUNS = 2
+"""Runs of an investigation: one to learn from, and one that only reports."""
+SERIAL = "a serial port"
+"""Stands for the port of a real bench, which may have another name after it was unplugged."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ready:
+    """How all runs of an investigation are recorded."""
+
+    settings: CollectSettings
+    addresses: Mapping[str, BenchAddress]
+    """Address of each bench, by its name."""
+
+
+def check(options: InvestigateOptions, *, budget: float) -> Ready:
+    """Look at all options before the first of them is used.
+
+    Args:
+        options: What the command line says.
+        budget: Time that recordings may take [s].
+
+    Raises:
+        TendonNewtonError: An option cannot be what it must be, or two contradict each other.
+    """
+    check_run_length(options.run_length)
+    if budget < FEWEST_RUNS * options.run_length:
+        raise InvalidParameter(
+            f"--budget must hold a run to learn from and a run to test, which take "
+            f"{FEWEST_RUNS * options.run_length:g} s with --run-length {options.run_length:g}; "
+            f"it is {budget:g} s"
+        )
+    check_benches(options.benches)
+    addresses = {
+        bench: address_of(
+            options, bench, port=options.port, load_cell_rate=options.virtual_load_cell_rate
+        )
+        for bench in options.benches
+    }
+    for address in addresses.values():
+        if address.virtual:
+            _ = address.unit  # a word without a unit is refused here
+    if options.calibration is not None:
+        load_calibration(options.calibration)
+    if options.known is not None:
+        load_model(options.known)
+    return Ready(settings=settings_of(options, seed=options.seed), addresses=addresses)
+
+
+def check_benches(benches: tuple[str, ...]) -> None:
+    """Refuse names of no bench, and one that is given twice."""
+    if not benches:
+        raise InvalidParameter(
+            f"--benches must name the bench that is mounted, and others that you have, of "
+            f"{listed(BENCHES)}; it names none"
+        )
+    for bench in benches:
+        if bench not in BENCHES:
+            raise unknown_name("bench with a tendon for --benches", bench, BENCHES)
+    if len(set(benches)) < len(benches):
+        raise InvalidParameter(f"--benches names each bench once; it is {listed(benches)}")
+
+
+def binding(options: InvestigateOptions) -> dict[str, Any]:
+    """Return the options that all runs of an investigation share, by their names."""
+    return {
+        "port": options.port if options.port.startswith("virtual") else SERIAL,
+        "benches": list(options.benches),
+        "run-length": options.run_length,
+        "known": None if options.known is None else str(options.known),
+        "servo": options.servo,
+        "rate": options.rate,
+        "spool-radius": options.spool_radius,
+        "seed": options.seed,
+    }

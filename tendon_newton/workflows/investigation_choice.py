@@ -1,0 +1,137 @@
+"""Choose the next run of an investigation, or say why there is none."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hardware.control.operator import Operator
+from tendon_newton.data.dataset import load_dataset
+from tendon_newton.diagnosis.explanation import OpenClass, Setting
+from tendon_newton.diagnosis.next_experiment.investigation_log import InvestigationLog, Step
+from tendon_newton.diagnosis.next_experiment.run_design import Expected, design, plan_of
+from tendon_newton.exam.open_class_file import read_answer, read_open_class
+from tendon_newton.workflows.options import InvestigateOptions
+
+RECORDINGS = "recordings"
+"""Folder of the dataset in that of an investigation."""
+CHANGE_OF_BENCH = 60.0
+"""Time that it takes a person to mount another bench [s]; a virtual one is there at once."""
+FORCE_SHARE = 0.8
+"""Share of the tension limit that no designed run may reach in simulation [1]."""
+LITTLE = 0.5
+"""A run that is expected to bring less is not worth its time [bit]."""
+IDLE = 2
+"""Runs in a row after which an investigation that learns nothing ends."""
+SPENT = "the time at the bench is spent"
+"""Beginning of the reason that a larger budget removes."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class NextRun:
+    """What to record, and why."""
+
+    expected: Expected
+    why: str
+
+
+def choose_next(
+    log: InvestigationLog, options: InvestigateOptions, operator: Operator, budget: float
+) -> InvestigationLog:
+    """Add the run that is expected to bring the most, or say why there is none."""
+    reason = reason_to_end(log, budget, options.run_length)
+    if reason is not None:
+        return replace(log, ended=reason)
+    chosen = next_run(log, options, operator)
+    if chosen is None:
+        return replace(log, ended=no_run_text(log))
+    plan = chosen.expected.prediction.plan
+    return replace(
+        log,
+        steps=(
+            *log.steps,
+            Step(
+                name=f"run_{log.runs}",
+                bench=plan.setting.bench,
+                seconds=options.run_length,
+                why=chosen.why,
+                command=tuple(np.round(plan.command, 4).tolist()),
+                expected={k: round(v, 3) for k, v in chosen.expected.numbers.items()},
+            ),
+        ),
+    )
+
+
+def reason_to_end(log: InvestigationLog, budget: float, length: float) -> str | None:
+    """Return why nothing more is to be recorded; None where something is."""
+    last = log.steps[-1]
+    if last.verdict in ("no_gap", "explained") and not last.open:
+        return "every cause stands alone"
+    if log.seconds + length > budget:
+        return f"{SPENT}: {log.seconds:.0f} s were recorded"
+    idle = [step for step in log.steps[-IDLE:] if step.brought is not None]
+    if len(idle) == IDLE and all(step.taught_nothing(LITTLE) for step in idle):
+        return f"the last {IDLE} runs brought nothing new" + still_open(last)
+    return None
+
+
+def no_run_text(log: InvestigationLog) -> str:
+    """Say what no run on these benches can tell."""
+    return "no run on these benches is expected to tell more" + still_open(log.steps[-1])
+
+
+def still_open(step: Step) -> str:
+    """Return what a step leaves open, in words."""
+    if not step.open:
+        return ""
+    pairs = "; ".join(" or ".join(names) for names in step.open)
+    return f"; left open: {pairs}. Another load, spring or posture may tell them apart"
+
+
+def next_run(
+    log: InvestigationLog, options: InvestigateOptions, operator: Operator
+) -> NextRun | None:
+    """Return the run that tells a class apart, or else the one that narrows intervals most."""
+    folder = options.out / f"diagnosis_{log.runs}"
+    known = [plan_of(r) for r in load_dataset(options.out / RECORDINGS).train]
+    settings = [Setting(bench=bench) for bench in options.benches]
+    rng = np.random.default_rng([options.seed, log.runs])
+
+    def best(question: OpenClass) -> Expected | None:
+        found = design(
+            question,
+            known,
+            settings,
+            rng,
+            duration=options.run_length,
+            force_limit=FORCE_SHARE * options.force_limit,
+            progress=lambda text: operator.announce(f"  next run: {text}"),
+        )
+        return nearest(found, log.steps[-1].bench, options)
+
+    for names in log.steps[-1].open:
+        expected = best(read_open_class(folder, names[0]))
+        if expected is not None and expected.settles > 0.0:
+            return NextRun(expected=expected, why=f"to tell {' from '.join(names)}")
+    expected = best(read_answer(folder))
+    if expected is None or expected.bits < LITTLE:
+        return None
+    most = max(expected.numbers, key=lambda name: expected.numbers[name])
+    return NextRun(
+        expected=expected, why=f"{expected.bits:.1f} bits are expected, most of them on {most}"
+    )
+
+
+def nearest(
+    found: Sequence[Expected], mounted: str, options: InvestigateOptions
+) -> Expected | None:
+    """Return the run that is worth most for its time; another bench takes a person's time."""
+    change = 0.0 if options.port.startswith("virtual") else CHANGE_OF_BENCH
+
+    def rate(expected: Expected) -> float:
+        away = expected.prediction.plan.setting.bench != mounted
+        return expected.worth / (options.run_length + change * away)
+
+    return max(found, key=rate, default=None)
