@@ -1,14 +1,21 @@
 """An investigation: what it writes, when it ends, and that it goes on where it stopped."""
 
 import json
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from hardware.benches.bench import Bench, open_bench
+from hardware.collection import collect_plan
 from hardware.control.operator import SilentOperator
-from tendon_newton.data.dataset import load_dataset
+from hardware.errors import SafetyStop
+from hardware.stop_request import StopRequest
+from tendon_newton.data.dataset import listed_files, load_dataset
 from tendon_newton.diagnosis.next_experiment.investigation_log import (
     InvestigationLog,
     Step,
@@ -16,17 +23,24 @@ from tendon_newton.diagnosis.next_experiment.investigation_log import (
     with_answer,
     write_log,
 )
-from tendon_newton.errors import InvalidOutput
+from tendon_newton.errors import InvalidOutput, TendonNewtonError
 from tendon_newton.workflows import investigation
+from tendon_newton.workflows.investigation_check import binding, check
+from tendon_newton.workflows.investigation_choice import reason_to_end
 from tendon_newton.workflows.options import InvestigateOptions
 from tests.diagnosis.next_experiment.test_experiment import write_open_class
+from tests.faults import injections as on
+from tests.faults.collecting import BEGIN
+from tests.faults.injections import LONG, let
+from tests.hardware.deploy.runs import at_instant
 
 STEP = Step(name="run_0", bench="finger", seconds=12.0, why="first")
+OPTIONS = {"seed": 3, "benches": ["finger"]}
 TILT, OFFSET = ("gravity_misalignment", "angle"), ("position_offset", "angle")
 
 
 def test_a_log_is_read_as_it_was_written(tmp_path: Path) -> None:
-    """Steps with commands, causes and classes; of another seed or broken it is refused."""
+    """Steps with commands, causes and classes; a broken one is refused."""
     step = replace(
         STEP,
         command=(0.0, 1.5),
@@ -37,16 +51,29 @@ def test_a_log_is_read_as_it_was_written(tmp_path: Path) -> None:
         open=(("a", "b"),),
         settled=(("c", "d"),),
     )
-    log = InvestigationLog(seed=3, benches=("finger",), steps=(STEP, step), ended="done")
+    log = InvestigationLog(options=OPTIONS, steps=(STEP, step), ended="done")
     path = tmp_path / "log.json"
     write_log(path, log)
-    assert read_log(path, seed=3, benches=("finger",)) == log
+    assert read_log(path, OPTIONS) == log
     assert step.bits == (1.0, 0.5)
-    with pytest.raises(InvalidOutput, match="seed = 3"):
-        read_log(path, seed=4, benches=("finger",))
     path.write_text(path.read_text(encoding="utf-8").replace('"why"', '"what"'), encoding="utf-8")
     with pytest.raises(InvalidOutput, match="a step of the log is broken"):
-        read_log(path, seed=3, benches=("finger",))
+        read_log(path, OPTIONS)
+    path.write_text('{"schema": 1, "seed": 3, "steps": []}', encoding="utf-8")
+    with pytest.raises(InvalidOutput, match="with the options that it was begun with"):
+        read_log(path, OPTIONS)
+
+
+def test_a_log_of_other_options_says_which_differ(tmp_path: Path) -> None:
+    """Each option that differs, before and now, and none that does not."""
+    path = tmp_path / "log.json"
+    write_log(path, InvestigationLog(options=OPTIONS | {"known": None}, steps=(STEP,)))
+    now = {"seed": 3, "benches": ["finger", "spring_weak"], "known": "model.toml"}
+    with pytest.raises(InvalidOutput) as error:
+        read_log(path, now)
+    assert "begun with --benches finger, --known not given;" in str(error.value)
+    assert "asked for is --benches finger spring_weak, --known model.toml:" in str(error.value)
+    assert "--seed" not in str(error.value)
 
 
 def test_half_an_interval_is_a_bit(tmp_path: Path) -> None:
@@ -79,8 +106,8 @@ def test_half_an_interval_is_a_bit(tmp_path: Path) -> None:
 )
 def test_it_ends_for_a_reason(steps: tuple[Step, ...], words: str | None) -> None:
     """And goes on as long as there is none."""
-    log = InvestigationLog(seed=0, benches=("finger",), steps=steps)
-    reason = investigation.reason_to_end(log, 60.0, 12.0)
+    log = InvestigationLog(options=OPTIONS, steps=steps)
+    reason = reason_to_end(log, 60.0, 12.0)
     assert reason is None if words is None else str(reason).startswith(words)
 
 
@@ -113,7 +140,131 @@ def test_it_goes_on_where_it_was_killed(tmp_path: Path, monkeypatch: pytest.Monk
     assert diagnosed == [1, 2, 2]
     dataset = load_dataset(tmp_path / "recordings")
     assert [r.name.removesuffix(".mcap") for r in dataset.train] == ["run_0", "run_1"]
-    log = read_log(tmp_path / "investigation.json", seed=0, benches=("spring_weak", "finger"))
+    log = read_log(tmp_path / "investigation.json", binding(options))
     assert log.ended == "every cause stands alone"
     assert log.steps[-1].settled == (("gravity_misalignment", "position_offset"),)
     assert "gravity misalignment" in page.read_text(encoding="utf-8")
+
+
+def virtual(folder: Path, **changes: Any) -> InvestigateOptions:
+    """Return the options of a short investigation of a virtual unit."""
+    options = InvestigateOptions(
+        port="virtual::3",
+        out=folder / "out",
+        benches=("spring_weak",),
+        run_length=2.0,
+        faster_than_real_time=True,
+    )
+    return replace(options, **changes)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"benches": ()}, "--benches must name the bench that is mounted"),
+        ({"benches": ("foo",)}, "No bench with a tendon for --benches named 'foo'; known: finger"),
+        ({"benches": ("finger", "finger")}, "--benches names each bench once"),
+        (
+            {"port": "virtual:finger:3", "benches": ("finger", "spring_weak")},
+            "names the bench 'finger'; 'spring_weak' is to be recorded.*virtual::3",
+        ),
+        ({"port": "virtual::three"}, "seed of a virtual bench is a whole number"),
+        ({"port": "virtual::3:rust"}, "worn in one of the ways new"),
+        ({"port": "/dev/ttyUSB0"}, "only a virtual bench can be faster than real time"),
+        ({"servo": "xc9"}, "No servo named 'xc9'"),
+        ({"virtual_load_cell_rate": 7}, "a virtual load cell gives 80, 20, 10"),
+        ({"run_length": 1.9}, "--run-length must be 2 to 120 s; it is 1.9 s"),
+        ({"run_length": float("nan")}, "--run-length must be 2 to 120 s; it is nan s"),
+        ({"run_length": 30.5}, "which take 61 s with --run-length 30.5; it is 60 s"),
+        ({"rate": 81.0}, "whole multiple of the command rate"),
+        ({"force_limit": -1.0}, "the limit of force must be above 0"),
+        ({"known": Path("none.toml")}, "none.toml: .*no such file"),
+        ({"calibration": Path("cell.toml")}, "cell.toml: a calibration is a TOML file"),
+    ],
+)
+def test_an_investigation_that_cannot_be_leaves_nothing_behind(
+    changes: dict[str, Any], words: str, tmp_path: Path
+) -> None:
+    """Each option is refused in its own words before the folder is made."""
+    with pytest.raises(TendonNewtonError, match=words):
+        investigation.investigate(virtual(tmp_path, **changes), SilentOperator(), budget=60.0)
+    assert not (tmp_path / "out").exists()
+
+
+def test_options_that_fit_are_taken() -> None:
+    """Two runs fill a budget, and a unit without a bench's name has every bench."""
+    options = virtual(Path(), port="virtual::3:planted", benches=("finger", "spring_weak"))
+    ready = check(replace(options, run_length=30.0), budget=60.0)
+    assert {bench: a.bench for bench, a in ready.addresses.items()} == {
+        "finger": "finger",
+        "spring_weak": "spring_weak",
+    }
+
+
+Fault = Callable[[Bench, StopRequest], None]
+
+
+def spoil_first_bench(monkeypatch: pytest.MonkeyPatch, fault: Fault) -> list[Bench]:
+    """Let a fault strike the first run, and nothing be diagnosed; return benches as they open."""
+    opened: list[Bench] = []
+
+    @contextmanager
+    def spoilt_bench(*words: Any) -> Generator[Bench]:
+        with open_bench(*words) as bench:
+            opened.append(bench)
+            if len(opened) == 1:
+                at_instant(bench, BEGIN, lambda: fault(bench, StopRequest()))
+            yield bench
+
+    def end(*_: Any, **__: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(collect_plan, "open_bench", spoilt_bench)
+    monkeypatch.setattr(investigation, "diagnose_into", end)
+    return opened
+
+
+@pytest.mark.parametrize(
+    ("fault", "length", "said"),
+    [
+        (let("unplug", duration=LONG), 16.0, "it has been silent for 10"),
+        (let("cell_silence", duration=LONG), 8.0, "has been silent for 3"),
+        (on.stuck(0), 8.0, "must be alive"),
+    ],
+)
+def test_a_fault_ends_a_run_as_in_collect_and_the_same_call_goes_on(
+    fault: Fault,
+    length: float,
+    said: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """An adapter out of its socket, a load cell that is dead: no run is listed, the motor is off.
+
+    Once it is mended the run is recorded anew under another name, and what is recorded stays.
+    """
+    opened = spoil_first_bench(monkeypatch, fault)
+    options, operator = virtual(tmp_path, run_length=length), SilentOperator()
+    with pytest.raises(SafetyStop, match=said):
+        investigation.investigate(options, operator, budget=60.0)
+    recordings = tmp_path / "out" / "recordings"
+    assert listed_files(recordings) == ()
+    assert not on.plant(opened[0]).lines[0].motor.duty
+    for _ in range(2):
+        with pytest.raises(KeyboardInterrupt):
+            investigation.investigate(options, operator, budget=60.0)
+        assert listed_files(recordings) == ("test_0_again1.mcap", "run_0.mcap")
+    assert len(opened) == 3
+
+
+def test_an_adapter_that_comes_back_soon_leaves_a_gap(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two seconds out of its socket: the run pauses, goes on, and is listed."""
+    spoil_first_bench(monkeypatch, let("unplug", duration=2.0))
+    with pytest.raises(KeyboardInterrupt):
+        investigation.investigate(virtual(tmp_path, run_length=8.0), SilentOperator(), budget=60.0)
+    test, _ = listed_files(tmp_path / "out" / "recordings")
+    dataset = load_dataset(tmp_path / "out" / "recordings")
+    assert test == "test_0.mcap"
+    assert np.diff(dataset.test[0].time).max() > 1.5
