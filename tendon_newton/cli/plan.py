@@ -36,7 +36,7 @@ class PlanConfig:
     run_length: float = 12.0
     """Length of a run [s]."""
     force_limit: float = 24.0
-    """Tension that no run may reach in simulation [N]."""
+    """Tension that no run may reach in simulation [N]; a torque where a shaft is turned [N m]."""
     seed: int = 0
     """Of what is drawn."""
 
@@ -47,16 +47,25 @@ def main(config: PlanConfig) -> None:
     from tendon_newton.data.files.result_folder import make_folder
     from tendon_newton.data.model_file import load_model
     from tendon_newton.device_code.quiet import quiet_warp
-    from tendon_newton.errors import InvalidParameter
+    from tendon_newton.diagnosis.next_experiment.designed_command import check_run_length
+    from tendon_newton.errors import InvalidModelFile, InvalidParameter
+    from tendon_newton.mechanisms.asset_library import asset_path
 
+    check_run_length(config.run_length)
     runs = int(read_duration(config.budget, "--budget") / config.run_length)
-    if not 2.0 <= config.run_length <= 120.0 or runs < 1:
+    if runs < 1:
         raise InvalidParameter(
-            f"--run-length must be 2 to 120 s and fit into --budget {config.budget}; "
-            f"it is {config.run_length:g} s"
+            f"--budget must hold a run of --run-length {config.run_length:g} s; it is "
+            f"{config.budget}"
         )
-    quiet_warp()
+    if not config.benches:
+        raise InvalidParameter("--benches must name the benches that you have; it names none")
+    if not config.force_limit > 0.0:
+        raise InvalidParameter(f"--force-limit must be above 0; it is {config.force_limit:g}")
+    for bench in config.benches:
+        asset_path(bench)
     model = load_model(config.model)
+    quiet_warp()
 
     import numpy as np
 
@@ -67,21 +76,24 @@ def main(config: PlanConfig) -> None:
         write_setting,
     )
 
-    plan = plan_first(
-        model,
-        [Setting(bench=bench) for bench in config.benches],
-        runs=runs,
-        duration=config.run_length,
-        force_limit=config.force_limit,
-        rng=np.random.default_rng(config.seed),
-        progress=lambda text: print(f"  {text} ...", flush=True),
-    )
+    try:
+        plan = plan_first(
+            model,
+            [Setting(bench=bench) for bench in config.benches],
+            runs=runs,
+            duration=config.run_length,
+            force_limit=config.force_limit,
+            rng=np.random.default_rng(config.seed),
+            progress=lambda text: print(f"  {text} ...", flush=True),
+        )
+    except InvalidModelFile as error:
+        raise InvalidModelFile(f"{config.model}: {error}") from error
     out = make_folder(config.out)
     for number, step in enumerate(plan.steps, start=1):
         write_command(out / f"run_{number}.csv", step.prediction)
         write_setting(out / f"run_{number}.toml", step.prediction)
     print(table(plan))
-    print(f"\n  commands  {out}")
+    print(f"\n  commands  {out}" if plan.steps else "\n  no command was written")
 
 
 def table(plan: FirstPlan) -> str:
@@ -95,6 +107,8 @@ def table(plan: FirstPlan) -> str:
         )
     rows += ["", f"  {'number':44s} expected interval, as a share of its range"]
     rows += [f"  {name:44s} {2.0**-bits:8.2g}" for name, bits in plan.bits.items()]
+    if plan.ended:
+        rows += ["", f"  {plan.ended}"]
     if plan.untold:
         rows += ["", f"  not told by any run on these benches: {', '.join(plan.untold)}"]
     return "\n".join(rows)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, get_args
 
@@ -37,6 +37,8 @@ class StatedDiagnosis:
     wall_time_s: float
     effects: tuple[StatedCause, ...]
     """Causes, strongest first."""
+    fitted: Mapping[str, Estimate] = field(default_factory=dict)
+    """Numbers of the actuator that were refitted, by name."""
 
 
 def read_diagnosis(path: Path) -> StatedDiagnosis:
@@ -64,6 +66,7 @@ def state_diagnosis(table: CheckedTable) -> StatedDiagnosis:
         verdict=verdict,
         wall_time_s=table.number("wall_time_s"),
         effects=tuple(state_cause(effect) for effect in table.tables("effects")),
+        fitted=state_estimates(table.table("fitted")) if "fitted" in table else {},
     )
 
 
@@ -73,13 +76,15 @@ def state_cause(table: CheckedTable) -> StatedCause:
     return StatedCause(
         name=table.word("name"),
         side=table.word("side"),
-        parameters={
-            name: state_estimate(row, f"{table.where}: parameter {shown(name)}")
-            for name, row in table.table("parameters").values.items()
-        },
+        parameters=state_estimates(table.table("parameters")),
         indistinguishable_from=table.words("indistinguishable_from"),
         separating_experiment=experiment if isinstance(experiment, str) else None,
     )
+
+
+def state_estimates(table: CheckedTable) -> dict[str, Estimate]:
+    """Check fitted numbers by name."""
+    return {n: state_estimate(row, f"{table.where}: {shown(n)}") for n, row in table.values.items()}
 
 
 def state_estimate(row: Any, where: str) -> Estimate:

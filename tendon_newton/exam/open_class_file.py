@@ -11,10 +11,9 @@ from tendon_newton.data.parameters import BenchScale
 from tendon_newton.diagnosis.diagnosis_file import (
     diagnosis_table,
     state_diagnosis,
-    state_estimate,
+    state_estimates,
 )
 from tendon_newton.diagnosis.explanation import (
-    Estimate,
     Explanation,
     OpenClass,
     Setting,
@@ -25,7 +24,6 @@ from tendon_newton.errors import (
     NothingToSeparate,
     TendonNewtonError,
     listed,
-    shown,
 )
 from tendon_newton.identification.noise_floor import NoiseFloor
 
@@ -82,8 +80,9 @@ def read_answer(folder: Path) -> OpenClass:
     path = folder / FILE
     table = diagnosis_table(path)
     stated, model = state_diagnosis(table), load_model(folder / "model.toml")
-    own = read_estimates(table.table("fitted")) if "fitted" in table else {}
-    numbers = {model.actuator.name: own} | {e.name: dict(e.parameters) for e in stated.effects}
+    numbers = {model.actuator.name: dict(stated.fitted)} | {
+        e.name: dict(e.parameters) for e in stated.effects
+    }
     return OpenClass(
         explanations=(Explanation(cause=ANSWER, numbers=numbers),),
         without=model,
@@ -104,13 +103,8 @@ def read_explanation(row: CheckedTable) -> Explanation:
     numbers = row.table("numbers")
     return Explanation(
         cause=row.word("cause"),
-        numbers={owner: read_estimates(numbers.table(owner)) for owner in numbers.values},
+        numbers={owner: state_estimates(numbers.table(owner)) for owner in numbers.values},
     )
-
-
-def read_estimates(table: CheckedTable) -> dict[str, Estimate]:
-    """Read fitted numbers by name."""
-    return {n: state_estimate(row, f"{table.where}: {shown(n)}") for n, row in table.values.items()}
 
 
 def read_setting(row: CheckedTable) -> Setting:

@@ -150,9 +150,9 @@ def diagnose_last(
     """Diagnose all recordings unless it was done, and say what the last one brought."""
     number, out = log.runs, options.out
     folder = out / f"diagnosis_{number}"
+    model = load_model(options.known or out / RECORDINGS / "model.toml")
     if not (folder / FILE).exists():
         dataset = load_dataset(out / RECORDINGS)
-        model = load_model(options.known or out / RECORDINGS / "model.toml")
         diagnose_into(
             folder,
             dataset,
@@ -161,6 +161,11 @@ def diagnose_last(
             progress=lambda text: operator.announce(f"  diagnosis {number}: {text}"),
         )
     earlier = out / f"diagnosis_{number - 1}" / FILE
-    last = with_answer(log.steps[-1], folder / FILE, earlier if earlier.exists() else None)
+    last = with_answer(
+        log.steps[-1],
+        folder / FILE,
+        earlier if earlier.exists() else None,
+        actuator=model.actuator.name,
+    )
     operator.announce(f"  {last.text()}")
     return replace(log, steps=(*log.steps[:-1], last))

@@ -109,7 +109,7 @@ def next_run(
             force_limit=FORCE_SHARE * options.force_limit,
             progress=lambda text: operator.announce(f"  next run: {text}"),
         )
-        return nearest(found, log.steps[-1].bench, options)
+        return nearest(found.runs, log.steps[-1].bench, options)
 
     for names in log.steps[-1].open:
         expected = best(read_open_class(folder, names[0]))

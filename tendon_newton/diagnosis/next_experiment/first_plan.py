@@ -11,13 +11,18 @@ from tendon_newton.actuators import find_actuator
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.parameters import BenchScale, Parameter
 from tendon_newton.diagnosis.explanation import Estimate, Explanation, OpenClass, Setting
-from tendon_newton.diagnosis.next_experiment.run_design import Expected, design
+from tendon_newton.diagnosis.next_experiment.run_design import Designs, Expected, design
+from tendon_newton.diagnosis.next_experiment.separation import blank_recording, plan_run
 from tendon_newton.effects import find_effect
 from tendon_newton.errors import InvalidModelFile
+from tendon_newton.identification.bench_scale import scale_of
 from tendon_newton.identification.noise_floor import NoiseFloor
+from tendon_newton.simulation.hosts.replay import bench_of
 
-NOISE = NoiseFloor(theta=2.0 * np.pi / 4096.0 / np.sqrt(12.0), force=0.05)
-"""Of a servo's encoder with 4096 counts a turn, and of a load cell of 5 kg [rad, N]."""
+ANGLE_NOISE = 2.0 * np.pi / 4096.0 / np.sqrt(12.0)
+"""Of a servo's encoder with 4096 counts a turn [rad]."""
+FORCE_NOISE = 0.05
+"""Of a load cell of 5 kg on a nominal bench [N]; another bench has a cell of its size."""
 LITTLE = 0.5
 """A run that is expected to bring less is not worth its time [bit]."""
 ROW_WORTH = 1.0 / 80.0
@@ -33,6 +38,8 @@ class FirstPlan:
     steps: tuple[Expected, ...]
     bits: dict[str, float]
     """Of each number, as ``owner.name``: log2 of its range over the interval that is expected."""
+    ended: str = ""
+    """Why there are fewer runs than the time allows, without a full stop."""
 
     @property
     def untold(self) -> tuple[str, ...]:
@@ -64,7 +71,8 @@ def plan_first(
     Raises:
         InvalidModelFile: The model has no number to be told.
     """
-    question = prior_question(model, settings)
+    question = prior_question(model, settings, duration)
+    ended = ""
     steps: list[Expected] = []
     bits = dict.fromkeys(
         (f"{o}.{n}" for o, own in question.explanations[0].numbers.items() for n in own), 0.0
@@ -81,26 +89,52 @@ def plan_first(
             row_worth=ROW_WORTH,
             progress=progress,
         )
-        if not found or found[0].bits < LITTLE:
+        if not found.runs or found.runs[0].bits < LITTLE:
+            ended = reason(found, number, force_limit, question.scale.force_unit)
             break
-        steps.append(found[0])
-        for name, more in found[0].numbers.items():
+        best = found.runs[0]
+        steps.append(best)
+        for name, more in best.numbers.items():
             bits[name] += more
-    return FirstPlan(steps=tuple(steps), bits=bits)
+    return FirstPlan(steps=tuple(steps), bits=bits, ended=ended)
 
 
-def prior_question(model: Model, settings: Sequence[Setting]) -> OpenClass:
-    """Return a model as the only explanation, each number as open as its range."""
-    parameters = find_actuator(model.actuator.name).parameters
-    fitted = {
-        p.name: anywhere(p, float(model.actuator.values.get(p.name, p.nominal)))
-        for p in parameters
-        if p.name in model.fit
+def reason(found: Designs, number: int, force_limit: float, unit: str) -> str:
+    """Say why no further run is planned, and what would change that.
+
+    Args:
+        found: Runs that were tried.
+        number: Runs that are planned already.
+        force_limit: Tension that no run may reach [N].
+        unit: Unit of a force on these benches.
+    """
+    words = "no run" if number == 0 else "no further run"
+    away = ""
+    if found.refused:
+        away = (
+            f"{len(found.refused)} were left out because they may reach the limit of "
+            f"{force_limit:g} {unit}, the calmest with {min(found.refused):.3g} {unit}; give "
+            "another --force-limit if the bench takes more, or an actuator that gives less"
+        )
+    if not found.runs:
+        return f"{words} stays within the limit: {away}"
+    told = f"{words} is expected to tell {LITTLE:g} bit; the best tells {found.runs[0].bits:.2g}"
+    return f"{told}. {away[0].upper()}{away[1:]}" if away else told
+
+
+def prior_question(model: Model, settings: Sequence[Setting], duration: float) -> OpenClass:
+    """Return a model as the only explanation, each number as open as its range on the benches."""
+    scale = planned_scale(model, settings, duration)
+    numbers = {
+        model.actuator.name: {
+            p.name: anywhere(p.on(scale), float(model.actuator.values.get(p.name, p.nominal)))
+            for p in find_actuator(model.actuator.name).parameters
+            if p.name in model.fit
+        }
     }
-    numbers = {model.actuator.name: fitted}
     for effect in model.effects:
         numbers[effect.name] = {
-            p.name: anywhere(p, float(effect.values.get(p.name, p.null)))
+            p.name: anywhere(p.on(scale), float(effect.values.get(p.name, p.null)))
             for p in find_effect(effect.name).parameters
         }
     if not any(numbers.values()):
@@ -112,9 +146,18 @@ def prior_question(model: Model, settings: Sequence[Setting]) -> OpenClass:
         explanations=(Explanation(cause="model", numbers=numbers),),
         without=model,
         settings=tuple(settings),
-        noise=NOISE,
-        scale=BenchScale(),
+        noise=NoiseFloor(theta=float(ANGLE_NOISE), force=FORCE_NOISE * scale.force),
+        scale=scale,
     )
+
+
+def planned_scale(model: Model, settings: Sequence[Setting], duration: float) -> BenchScale:
+    """Return how large benches are, by what commands over the servo's range ask of the actuator."""
+    runs = [
+        blank_recording(plan_run(setting, "stairs", 0, duration), has_force=False)
+        for setting in settings
+    ]
+    return scale_of([bench_of(setting.bench, model) for setting in settings], runs, model)
 
 
 def anywhere(parameter: Parameter, value: float) -> Estimate:

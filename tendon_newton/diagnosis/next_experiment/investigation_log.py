@@ -87,8 +87,15 @@ class InvestigationLog:
         return sum(step.seconds for step in self.steps)
 
 
-def with_answer(step: Step, answer: Path, earlier: Path | None) -> Step:
-    """Return a step with what the diagnosis with it says, beside that of the one before."""
+def with_answer(step: Step, answer: Path, earlier: Path | None, *, actuator: str) -> Step:
+    """Return a step with what the diagnosis with it says, beside that of the one before.
+
+    Args:
+        step: The last run.
+        answer: ``diagnosis.json`` with it.
+        earlier: That of the run before, if there was one.
+        actuator: Kind of the actuator, which owns the numbers that are refitted.
+    """
     now = read_diagnosis(answer)
     classes = classes_of(now)
     step = replace(
@@ -107,7 +114,7 @@ def with_answer(step: Step, answer: Path, earlier: Path | None) -> Step:
     before = read_diagnosis(earlier)
     left = {frozenset(names) for names in classes}
     gone = tuple(names for names in classes_of(before) if frozenset(names) not in left)
-    return replace(step, brought=bits_between(before, now), settled=gone)
+    return replace(step, brought=bits_between(before, now, actuator), settled=gone)
 
 
 def classes_of(diagnosis: StatedDiagnosis) -> tuple[tuple[str, ...], ...]:
@@ -119,20 +126,25 @@ def classes_of(diagnosis: StatedDiagnosis) -> tuple[tuple[str, ...], ...]:
     )
 
 
-def bits_between(before: StatedDiagnosis, after: StatedDiagnosis) -> dict[str, float]:
-    """Return log2 of what the interval of each number that both name has shrunk by [bit]."""
-    widths = [
-        {
-            f"{cause.name}.{name}": number.ci95[1] - number.ci95[0]
-            for cause in diagnosis.effects
-            for name, number in cause.parameters.items()
-        }
-        for diagnosis in (before, after)
-    ]
+def bits_between(
+    before: StatedDiagnosis, after: StatedDiagnosis, actuator: str
+) -> dict[str, float]:
+    """Return log2 of what the interval of each number that both have has shrunk by [bit]."""
+    old, new = (interval_widths(diagnosis, actuator) for diagnosis in (before, after))
     return {
-        key: math.log2(widths[0][key] / widths[1][key])
-        for key in widths[0].keys() & widths[1].keys()
-        if min(widths[0][key], widths[1][key]) > 0.0
+        key: math.log2(old[key] / new[key])
+        for key in old.keys() & new.keys()
+        if min(old[key], new[key]) > 0.0
+    }
+
+
+def interval_widths(diagnosis: StatedDiagnosis, actuator: str) -> dict[str, float]:
+    """Return the width of each number's interval, as ``owner.name``."""
+    owners = {actuator: diagnosis.fitted} | {c.name: c.parameters for c in diagnosis.effects}
+    return {
+        f"{owner}.{name}": number.ci95[1] - number.ci95[0]
+        for owner, numbers in owners.items()
+        for name, number in numbers.items()
     }
 
 

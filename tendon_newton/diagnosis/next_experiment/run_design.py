@@ -36,6 +36,8 @@ ROUNDS = ((0.4, 0.3), (0.25, 0.15))
 """Share of the numbers that move, and by how much, in each round of variants [1]."""
 SEED = 7
 """Of the library's runs."""
+LOOKED_AT = 8
+"""Runs of a bench that are simulated together under drawn models."""
 DRAWS = 16
 """Models drawn from the intervals, under each of which a run must stay within its limit."""
 RIVAL_WORTH = 100.0
@@ -77,6 +79,16 @@ class Expected:
         return RIVAL_WORTH * self.settles + self.bits
 
 
+@dataclass(frozen=True, kw_only=True)
+class Designs:
+    """Runs that a search has tried."""
+
+    runs: tuple[Expected, ...]
+    """Those that stay within the limit, best first."""
+    refused: tuple[float, ...]
+    """Largest tensions of the others [N]."""
+
+
 def design(
     question: OpenClass,
     known: Sequence[Plan],
@@ -87,8 +99,8 @@ def design(
     force_limit: float,
     row_worth: float | None = None,
     progress: Callable[[str], None] = lambda _: None,
-) -> tuple[Expected, ...]:
-    """Search the commands that tell the most, and return the runs that were tried, best first.
+) -> Designs:
+    """Search the commands that tell the most, and return the runs that were tried.
 
     The search starts from the library's excitations and drawn commands, on each bench, and varies
     the best of them. Runs that may pull harder than the limit are left out.
@@ -234,22 +246,34 @@ def peak(residual: Residual) -> float | None:
 
 def within_limit(
     question: OpenClass, found: Sequence[Expected], rng: np.random.Generator, force_limit: float
-) -> tuple[Expected, ...]:
-    """Return the best runs that stay below a tension under models drawn from the intervals.
+) -> Designs:
+    """Return the runs that stay below a tension under models drawn from the intervals.
 
-    The first `KEPT` that do are looked at closely; of the others the models of the search decide.
+    Of each bench the best are looked at, so many at a time, until some of them stay below it. Runs
+    that were not looked at are not returned.
     """
-    calm = [e for e in found if e.peak_force is None or e.peak_force < force_limit]
-    if question.noise.force is None or not calm:
-        return tuple(calm)
-    closely = calm[: 2 * KEPT]
-    peaks = worst_forces(question, [e.prediction.plan for e in closely], rng)
-    kept = [
-        replace(e, peak_force=worst)
-        for e, worst in zip(closely, peaks, strict=True)
-        if worst < force_limit
-    ]
-    return (*kept, *calm[2 * KEPT :])
+    if question.noise.force is None:
+        return Designs(runs=tuple(found), refused=())
+    kept: list[Expected] = []
+    refused = [e.peak_force for e in found if not is_calm(e, force_limit) and e.peak_force]
+    calm = [e for e in found if is_calm(e, force_limit)]
+    for bench in dict.fromkeys(e.prediction.plan.setting.bench for e in calm):
+        own = [e for e in calm if e.prediction.plan.setting.bench == bench]
+        for begin in range(0, len(own), LOOKED_AT):
+            closely = own[begin : begin + LOOKED_AT]
+            peaks = worst_forces(question, [e.prediction.plan for e in closely], rng)
+            looked = [replace(e, peak_force=w) for e, w in zip(closely, peaks, strict=True)]
+            refused += [w for w in peaks if w >= force_limit]
+            good = [e for e in looked if is_calm(e, force_limit)]
+            kept += good
+            if good:
+                break
+    return Designs(runs=ranked(kept), refused=tuple(refused))
+
+
+def is_calm(expected: Expected, force_limit: float) -> bool:
+    """Tell whether a run stays below a tension [N], as far as that is known."""
+    return expected.peak_force is None or expected.peak_force < force_limit
 
 
 def worst_forces(

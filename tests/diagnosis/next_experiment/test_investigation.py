@@ -84,9 +84,14 @@ def test_half_an_interval_is_a_bit(tmp_path: Path) -> None:
     path = tmp_path / "after" / "diagnosis.json"
     table = json.loads(path.read_text(encoding="utf-8"))
     table["effects"][0]["parameters"]["angle"]["ci95"] = [0.295, 0.305]
+    table["fitted"] = {"gain": {"value": 4.2, "ci95": [4.15, 4.25], "unit": "N/rad"}}
     path.write_text(json.dumps(table), encoding="utf-8")
-    step = with_answer(STEP, path, tmp_path / "before" / "diagnosis.json")
-    assert step.brought == pytest.approx({"gravity_misalignment.angle": 1.0})
+    earlier = tmp_path / "before" / "diagnosis.json"
+    before = json.loads(earlier.read_text(encoding="utf-8"))
+    before["fitted"] = {"gain": {"value": 4.0, "ci95": [3.8, 4.2], "unit": "N/rad"}}
+    earlier.write_text(json.dumps(before), encoding="utf-8")
+    step = with_answer(STEP, path, earlier, actuator="ideal")
+    assert step.brought == pytest.approx({"gravity_misalignment.angle": 1.0, "ideal.gain": 2.0})
     assert step.settled == (("gravity_misalignment", "position_offset"),)
     assert step.open == ()
 

@@ -16,7 +16,14 @@ from tendon_newton.diagnosis.next_experiment.designed_command import (
     DesignedCommand,
 )
 from tendon_newton.diagnosis.next_experiment.first_plan import plan_first
-from tendon_newton.diagnosis.next_experiment.run_design import Posterior, design
+from tendon_newton.diagnosis.next_experiment.run_design import (
+    Posterior,
+    design,
+    expect,
+    within_limit,
+    worst_forces,
+)
+from tendon_newton.diagnosis.next_experiment.separation import plan_run
 from tendon_newton.identification.noise_floor import NoiseFloor
 
 TIME = np.arange(960) / 80.0
@@ -61,14 +68,24 @@ def test_a_run_as_informative_as_all_data_brings_half_a_bit() -> None:
     np.testing.assert_allclose(Posterior(trial, recorded).spreads(0.0), [0.1, 0.4], rtol=1e-6)
 
 
-def question() -> OpenClass:
-    """A cause against another on a weak spring, which no run there can tell apart."""
+def question(spread: float = 0.1) -> OpenClass:
+    """A cause against another on a weak spring, which no run there can tell apart.
+
+    Args:
+        spread: Half of the numbers' intervals, as a share of their values [1].
+    """
     causes = (("gravity_misalignment", "angle", 0.3), ("position_offset", "angle", 0.3))
     return OpenClass(
         explanations=tuple(
             Explanation(
                 cause=name,
-                numbers={name: {number: Estimate(value=v, ci95=(0.9 * v, 1.1 * v), unit="rad")}},
+                numbers={
+                    name: {
+                        number: Estimate(
+                            value=v, ci95=((1.0 - spread) * v, (1.0 + spread) * v), unit="rad"
+                        )
+                    }
+                },
             )
             for name, number, v in causes
         ),
@@ -87,13 +104,58 @@ def test_designed_commands_beat_the_library_and_keep_the_limit() -> None:
         np.random.default_rng(0),
         duration=4.0,
         force_limit=12.0,
-    )
+    ).runs
     best = found[0]
     library = [e for e in found if e.prediction.plan.excitation != "designed"]
     assert best.worth >= max(e.worth for e in library)
     assert best.worth > 0.0
     assert all(e.peak_force is not None and e.peak_force < 12.0 for e in found)
     assert best.numbers.keys() == {"gravity_misalignment.angle"}
+
+
+def test_no_run_comes_back_whose_worst_case_was_not_looked_at() -> None:
+    """A limit between the middle model and the worst one drawn: the calm half is searched on.
+
+    Eight runs are looked at together. Where the best eight of a bench are refused, the next are
+    looked at, and what comes back has a largest tension that was drawn and not only the middle's.
+    """
+    uncertain = question(spread=0.9)
+    settings = [Setting(bench="finger"), Setting(bench="spring_weak")]
+    plans = [plan_run(s, "random_steps", seed, 4.0) for s in settings for seed in range(12)]
+    found = expect(uncertain, plans, [])
+    middle = [e.peak_force for e in found if e.peak_force is not None]
+    limit = float(np.median(middle))
+    designs = within_limit(uncertain, found, np.random.default_rng(0), limit)
+    rng = np.random.default_rng(1)
+    again = worst_forces(uncertain, [e.prediction.plan for e in designs.runs], rng)
+    assert designs.runs
+    assert len(designs.refused) >= len(middle) // 2
+    by_command = {e.prediction.plan.command.tobytes(): e.peak_force for e in found}
+    for run, other in zip(designs.runs, again, strict=True):
+        own = by_command[run.prediction.plan.command.tobytes()]
+        assert run.peak_force != own
+        assert run.peak_force is not None
+        assert run.peak_force < limit
+        assert other < 1.2 * limit  # of other draws
+
+
+@pytest.mark.parametrize(("limit", "words"), [(0.2, "no run stays within"), (24.0, "")])
+def test_a_plan_says_why_it_is_empty(limit: float, words: str) -> None:
+    """Where every command pulls too hard: how hard the calmest does, and what to change."""
+    effects = (NamedValues(name="position_offset", values={"angle": 0.1}),)
+    plan = plan_first(
+        Model(actuator=MODEL.actuator, effects=effects),
+        [Setting(bench="finger")],
+        runs=1,
+        duration=4.0,
+        force_limit=limit,
+        rng=np.random.default_rng(0),
+    )
+    assert plan.ended.startswith(words)
+    assert bool(plan.steps) != bool(words)
+    if words:
+        assert "the limit of 0.2 N, the calmest with" in plan.ended
+        assert "--force-limit" in plan.ended
 
 
 @pytest.mark.parametrize(("bench", "told"), [("spring_weak", False), ("finger", True)])
