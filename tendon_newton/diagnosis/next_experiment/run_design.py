@@ -277,15 +277,22 @@ def is_calm(expected: Expected, force_limit: float) -> bool:
 
 
 def worst_forces(
-    question: OpenClass, plans: Sequence[Plan], rng: np.random.Generator
+    question: OpenClass, plans: Sequence[Plan], rng: np.random.Generator, draws: int = DRAWS
 ) -> list[float]:
-    """Return the largest tension of runs under models drawn from the intervals [N]."""
+    """Return the largest tension of runs under models drawn from the intervals, twice as wide [N].
+
+    Args:
+        question: Its first explanation has the numbers.
+        plans: The runs.
+        rng: Draws models.
+        draws: Models.
+    """
     runs = [blank_recording(plan, has_force=True) for plan in plans]
     study = Study(runs, question.without, tuple(EFFECTS), time_step=STEP, scale=question.scale)
     trial = Trial(study, question.explanations[0])
     centre = np.array(list(trial.models[0].values()))
     moves = np.clip(
-        rng.normal(size=(DRAWS, len(centre))) * 2.0 * trial.spreads, trial.lower, trial.upper
+        rng.normal(size=(draws, len(centre))) * 2.0 * trial.spreads, trial.lower, trial.upper
     )
     models = [dict(zip(trial.models[0], centre + move, strict=True)) for move in moves]
     residuals = study.residuals(*replacements(models))
