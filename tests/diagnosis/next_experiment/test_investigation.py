@@ -15,7 +15,7 @@ from hardware.collection import collect_plan
 from hardware.control.operator import SilentOperator
 from hardware.errors import SafetyStop
 from hardware.stop_request import StopRequest
-from tendon_newton.data.dataset import listed_files, load_dataset
+from tendon_newton.data.dataset import list_recording, listed_files, load_dataset
 from tendon_newton.diagnosis.next_experiment.investigation_log import (
     InvestigationLog,
     Step,
@@ -26,7 +26,7 @@ from tendon_newton.diagnosis.next_experiment.investigation_log import (
 from tendon_newton.errors import InvalidOutput, TendonNewtonError
 from tendon_newton.workflows import investigation
 from tendon_newton.workflows.investigation_check import binding, check
-from tendon_newton.workflows.investigation_choice import reason_to_end
+from tendon_newton.workflows.investigation_choice import SPENT, reason_to_end
 from tendon_newton.workflows.options import InvestigateOptions
 from tests.diagnosis.next_experiment.test_experiment import write_open_class
 from tests.faults import injections as on
@@ -204,6 +204,42 @@ def test_options_that_fit_are_taken() -> None:
         "finger": "finger",
         "spring_weak": "spring_weak",
     }
+
+
+def test_a_folder_without_a_recording_holds_nothing_to_go_on_with(tmp_path: Path) -> None:
+    """A log that was left behind by other options blocks only what was recorded with them."""
+    options = virtual(tmp_path)
+    (tmp_path / "out").mkdir()
+    write_log(tmp_path / "out" / "investigation.json", InvestigationLog(options=OPTIONS))
+    assert investigation.begun(options).options == binding(options)
+    list_run(tmp_path / "out" / "recordings")
+    with pytest.raises(InvalidOutput, match="begun with --port not given, --benches finger"):
+        investigation.begun(options)
+
+
+@pytest.mark.parametrize(("reason", "goes_on"), [(SPENT, True), ("nothing is open", False)])
+def test_a_larger_budget_takes_up_what_ended_for_want_of_time(
+    reason: str, goes_on: bool, tmp_path: Path
+) -> None:
+    """What ended for another reason stays ended."""
+    options = virtual(tmp_path)
+    list_run(tmp_path / "out" / "recordings")
+    log = InvestigationLog(options=binding(options), ended=f"{reason}: 24 s were recorded")
+    write_log(tmp_path / "out" / "investigation.json", log)
+    assert (investigation.begun(options).ended is None) == goes_on
+
+
+def list_run(folder: Path) -> None:
+    """List a recording in a dataset, without its file."""
+    folder.mkdir(parents=True)
+    list_recording(
+        folder,
+        "run_0.mcap",
+        bench="finger",
+        split="train",
+        start="first_row",
+        load_cell_rate=None,
+    )
 
 
 Fault = Callable[[Bench, StopRequest], None]

@@ -1,5 +1,6 @@
 """The next run is designed: its command, what it is expected to tell, and its limits."""
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -7,8 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tendon_newton.cli import main
 from tendon_newton.data.excitations import LARGEST_COMMAND
-from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tendon_newton.diagnosis.explanation import Estimate, Explanation, OpenClass, Setting
 from tendon_newton.diagnosis.next_experiment.designed_command import (
     NUMBERS,
@@ -179,3 +181,27 @@ def test_a_plan_says_before_any_data_what_a_bench_can_tell(bench: str, told: boo
     assert plan.bits.keys() == {"gravity_misalignment.angle", "position_offset.angle"}
     assert plan.untold == (() if told else ("gravity_misalignment.angle",))
     assert (min(plan.bits.values()) > 4.0) == told
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--benches", "fingr"), "No asset named 'fingr'"),
+        (("--benches",), "--benches must name the benches that you have"),
+        (("--budget", "10s"), "--budget must hold a run of --run-length 12 s; it is 10s"),
+        (("--run-length", "1"), "--run-length must be 2 to 120 s; it is 1 s"),
+        (("--force-limit", "0"), "--force-limit must be above 0"),
+        ((), "model.toml: a plan is for a model with effects"),
+    ],
+)
+def test_a_plan_that_cannot_be_made_is_refused_before_anything_is_simulated(
+    words: tuple[str, ...], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What was wrong and where, in a line; no folder is made."""
+    path = tmp_path / "model.toml"
+    write_model(path, MODEL)
+    assert main(["plan", str(path), "--out", str(tmp_path / "plan"), *words]) == 2
+    out, error = capsys.readouterr()
+    assert said in error
+    assert "simulating" not in out
+    assert not (tmp_path / "plan").exists()
