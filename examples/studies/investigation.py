@@ -2,8 +2,9 @@
 
 ``python -m examples.studies.investigation limits DIAGNOSIS... --unit 40``
 
-Commands are optimised for the diagnoses and the benches in turn until there are 100. Each is simulated under models that
-are drawn anew from the intervals, twice as wide, and recorded on the virtual unit itself.
+Commands are optimised for the diagnoses and the benches in turn until there are 100. Each is
+simulated under models that are drawn anew from the intervals, twice as wide, and recorded on the
+virtual unit itself.
 
 ``python -m examples.studies.investigation compare 40 41 42 --out DIR``
 
@@ -96,10 +97,11 @@ def limits(folders: list[Path], unit: int, out: Path, count: int, length: float)
         )
         runs = [e for e in found.runs if e.prediction.plan.excitation == DESIGNED]
         rng = np.random.default_rng([1, seed])
-        drawn = worst_forces(question, [e.prediction.plan for e in runs], rng, MODELS)
+        plans = [e.prediction.plan for e in runs]
+        drawn = worst_forces(question, plans, rng, MODELS) if plans else []
         peaks += [recorded(e, worst, unit) for e, worst in zip(runs, drawn, strict=True)]
         seed += 1
-        print(f"  {len(peaks)} commands of {seed} searches", flush=True)
+        print(f"  {len(peaks)} commands of {seed} searches; {folder.name}, {bench}", flush=True)
         write_json(out, [asdict(peak) for peak in peaks[:count]])
     tell_limits(peaks[:count])
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from hardware.clock import Clock
+from hardware.clock import Clock, MonotonicClock
 from hardware.doctor.load_cell_checks import check_load_cell
 from hardware.doctor.observation import Observation
 from hardware.doctor.port_checks import check_latency, check_port, check_search
@@ -15,7 +15,10 @@ from hardware.doctor.servo_checks import check_servo
 from hardware.errors import HardwareFault
 from hardware.load_cells.byte_stream import ByteStream
 from hardware.load_cells.hx711_serial import Hx711Serial
+from hardware.servos import find_servo
 from hardware.servos.serial_bus.servo_port import PortHandler
+from hardware.virtual_bench import lockstep_of
+from hardware.virtual_bench.process import WORD
 
 TICK = 0.0125
 """Period of a loop at 80 Hz [s]."""
@@ -24,6 +27,22 @@ LATENESS_MAX = 1e-3
 """Lateness of one tick in a hundred that a recording should not exceed [s]."""
 BUSY = 0.5 * TICK
 """The same at which this computer is too busy for a loop at 80 Hz [s]."""
+
+
+def ports_of(
+    port: str | None, load_cell_port: str | None, servo: str
+) -> tuple[Clock, str | PortHandler | None, str | ByteStream | None]:
+    """Return the clock and the ports to examine; a virtual bench brings its own.
+
+    Args:
+        port: Serial port of the servo, or the word for a virtual bench.
+        load_cell_port: Serial port of the load cell.
+        servo: Servo of a virtual bench.
+    """
+    if port is None or port.split(":")[0] != WORD:
+        return MonotonicClock(), port, load_cell_port
+    twin = lockstep_of(port, find_servo(servo).name)
+    return twin.clock, twin.servo_port(), twin.load_cell_stream()
 
 
 def examine(

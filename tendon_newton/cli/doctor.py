@@ -48,18 +48,10 @@ class Doctor:
 
 def main(config: Doctor) -> None:
     """Examine, print, and leave with code 1 where something must be mended."""
-    from hardware.clock import Clock, MonotonicClock
-    from hardware.doctor import examine
+    from hardware.doctor import examine, ports_of
     from hardware.doctor.servo_search import reboot_servos, set_baud, set_identifier
 
-    clock: Clock = MonotonicClock()
-    port, cell_port = config.port, config.load_cell_port
-    if port is not None and port.split(":")[0] == "virtual":
-        from hardware.servos import find_servo
-        from hardware.virtual_bench import lockstep_of
-
-        twin = lockstep_of(port, find_servo(config.servo).name)
-        clock, port, cell_port = twin.clock, twin.servo_port(), twin.load_cell_stream()
+    clock, port, cell_port = ports_of(config.port, config.load_cell_port, config.servo)
     changes = config.reboot or config.set_baud is not None or config.set_id is not None
     if port is None and changes:
         raise InvalidParameter("--port must name the servo's port to change it; it does not")

@@ -25,7 +25,12 @@ from tendon_newton.diagnosis.reporting.path_report import write_path_report
 from tendon_newton.diagnosis.reporting.report import Origin
 from tendon_newton.exam.open_class_file import FILE
 from tendon_newton.workflows.diagnosing import diagnose_into
-from tendon_newton.workflows.investigation_check import Ready, binding, check
+from tendon_newton.workflows.investigation_check import (
+    Ready,
+    binding,
+    check,
+    examine_bench,
+)
 from tendon_newton.workflows.investigation_choice import RECORDINGS, SPENT, choose_next
 from tendon_newton.workflows.options import InvestigateOptions
 
@@ -51,6 +56,9 @@ def investigate(options: InvestigateOptions, operator: Operator, *, budget: floa
     """
     ready = check(options, budget=budget)
     log = begun(options)
+    if not log.steps:
+        operator.announce("looking at the bench")
+        examine_bench(options, operator)
     out = make_folder(options.out)
     with StopRequest() as stop:
         while log.ended is None:

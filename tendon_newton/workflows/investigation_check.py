@@ -9,6 +9,9 @@ from typing import Any
 from hardware.benches.bench_address import BenchAddress
 from hardware.collection.collect_settings import CollectSettings
 from hardware.collection.excitation_plan import BENCHES
+from hardware.control.operator import Operator
+from hardware.doctor import examine, ports_of
+from hardware.errors import BenchNotReady
 from hardware.load_cells.calibration_file import load_calibration
 from tendon_newton.data.model_file import load_model
 from tendon_newton.diagnosis.next_experiment.designed_command import check_run_length
@@ -77,6 +80,23 @@ def check_benches(benches: tuple[str, ...]) -> None:
             raise unknown_name("bench with a tendon for --benches", bench, BENCHES)
     if len(set(benches)) < len(benches):
         raise InvalidParameter(f"--benches names each bench once; it is {listed(benches)}")
+
+
+def examine_bench(options: InvestigateOptions, operator: Operator) -> None:
+    """Look at ports, servo, load cell and clock, as the verb ``doctor`` does; no motor moves.
+
+    Raises:
+        BenchNotReady: Something must be mended before data is worth taking.
+    """
+    clock, port, cell = ports_of(options.port, options.load_cell_port, options.servo)
+    faults: list[str] = []
+    for seen in examine(port, cell, clock=clock):
+        if seen.verdict != "good":
+            operator.announce(f"  {seen.subject}: {seen.found}")
+        if seen.verdict == "fix":
+            faults.append(f"{seen.subject}: {seen.found}; {seen.remedy}")
+    if faults:
+        raise BenchNotReady(f"the bench must be mended before it is recorded: {'; '.join(faults)}")
 
 
 def binding(options: InvestigateOptions) -> dict[str, Any]:

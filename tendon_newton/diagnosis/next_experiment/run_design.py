@@ -103,7 +103,7 @@ def design(
     """Search the commands that tell the most, and return the runs that were tried.
 
     The search starts from the library's excitations and drawn commands, on each bench, and varies
-    the best of them. Runs that may pull harder than the limit are left out.
+    the best of them that stay below the limit. Runs that may pull harder are left out.
 
     Args:
         question: Explanations of the data, all their numbers with intervals.
@@ -123,7 +123,8 @@ def design(
     progress(f"simulating {len(plans) + len(drawn)} runs on {len(settings)} benches")
     found = expect(question, [*plans, *drawn], known, row_worth)
     for share, size in ROUNDS:
-        best = [plan for e in found if isinstance(plan := e.prediction.plan, DesignedPlan)][:KEPT]
+        calm = [e.prediction.plan for e in found if is_calm(e, force_limit)]
+        best = [plan for plan in calm if isinstance(plan, DesignedPlan)][:KEPT]
         variants = [
             designed(plan.setting, plan.shape.moved(rng, share, size), duration)
             for plan in best

@@ -13,7 +13,7 @@ import pytest
 from hardware.benches.bench import Bench, open_bench
 from hardware.collection import collect_plan
 from hardware.control.operator import SilentOperator
-from hardware.errors import SafetyStop
+from hardware.errors import BenchNotReady, SafetyStop
 from hardware.stop_request import StopRequest
 from tendon_newton.data.dataset import list_recording, listed_files, load_dataset
 from tendon_newton.diagnosis.next_experiment.investigation_log import (
@@ -193,6 +193,14 @@ def test_an_investigation_that_cannot_be_leaves_nothing_behind(
     """Each option is refused in its own words before the folder is made."""
     with pytest.raises(TendonNewtonError, match=words):
         investigation.investigate(virtual(tmp_path, **changes), SilentOperator(), budget=60.0)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_bench_that_is_not_there_leaves_nothing_behind(tmp_path: Path) -> None:
+    """The bench is examined before the folder is made: what was found, and what to do."""
+    options = virtual(tmp_path, port=str(tmp_path / "ttyUSB9"), faster_than_real_time=False)
+    with pytest.raises(BenchNotReady, match=r"must be mended.*servo port.*ttyUSB9"):
+        investigation.investigate(options, SilentOperator(), budget=60.0)
     assert not (tmp_path / "out").exists()
 
 
