@@ -8,8 +8,9 @@ virtual unit itself.
 
 ``python -m examples.studies.investigation compare 40 41 42 --out DIR``
 
-Each unit has three wrong things that its seed plants. ``investigate`` and the plan ``quick`` with
-one diagnosis look for them on the same unit. The same command goes on where it was stopped.
+Each unit has three wrong things that its seed plants. ``investigate`` in half the time and the plan
+``quick`` with one diagnosis look for them on the same unit. The same command goes on where it was
+stopped.
 """
 
 from __future__ import annotations
@@ -101,7 +102,11 @@ def limits(folders: list[Path], unit: int, out: Path, count: int, length: float)
         drawn = worst_forces(question, plans, rng, MODELS) if plans else []
         peaks += [recorded(e, worst, unit) for e, worst in zip(runs, drawn, strict=True)]
         seed += 1
-        print(f"  {len(peaks)} commands of {seed} searches; {folder.name}, {bench}", flush=True)
+        print(
+            f"  {len(peaks)} commands of {seed} searches; {folder.name}, {bench}: "
+            f"{len(found.refused)} runs refused",
+            flush=True,
+        )
         write_json(out, [asdict(peak) for peak in peaks[:count]])
     tell_limits(peaks[:count])
 
@@ -163,7 +168,7 @@ def tell_limits(peaks: list[Peak]) -> None:
     print(f"  runs that the bench ended: {sum(peak.fault is not None for peak in peaks)}")
 
 
-def compare(units: list[int], out: Path, length: float) -> None:
+def compare(units: list[int], out: Path, length: float, budget: float) -> None:
     """Look for the planted causes in both ways, and print what each found after which time."""
     for unit in units:
         planted = planted_causes(unit)
@@ -175,7 +180,7 @@ def compare(units: list[int], out: Path, length: float) -> None:
         options = InvestigateOptions(
             port=port, out=folder, run_length=length, faster_than_real_time=True
         )
-        investigate(options, SilentOperator(), budget=QUICK_SECONDS)
+        investigate(options, SilentOperator(), budget=budget)
         log = read_json(folder / LOG, InvalidOutput, "a log is a JSON file")
         seconds, number = 0.0, 0
         for step in log["steps"]:
@@ -246,7 +251,7 @@ def main() -> None:
     if words.part == "limits":
         limits(words.diagnoses, words.unit, words.out, words.commands, words.run_length)
     else:
-        compare(words.units, words.out, words.run_length)
+        compare(words.units, words.out, words.run_length, words.budget)
 
 
 if __name__ == "__main__":

@@ -11,7 +11,12 @@ from hardware.control.operator import Operator
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.diagnosis.explanation import OpenClass, Setting
 from tendon_newton.diagnosis.next_experiment.investigation_log import InvestigationLog, Step
-from tendon_newton.diagnosis.next_experiment.run_design import Expected, design, plan_of
+from tendon_newton.diagnosis.next_experiment.run_design import (
+    Designs,
+    Expected,
+    design,
+    plan_of,
+)
 from tendon_newton.exam.open_class_file import read_answer, read_open_class
 from tendon_newton.workflows.options import InvestigateOptions
 
@@ -45,8 +50,8 @@ def choose_next(
     if reason is not None:
         return replace(log, ended=reason)
     chosen = next_run(log, options, operator)
-    if chosen is None:
-        return replace(log, ended=no_run_text(log))
+    if isinstance(chosen, str):
+        return replace(log, ended=chosen + still_open(log.steps[-1]))
     plan = chosen.expected.prediction.plan
     return replace(
         log,
@@ -77,11 +82,6 @@ def reason_to_end(log: InvestigationLog, budget: float, length: float) -> str | 
     return None
 
 
-def no_run_text(log: InvestigationLog) -> str:
-    """Say what no run on these benches can tell."""
-    return "no run on these benches is expected to tell more" + still_open(log.steps[-1])
-
-
 def still_open(step: Step) -> str:
     """Return what a step leaves open, in words."""
     if not step.open:
@@ -92,14 +92,17 @@ def still_open(step: Step) -> str:
 
 def next_run(
     log: InvestigationLog, options: InvestigateOptions, operator: Operator
-) -> NextRun | None:
-    """Return the run that tells a class apart, or else the one that narrows intervals most."""
+) -> NextRun | str:
+    """Return the run that tells a class apart, or else the one that narrows intervals most.
+
+    Where there is none, return why.
+    """
     folder = options.out / f"diagnosis_{log.runs}"
     known = [plan_of(r) for r in load_dataset(options.out / RECORDINGS).train]
     settings = [Setting(bench=bench) for bench in options.benches]
     rng = np.random.default_rng([options.seed, log.runs])
 
-    def best(question: OpenClass) -> Expected | None:
+    def best(question: OpenClass) -> tuple[Expected | None, Designs]:
         found = design(
             question,
             known,
@@ -109,15 +112,21 @@ def next_run(
             force_limit=FORCE_SHARE * options.force_limit,
             progress=lambda text: operator.announce(f"  next run: {text}"),
         )
-        return nearest(found.runs, log.steps[-1].bench, options)
+        return nearest(found.runs, log.steps[-1].bench, options), found
 
     for names in log.steps[-1].open:
-        expected = best(read_open_class(folder, names[0]))
+        expected, _ = best(read_open_class(folder, names[0]))
         if expected is not None and expected.settles > 0.0:
             return NextRun(expected=expected, why=f"to tell {' from '.join(names)}")
-    expected = best(read_answer(folder))
-    if expected is None or expected.bits < LITTLE:
-        return None
+    expected, found = best(read_answer(folder))
+    if expected is None:
+        return (
+            f"every run that was tried may pull harder than {FORCE_SHARE:.0%} of --force-limit "
+            f"{options.force_limit:g} N under some model that the data allow, the calmest with "
+            f"{min(found.refused):.3g} N"
+        )
+    if expected.bits < LITTLE:
+        return "no run on these benches is expected to tell more"
     most = max(expected.numbers, key=lambda name: expected.numbers[name])
     return NextRun(
         expected=expected, why=f"{expected.bits:.1f} bits are expected, most of them on {most}"

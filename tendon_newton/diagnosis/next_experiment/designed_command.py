@@ -41,9 +41,15 @@ class DesignedCommand:
     """Of each segment, each from 0 to 1, shape (SEGMENTS, NUMBERS)."""
 
     @classmethod
-    def draw(cls, rng: np.random.Generator) -> Self:
-        """Draw any command."""
-        return cls(numbers=rng.uniform(size=(SEGMENTS, NUMBERS)))
+    def draw(cls, rng: np.random.Generator, reach: float = 1.0) -> Self:
+        """Draw any command.
+
+        Args:
+            rng: Draws its numbers.
+            reach: Share of the servo's range that it may use [1]; a gentle one swings little.
+        """
+        numbers = rng.uniform(size=(SEGMENTS, NUMBERS))
+        return cls(numbers=numbers * np.array([reach, 1.0, 1.0, reach, 1.0]))
 
     def moved(self, rng: np.random.Generator, share: float, size: float) -> Self:
         """Return a command near this one.

@@ -19,13 +19,15 @@ from tendon_newton.diagnosis.next_experiment.designed_command import (
 )
 from tendon_newton.diagnosis.next_experiment.first_plan import plan_first
 from tendon_newton.diagnosis.next_experiment.run_design import (
+    SEED,
     Posterior,
+    WorstCase,
     design,
     expect,
     within_limit,
     worst_forces,
 )
-from tendon_newton.diagnosis.next_experiment.separation import plan_run
+from tendon_newton.diagnosis.next_experiment.separation import library_plans, plan_run
 from tendon_newton.identification.noise_floor import NoiseFloor
 
 TIME = np.arange(960) / 80.0
@@ -108,7 +110,9 @@ def test_designed_commands_beat_the_library_and_keep_the_limit() -> None:
         force_limit=12.0,
     ).runs
     best = found[0]
-    library = [e for e in found if e.prediction.plan.excitation != "designed"]
+    plans = library_plans([Setting(bench="finger")], (SEED,), 4.0)
+    worst = WorstCase(question(), np.random.default_rng(0))
+    library = within_limit(expect(question(), plans, []), worst, 12.0).runs
     assert best.worth >= max(e.worth for e in library)
     assert best.worth > 0.0
     assert all(e.peak_force is not None and e.peak_force < 12.0 for e in found)
@@ -127,7 +131,8 @@ def test_no_run_comes_back_whose_worst_case_was_not_looked_at() -> None:
     found = expect(uncertain, plans, [])
     middle = [e.peak_force for e in found if e.peak_force is not None]
     limit = float(np.median(middle))
-    designs = within_limit(uncertain, found, np.random.default_rng(0), limit)
+    worst = WorstCase(uncertain, np.random.default_rng(0))
+    designs = within_limit(found, worst, limit)
     rng = np.random.default_rng(1)
     again = worst_forces(uncertain, [e.prediction.plan for e in designs.runs], rng)
     assert designs.runs
