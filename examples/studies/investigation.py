@@ -245,7 +245,8 @@ def main() -> None:
     part = parts.add_parser("compare")
     part.add_argument("units", type=int, nargs="+")
     part.add_argument("--out", type=Path, required=True)
-    part.add_argument("--run-length", type=float, default=8.0)
+    part.add_argument("--run-length", type=float, default=9.0)
+    part.add_argument("--budget", type=float, default=QUICK_SECONDS / 2.0, help="[s]")
     words = parser.parse_args()
     quiet_warp()
     if words.part == "limits":
