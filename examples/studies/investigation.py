@@ -37,12 +37,9 @@ from tendon_newton.data.model_file import load_model
 from tendon_newton.device_code.quiet import quiet_warp
 from tendon_newton.diagnosis.diagnosis_file import StatedDiagnosis, read_diagnosis
 from tendon_newton.diagnosis.explanation import Setting
-from tendon_newton.diagnosis.next_experiment.run_design import (
-    Expected,
-    design,
-    plan_of,
-    worst_forces,
-)
+from tendon_newton.diagnosis.next_experiment.expected_run import Expected, plan_of
+from tendon_newton.diagnosis.next_experiment.run_design import design
+from tendon_newton.diagnosis.next_experiment.worst_case import worst_forces
 from tendon_newton.diagnosis.reporting.report import Origin
 from tendon_newton.errors import InvalidOutput
 from tendon_newton.exam.open_class_file import FILE, read_answer

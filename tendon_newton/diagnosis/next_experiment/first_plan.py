@@ -11,8 +11,10 @@ from tendon_newton.actuators import find_actuator
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.parameters import BenchScale, Parameter
 from tendon_newton.diagnosis.explanation import Estimate, Explanation, OpenClass, Setting
-from tendon_newton.diagnosis.next_experiment.run_design import Designs, Expected, design
+from tendon_newton.diagnosis.next_experiment.expected_run import Expected
+from tendon_newton.diagnosis.next_experiment.run_design import design
 from tendon_newton.diagnosis.next_experiment.separation import blank_recording, plan_run
+from tendon_newton.diagnosis.next_experiment.worst_case import Designs
 from tendon_newton.effects import find_effect
 from tendon_newton.errors import InvalidModelFile
 from tendon_newton.identification.bench_scale import scale_of

@@ -17,17 +17,11 @@ from tendon_newton.diagnosis.next_experiment.designed_command import (
     SEGMENTS,
     DesignedCommand,
 )
+from tendon_newton.diagnosis.next_experiment.expected_run import Posterior, expect
 from tendon_newton.diagnosis.next_experiment.first_plan import plan_first
-from tendon_newton.diagnosis.next_experiment.run_design import (
-    SEED,
-    Posterior,
-    WorstCase,
-    design,
-    expect,
-    within_limit,
-    worst_forces,
-)
+from tendon_newton.diagnosis.next_experiment.run_design import SEED, design
 from tendon_newton.diagnosis.next_experiment.separation import library_plans, plan_run
+from tendon_newton.diagnosis.next_experiment.worst_case import WorstCase, within_limit, worst_forces
 from tendon_newton.identification.noise_floor import NoiseFloor
 
 TIME = np.arange(960) / 80.0
