@@ -139,6 +139,20 @@ MUTATIONS: tuple[Mutation, ...] = (
         new="c",
         tests="tests/exam/test_exam_report.py",
     ),
+    Mutation(
+        name="run-whose-worst-case-was-not-looked-at",
+        file="tendon_newton/diagnosis/next_experiment/worst_case.py",
+        old="            kept += good\n",
+        new="            kept += own[begin:]\n",
+        tests="tests/diagnosis/next_experiment/test_run_design.py -k looked_at",
+    ),
+    Mutation(
+        name="run-of-a-further-attempt-counts-as-missing",
+        file="hardware/collection/collect_plan.py",
+        old='    return {AGAIN.sub("", Path(file).stem) for file in listed_files(out)}',
+        new="    return {Path(file).stem for file in listed_files(out)}",
+        tests="tests/diagnosis/next_experiment/test_investigation.py -k 'fault_ends and alive'",
+    ),
     # physics, sensors, gradients
     Mutation(
         name="delay-in-whole-rows",
