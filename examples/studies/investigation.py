@@ -4,7 +4,7 @@
 
 Commands are optimised for the diagnoses and the benches in turn until there are 100. Each is
 simulated under models that are drawn anew from the intervals, twice as wide, and recorded on the
-virtual unit itself.
+virtual unit itself. A picture is drawn beside the file of results.
 
 ``python -m examples.studies.investigation compare 40 41 42 --out DIR``
 
@@ -23,6 +23,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from examples.studies.so101_figure import AFTER, BEFORE, GREY, INK, dress
 from hardware.benches.bench import open_bench
 from hardware.collection.collect import record_run
 from hardware.collection.excitation_plan import DesignedRun
@@ -106,6 +107,7 @@ def limits(folders: list[Path], unit: int, out: Path, count: int, length: float)
         )
         write_json(out, [asdict(peak) for peak in peaks[:count]])
     tell_limits(peaks[:count])
+    draw_limits(peaks[:count], out.with_suffix(".png"))
 
 
 def recorded(expected: Expected, drawn: float, unit: int) -> Peak:
@@ -163,6 +165,28 @@ def tell_limits(peaks: list[Peak]) -> None:
         most = f"largest tension {max(forces):.2f} N, median {np.median(forces):.2f} N"
         print(f"  {word:9s} {most}; {over} beyond {TENSION:g} N")
     print(f"  runs that the bench ended: {sum(peak.fault is not None for peak in peaks)}")
+
+
+def draw_limits(peaks: list[Peak], path: Path) -> None:
+    """Draw how many commands stay below a tension, in the three ways of looking."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(6.0, 3.2), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.subplots()
+    ways = (
+        ("designed", BEFORE, "worst model of the search"),
+        ("drawn", INK, f"worst of {MODELS} models drawn anew"),
+        ("recorded", AFTER, "the virtual unit"),
+    )
+    for word, colour, label in ways:
+        forces = sorted(float(getattr(peak, word)) for peak in peaks)
+        axes.step(forces, range(1, len(forces) + 1), where="post", color=colour, label=label)
+    axes.axvline(TENSION, color=GREY, linestyle="--", label="limit")
+    dress(axes, "largest tension [N]", "commands")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=120)
 
 
 def compare(units: list[int], out: Path, length: float, budget: float) -> None:
