@@ -53,7 +53,7 @@ from tendon_newton.workflows.options import CollectOptions, InvestigateOptions
 BENCHES = ("finger", "spring_weak", "spring_strong")
 COMMANDS = 100
 MODELS = 64
-"""Models under which each command is simulated; the search itself draws 16."""
+"""Models under which each command is simulated; the search itself draws 64."""
 TENSION = 30.0
 """Limit of the tension [N]."""
 QUICK_SECONDS = 72.0

@@ -16,7 +16,7 @@ from tendon_newton.identification.study import Study, replacements
 
 LOOKED_AT = 8
 """Runs of a bench that are simulated together under drawn models."""
-DRAWS = 16
+DRAWS = 64
 """Models drawn from the intervals, under each of which a run must stay within its limit."""
 
 
