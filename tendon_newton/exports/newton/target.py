@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -11,14 +10,22 @@ from typing import Any
 import numpy as np
 
 from tendon_newton.actuators import find_actuator
+from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.effects import EFFECTS
-from tendon_newton.errors import InvalidModelFile, InvalidOutput
-from tendon_newton.exports.base import Coverage, Exported, ExportTarget
+from tendon_newton.errors import InvalidModelFile
+from tendon_newton.exports.base import Exported, ExportTarget
 from tendon_newton.exports.bench_file import write_bench
-from tendon_newton.exports.mjcf_servo import number, spool_of
-from tendon_newton.exports.mujoco_target import refuse_damaged, refuse_kinematic, rows_of
+from tendon_newton.exports.model_numbers import (
+    coverage_of,
+    not_exact,
+    number,
+    refuse_damaged,
+    refuse_kinematic,
+    spool_of,
+)
+from tendon_newton.exports.mujoco.program import NetworkFacts
 from tendon_newton.exports.network_export import NETWORK_FILE, exported_network
 from tendon_newton.exports.newton.page import loading_text
 from tendon_newton.exports.newton.path import SWING, TendonPath, path_of
@@ -32,7 +39,7 @@ from tendon_newton.exports.newton.prims import (
     write_actuators,
 )
 from tendon_newton.exports.newton.program import DriveNumbers, drive_text
-from tendon_newton.exports.program import NetworkFacts
+from tendon_newton.exports.written_program import load_program, rows_of, trajectory_of
 from tendon_newton.mechanisms.authoring.correction import Correction, correct, with_joints
 from tendon_newton.mechanisms.authoring.mujoco_file import mujoco_spec, newton_s_mujoco
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
@@ -40,7 +47,6 @@ from tendon_newton.mechanisms.geometry.parts import Tendon, moment_arms
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.replay import replay
 from tendon_newton.simulation.hosts.rollout import Trajectory
-from tendon_newton.simulation.hosts.timeline import make_timeline
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
 
 BENCH_FILE, DRIVE_FILE, PLAIN_FILE = "bench.usda", "bench_drive.usda", "bench_newton.usda"
@@ -70,11 +76,7 @@ NEARLY = (
     "speed_limit",
     "joint_dry_friction",
 )
-COVERAGE: dict[str, Coverage] = {
-    **dict.fromkeys(EFFECTS, "exact"),
-    **dict.fromkeys(NEARLY, "approximate"),
-    **dict.fromkeys(SENSORS, "none"),
-}
+COVERAGE = coverage_of(tuple({*EFFECTS} - {*NEARLY, *SENSORS}), NEARLY)
 """What the drive says of each effect: friction bends before it slides, and nobody has a cell."""
 
 
@@ -99,10 +101,7 @@ def write_newton_target(folder: Path, mechanism: Mechanism, model: Model) -> Exp
     paths = [path_of(mechanism, tendon) for tendon in mechanism.tendons]
     numbers = drive_numbers(mechanism, correction.corrected, held, paths, network, step)
     program = folder / PROGRAM_FILE
-    try:
-        program.write_text(drive_text(held, numbers), encoding="utf-8")
-    except OSError as error:
-        raise InvalidOutput(f"{program}: {error.strerror or error}") from error
+    write_text(program, drive_text(held, numbers))
     files = [folder / name for name in (BENCH_FILE, DRIVE_FILE, PROGRAM_FILE)]
     replays: dict[str, Any] = {
         PROGRAM_FILE: lambda run: replay_drive(folder, mechanism, model, run)
@@ -113,9 +112,9 @@ def write_newton_target(folder: Path, mechanism: Mechanism, model: Model) -> Exp
         joints = plain_joints(mechanism, model)
         write_actuators(folder / PLAIN_FILE, folder / BENCH_FILE, plain, joints)
         files.append(folder / PLAIN_FILE)
-        replays[PLAIN_FILE] = lambda run: trajectory_from(
+        replays[PLAIN_FILE] = lambda run: trajectory_of(
             run,
-            plain_replay(
+            **plain_replay(
                 folder / PLAIN_FILE, mechanism, model, started_rows(mechanism, model, run)
             ),
         )
@@ -130,11 +129,6 @@ def write_newton_target(folder: Path, mechanism: Mechanism, model: Model) -> Exp
         replays=replays,
         left_out=left_out,
     )
-
-
-def not_exact(model: Model, coverage: dict[str, Coverage]) -> tuple[str, ...]:
-    """Return the effects of a model that a way of running it does not have as they are."""
-    return tuple(e.name for e in model.effects if coverage[e.name] != "exact")
 
 
 def refuse_shared_joints(mechanism: Mechanism) -> None:
@@ -311,7 +305,7 @@ def replay_drive(
     program = load_program(folder / PROGRAM_FILE)
     rows = started_rows(mechanism, model, recording)
     found = program.replay(program.Simulation(device="cpu"), rows)
-    return trajectory_from(recording, found)
+    return trajectory_of(recording, **found)
 
 
 def started_rows(mechanism: Mechanism, model: Model, recording: Recording) -> dict[str, Any]:
@@ -327,27 +321,6 @@ def started_rows(mechanism: Mechanism, model: Model, recording: Recording) -> di
             rates += arm * (speed * radius / (arm @ arm))
         rows["rates"] = rates
     return rows
-
-
-def trajectory_from(recording: Recording, found: dict[str, Array]) -> Trajectory:
-    """Return what a simulation reported, in the recording's own rows."""
-    rows = make_timeline(recording).measured
-    return Trajectory(
-        time=recording.time,
-        motor_position=found["angle"][rows],
-        motor_velocity=found["rate"][rows],
-        force=found["force"][rows],
-        joint_position=found["joints"][rows],
-    )
-
-
-def load_program(path: Path) -> Any:
-    """Return a written drive as a module; Warp finds its source by its name."""
-    name = f"tendon_drive_{abs(hash(path.read_text('utf-8'))):x}"
-    spec: Any = importlib.util.spec_from_file_location(name, path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 NEWTON = ExportTarget(
