@@ -22,6 +22,8 @@ from tests.physics.runs import follow, ideal_model, run_of, simulate, stairs
 STEP = 2.5e-4  # s
 STEPS = (2.0e-3, 1.0e-3, 5.0e-4, 2.5e-4)
 FINE = 1.25e-5  # s
+NONE = {"viscous_friction": {"coefficient": 0.0}, "coulomb_friction": {"force": 0.0}}
+"""Effects that are switched off: tests with one of them, and without any, share their kernels."""
 TENSIONS = {
     "finger_routed": ((1.0,), (3.0,), (5.0,)),
     "finger_antagonist": ((1.5, 0.0), (2.0, 0.5)),
@@ -72,7 +74,7 @@ def test_the_solver_settles_and_stays_where_statics_says(name: str) -> None:
     """Tension as the load cell reads it, and joints to 1e-6 rad; after 0.5 s they are there yet."""
     mechanism = load_mechanism(name)
     model = build_model(mechanism, 1, device="cpu")
-    solver = TendonSolver(model, ideal_model(), max_step=2.0e-3, update_bodies=False)
+    solver = TendonSolver(model, ideal_model(**NONE), max_step=2.0e-3, update_bodies=False)
     state = model.state()
     command = np.array([[2.0, -0.2][: len(mechanism.tendons)]], dtype=np.float32)
     solver.command.assign(command)
@@ -111,7 +113,10 @@ def stick_and_swing(step: float, count: int) -> tuple[np.ndarray, np.ndarray]:
     mechanism = load_mechanism("finger_routed")
     model = build_model(mechanism, 1, device="cpu")
     solver = TendonSolver(
-        model, ideal_model(coulomb_friction={"force": 8.0}), max_step=step, update_bodies=False
+        model,
+        ideal_model(**{**NONE, "coulomb_friction": {"force": 8.0}}),
+        max_step=step,
+        update_bodies=False,
     )
     state = model.state()
     solver.command.fill_(2.0)
@@ -145,7 +150,7 @@ def test_tendon_work_is_energy_gained_plus_heat() -> None:
     model = build_model(mechanism, 1, device="cpu")
     solver = TendonSolver(
         model,
-        ideal_model(viscous_friction={"coefficient": 0.2}),
+        ideal_model(**{**NONE, "viscous_friction": {"coefficient": 0.2}}),
         max_step=STEP,
         update_bodies=False,
     )
