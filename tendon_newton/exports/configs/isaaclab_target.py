@@ -35,7 +35,7 @@ from tendon_newton.exports.model_numbers import (
 from tendon_newton.exports.networks.files import Scales
 from tendon_newton.exports.networks.students import HISTORY
 from tendon_newton.exports.newton.plain import IN_THE_PRIMS
-from tendon_newton.exports.newton.prims import drive_numbers, drives_one_joint, gearing_of
+from tendon_newton.exports.newton.prims import drives_one_joint, gearing_of, joint_drive
 from tendon_newton.exports.newton.target import corrected_bench
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import Tendon
@@ -131,7 +131,7 @@ def entry(
             "actuator_effort_limit": limit,
             "actuator_velocity_limit": FAST,
         }
-    _, servo = drive_numbers(tendon, model)
+    _, servo = joint_drive(tendon, model)
     numbers |= {
         "stiffness": servo["kp"],
         "damping": servo["kd"],

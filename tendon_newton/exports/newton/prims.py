@@ -107,7 +107,7 @@ def plain_prims(mechanism: Mechanism, model: Model, step: float) -> list[Actuato
     out = []
     for tendon in mechanism.tendons:
         (j,) = np.flatnonzero(tendon.moment_arm)
-        schemas, numbers = drive_numbers(tendon, model)
+        schemas, numbers = joint_drive(tendon, model)
         out.append(
             ActuatorPrim(
                 name=tendon.name,
@@ -119,7 +119,7 @@ def plain_prims(mechanism: Mechanism, model: Model, step: float) -> list[Actuato
     return out
 
 
-def drive_numbers(tendon: Tendon, model: Model) -> tuple[tuple[str, ...], dict[str, Any]]:
+def joint_drive(tendon: Tendon, model: Model) -> tuple[tuple[str, ...], dict[str, Any]]:
     """Return Newton's drive and clamps for a servo that drives one joint.
 
     Torques and speeds at the spool become those at the joint by the gearing.

@@ -8,6 +8,7 @@ import pytest
 
 from tendon_newton.data.model_file import NamedValues
 from tendon_newton.data.recording import Array
+from tendon_newton.effects import find_effect
 from tendon_newton.gradients import substep_chain
 from tendon_newton.gradients.adjoint import Adjoint
 from tendon_newton.gradients.differentiable import DifferentiableRollout
@@ -230,7 +231,8 @@ def test_a_delay_of_zero_has_the_derivative_of_a_small_delay() -> None:
 
     The delay's gradient is one-sided, not zero.
     """
-    rollout = make_rollout({**EFFECTS, "command_delay": {"delay": 0.0}})
+    nulls = {name: {p.name: p.null for p in find_effect(name).parameters} for name in EFFECTS}
+    rollout = make_rollout(nulls)  # the kernels of the other tests, and none of their effects
     # not the force: its reading in the row of a jump is that before the jump as soon as there is
     # a delay
     seeds = {"motor_position": random_seeds(rollout)["motor_position"]}
