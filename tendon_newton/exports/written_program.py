@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -38,23 +39,19 @@ def rows_of(recording: Recording) -> dict[str, Any]:
     return rows
 
 
-def trajectory_of(
-    recording: Recording, *, angle: Array, rate: Array, force: Array, joints: Array
-) -> Trajectory:
+def trajectory_of(recording: Recording, found: Mapping[str, Array]) -> Trajectory:
     """Return what a program reported at the instants of `rows_of`, in the recording's own rows.
 
     Args:
         recording: The recording.
-        angle: Motor angles [rad], shape (T, D) as all but the joints.
-        rate: Motor speeds [rad/s].
-        force: Forces at the load cells [N].
-        joints: Joint positions [rad, m], shape (T, J).
+        found: Motor ``angle`` [rad] and ``rate`` [rad/s] and ``force`` [N], shape (T, D), and
+            ``joints`` [rad, m], shape (T, J).
     """
     rows = make_timeline(recording).measured
     return Trajectory(
         time=recording.time,
-        motor_position=angle[rows],
-        motor_velocity=rate[rows],
-        force=force[rows],
-        joint_position=joints[rows],
+        motor_position=found["angle"][rows],
+        motor_velocity=found["rate"][rows],
+        force=found["force"][rows],
+        joint_position=found["joints"][rows],
     )

@@ -132,7 +132,8 @@ def replay_file(
         joints.append(data.qpos[places].copy())
         readings.append(file_row(mj_model, data, mechanism, model, placed))
     angle, rate, force = np.array(readings).transpose(1, 0, 2)
-    return trajectory_of(recording, angle=angle, rate=rate, force=force, joints=np.array(joints))
+    found = {"angle": angle, "rate": rate, "force": force, "joints": np.array(joints)}
+    return trajectory_of(recording, found)
 
 
 def fill_history(mj_model: Any, data: Any, command: Array) -> None:

@@ -174,13 +174,7 @@ def replay_program(folder: Path, recording: Recording) -> Trajectory:
     mj_model = mujoco.MjModel.from_xml_path(str(folder / MODEL_FILE))
     hook = program.make_hook(mj_model, mujoco.MjData(mj_model))
     found = program.replay(hook, rows_of(recording))
-    return trajectory_of(
-        recording,
-        angle=found["theta"],
-        rate=found["theta_dot"],
-        force=found["force"],
-        joints=found["joints"],
-    )
+    return trajectory_of(recording, {**found, "angle": found["theta"], "rate": found["theta_dot"]})
 
 
 def replay_alone(

@@ -103,7 +103,7 @@ def write_newton_target(folder: Path, mechanism: Mechanism, model: Model) -> Exp
         files.append(folder / PLAIN_FILE)
         replays[PLAIN_FILE] = lambda run: trajectory_of(
             run,
-            **plain_replay(
+            plain_replay(
                 folder / PLAIN_FILE, mechanism, model, started_rows(mechanism, model, run)
             ),
         )
@@ -150,7 +150,7 @@ def replay_drive(
     program = load_program(folder / PROGRAM_FILE)
     rows = started_rows(mechanism, model, recording)
     found = program.replay(program.Simulation(device="cpu"), rows)
-    return trajectory_of(recording, **found)
+    return trajectory_of(recording, found)
 
 
 def started_rows(mechanism: Mechanism, model: Model, recording: Recording) -> dict[str, Any]:
