@@ -22,7 +22,7 @@ def disagreement(mechanism: Mechanism, bench: str, lower: float, upper: float) -
     """Return the greatest RMS difference of a joint as a share of the range it moves through."""
     rng = np.random.default_rng(1)
     # more than one recording: worlds of different length in one solver
-    commands = [stairs(rng, rows, lower, upper, 20) for rows in (61, 41)]
+    commands = [stairs(rng, rows, lower, upper, 40) for rows in (121, 81)]
     # a second tendon holds against the first
     held = [np.full((len(c), len(mechanism.tendons) - 1), HOLDING) for c in commands]
     runs = [

@@ -17,7 +17,7 @@ from tendon_newton.simulation.mujoco.mujoco_rollout import MujocoRollout
 from tests.physics.contact.contacts import ball, block
 from tests.physics.runs import ideal_model, run_of, simulate
 
-STEP = 5.0e-4  # s
+STEP = 2.5e-4  # s
 STIFF = 2.0e4  # N/m
 HOLD = 2.0  # rad, short of the end stops
 HELD = 58
