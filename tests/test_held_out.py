@@ -20,7 +20,8 @@ def test_every_verb_is_looked_at() -> None:
     assert sorted([*CASES, *NO_DATASET]) == sorted(VERBS)
 
 
-SLOW = {"reproduce": pytest.mark.slow}
+SLOW = {"reproduce": pytest.mark.slow, "exam": pytest.mark.slow}
+"""An exam is diagnoses; `make nightly` runs all."""
 
 
 @pytest.mark.parametrize("verb", [pytest.param(v, marks=SLOW.get(v, ())) for v in CASES])

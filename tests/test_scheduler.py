@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from tendon_newton import scheduler
 from tendon_newton.cli import main
 from tendon_newton.errors import InvalidParameter, TendonNewtonError
 from tendon_newton.scheduler import (
@@ -178,8 +179,9 @@ def test_there_is_at_least_one_process(jobs: int) -> None:
         JobOptions(jobs=jobs)
 
 
-def test_a_scheduler_that_is_not_there_is_one_line() -> None:
+def test_a_scheduler_that_is_not_there_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     """No traceback of a library: an address that nobody answers, or a package that is missing."""
+    monkeypatch.setattr(scheduler, "CONNECTION_LIMIT", 1.0)  # 30 s for a cluster far away
     options = JobOptions(scheduler="tcp://127.0.0.1:1")
     with (
         pytest.raises(TendonNewtonError, match=r"127\.0\.0\.1:1|'distributed'"),

@@ -14,6 +14,7 @@ import numpy as np
 
 from tendon_newton.data.dataset import Dataset, load_dataset
 from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.root_mean_square import rms
 from tendon_newton.simulation.hosts.replay import replay
 from train.reproduction.physical import refit, starting_model
 
@@ -40,7 +41,7 @@ def force_left(dataset: Dataset, model: Model) -> float:
         for recording, run in zip(dataset.test, runs, strict=True)
         if recording.force is not None
     ]
-    return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
+    return rms(np.concatenate(errors))
 
 
 def main() -> None:

@@ -6,7 +6,7 @@ import ipaddress
 import socket
 import time
 
-from hardware.control.goals import PIECE, LineGoals, parse_goal
+from hardware.control.goal_lines import PIECE, LineGoals, parse_goal
 from hardware.control.signed_goals import SignedGoals
 from tendon_newton.errors import InvalidParameter, shown
 

@@ -7,67 +7,25 @@ datagrams hold one number each; what is none is told once and changes nothing.
 from __future__ import annotations
 
 import math
-import os
-import select
-import sys
 from bisect import bisect_right
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Protocol
 
+from hardware.control.datagram_goals import DatagramGoals
+from hardware.control.goal_lines import Goals, LineGoals, parse_goal
 from hardware.control.signed_goals import read_key
 from tendon_newton.data.files.text_file import read_text
 from tendon_newton.errors import InvalidGoal, InvalidParameter, shown
 
-LINE_MAX = 200
-"""Characters of a line with a goal."""
 FILE_SIZE_LIMIT = 1_000_000
 """Bytes of a file of goals."""
-PIECE = 4096
-"""Bytes taken at a time, so that a flood of lines cannot hold the loop up."""
 STEP = math.pi / 60.0
 """Angle by which an arrow key moves the goal [rad]: 3 degrees."""
 STAIR, DWELL = math.pi / 10.0, 1.5
 """Height [rad] and length [s] of the paper's stairs; the last goal of a file is held as long."""
 
 
-class Goals(Protocol):
-    """Gives the goal that holds now."""
-
-    notes: list[str]
-    """Messages for the operator; the teller empties the list."""
-    length: float | None
-    """Time after which no more goals come [s]; None where nothing says so."""
-
-    def value(self, now: float) -> float:
-        """Return the goal [rad] at a time since the start [s]."""
-        ...
-
-    def key(self, key: str) -> None:
-        """Take a key that was pressed."""
-        ...
-
-    def close(self) -> None:
-        """Let go of what was opened; more than once does no harm."""
-        ...
-
-
-def parse_goal(line: str) -> float:
-    """Return the goal [rad] that a line holds.
-
-    Raises:
-        InvalidGoal: The line holds no single finite number.
-    """
-    try:
-        value = float(line.strip()) if len(line) <= LINE_MAX else math.nan
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise InvalidGoal(f"a goal is one number, an angle in rad; it is {shown(line.strip())}")
-    return value
-
-
-class FixedGoal:
+class FixedGoal(Goals):
     """A goal that arrow keys move.
 
     Args:
@@ -77,8 +35,7 @@ class FixedGoal:
     """
 
     def __init__(self, value: float, bounds: tuple[float, float], step: float = STEP) -> None:
-        self.notes: list[str] = []
-        self.length: float | None = None
+        super().__init__()
         self._bounds = bounds
         self._step = step
         self._value = min(max(value, bounds[0]), bounds[1])
@@ -96,11 +53,8 @@ class FixedGoal:
         elif key.isdecimal():
             self._value = low + (high - low) * int(key) / 9.0
 
-    def close(self) -> None:
-        """Do nothing."""
 
-
-class TimedGoals:
+class TimedGoals(Goals):
     """Goals at set times.
 
     Args:
@@ -112,8 +66,7 @@ class TimedGoals:
     def __init__(
         self, instants: Sequence[float], values: Sequence[float], last: float = DWELL
     ) -> None:
-        self.notes: list[str] = []
-        self.length: float | None = instants[-1] + last
+        super().__init__(length=instants[-1] + last)
         self._instants = list(instants)
         self._values = list(values)
 
@@ -125,12 +78,6 @@ class TimedGoals:
     def value(self, now: float) -> float:
         """Return the goal [rad] at a time since the start [s]."""
         return self._values[max(bisect_right(self._instants, now) - 1, 0)]
-
-    def key(self, key: str) -> None:
-        """Do nothing: the goals are set."""
-
-    def close(self) -> None:
-        """Do nothing."""
 
 
 def stairs(dwell: float = DWELL) -> TimedGoals:
@@ -166,66 +113,6 @@ def read_goals(path: Path) -> TimedGoals:
     return TimedGoals(instants, values)
 
 
-class LineGoals:
-    """Goals as lines that come over a descriptor: the standard input or a pipe.
-
-    Args:
-        value: The goal [rad] before the first line.
-        number: The descriptor; the standard input's unless given.
-    """
-
-    def __init__(self, value: float = 0.0, number: int | None = None) -> None:
-        self.notes: list[str] = []
-        self.length: float | None = None
-        self._number = sys.stdin.fileno() if number is None else number
-        self._value = value
-        self._rest = b""
-        self._ended = False
-        self._told = False
-
-    def value(self, now: float) -> float:
-        """Return the goal of the last line [rad]."""
-        if not self._ended and select.select([self._number], [], [], 0.0)[0]:
-            try:
-                data = os.read(self._number, PIECE)
-            except OSError:  # a terminal that is gone
-                data = b""
-            self._ended = not data
-            *lines, self._rest = (self._rest + data).split(b"\n")
-            self._rest = self._rest[: LINE_MAX + 1]
-            for line in lines:
-                self.take(line)
-            if self._ended:
-                self.notes.append("No more goals come; the last one stays.")
-        return self._value
-
-    def take(self, line: bytes) -> bool:
-        """Take a line; return whether it is a goal. A line without a goal is told once."""
-        if not line.strip():
-            return False
-        try:
-            self._value = self.read(line)
-        except InvalidGoal as error:
-            self.notes += [] if self._told else [f"{error}: it is ignored, as others will be"]
-            self._told = True
-            return False
-        return True
-
-    def read(self, line: bytes) -> float:
-        """Return the goal of a line [rad].
-
-        Raises:
-            InvalidGoal: The line holds no goal.
-        """
-        return parse_goal(line.decode("ascii", errors="replace"))
-
-    def key(self, key: str) -> None:
-        """Do nothing: goals come in lines."""
-
-    def close(self) -> None:
-        """Do nothing: the descriptor is not ours."""
-
-
 def open_goals(word: str, bounds: tuple[float, float], key: Path | None = None) -> Goals:
     """Return the goals that a word names.
 
@@ -250,8 +137,6 @@ def open_goals(word: str, bounds: tuple[float, float], key: Path | None = None) 
     if word == "stairs":
         return stairs()
     if word.startswith("udp:"):
-        from hardware.control.datagram_goals import DatagramGoals  # it is made of what stands here
-
         return DatagramGoals(
             word.removeprefix("udp:"), bounds[0], key=None if key is None else read_key(key)
         )

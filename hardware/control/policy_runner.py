@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from hardware.errors import PolicyFailure
 from tendon_newton.data.cards.policy_card import CARD_KEY, CARD_NAME, PolicyCard
 from tendon_newton.data.files.guarded import TooMuch, guarded
-from tendon_newton.data.files.text_file import absence
+from tendon_newton.data.files.text_file import read_bytes
 from tendon_newton.data.files.torchscript_archive import START, read_extra, refuse_damage
 from tendon_newton.data.files.trust import VARIABLE, content_hash, is_trusted, trust_content
 from tendon_newton.errors import (
@@ -129,19 +129,8 @@ def try_content(content: bytes) -> None:
 
 def read_content(path: Path) -> bytes:
     """Read a file's bytes; the same bytes are hashed and run."""
-    try:
-        if not path.is_file():
-            raise InvalidPolicyFile(
-                f"{path}: a policy is an ONNX or TorchScript file; {absence(path)}"
-            )
-        size = path.stat().st_size
-        if size > FILE_SIZE_LIMIT:
-            raise InvalidPolicyFile(
-                f"{path}: a policy has at most {FILE_SIZE_LIMIT:,} bytes; it has {size:,}"
-            )
-        return path.read_bytes()
-    except OSError as error:
-        raise InvalidPolicyFile(f"{path}: cannot be read: {error.strerror or error}") from error
+    promise = "a policy is an ONNX or TorchScript file"
+    return read_bytes(path, InvalidPolicyFile, promise, size_limit=FILE_SIZE_LIMIT)
 
 
 def refuse_untrusted(content: bytes, path: Path) -> None:

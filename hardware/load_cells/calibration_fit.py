@@ -14,6 +14,7 @@ from hardware.load_cells.calibration import (
     CalibrationPoint,
     LoadCellCalibration,
 )
+from tendon_newton.data.root_mean_square import rms
 
 RESIDUAL_LIMIT = 0.01
 """Greatest residual as a share of the greatest load [1]: cheap cells keep 0.05 %, so 1 % is a
@@ -50,7 +51,7 @@ def fit_calibration(
         points=tuple(points),
         tare=tare,
         slope=slope,
-        residual=float(np.sqrt(np.mean(error**2))),
+        residual=rms(error),
         hysteresis=abs(slope) * count_hysteresis(points),
         r_squared=float(1.0 - error @ error / ((load - load.mean()) @ (load - load.mean()))),
     )
@@ -128,7 +129,7 @@ def suspect(points: Sequence[CalibrationPoint], gravity: float) -> tuple[float, 
     residuals: dict[float, float] = {}
     for mass in {point.mass for point in points if point.mass > 0.0}:
         _, _, error = line_through([p for p in points if p.mass != mass], gravity)
-        residuals[mass] = float(np.sqrt(np.mean(error**2)))
+        residuals[mass] = rms(error)
     worst = min(residuals, key=residuals.__getitem__)
     return worst, residuals[worst]
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 if TYPE_CHECKING:
-    from tendon_newton.data.recording import Array, Recording
+    from tendon_newton.data.recording import Recording
     from tendon_newton.simulation.hosts.rollout import Trajectory
 
 
@@ -88,10 +88,7 @@ def main(config: SimulateConfig) -> None:
 
 def errors_text(recording: Recording, trajectory: Trajectory) -> str:
     """Return how far a simulation is from its recording."""
-    import numpy as np
-
-    def rms(values: Array) -> float:
-        return float(np.sqrt(np.mean(np.square(values))))
+    from tendon_newton.data.root_mean_square import rms
 
     theta = rms(recording.motor_position - trajectory.motor_position)
     text = f"theta {1e3 * theta:8.3f} mrad RMS"

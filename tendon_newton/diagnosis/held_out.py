@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_newton.data.recording import Array, Mask, Recording
+from tendon_newton.data.root_mean_square import rms
 from tendon_newton.diagnosis.diagnose import Evidence
 from tendon_newton.identification.study import Residual, replacements
 
@@ -123,7 +124,7 @@ def pooled(comparisons: tuple[Comparison, ...], signal: str, which: int) -> Arra
 def pooled_rms(comparisons: tuple[Comparison, ...], signal: str, which: int) -> float:
     """Return the root mean square over all rows of all recordings."""
     values = pooled(comparisons, signal, which)
-    return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
+    return rms(values) if len(values) else 0.0
 
 
 def broken_at_gaps(time: Array, values: Array) -> tuple[Array, Array]:

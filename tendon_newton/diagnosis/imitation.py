@@ -9,6 +9,7 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from tendon_newton.data.recording import Array
+from tendon_newton.data.root_mean_square import rms
 from tendon_newton.diagnosis.explanation import Explanation
 from tendon_newton.identification.noise_floor import NoiseFloor
 from tendon_newton.identification.objective import Scales, loss_terms
@@ -122,8 +123,8 @@ def find_likenesses(
         found.append(
             Likeness(
                 pair=pair,
-                theta=float(np.sqrt(np.mean(away[0] ** 2))),
-                force=float(np.sqrt(np.mean(away[1] ** 2))) if len(away) > 1 else None,
+                theta=rms(away[0]),
+                force=rms(away[1]) if len(away) > 1 else None,
                 separation=float(np.linalg.norm(miss / quiet) / np.sqrt(rows)),
                 behind=float(loss_terms(miss).sum()),
                 scatter=float(np.sqrt(np.sum((miss * quiet) ** 2))),

@@ -11,7 +11,7 @@ from tendon_newton.exports.bam_target import BAM
 from tendon_newton.exports.base import Exported, ExportTarget
 from tendon_newton.exports.configs.isaaclab_target import ISAACLAB
 from tendon_newton.exports.configs.mjlab_target import MJLAB
-from tendon_newton.exports.mujoco_target import MUJOCO
+from tendon_newton.exports.mujoco.target import MUJOCO
 from tendon_newton.exports.networks.target import NETWORKS
 from tendon_newton.exports.newton.target import NEWTON
 from tendon_newton.exports.urdf_target import URDF

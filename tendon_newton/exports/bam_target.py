@@ -15,14 +15,21 @@ from typing import Any
 
 import numpy as np
 
+from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.importers.bam.motors import XL330
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
-from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import InvalidModelFile, InvalidOutput
-from tendon_newton.exports.base import Coverage, Exported, ExportTarget
-from tendon_newton.exports.mjcf_servo import FRICTION_SHAPE, FRICTION_TIME, number, spool_of
-from tendon_newton.exports.mujoco_target import change_mechanism, refuse_damaged
+from tendon_newton.exports.base import Exported, ExportTarget
+from tendon_newton.exports.model_numbers import (
+    coverage_of,
+    not_exact,
+    number,
+    refuse_damaged,
+    spool_of,
+)
+from tendon_newton.exports.mujoco.mjcf_servo import FRICTION_SHAPE, FRICTION_TIME
+from tendon_newton.exports.mujoco.target import change_mechanism
 from tendon_newton.mechanisms.authoring.mujoco_file import (
     mujoco_spec,
     newton_s_mujoco,
@@ -43,29 +50,23 @@ STRING_STOP = (5.0e-4, 1.0)
 """Time constant [s] and damping [1] with which a string catches its spool: a shorter one chatters,
 so that the load cell reads 0.1 N of noise."""
 
-COVERAGE: dict[str, Coverage] = {
-    **dict.fromkeys(EFFECTS, "none"),
-    **dict.fromkeys(
-        (
-            "gain_error",
-            "position_offset",
-            "spool_radius_error",
-            "tendon_slack",
-            "coulomb_friction",
-            "stribeck_friction",
-            "viscous_friction",
-            "joint_stiffness_error",
-            "joint_damping_error",
-            "joint_dry_friction",
-            "inertia_error",
-            "gravity_misalignment",
-        ),
-        "exact",
+COVERAGE = coverage_of(
+    (
+        "gain_error",
+        "position_offset",
+        "spool_radius_error",
+        "tendon_slack",
+        "coulomb_friction",
+        "stribeck_friction",
+        "viscous_friction",
+        "joint_stiffness_error",
+        "joint_damping_error",
+        "joint_dry_friction",
+        "inertia_error",
+        "gravity_misalignment",
     ),
-    **dict.fromkeys(
-        ("load_dependent_friction", "gear_load_friction", "load_stribeck_friction"), "approximate"
-    ),
-}
+    ("load_dependent_friction", "gear_load_friction", "load_stribeck_friction"),
+)
 
 
 def write_bam_target(folder: Path, mechanism: Mechanism, model: Model) -> Exported:
@@ -80,11 +81,8 @@ def write_bam_target(folder: Path, mechanism: Mechanism, model: Model) -> Export
     write_spec(folder / MODEL_FILE, bench_spec(mechanism, model, tendon))
     program = files("tendon_newton.exports").joinpath("bam_servo.template").read_text("utf-8")
     parameters = json.dumps(parameter_table(model, tendon), indent=2) + "\n"
-    for name, text in ((PROGRAM_FILE, program), (PARAMETER_FILE, parameters)):
-        try:
-            (folder / name).write_text(text, encoding="utf-8")
-        except OSError as error:
-            raise InvalidOutput(f"{folder / name}: {error.strerror or error}") from error
+    write_text(folder / PROGRAM_FILE, program)
+    write_text(folder / PARAMETER_FILE, parameters)
     python = python_with_bam()
     return Exported(
         files=tuple(folder / name for name in (PARAMETER_FILE, MODEL_FILE, PROGRAM_FILE)),
@@ -94,9 +92,7 @@ def write_bam_target(folder: Path, mechanism: Mechanism, model: Model) -> Export
             if python is None
             else {PROGRAM_FILE: lambda run: replay_bam(folder, python, mechanism, model, run)}
         ),
-        left_out={
-            PROGRAM_FILE: tuple(e.name for e in model.effects if COVERAGE[e.name] != "exact")
-        },
+        left_out={PROGRAM_FILE: not_exact(model, COVERAGE)},
     )
 
 

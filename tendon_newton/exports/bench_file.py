@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 
 from tendon_newton import __version__
+from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.model_file import Model
 from tendon_newton.diagnosis.result import SCHEMA
 from tendon_newton.effects import find_effect
-from tendon_newton.errors import InvalidModelFile, InvalidOutput
+from tendon_newton.errors import InvalidModelFile
 from tendon_newton.mechanisms.authoring.correction import Correction
 from tendon_newton.mechanisms.authoring.identified_layer import (
     FoundNumber,
@@ -44,10 +45,7 @@ def write_bench(path: Path, correction: Correction, model: Model) -> None:
         write_identified_layer(layer, correction, provenance_of(model))
         with usd_errors(layer):
             flat = Usd.Stage.Open(str(layer)).Flatten(False).ExportToString()
-    try:
-        path.write_text(flat, encoding="utf-8")
-    except OSError as error:
-        raise InvalidOutput(f"{path}: {error.strerror or error}") from error
+    write_text(path, flat)
     lost = lost_numbers(load_mechanism(path), correction.corrected)
     if lost:
         path.unlink()

@@ -12,6 +12,7 @@ import numpy as np
 from tendon_newton.data.excitations import RATE
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
+from tendon_newton.data.root_mean_square import rms
 from tendon_newton.exports.base import Exported, ExportTarget
 from tendon_newton.mechanisms.geometry.kinematics import tip_position
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
@@ -47,19 +48,20 @@ def departure(
     mechanism: Mechanism, one: Sequence[Trajectory], other: Sequence[Trajectory]
 ) -> Departure:
     """Return how far runs of the same commands lie apart."""
-
-    def rms(differences: list[Array]) -> float:
-        return float(np.sqrt(np.mean(np.concatenate([d.ravel() ** 2 for d in differences]))))
-
     pairs = list(zip(one, other, strict=True))
     tip = None
     if mechanism.tip is not None:
-        tip = rms([tips(mechanism, a) - tips(mechanism, b) for a, b in pairs])
+        tip = pooled([tips(mechanism, a) - tips(mechanism, b) for a, b in pairs])
     return Departure(
-        angle=rms([a.motor_position - b.motor_position for a, b in pairs]),
-        force=rms([a.force - b.force for a, b in pairs]),
+        angle=pooled([a.motor_position - b.motor_position for a, b in pairs]),
+        force=pooled([a.force - b.force for a, b in pairs]),
         tip=tip,
     )
+
+
+def pooled(differences: Sequence[Array]) -> float:
+    """Return the root mean square over all runs."""
+    return rms(np.concatenate([d.ravel() for d in differences]))
 
 
 def tips(mechanism: Mechanism, trajectory: Trajectory) -> Array:

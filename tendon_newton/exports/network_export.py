@@ -6,7 +6,7 @@ from pathlib import Path
 
 from tendon_newton.actuators import find_actuator
 from tendon_newton.data.model_file import Model
-from tendon_newton.exports.program import NetworkFacts
+from tendon_newton.exports.mujoco.program import NetworkFacts
 
 NETWORK_FILE = "network.onnx"
 

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from tendon_newton.errors import InvalidOutput
+from tendon_newton.data.files.text_file import write_text
 from tendon_newton.exports.base import Exported, ExportTarget
 from tendon_newton.exports.departure import (
     Departure,
@@ -78,11 +78,8 @@ def write_page(folder: Path, title: str, exported: Exported, fidelity: Fidelity)
             for way, costs in fidelity.costs.items()
         },
     }
-    try:
-        (folder / PAGE).write_text(page + "\n", encoding="utf-8")
-        (folder / NUMBERS).write_text(json.dumps(numbers, indent=2) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise InvalidOutput(f"{folder}: {error.strerror or error}") from error
+    write_text(folder / PAGE, page + "\n")
+    write_text(folder / NUMBERS, json.dumps(numbers, indent=2) + "\n")
 
 
 def files_part(exported: Exported) -> list[str]:

@@ -9,11 +9,11 @@ from pathlib import Path
 
 from scipy.spatial.transform import Rotation
 
+from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array
-from tendon_newton.errors import InvalidOutput
 from tendon_newton.exports.base import Exported, ExportTarget
-from tendon_newton.exports.configs.text import coverage_of
+from tendon_newton.exports.model_numbers import coverage_of, not_exact
 from tendon_newton.mechanisms.authoring.correction import correct
 from tendon_newton.mechanisms.geometry.joints import Joint
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
@@ -41,11 +41,8 @@ def write_urdf_target(folder: Path, mechanism: Mechanism, model: Model) -> Expor
         add_joint(robot, joint, parent, effort_of(corrected, joint))
     ET.indent(robot)
     path = folder / ROBOT_FILE
-    try:
-        path.write_text(ET.tostring(robot, encoding="unicode") + "\n", encoding="utf-8")
-    except OSError as error:
-        raise InvalidOutput(f"{path}: {error.strerror or error}") from error
-    left = tuple(e.name for e in model.effects if COVERAGE[e.name] == "none")
+    write_text(path, ET.tostring(robot, encoding="unicode") + "\n")
+    left = not_exact(model, COVERAGE)
     return Exported(files=(path,), loading=LOADING, left_out={ROBOT_FILE: left}, checked=CHECKED)
 
 

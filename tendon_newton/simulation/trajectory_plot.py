@@ -5,10 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from tendon_newton.data.files.picture import new_figure, save, tidy
 from tendon_newton.data.recording import Array, Recording
+from tendon_newton.data.root_mean_square import rms
 from tendon_newton.errors import InvalidOutput
 from tendon_newton.simulation.hosts.rollout import Trajectory
 
@@ -85,5 +84,5 @@ def plot_residual(axes: Any, time: Array, residual: Array, unit: str) -> None:
     """Draw measured minus simulated with its root mean square."""
     axes.axhline(0.0, color=GREY, linewidth=0.8)
     axes.plot(time, residual, color=SIMULATED, linewidth=1.0)
-    size = float(np.sqrt(np.mean(residual**2)))
+    size = rms(residual)
     axes.set_title(f"measured − simulated, {size:.3g} {unit} RMS", loc="left", fontsize=9)

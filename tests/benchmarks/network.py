@@ -21,6 +21,7 @@ from tendon_newton.actuators.networks.artifact import torchscript
 from tendon_newton.actuators.networks.fused_query import FusedQuery, forces_of
 from tendon_newton.actuators.networks.history import History
 from tendon_newton.actuators.networks.torchscript import ForceQuery, TorchScriptQuery
+from tendon_newton.data.root_mean_square import rms
 from tendon_newton.simulation.hosts.torch_bridge import Graph
 from tests.benchmarks.timing import Row, best_time, memory_in_use, say
 from tests.physics.learned.networks import GAIN, LIMIT, RATE, WINDOW, force_network
@@ -199,7 +200,7 @@ def query_row(form: Form, worlds: int) -> Row:
     seconds = best_time(ask, device)
     row |= {
         "largest_error_n": float(np.abs(error).max()),
-        "rms_error_n": float(np.sqrt(np.mean(error**2))),
+        "rms_error_n": rms(error),
         "milliseconds": 1.0e3 * seconds,
         "world_steps_per_second": worlds / seconds,
         "bytes_per_world": (memory_in_use() - before) / worlds,

@@ -7,9 +7,26 @@ import pytest
 from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import UnknownName
 from tendon_newton.exports import EXPORTS, find_export
-from tendon_newton.exports.coverage import WORDS, coverage_table
+from tendon_newton.exports.mujoco.target import IN_THE_FILE
+from tendon_newton.exports.newton.plain import IN_THE_PRIMS
 
 PAGE = Path(__file__).parents[2] / "docs" / "export.md"
+WORDS = {"exact": "exact", "approximate": "nearly", "none": "-"}
+COLUMNS = {
+    "model.xml alone": IN_THE_FILE,
+    "Newton's prims alone": IN_THE_PRIMS,
+    **{name: target.coverage for name, target in EXPORTS.items()},
+}
+"""Ways of running an export, and what each says of every effect."""
+
+
+def coverage_table() -> str:
+    """Return what every target says of every effect, in Markdown."""
+    lines = [f"| effect | {' | '.join(COLUMNS)} |", "|---|" + "---|" * len(COLUMNS)]
+    for effect in EFFECTS:
+        cells = [WORDS[column[effect]] for column in COLUMNS.values()]
+        lines.append(f"| {effect} | {' | '.join(cells)} |")
+    return "\n".join(lines)
 
 
 @pytest.mark.parametrize("target", EXPORTS)

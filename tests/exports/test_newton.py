@@ -22,9 +22,9 @@ from tendon_newton.exports.newton.target import (
     DRIVE_FILE,
     PLAIN_FILE,
     PROGRAM_FILE,
-    load_program,
     write_newton_target,
 )
+from tendon_newton.exports.written_program import load_program
 from tendon_newton.mechanisms.geometry.parts import excursion
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.replay import bench_of

@@ -38,7 +38,7 @@ def test_a_cell_on_a_serial_port_is_calibrated_in_real_time(tmp_path: Path) -> N
     """Three masses up and down, each measured as it comes out of the pseudo-terminal."""
     path = tmp_path / "cell.toml"
     words = ["--port", "virtual:finger:1", "--masses", "0.2,0.5,1", "--out", str(path)]
-    assert main(["calibrate", *words]) == 0
+    assert main(["calibrate", *words, "--hold-s", "1"]) == 0
     in_real_time = load_calibration(path)
     faster = tmp_path / "faster.toml"
     assert main(["calibrate", *VIRTUAL, *MASSES, "--out", str(faster)]) == 0

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tendon_newton.data.model_file import Model, NamedValues
-from tendon_newton.data.recording import Array, Mask, Recording
+from tendon_newton.data.recording import Mask, Recording
+from tendon_newton.data.root_mean_square import rms
 from tendon_newton.simulation.hosts.replay import simulated_recording
 from tendon_newton.simulation.simulators import TendonSimulator
 from train.reproduction.unit import kind_of
@@ -50,11 +51,6 @@ class Replayed:
         assert self.simulated.tip is not None
         gap = np.linalg.norm(self.recording.tip - self.simulated.tip, axis=1)
         return rms(gap[self.late])
-
-
-def rms(values: Array) -> float:
-    """Return the root mean square."""
-    return float(np.sqrt(np.mean(np.square(values))))
 
 
 def replayed(recordings: Sequence[Recording], model: Model, *, time_step: float) -> list[Replayed]:

@@ -22,6 +22,7 @@ import numpy as np
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array
+from tendon_newton.data.root_mean_square import rms
 from tendon_newton.effects import find_effect
 from train.tendon.taut_rows import TautRows, name_finger, pieces_of
 
@@ -219,4 +220,4 @@ def surplus_error(pieces: Sequence[TautRows], model: Model) -> float:
     compliance = 1.0 / float(own.get("tendon_compliance", {}).get("stiffness", np.inf))
     slack = float(own.get("tendon_slack", {}).get("length", 0.0))
     off = np.concatenate([piece.surplus - slack - compliance * piece.force for piece in pieces])
-    return float(np.sqrt(np.mean(off**2)))
+    return rms(off)

@@ -20,8 +20,9 @@ import torch
 from torch import Tensor, nn
 
 from tendon_newton.data.cards.force_network_card import INPUTS, ForceNetworkCard
+from tendon_newton.data.cards.policy_card import PolicyCard
 from tendon_newton.data.files.guarded import TooMuch, guarded
-from tendon_newton.data.files.text_file import absence, write_bytes
+from tendon_newton.data.files.text_file import read_bytes, write_bytes
 from tendon_newton.data.files.torchscript_archive import START, read_extra, refuse_damage
 from tendon_newton.data.files.trust import VARIABLE, content_hash, is_trusted, trust_content
 from tendon_newton.errors import InvalidNetworkFile, UntrustedNetworkFile
@@ -67,8 +68,8 @@ def torchscript() -> Generator[None]:
         yield
 
 
-def write_network(path: Path, network: nn.Module, card: ForceNetworkCard) -> None:
-    """Write a network with its card as a TorchScript file, and trust it.
+def write_network(path: Path, network: nn.Module, card: ForceNetworkCard | PolicyCard) -> None:
+    """Write a network or a policy with its card as a TorchScript file, and trust it.
 
     Raises:
         InvalidOutput: The file cannot be written.
@@ -150,16 +151,8 @@ def try_content(content: bytes, card: ForceNetworkCard) -> None:
 
 def read_content(path: Path) -> bytes:
     """Read a file's bytes; the same bytes are hashed and run."""
-    if not path.is_file():
-        raise InvalidNetworkFile(
-            f"{path}: a force network is a safetensors or TorchScript file; {absence(path)}"
-        )
-    size = path.stat().st_size
-    if size > FILE_SIZE_LIMIT:
-        raise InvalidNetworkFile(
-            f"{path}: a force network has at most {FILE_SIZE_LIMIT:,} bytes; it has {size:,}"
-        )
-    return path.read_bytes()
+    promise = "a force network is a safetensors or TorchScript file"
+    return read_bytes(path, InvalidNetworkFile, promise, size_limit=FILE_SIZE_LIMIT)
 
 
 def card_in(content: bytes, path: Path) -> ForceNetworkCard:

@@ -29,15 +29,23 @@ def read_text(
         size_limit: Bytes beyond which the file cannot be what it should be.
     """
     try:
-        refuse_size(path, fault, promise, size_limit)
-        text = path.read_bytes().decode("utf-8-sig")
+        text = read_bytes(path, fault, promise, size_limit=size_limit).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise fault(f"{path}: {promise}, which must be UTF-8; byte {error.start} is not") from error
-    except OSError as error:
-        raise fault(f"{path}: {promise}; it cannot be read: {error.strerror or error}") from error
     if "\0" in text:
         raise fault(f"{path}: {promise}; it holds a zero byte at character {text.index(chr(0))}")
     return text
+
+
+def read_bytes(
+    path: Path, fault: type[TendonNewtonError], promise: str, *, size_limit: int | None = None
+) -> bytes:
+    """Read a file whole; the arguments and errors are those of `read_text`."""
+    try:
+        refuse_size(path, fault, promise, size_limit)
+        return path.read_bytes()
+    except OSError as error:
+        raise fault(f"{path}: {promise}; it cannot be read: {error.strerror or error}") from error
 
 
 def write_text(path: Path, text: str) -> None:

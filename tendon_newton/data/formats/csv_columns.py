@@ -12,23 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tendon_newton.data.files.text_file import LOG_SIZE_LIMIT, open_text
+from tendon_newton.data.formats.topic_mapping import COLUMNS, MEASURED_COLUMNS
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidRecording, listed, shown
 
-REQUIRED_COLUMNS = ("t", "theta", "theta_dot")
-KNOWN_COLUMNS = (
-    "t",
-    "theta_d",
-    "theta",
-    "theta_dot",
-    "force",
-    "tip_x",
-    "tip_z",
-    "current",
-    "voltage",
-    "temperature",
-    "enabled",
-)
+REQUIRED_COLUMNS = ("t", *MEASURED_COLUMNS)
+KNOWN_COLUMNS = ("t", *COLUMNS)
 INDEX = "0|[1-9][0-9]{0,2}"
 """How the number of a tendon is written; no servo bus carries a thousand."""
 KNOWN = re.compile(rf"({'|'.join(KNOWN_COLUMNS)})(_({INDEX}))?")

@@ -31,7 +31,7 @@ COLUMNS = (
     "temperature",
     "enabled",
 )
-REQUIRED_COLUMNS = ("theta", "theta_dot")
+MEASURED_COLUMNS = ("theta", "theta_dot")
 CLOCKS = ("header", "log")
 
 FIELD_STEP = re.compile(r"([A-Za-z_]\w*)|\[(\d+)\]|\[([A-Za-z_][\w ]*)\]")
@@ -102,7 +102,7 @@ class TopicMapping:
             if column not in COLUMNS:
                 raise InvalidMapping(f"{where}{unknown_name('column', column, COLUMNS)}")
         present = {*self.sources, *(("theta_dot",) if self.differentiate else ())}
-        missing = [column for column in REQUIRED_COLUMNS if column not in present]
+        missing = [column for column in MEASURED_COLUMNS if column not in present]
         if missing:
             raise InvalidMapping(
                 f"{where}a mapping must say where {missing[0]!r} comes from; it maps "
@@ -127,6 +127,6 @@ DEFAULT_MAPPING = TopicMapping(
         "tip_x": Source(topic=TIP_TOPIC, field="point.x"),
         "tip_z": Source(topic=TIP_TOPIC, field="point.z"),
     },
-    optional=frozenset(set(COLUMNS) - set(REQUIRED_COLUMNS)),
+    optional=frozenset(set(COLUMNS) - set(MEASURED_COLUMNS)),
 )
 """The topics of our own recordings."""

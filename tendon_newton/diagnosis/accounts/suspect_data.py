@@ -10,6 +10,7 @@ import numpy as np
 
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
+from tendon_newton.data.root_mean_square import rms
 from tendon_newton.errors import TendonNewtonError
 from tendon_newton.identification.study import Residual, Study, replacements
 
@@ -132,7 +133,7 @@ def contradictions(study: Study) -> Iterator[Suspect]:
         if not same_run(one, other):
             continue
         apart = one.motor_position[:, 0] - other.motor_position[:, 0]
-        size = float(np.sqrt(np.mean(apart**2)))
+        size = rms(apart)
         if size > CONTRADICTS * study.noise.theta:
             yield Suspect(
                 recording=other.name,

@@ -10,6 +10,7 @@ import numpy as np
 
 from tendon_newton.data.parameters import BenchScale
 from tendon_newton.data.recording import Array, Indices, Mask, Recording
+from tendon_newton.data.root_mean_square import rms
 from tendon_newton.identification.study import Study, replacements
 
 Side = Literal["servo", "mechanism", "whole"]
@@ -40,7 +41,7 @@ class Remainder:
     @property
     def size(self) -> float:
         """Root mean square of the residual [N or rad]."""
-        return float(np.sqrt(np.mean(self.residual**2)))
+        return rms(self.residual)
 
 
 def side_words(side: Side, scale: BenchScale) -> tuple[str, str]:

@@ -9,51 +9,44 @@ from pathlib import Path
 from typing import Any
 
 from tendon_newton.actuators import find_actuator
+from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.model_file import Model
 from tendon_newton.errors import InvalidModelFile
-from tendon_newton.exports.base import Exported, ExportTarget
+from tendon_newton.exports.base import Coverage, Exported, ExportTarget
 from tendon_newton.exports.bench_file import write_bench
 from tendon_newton.exports.configs.text import (
     CONFIG_FILE,
+    FAST,
+    NETWORK_FILE,
     PHYSICS_STEP,
     Expression,
     config_text,
-    coverage_of,
-    dry_friction,
     gravity_text,
-    write_text,
+    write_network,
 )
-from tendon_newton.exports.mjcf_servo import number
-from tendon_newton.exports.mujoco_target import refuse_damaged, refuse_kinematic
-from tendon_newton.exports.networks.files import write_torchscript
-from tendon_newton.exports.networks.students import HISTORY, RATE, fit_mlp, lessons_of
-from tendon_newton.exports.networks.target import MLP_STEPS
-from tendon_newton.exports.newton.prims import drive_numbers, drives_one_joint, gearing_of
+from tendon_newton.exports.model_numbers import (
+    dry_friction,
+    force_limit_of,
+    not_exact,
+    number,
+    refuse_damaged,
+    refuse_kinematic,
+)
+from tendon_newton.exports.networks.files import Scales
+from tendon_newton.exports.networks.students import HISTORY
+from tendon_newton.exports.newton.plain import IN_THE_PRIMS
+from tendon_newton.exports.newton.prims import drives_one_joint, gearing_of, joint_drive
 from tendon_newton.exports.newton.target import corrected_bench
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import Tendon
 
-BENCH_FILE, NETWORK_FILE = "bench.usda", "mlp.pt"
-COVERAGE = coverage_of(
-    (
-        "gain_error",
-        "force_saturation",
-        "position_offset",
-        "spool_radius_error",
-        "joint_damping_error",
-        "inertia_error",
-        "gravity_misalignment",
-    ),
-    (
-        "command_delay",
-        "viscous_friction",
-        "coulomb_friction",
-        "asymmetric_friction",
-        "stribeck_friction",
-        "joint_stiffness_error",
-        "joint_dry_friction",
-    ),
-)
+BENCH_FILE = "bench.usda"
+COVERAGE: dict[str, Coverage] = {
+    **IN_THE_PRIMS,
+    "command_delay": "approximate",
+    "joint_stiffness_error": "approximate",
+    "tendon_slack": "none",
+}
 """Delays are whole steps of the physics, friction is the solver's, springs only Newton reads."""
 IMPORTS = [
     "from pathlib import Path",
@@ -83,14 +76,10 @@ def write_isaaclab_target(folder: Path, mechanism: Mechanism, model: Model) -> E
     correction = corrected_bench(mechanism, model)
     write_bench(folder / BENCH_FILE, correction, model)
     files, note = [folder / BENCH_FILE, folder / CONFIG_FILE], ""
-    learned: dict[str, Any] | None = None
+    learned: Scales | None = None
     if find_actuator(model.actuator.name).held:
-        lessons = lessons_of(mechanism, model)
-        network, error = fit_mlp(lessons, steps=MLP_STEPS)
-        write_torchscript(folder / NETWORK_FILE, network)
+        learned, note = write_network(folder, mechanism, model)
         files.append(folder / NETWORK_FILE)
-        learned = dict(zip(("pos_scale", "vel_scale", "torque_scale"), lessons.scales, strict=True))
-        note = NETWORK_NOTE.format(rate=RATE, error=error)
     entries = {
         tendon.name: entry(mechanism, tendon, model, learned) for tendon in mechanism.tendons
     }
@@ -106,13 +95,13 @@ def write_isaaclab_target(folder: Path, mechanism: Mechanism, model: Model) -> E
         loading=LOADING.format(
             targets=targets, note=note, gravity=gravity_text(correction.corrected.gravity)
         ),
-        left_out={CONFIG_FILE: tuple(e.name for e in model.effects if COVERAGE[e.name] != "exact")},
+        left_out={CONFIG_FILE: not_exact(model, COVERAGE)},
         checked=CHECKED,
     )
 
 
 def entry(
-    mechanism: Mechanism, tendon: Tendon, model: Model, learned: dict[str, Any] | None
+    mechanism: Mechanism, tendon: Tendon, model: Model, learned: Scales | None
 ) -> tuple[str, dict[str, Any]]:
     """Return the class of an actuator's configuration, and its numbers by field."""
     ratio = gearing_of(tendon, model).ratio
@@ -128,20 +117,21 @@ def entry(
     }
     late = round(number(model, "command_delay", "delay") / PHYSICS_STEP)
     if learned is not None:
-        limit = min(tendon.force_limit, number(model, "force_saturation", "limit")) * arm
+        pos, vel, effort = learned
+        limit = force_limit_of(tendon, model) * arm
         return "ActuatorNetMLPCfg", {
             **numbers,
             "network_file": Expression(f'str(FOLDER / "{NETWORK_FILE}")'),
-            "pos_scale": learned["pos_scale"] * ratio,
-            "vel_scale": learned["vel_scale"] * ratio,
-            "torque_scale": learned["torque_scale"] * float(tendon.moment_arm[j]),
+            "pos_scale": pos * ratio,
+            "vel_scale": vel * ratio,
+            "torque_scale": effort * float(tendon.moment_arm[j]),
             "input_order": "pos_vel",
             "input_idx": list(range(HISTORY)),
             "saturation_effort": limit,
             "actuator_effort_limit": limit,
             "actuator_velocity_limit": FAST,
         }
-    _, servo = drive_numbers(tendon, model)
+    _, servo = joint_drive(tendon, model)
     numbers |= {
         "stiffness": servo["kp"],
         "damping": servo["kd"],
@@ -156,14 +146,8 @@ def entry(
     return "DelayedPDActuatorCfg", {**numbers, "min_delay": late, "max_delay": late}
 
 
-FAST = 1.0e6
-"""A speed [rad/s, m/s] that no joint reaches: the network knows the motor's."""
 CHECKED = """It was not run: Isaac Lab needs a GPU and versions of Newton and Warp of its own.
 The names of all fields are checked against its classes (Isaac Lab 3.0)."""
-NETWORK_NOTE = """
-The network sees error and speed at {rate:g} Hz: take physics steps of that length. On runs of the
-model that it has not seen its force strays by {error:.4f} N.
-"""
 LOADING = """```python
 from isaaclab.assets import ArticulationCfg
 import isaaclab.sim as sim_utils

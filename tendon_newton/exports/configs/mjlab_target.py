@@ -6,55 +6,40 @@ from pathlib import Path
 from typing import Any
 
 from tendon_newton.actuators import find_actuator
+from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.model_file import Model
 from tendon_newton.errors import InvalidModelFile
-from tendon_newton.exports.base import Exported, ExportTarget
+from tendon_newton.exports.base import Coverage, Exported, ExportTarget
 from tendon_newton.exports.configs.text import (
     CONFIG_FILE,
+    FAST,
+    NETWORK_FILE,
     PHYSICS_STEP,
     Expression,
     config_text,
-    coverage_of,
-    dry_friction,
     gravity_text,
-    write_text,
+    write_network,
 )
-from tendon_newton.exports.mjcf_servo import angle_shift, number, spool_of
-from tendon_newton.exports.mujoco_target import change_mechanism, refuse_damaged, refuse_kinematic
-from tendon_newton.exports.networks.files import write_torchscript
-from tendon_newton.exports.networks.students import HISTORY, RATE, fit_mlp, lessons_of
-from tendon_newton.exports.networks.target import MLP_STEPS
-from tendon_newton.exports.newton.prims import command_lead
-from tendon_newton.mechanisms.authoring.mujoco_file import (
-    mujoco_spec,
-    newton_s_mujoco,
-    write_spec,
+from tendon_newton.exports.model_numbers import (
+    angle_shift,
+    command_lead,
+    dry_friction,
+    force_limit_of,
+    not_exact,
+    number,
+    refuse_damaged,
+    refuse_kinematic,
+    servo_gains,
+    spool_of,
 )
+from tendon_newton.exports.mujoco.target import IN_THE_FILE, change_mechanism, placed_tendons
+from tendon_newton.exports.networks.students import HISTORY
+from tendon_newton.mechanisms.authoring.mujoco_file import mujoco_spec, write_spec
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import Tendon
 
-BENCH_FILE, NETWORK_FILE = "bench.xml", "mlp.pt"
-COVERAGE = coverage_of(
-    (
-        "gain_error",
-        "force_saturation",
-        "position_offset",
-        "spool_radius_error",
-        "joint_stiffness_error",
-        "joint_damping_error",
-        "joint_dry_friction",
-        "inertia_error",
-        "gravity_misalignment",
-    ),
-    (
-        "command_delay",
-        "tendon_slack",
-        "viscous_friction",
-        "coulomb_friction",
-        "asymmetric_friction",
-        "stribeck_friction",
-    ),
-)
+BENCH_FILE = "bench.xml"
+COVERAGE: dict[str, Coverage] = {**IN_THE_FILE, "tendon_slack": "approximate"}
 """Delays are whole steps of the physics, and a string pushes."""
 IMPORTS = [
     "from pathlib import Path",
@@ -69,8 +54,6 @@ IMPORTS = [
     "FOLDER = Path(__file__).resolve().parent",
 ]
 TITLE = "The servo of the bench {bench} for mjlab 1.6, for physics steps of {step:g} s."
-FAST = 1.0e6
-"""A speed [m/s] that no tendon reaches."""
 
 
 def write_mjlab_target(folder: Path, mechanism: Mechanism, model: Model) -> Exported:
@@ -94,12 +77,8 @@ def write_mjlab_target(folder: Path, mechanism: Mechanism, model: Model) -> Expo
                 "mjlab's network drives see a tendon's length and have no sign for one that "
                 "shrinks as it is wound in; a routed tendon needs --to mujoco"
             )
-        lessons = lessons_of(mechanism, model)
-        network, error = fit_mlp(lessons, steps=MLP_STEPS)
-        write_torchscript(folder / NETWORK_FILE, network)
+        learned, note = write_network(folder, mechanism, model)
         files.append(folder / NETWORK_FILE)
-        learned = lessons.scales
-        note = NETWORK_NOTE.format(rate=RATE, error=error)
     rows = list(zip(mechanism.tendons, signs, offsets, strict=True))
     entries = {t.name: entry(t, model, sign, learned) for t, sign, _ in rows}
     title = TITLE.format(bench=mechanism.name, step=PHYSICS_STEP)
@@ -113,21 +92,9 @@ def write_mjlab_target(folder: Path, mechanism: Mechanism, model: Model) -> Expo
         loading=LOADING.format(
             targets=targets, note=note, gravity=gravity_text(spec.option.gravity)
         ),
-        left_out={CONFIG_FILE: tuple(e.name for e in model.effects if COVERAGE[e.name] != "exact")},
+        left_out={CONFIG_FILE: not_exact(model, COVERAGE)},
         checked=CHECKED,
     )
-
-
-def placed_tendons(mechanism: Mechanism) -> tuple[list[float], list[float]]:
-    """Return whether each tendon of MuJoCo grows when it is wound in, and l at no length [m]."""
-    mujoco = newton_s_mujoco()
-    compiled = mujoco_spec(mechanism).compile()
-    state = mujoco.MjData(compiled)
-    mujoco.mj_forward(compiled, state)
-    signs = [1.0 if tendon.route is None else -1.0 for tendon in mechanism.tendons]
-    lengths = [float(state.ten_length[compiled.tendon(t.name).id]) for t in mechanism.tendons]
-    rows = zip(mechanism.tendons, signs, lengths, strict=True)
-    return signs, [t.excursion_offset - sign * length for t, sign, length in rows]
 
 
 def target_text(tendon: Tendon, model: Model, sign: float, offset: float, kind: str) -> str:
@@ -144,9 +111,7 @@ def entry(
     """Return the class of an actuator's configuration, and its numbers by field."""
     radius = spool_of(tendon, model)
     values = {k: v for k, v in model.actuator.values.items() if isinstance(v, float)}
-    scale = number(model, "gain_error", "scale")
     lost = number(model, "viscous_friction", "coefficient") / radius  # [N s/m]
-    limit = min(tendon.force_limit, number(model, "force_saturation", "limit"))
     late = round(number(model, "command_delay", "delay") / PHYSICS_STEP)
     numbers: dict[str, Any] = {
         "target_names_expr": (tendon.name,),
@@ -159,6 +124,7 @@ def entry(
     }
     if learned is not None:
         pos, vel, effort = learned
+        limit = force_limit_of(tendon, model)
         return "LearnedMlpActuatorCfg", {
             **numbers,
             "network_file": Expression(f'str(FOLDER / "{NETWORK_FILE}")'),
@@ -171,38 +137,30 @@ def entry(
             "effort_limit": limit,
             "velocity_limit": FAST,
         }
+    gains = servo_gains(tendon, model)
     if model.actuator.name == "pwm_servo":
-        constant, resistance = values["torque_constant"], values["resistance"]
-        supply = values["supply_voltage"]
         return "BuiltinDcMotorActuatorCfg", {
             **numbers,
             "mode": "position",
-            "motor_const": (constant, constant),
-            "resistance": resistance,
-            "stiffness": values["duty_per_rad"] * scale * supply * constant / resistance,
-            "damping": constant**2 / resistance,
-            "voltage_limit": values["max_duty"] * supply,
+            "motor_const": (values["torque_constant"], values["torque_constant"]),
+            "resistance": values["resistance"],
+            "stiffness": gains.kp,
+            "damping": gains.kd,
+            "voltage_limit": values["max_duty"] * values["supply_voltage"],
             "gear": sign / radius,
-            "effort_limit": limit * radius,
+            "effort_limit": gains.limit,
         }
-    if model.actuator.name == "ideal":
-        gains = {"stiffness": values["gain"] * scale / radius, "damping": 0.0}
-    else:
-        gains = {
-            "stiffness": values["kp"] * scale / radius**2,
-            "damping": values["kd"] / radius**2,
-        }
-        limit = min(limit, values["max_torque"] / radius)
-    return "BuiltinPositionActuatorCfg", {**numbers, **gains, "effort_limit": limit}
+    return "BuiltinPositionActuatorCfg", {
+        **numbers,
+        "stiffness": gains.kp / radius**2,
+        "damping": gains.kd / radius**2,
+        "effort_limit": gains.limit / radius,
+    }
 
 
 CHECKED = """It was not run by mjlab, which needs another version of MuJoCo. The names of all
 fields are checked against its classes (mjlab 1.6). A test gives the numbers of a motor to MuJoCo as
 mjlab does, and finds the servo's force."""
-NETWORK_NOTE = """
-The network sees error and speed at {rate:g} Hz: take physics steps of that length. On runs of the
-model that it has not seen its force strays by {error:.4f} N.
-"""
 LOADING = """```python
 import mujoco
 from mjlab.entity import EntityArticulationInfoCfg, EntityCfg

@@ -7,23 +7,17 @@ from typing import Any
 
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array
-from tendon_newton.effects import EFFECTS
-from tendon_newton.errors import InvalidOutput
-from tendon_newton.exports.base import Coverage
-from tendon_newton.exports.mjcf_servo import number
-from tendon_newton.exports.program import literal
+from tendon_newton.exports.mujoco.program import literal
+from tendon_newton.exports.networks.files import Scales, write_torchscript
+from tendon_newton.exports.networks.students import RATE, fit_mlp, lessons_of
+from tendon_newton.exports.networks.target import MLP_STEPS
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
 PHYSICS_STEP = 0.005
 """Step of the physics [s] for which delays are counted."""
-CONFIG_FILE = "servo_cfg.py"
-
-
-def dry_friction(model: Model) -> tuple[float, float]:
-    """Return the dry friction [N] of a servo that slides, and that of one that sticks."""
-    ways = [number(model, "asymmetric_friction", way) for way in ("winding", "unwinding")]
-    plain = number(model, "coulomb_friction", "force") + 0.5 * sum(ways)
-    slides = plain + number(model, "stribeck_friction", "coulomb_force")
-    return slides, plain + number(model, "stribeck_friction", "static_force")
+CONFIG_FILE, NETWORK_FILE = "servo_cfg.py", "mlp.pt"
+FAST = 1.0e6
+"""A speed [rad/s, m/s] that nothing reaches: the network knows the motor's."""
 
 
 def config_text(title: str, imports: list[str], name: str, entries: dict[str, Any]) -> str:
@@ -57,21 +51,15 @@ def expression(value: Any) -> str:
     return str(value) if isinstance(value, Expression) else literal(value)
 
 
-def write_text(path: Path, text: str) -> None:
-    """Write a file.
-
-    Raises:
-        InvalidOutput: It cannot be written.
-    """
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise InvalidOutput(f"{path}: {error.strerror or error}") from error
+def write_network(folder: Path, mechanism: Mechanism, model: Model) -> tuple[Scales, str]:
+    """Write an MLP that has learned a force network; return its scales, and a note on it."""
+    lessons = lessons_of(mechanism, model)
+    network, error = fit_mlp(lessons, steps=MLP_STEPS)
+    write_torchscript(folder / NETWORK_FILE, network)
+    return lessons.scales, NETWORK_NOTE.format(rate=RATE, error=error)
 
 
-def coverage_of(exact: tuple[str, ...], nearly: tuple[str, ...]) -> dict[str, Coverage]:
-    """Return what becomes of every effect, of which most have no field."""
-    out: dict[str, Coverage] = dict.fromkeys(EFFECTS, "none")
-    out.update(dict.fromkeys(exact, "exact"))
-    out.update(dict.fromkeys(nearly, "approximate"))
-    return out
+NETWORK_NOTE = """
+The network sees error and speed at {rate:g} Hz: take physics steps of that length. On runs of the
+model that it has not seen its force strays by {error:.4f} N.
+"""

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import torch
 
-from tendon_newton.errors import InvalidOutput
+from tendon_newton.data.files.text_file import write_bytes
 from tendon_newton.exports.networks.students import HISTORY, MEMORY, StudentLstm, StudentMlp
 
 OPSET = 17
@@ -167,15 +167,3 @@ def write_torchscript(path: Path, network: torch.nn.Module) -> None:
         warnings.filterwarnings("ignore", category=DeprecationWarning)
         scripted: Any = torch.jit.script(network.eval())
         write_bytes(path, scripted.save_to_buffer())
-
-
-def write_bytes(path: Path, content: bytes) -> None:
-    """Write a file.
-
-    Raises:
-        InvalidOutput: It cannot be written.
-    """
-    try:
-        path.write_bytes(content)
-    except OSError as error:
-        raise InvalidOutput(f"{path}: {error.strerror or error}") from error

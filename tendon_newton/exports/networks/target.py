@@ -8,7 +8,7 @@ from tendon_newton.actuators import find_actuator
 from tendon_newton.data.model_file import Model
 from tendon_newton.effects import EFFECTS
 from tendon_newton.exports.base import Coverage, Exported, ExportTarget
-from tendon_newton.exports.mujoco_target import refuse_damaged, refuse_kinematic
+from tendon_newton.exports.model_numbers import refuse_damaged, refuse_kinematic
 from tendon_newton.exports.networks.files import (
     ScaledLstm,
     write_lstm_onnx,

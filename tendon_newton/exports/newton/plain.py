@@ -13,48 +13,24 @@ from newton.solvers import SolverMuJoCo
 
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array
-from tendon_newton.effects import EFFECTS
 from tendon_newton.exports.base import Coverage
-from tendon_newton.exports.mjcf_servo import number
+from tendon_newton.exports.model_numbers import dry_friction, number
+from tendon_newton.exports.mujoco.target import IN_THE_FILE
 from tendon_newton.exports.newton.prims import LONGEST_STEP, gearing_of
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
 IN_THE_PRIMS: dict[str, Coverage] = {
-    **dict.fromkeys(EFFECTS, "none"),
-    **dict.fromkeys(
-        (
-            "command_delay",
-            "gain_error",
-            "force_saturation",
-            "position_offset",
-            "spool_radius_error",
-            "joint_stiffness_error",
-            "joint_damping_error",
-            "inertia_error",
-            "gravity_misalignment",
-        ),
-        "exact",
-    ),
-    **dict.fromkeys(
-        (
-            "tendon_slack",
-            "viscous_friction",
-            "coulomb_friction",
-            "asymmetric_friction",
-            "stribeck_friction",
-            "joint_dry_friction",
-        ),
-        "approximate",
-    ),
+    **IN_THE_FILE,
+    "command_delay": "exact",
+    "tendon_slack": "approximate",
+    "joint_dry_friction": "approximate",
 }
 """What Newton's own prims say of each effect, where a tendon drives one joint."""
 
 
 def plain_joints(mechanism: Mechanism, model: Model) -> dict[str, dict[str, float]]:
     """Return what servos add to the joints that they drive: rotor and dry friction."""
-    asymmetric = [number(model, "asymmetric_friction", way) for way in ("winding", "unwinding")]
-    dry = number(model, "coulomb_friction", "force") + 0.5 * sum(asymmetric)
-    dry += number(model, "stribeck_friction", "coulomb_force")
+    dry, _ = dry_friction(model)
     armature = model.actuator.values.get("armature", 0.0)
     out = {}
     for tendon in mechanism.tendons:

@@ -11,9 +11,16 @@ from typing import Any
 
 import numpy as np
 
+from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.model_file import Model
-from tendon_newton.errors import InvalidOutput
-from tendon_newton.exports.mjcf_servo import FRICTION_SHAPE, angle_shift, number, spool_of
+from tendon_newton.exports.model_numbers import (
+    angle_shift,
+    command_lead,
+    number,
+    servo_gains,
+    spool_of,
+)
+from tendon_newton.exports.mujoco.mjcf_servo import FRICTION_SHAPE
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import Tendon
 
@@ -61,15 +68,6 @@ def gearing_of(tendon: Tendon, model: Model) -> Gearing:
     )
 
 
-def command_lead(model: Model) -> float:
-    """Return the angle [rad] that a duty at no error stands for."""
-    offset = model.actuator.values.get("duty_offset", 0.0)
-    if not offset:
-        return 0.0
-    gain = float(model.actuator.values["duty_per_rad"]) * number(model, "gain_error", "scale")
-    return float(offset) / gain
-
-
 def drives_one_joint(tendon: Tendon) -> bool:
     """Tell whether Newton's own actuators can drive what a tendon drives."""
     return tendon.route is None and np.count_nonzero(tendon.moment_arm) == 1
@@ -109,7 +107,7 @@ def plain_prims(mechanism: Mechanism, model: Model, step: float) -> list[Actuato
     out = []
     for tendon in mechanism.tendons:
         (j,) = np.flatnonzero(tendon.moment_arm)
-        schemas, numbers = drive_numbers(tendon, model)
+        schemas, numbers = joint_drive(tendon, model)
         out.append(
             ActuatorPrim(
                 name=tendon.name,
@@ -121,35 +119,28 @@ def plain_prims(mechanism: Mechanism, model: Model, step: float) -> list[Actuato
     return out
 
 
-def drive_numbers(tendon: Tendon, model: Model) -> tuple[tuple[str, ...], dict[str, Any]]:
+def joint_drive(tendon: Tendon, model: Model) -> tuple[tuple[str, ...], dict[str, Any]]:
     """Return Newton's drive and clamps for a servo that drives one joint.
 
     Torques and speeds at the spool become those at the joint by the gearing.
     """
     ratio = gearing_of(tendon, model).ratio
-    radius = spool_of(tendon, model)
-    values = {k: v for k, v in model.actuator.values.items() if isinstance(v, float)}
-    scale = number(model, "gain_error", "scale")
-    lost = number(model, "viscous_friction", "coefficient") * radius
-    limit = min(tendon.force_limit, number(model, "force_saturation", "limit")) * radius
+    gains = servo_gains(tendon, model)
     schemas = ("NewtonPDControlAPI", "NewtonMaxEffortClampingAPI")
     motor: dict[str, Any] = {}
-    if model.actuator.name == "ideal":
-        kp, kd = values["gain"] * scale * radius, lost
-    elif model.actuator.name == "pd_torque":
-        kp, kd = values["kp"] * scale, values["kd"] + lost
-        limit = min(limit, values["max_torque"])
-    else:
-        constant, resistance = values["torque_constant"], values["resistance"]
-        most = values["max_duty"] * values["supply_voltage"]
-        stall = constant * values["supply_voltage"] / resistance
-        kp, kd = values["duty_per_rad"] * scale * stall, constant**2 / resistance + lost
+    if model.actuator.name == "pwm_servo":
+        values = {k: v for k, v in model.actuator.values.items() if isinstance(v, float)}
+        constant, most = values["torque_constant"], values["max_duty"] * values["supply_voltage"]
         schemas = (schemas[0], "NewtonDCMotorClampingAPI", schemas[1])
         motor = {
-            "saturationEffort": constant * most / resistance * abs(ratio),
+            "saturationEffort": constant * most / values["resistance"] * abs(ratio),
             "velocityLimit": most / constant / abs(ratio),
         }
-    numbers = {"kp": kp * ratio**2, "kd": kd * ratio**2, "maxEffort": limit * abs(ratio)}
+    numbers = {
+        "kp": gains.kp * ratio**2,
+        "kd": (gains.kd + gains.lost) * ratio**2,
+        "maxEffort": gains.limit * abs(ratio),
+    }
     return schemas, {**numbers, **motor}
 
 
@@ -197,7 +188,4 @@ def write_actuators(
     layer.defaultPrim = source.defaultPrim
     del top
     layer.subLayerPaths[0] = f"./{bench.name}"
-    try:
-        path.write_text(layer.ExportToString(), encoding="utf-8")
-    except OSError as error:
-        raise InvalidOutput(f"{path}: {error.strerror or error}") from error
+    write_text(path, layer.ExportToString())

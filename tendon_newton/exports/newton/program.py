@@ -14,9 +14,9 @@ from tendon_newton.data.model_file import Model
 from tendon_newton.device_code import slots, structs
 from tendon_newton.effects import Effect, Stage, find_effect
 from tendon_newton.exports.carried_code import CarriedCode
+from tendon_newton.exports.mujoco.program import literal, without_effects
 from tendon_newton.exports.newton import device, grips
 from tendon_newton.exports.newton.structs import Answer, Bench, Kept
-from tendon_newton.exports.program import literal, without_effects
 from tendon_newton.simulation.model.parameter_table import ParameterTable
 from tendon_newton.simulation.model.structure import in_catalogue_order
 from tendon_newton.simulation.tendons import pipeline

@@ -22,6 +22,8 @@ from tests.physics.runs import follow, ideal_model, run_of, simulate, stairs
 STEP = 2.5e-4  # s
 STEPS = (2.0e-3, 1.0e-3, 5.0e-4, 2.5e-4)
 FINE = 1.25e-5  # s
+NONE = {"viscous_friction": {"coefficient": 0.0}, "coulomb_friction": {"force": 0.0}}
+"""Effects that are switched off: tests with one of them, and without any, share their kernels."""
 TENSIONS = {
     "finger_routed": ((1.0,), (3.0,), (5.0,)),
     "finger_antagonist": ((1.5, 0.0), (2.0, 0.5)),
@@ -72,7 +74,7 @@ def test_the_solver_settles_and_stays_where_statics_says(name: str) -> None:
     """Tension as the load cell reads it, and joints to 1e-6 rad; after 0.5 s they are there yet."""
     mechanism = load_mechanism(name)
     model = build_model(mechanism, 1, device="cpu")
-    solver = TendonSolver(model, ideal_model(), max_step=2.0e-3, update_bodies=False)
+    solver = TendonSolver(model, ideal_model(**NONE), max_step=2.0e-3, update_bodies=False)
     state = model.state()
     command = np.array([[2.0, -0.2][: len(mechanism.tendons)]], dtype=np.float32)
     solver.command.assign(command)
@@ -111,7 +113,10 @@ def stick_and_swing(step: float, count: int) -> tuple[np.ndarray, np.ndarray]:
     mechanism = load_mechanism("finger_routed")
     model = build_model(mechanism, 1, device="cpu")
     solver = TendonSolver(
-        model, ideal_model(coulomb_friction={"force": 8.0}), max_step=step, update_bodies=False
+        model,
+        ideal_model(**{**NONE, "coulomb_friction": {"force": 8.0}}),
+        max_step=step,
+        update_bodies=False,
     )
     state = model.state()
     solver.command.fill_(2.0)
@@ -145,7 +150,7 @@ def test_tendon_work_is_energy_gained_plus_heat() -> None:
     model = build_model(mechanism, 1, device="cpu")
     solver = TendonSolver(
         model,
-        ideal_model(viscous_friction={"coefficient": 0.2}),
+        ideal_model(**{**NONE, "viscous_friction": {"coefficient": 0.2}}),
         max_step=STEP,
         update_bodies=False,
     )
@@ -177,60 +182,21 @@ def kinetic(model: newton.Model, q: np.ndarray, v: np.ndarray) -> float:
     return float(total)
 
 
-def test_gradients_of_a_routed_finger_are_its_differences() -> None:
-    """To 1e-3, and not zero: gain, springs, masses, places of the joints, spool, and sites.
-
-    From rest and from a measured start.
-    """
-    rng = np.random.default_rng(SEED)
-    runs = [
-        run_of(stairs(rng, 13, 1.0, 3.5, 4), bench="finger_routed"),
-        run_of(
-            stairs(rng, 13, 1.0, 3.0, 5),
-            bench="finger_routed",
-            start="first_row",
-            angle=1.2,
-            speed=0.5,
-        ),
-    ]
-    rollout = DifferentiableRollout(
-        load_mechanism("finger_routed"), runs, ideal_model(), device="cpu"
-    )
-    seeds = random_seeds(rollout)
-    rollout.backward(**seeds)
-    inputs = rollout.inputs
-    sizes = {"stiffness": 0.03, "mass": 0.01, "spool_radius": 0.0125, "path_point": 0.01}
-    places = {
-        "stiffness": [(0, 0), (1, 2)],
-        "mass": [(0, 1), (1, 2)],
-        "spool_radius": [(0, 0), (1, 0)],
-        "path_point": [(0, 1, 2), (0, 3, 0), (1, 5, 2), (1, 6, 0)],
-    }
-    arrays = {name: getattr(inputs.mechanism, name) for name in sizes}
-    cases = [(arrays[name], place, name) for name in sizes for place in places[name]]
-    cases += [(inputs.parameters, (world, 0), "gain") for world in (0, 1)]
-    taped = {id(array): array.grad.numpy().copy() for array, _, _ in cases}
-    for array, place, name in cases:
-        size = sizes.get(name, 1.0)
-        expected = difference(array, place, size, lambda: loss_of(rollout, seeds))
-        assert expected != 0.0
-        found = taped[id(array)][place]
-        assert found == pytest.approx(expected, rel=1e-3), f"{name}{place}"
-
-
 @pytest.mark.parametrize("name", ["finger_antagonist", "thumb"])
-def test_gradients_of_other_routed_assets_are_their_differences(name: str) -> None:
-    """To 1e-3, by springs, masses, spools and gain: two strings, and an axis across the others.
+def test_gradients_of_a_routed_asset_are_its_differences(name: str) -> None:
+    """To 1e-3, and not zero: gain, springs, masses, spools, and points of a string's path.
 
-    What central differences leave is 1e-5.
+    Two strings around knuckles, and an axis across the others, from a measured start too. What
+    central differences leave is 1e-5.
     """
     rng = np.random.default_rng(SEED)
     mechanism = load_mechanism(name)
+    measured = {"start": "first_row", "angle": 1.2, "speed": 0.5} if name == "thumb" else {}
     runs = []
-    for highest, seed in ((3.0, 4), (2.5, 5)):
+    for highest, seed, more in ((3.0, 4, {}), (2.5, 5, measured)):
         command = stairs(rng, 13, 1.0, highest, seed).reshape(-1, 1)
         loose = np.full((len(command), len(mechanism.tendons) - 1), -0.3)
-        runs.append(run_of(np.hstack([command, loose]), bench=name))
+        runs.append(run_of(np.hstack([command, loose]), bench=name, **more))
     rollout = DifferentiableRollout(mechanism, runs, ideal_model(), device="cpu")
     seeds = random_seeds(rollout)
     inputs = rollout.backward(**seeds)
@@ -241,6 +207,8 @@ def test_gradients_of_other_routed_assets_are_their_differences(name: str) -> No
         (inputs.mechanism.mass, (0, 0), 0.01),
         (inputs.mechanism.mass, last, 0.01),
         (inputs.mechanism.spool_radius, (1, 0), 0.0125),
+        (inputs.mechanism.path_point, (0, 1, 2), 0.01),
+        (inputs.mechanism.path_point, (1, 3, 0), 0.01),
         (inputs.parameters, (0, 0), 1.0),
     ]
     taped = [array.grad.numpy()[place].copy() for array, place, _ in cases]

@@ -12,6 +12,7 @@ import numpy as np
 
 from tendon_newton import __version__
 from tendon_newton.data.cards.force_network_card import INPUTS, ForceNetworkCard, HeldOut, Training
+from tendon_newton.data.root_mean_square import rms
 from tendon_newton.force_networks.force_network import parameter_count
 from train.actuator.ideal import SERVO_LIMIT
 from train.actuator.prediction import predict
@@ -100,7 +101,7 @@ def measure(network: ForceNetwork, card: ForceNetworkCard, data: ForceData) -> H
     predictions = predict(network, card, data.test)
     errors = np.concatenate([p.error for p in predictions])
     return HeldOut(
-        force_rmse=float(np.sqrt(np.mean(errors**2))),
+        force_rmse=rms(errors),
         noise_floor=estimate_noise_floor(data.test).force,
         rows=errors.size,
         recordings=tuple(r.name for r in data.test),

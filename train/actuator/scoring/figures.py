@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tendon_newton.data.files.picture import new_figure, save, tidy
+from tendon_newton.data.root_mean_square import rms
 from train.actuator.samples.protocol import HOLDS, Experiment, experiment_of
 
 if TYPE_CHECKING:
@@ -76,7 +77,7 @@ def draw_experiment(panels: Any, models: Sequence[Compared], experiment: Experim
     for place, model in enumerate(models):
         prediction = first_prediction(model, experiment)
         gain = "" if model.gain is None else f", P = {model.gain:.2f}"
-        error = float(np.sqrt(np.mean(prediction.error**2)))
+        error = rms(prediction.error)
         style = "--" if model.network is None else "-"
         label = f"{model.family}{gain}: {error:.2f} N"
         panels[0].plot(

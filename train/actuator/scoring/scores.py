@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tendon_newton.data.root_mean_square import rms
+
 if TYPE_CHECKING:
     from train.actuator.prediction import Prediction
 
@@ -30,7 +32,7 @@ def score(predictions: Sequence[Prediction]) -> Score:
     """Pool the errors of a model over all rows of some recordings."""
     error = np.concatenate([p.error for p in predictions])
     return Score(
-        rmse=float(np.sqrt(np.mean(error**2))),
+        rmse=rms(error),
         error_spread=float(np.std(np.abs(error))),
         bias=float(np.mean(error)),
         rows=error.size,

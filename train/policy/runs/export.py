@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -12,11 +11,10 @@ import torch
 from torch import Tensor, nn
 
 from tendon_newton import __version__
-from tendon_newton.actuators.networks.artifact import torchscript
+from tendon_newton.actuators.networks.artifact import write_network
 from tendon_newton.actuators.networks.onnx_file import export
 from tendon_newton.data.cards.policy_card import (
     CARD_KEY,
-    CARD_NAME,
     FurtherServo,
     PolicyCard,
     PolicyTraining,
@@ -24,7 +22,6 @@ from tendon_newton.data.cards.policy_card import (
 from tendon_newton.data.cards.policy_observation import sample_of
 from tendon_newton.data.files.json_file import write_json
 from tendon_newton.data.files.text_file import write_bytes
-from tendon_newton.data.files.trust import trust_content
 from train.actuator.fitting.export import git_commit
 from train.policy.config.training_config import PolicyTrainingConfig
 from train.policy.runs.curve import CurvePoint, curve_table
@@ -73,7 +70,7 @@ def export_policy(out: Path, trained: Trained, config: PolicyTrainingConfig) -> 
     network = PolicyNetwork(trained.runner.alg.get_policy()).eval()
     exported = ExportedPolicy(onnx=out / "policy.onnx", torchscript=out / "policy.pt", card=card)
     write_policy_onnx(exported.onnx, network, card)
-    write_policy_torchscript(exported.torchscript, network, card)
+    write_network(exported.torchscript, network, card)
     table = {"config": asdict(config), "curve": curve_table(trained.points)}
     write_json(out / "policy.json", table)
     return exported
@@ -143,13 +140,3 @@ def write_policy_onnx(path: Path, network: nn.Module, card: PolicyCard) -> None:
         model = onnx.load(draft)
     model.metadata_props.add(key=CARD_KEY, value=card.to_json())
     write_bytes(path, model.SerializeToString())
-
-
-def write_policy_torchscript(path: Path, network: nn.Module, card: PolicyCard) -> None:
-    """Write a policy as a TorchScript file, and trust it."""
-    content = io.BytesIO()
-    with torchscript():
-        scripted = torch.jit.script(network.cpu().eval())
-        torch.jit.save(scripted, content, _extra_files={CARD_NAME: card.to_json().encode()})
-    write_bytes(path, content.getvalue())
-    trust_content(content.getvalue(), path.name)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from tendon_newton.data.recording import Array
+from tendon_newton.data.root_mean_square import rms
 from train.policy.scoring.evaluation import Climb
 
 SETTLED = 0.5
@@ -118,11 +119,6 @@ def overshoot(climb: Climb, piece: slice, rising: bool) -> float:
 def pooled(error: Array, pieces: Sequence[slice]) -> float:
     """Return the RMS over the rows of some stairs; not a number where there is none."""
     return rms(np.concatenate([error[p] for p in pieces])) if pieces else float("nan")
-
-
-def rms(values: Array) -> float:
-    """Return the root of the mean square."""
-    return float(np.sqrt(np.mean(np.square(values))))
 
 
 def to_markdown(scores: Sequence[ClimbScore]) -> str:

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from tendon_newton.data.recording import Array, Recording
+from tendon_newton.data.root_mean_square import rms
 from train.actuator.ideal import PAPER_GAIN, SERVO_LIMIT, ideal_force
 from train.actuator.scoring.figures import GREY, INK, new_figure, save, tidy
-from train.reproduction.closed_loop import rms
 from train.reproduction.outcome import Figure, Outcome, row
 from train.reproduction.physical import DATA_SHEET, SPOOL_RADIUS
 from train.reproduction.reproduction import Reproduction

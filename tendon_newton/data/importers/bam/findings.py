@@ -7,6 +7,7 @@ import numpy as np
 from tendon_newton.data.checks.finding import Finding
 from tendon_newton.data.importers.imported import ImportedLog
 from tendon_newton.data.recording import Array, Recording
+from tendon_newton.data.root_mean_square import rms
 
 DUTY_BANDS = ((0.0, 0.05), (0.2, 0.9), (0.99, 1.01))  # [1] at rest, switching, fully on
 ROWS_FOR_A_BAND = 20  # fewer rows give no scatter worth a number
@@ -49,7 +50,7 @@ def duty_law(recording: Recording) -> Iterator[Finding]:
     def misfit(latency: float) -> float:
         late = np.interp(recording.time - latency, recording.time, goal)
         law = np.clip(gain * (late - theta), -1.0, 1.0)
-        return float(np.sqrt(np.mean((law - duty)[powered] ** 2)))
+        return rms((law - duty)[powered])
 
     if not powered.any():
         return

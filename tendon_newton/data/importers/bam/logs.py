@@ -18,7 +18,7 @@ import numpy as np
 from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.checks.finding import Finding
 from tendon_newton.data.checks.registers import unwrap_register, wrap_period
-from tendon_newton.data.files.text_file import finite_number
+from tendon_newton.data.files.text_file import finite_number, read_bytes
 from tendon_newton.data.files.values import is_list, is_table
 from tendon_newton.data.importers.bam.failed_reads import without_failed_reads
 from tendon_newton.data.importers.bam.feetech import (
@@ -127,7 +127,9 @@ def unweighed_arm(logs: Sequence[ImportedLog]) -> float | None:
 
 def read_log(path: Path, kind: LogKind) -> tuple[ImportedLog, BamMotor, list[Finding]]:
     """Read one log and say what was found in its registers."""
-    content = read_content(path, kind)
+    content = read_bytes(
+        path, InvalidRecording, f"an {kind.title} log is a file", size_limit=SIZE_LIMIT
+    )
     table = read_table(content, path, kind)
     motor = motor_of(table, path, kind)
     columns = read_entries(table["entries"], path)
@@ -196,19 +198,6 @@ def unwrapped(values: Array, unit: float) -> tuple[Array, int]:
     if period is None:
         return values, 0
     return unwrap_register(values, period), int((values > 0.5 * period).sum())
-
-
-def read_content(path: Path, kind: LogKind) -> bytes:
-    """Read a file that is no larger than a log can be."""
-    try:
-        size = path.stat().st_size
-        if size > SIZE_LIMIT:
-            raise InvalidRecording(
-                f"{path}: an {kind.title} log has at most {SIZE_LIMIT} bytes; it has {size}"
-            )
-        return path.read_bytes()
-    except OSError as error:
-        raise InvalidRecording(f"{path}: cannot be read: {error.strerror or error}") from error
 
 
 def read_table(content: bytes, path: Path, kind: LogKind) -> dict[str, Any]:

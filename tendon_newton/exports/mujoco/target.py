@@ -2,28 +2,33 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from tendon_newton.actuators import find_actuator
+from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
 from tendon_newton.effects import EFFECTS
-from tendon_newton.errors import InvalidModelFile, InvalidOutput
-from tendon_newton.exports.base import Coverage, Exported, ExportTarget
-from tendon_newton.exports.mjcf_servo import (
+from tendon_newton.exports.base import Exported, ExportTarget
+from tendon_newton.exports.model_numbers import (
+    coverage_of,
+    not_exact,
+    number,
+    refuse_damaged,
+    refuse_kinematic,
+)
+from tendon_newton.exports.mujoco.mjcf_servo import (
     FRICTION_SHAPE,
     FRICTION_TIME,
     add_servo,
-    number,
     replay_file,
 )
+from tendon_newton.exports.mujoco.program import NetworkFacts, program_text, servo_numbers
 from tendon_newton.exports.network_export import NETWORK_FILE, exported_network
-from tendon_newton.exports.program import NetworkFacts, program_text, servo_numbers
+from tendon_newton.exports.written_program import load_program, rows_of, trajectory_of
 from tendon_newton.mechanisms.authoring.mujoco_file import (
     mujoco_spec,
     newton_s_mujoco,
@@ -31,41 +36,31 @@ from tendon_newton.mechanisms.authoring.mujoco_file import (
 )
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.simulation.hosts.rollout import Trajectory
-from tendon_newton.simulation.hosts.timeline import make_timeline
-from tendon_newton.simulation.model.parameter_table import ParameterTable, spool_radius_of
-from tendon_newton.simulation.model.structure import in_catalogue_order
 
 MODEL_FILE = "model.xml"
 PROGRAM_FILE = "tendon_step.py"
 
-IN_THE_FILE: dict[str, Coverage] = {
-    **dict.fromkeys(EFFECTS, "none"),
-    **dict.fromkeys(
-        (
-            "gain_error",
-            "force_saturation",
-            "position_offset",
-            "spool_radius_error",
-            "joint_stiffness_error",
-            "joint_damping_error",
-            "joint_dry_friction",
-            "inertia_error",
-            "gravity_misalignment",
-            "tendon_slack",
-        ),
-        "exact",
+IN_THE_FILE = coverage_of(
+    (
+        "gain_error",
+        "force_saturation",
+        "position_offset",
+        "spool_radius_error",
+        "joint_stiffness_error",
+        "joint_damping_error",
+        "joint_dry_friction",
+        "inertia_error",
+        "gravity_misalignment",
+        "tendon_slack",
     ),
-    **dict.fromkeys(
-        (
-            "command_delay",
-            "viscous_friction",
-            "coulomb_friction",
-            "asymmetric_friction",
-            "stribeck_friction",
-        ),
-        "approximate",
+    (
+        "command_delay",
+        "viscous_friction",
+        "coulomb_friction",
+        "asymmetric_friction",
+        "stribeck_friction",
     ),
-}
+)
 """What MJCF alone says of each effect; the program beside it says all of them."""
 
 
@@ -90,12 +85,8 @@ def write_mujoco_target(folder: Path, mechanism: Mechanism, model: Model) -> Exp
         span=command_span(mechanism, model),
         network=network,
     )
-    try:
-        program.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise InvalidOutput(f"{program}: {error.strerror or error}") from error
-    alone = () if network is not None else tuple(e.name for e in model.effects)
-    left_out = tuple(name for name in alone if IN_THE_FILE[name] != "exact")
+    write_text(program, text)
+    left_out = () if network is not None else not_exact(model, IN_THE_FILE)
     replays: dict[str, Any] = {PROGRAM_FILE: lambda run: replay_program(folder, run)}
     if network is None:
         placed = list(zip(signs, offsets, strict=True))
@@ -110,44 +101,29 @@ def write_mujoco_target(folder: Path, mechanism: Mechanism, model: Model) -> Exp
     )
 
 
-def refuse_kinematic(model: Model, target: str) -> None:
-    """Refuse an actuator that has no force."""
-    if find_actuator(model.actuator.name).kinematic:
-        raise InvalidModelFile(
-            f"{target} needs an actuator that gives a force; {model.actuator.name!r} only moves "
-            "its shaft"
-        )
-
-
-def refuse_damaged(model: Model) -> None:
-    """Refuse a number that is missing or out of range, before anything is written."""
-    names = in_catalogue_order(tuple(effect.name for effect in model.effects))
-    table = ParameterTable(actuator=model.actuator.name, effects=names)
-    if not find_actuator(model.actuator.name).held:  # a network's card fills in what is missing
-        table.vector(model)
-    spool_radius_of(model)
-
-
 def write_model_file(
     path: Path, mechanism: Mechanism, model: Model
 ) -> tuple[list[float], list[float]]:
     """Write the MJCF file; return its tendons' signs, and their excursions at no length [m]."""
-    mujoco = newton_s_mujoco()
     spec = mujoco_spec(mechanism)
-    compiled = spec.compile()
-    state = mujoco.MjData(compiled)
-    mujoco.mj_forward(compiled, state)
-    signs, offsets = [], []
-    for tendon in mechanism.tendons:
-        sign = 1.0 if tendon.route is None else -1.0
-        length = float(state.ten_length[compiled.tendon(tendon.name).id])
-        signs.append(sign)
-        offsets.append(tendon.excursion_offset - sign * length)
+    signs, offsets = placed_tendons(mechanism)
     change_mechanism(spec, mechanism, model)
     for tendon, sign, offset in zip(mechanism.tendons, signs, offsets, strict=True):
         add_servo(spec, tendon, model, sign, offset)
     write_spec(path, spec)
     return signs, offsets
+
+
+def placed_tendons(mechanism: Mechanism) -> tuple[list[float], list[float]]:
+    """Return whether each tendon of MuJoCo grows when it is wound in, and l at no length [m]."""
+    mujoco = newton_s_mujoco()
+    compiled = mujoco_spec(mechanism).compile()
+    state = mujoco.MjData(compiled)
+    mujoco.mj_forward(compiled, state)
+    signs = [1.0 if tendon.route is None else -1.0 for tendon in mechanism.tendons]
+    lengths = [float(state.ten_length[compiled.tendon(t.name).id]) for t in mechanism.tendons]
+    rows = zip(mechanism.tendons, signs, lengths, strict=True)
+    return signs, [t.excursion_offset - sign * length for t, sign, length in rows]
 
 
 def change_mechanism(spec: Any, mechanism: Mechanism, model: Model) -> None:
@@ -197,7 +173,8 @@ def replay_program(folder: Path, recording: Recording) -> Trajectory:
     mujoco = newton_s_mujoco()
     mj_model = mujoco.MjModel.from_xml_path(str(folder / MODEL_FILE))
     hook = program.make_hook(mj_model, mujoco.MjData(mj_model))
-    return trajectory_of(recording, program.replay(hook, rows_of(recording)))
+    found = program.replay(hook, rows_of(recording))
+    return trajectory_of(recording, {**found, "angle": found["theta"], "rate": found["theta_dot"]})
 
 
 def replay_alone(
@@ -216,42 +193,6 @@ def replay_alone(
     hook.reset(rows["theta_d"][0], *rows.get("start", (None, None)))
     start = hook.data.qpos[hook.places].copy()
     return replay_file(path, mechanism, model, placed, recording, start)
-
-
-def load_program(path: Path) -> Any:
-    """Return the written program as a module."""
-    spec: Any = importlib.util.spec_from_file_location("tendon_step", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-def rows_of(recording: Recording) -> dict[str, Any]:
-    """Return what a program needs of a recording."""
-    timeline = make_timeline(recording)
-    rows: dict[str, Any] = {
-        "t": timeline.time,
-        "theta_d": timeline.command,
-        "measured": timeline.measured,
-        "enabled": np.interp(timeline.time, recording.time, recording.enabled) > 0.5,
-    }
-    if recording.voltage is not None:
-        rows["voltage"] = np.interp(timeline.time, recording.time, recording.voltage)
-    if recording.start == "first_row":
-        rows["start"] = (recording.motor_position[0], recording.motor_velocity[0])
-    return rows
-
-
-def trajectory_of(recording: Recording, result: dict[str, Any]) -> Trajectory:
-    """Return what a program reported, in the recording's own rows."""
-    rows = make_timeline(recording).measured
-    return Trajectory(
-        time=recording.time,
-        motor_position=result["theta"][rows],
-        motor_velocity=result["theta_dot"][rows],
-        force=result["force"][rows],
-        joint_position=result["joints"][rows],
-    )
 
 
 def loading_text(network: NetworkFacts | None) -> str:

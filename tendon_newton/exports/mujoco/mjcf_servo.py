@@ -10,39 +10,26 @@ import numpy as np
 from tendon_newton.actuators import find_actuator
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
-from tendon_newton.effects import find_effect
+from tendon_newton.exports.model_numbers import (
+    angle_shift,
+    command_lead,
+    dry_friction,
+    force_limit_of,
+    number,
+    servo_gains,
+    spool_of,
+)
+from tendon_newton.exports.written_program import trajectory_of
 from tendon_newton.mechanisms.authoring.mujoco_file import newton_s_mujoco
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import Tendon
 from tendon_newton.simulation.hosts.rollout import Trajectory
 from tendon_newton.simulation.hosts.timeline import make_timeline
-from tendon_newton.simulation.model.parameter_table import spool_radius_of
 
 FRICTION_SHAPE = (0.9999, 0.99999, 1.0e-4, 0.5, 2.0)
 """MuJoCo's `solimp` with which dry friction creeps least."""
 FRICTION_TIME = 1.0e-3
 """Its time constant [s]: two steps, the least that MuJoCo takes."""
-
-
-def number(model: Model, effect: str, parameter: str) -> float:
-    """Return a number of an effect, its null value where the model does not have it."""
-    for entry in model.effects:
-        if entry.name == effect:
-            return float(entry.values[parameter])
-    return next(p.null for p in find_effect(effect).parameters if p.name == parameter)
-
-
-def spool_of(tendon: Tendon, model: Model) -> float:
-    """Return the radius [m] of the spool as the string meets it."""
-    radius = spool_radius_of(model)
-    nominal = tendon.spool_radius if radius is None else radius
-    return nominal * number(model, "spool_radius_error", "scale")
-
-
-def angle_shift(tendon: Tendon, model: Model, offset: float) -> float:
-    """Return the motor angle [rad] at which MuJoCo's tendon has no length."""
-    wound = offset + number(model, "tendon_slack", "length")
-    return wound / spool_of(tendon, model) + number(model, "position_offset", "angle")
 
 
 def add_servo(spec: Any, tendon: Tendon, model: Model, sign: float, offset: float) -> None:
@@ -62,59 +49,30 @@ def add_servo(spec: Any, tendon: Tendon, model: Model, sign: float, offset: floa
         name=tendon.name, trntype=mujoco.mjtTrn.mjTRN_TENDON, target=tendon.name
     )
     add_friction(spec.tendon(tendon.name), model)
-    limit = min(tendon.force_limit, number(model, "force_saturation", "limit"))
-    least = -limit if tendon.direct else 0.0
+    limit = force_limit_of(tendon, model)
+    least = -1.0 if tendon.direct else 0.0
     if find_actuator(model.actuator.name).held:
         actuator.gear[0] = sign
-        actuator.ctrllimited, actuator.ctrlrange = True, [least, limit]
+        actuator.ctrllimited, actuator.ctrlrange = True, [least * limit, limit]
         return
-    radius = spool_of(tendon, model)
-    shift = angle_shift(tendon, model, offset)
+    radius, gains = spool_of(tendon, model), servo_gains(tendon, model)
+    shift = angle_shift(tendon, model, offset) - command_lead(model)
     actuator.gear[0] = sign / radius  # so that its length is an angle and its force a torque
-    actuator.forcelimited, actuator.forcerange = True, [least * radius, limit * radius]
+    actuator.forcelimited, actuator.forcerange = True, [least * gains.limit, gains.limit]
     add_delay(actuator, number(model, "command_delay", "delay"), spec.option.timestep)
-    lost = number(model, "viscous_friction", "coefficient") * radius
     values = {k: v for k, v in model.actuator.values.items() if isinstance(v, float)}
-    scale = number(model, "gain_error", "scale")
-    if model.actuator.name == "ideal":
-        set_affine(actuator, values["gain"] * scale * radius, shift, lost)
+    spec.tendon(tendon.name).armature = values.get("armature", 0.0) / radius**2
+    if model.actuator.name != "pwm_servo" or shift or gains.lost:
+        set_affine(actuator, gains.kp, shift, gains.kd + gains.lost)
         return
-    spec.tendon(tendon.name).armature = values["armature"] / radius**2
-    if model.actuator.name == "pd_torque":
-        top = min(values["max_torque"], limit * radius)
-        actuator.forcerange = [-top if tendon.direct else 0.0, top]
-        set_affine(actuator, values["kp"] * scale, shift, values["kd"] + lost)
-        return
-    add_dc_motor(actuator, values, scale, shift, lost)
-
-
-def add_dc_motor(
-    actuator: Any, values: dict[str, float], scale: float, shift: float, lost: float
-) -> None:
-    """Make an actuator a DC motor behind a position loop.
-
-    MuJoCo's own motor asks for a torque and adds what its back-EMF takes, so that the loop's gain
-    is one of torque and its damping that of the back-EMF; its voltage is limited then. It knows
-    neither an angle's zero nor viscous friction: with these the limit of the duty is left out.
-
-    Args:
-        actuator: The actuator.
-        values: Numbers of a `pwm_servo`.
-        scale: What its gain is multiplied by [1].
-        shift: Motor angle [rad] at which the tendon has no length.
-        lost: Viscous friction [N m s/rad].
-    """
-    constant, resistance = values["torque_constant"], values["resistance"]
-    supply = values["supply_voltage"]
-    per_rad = values["duty_per_rad"] * scale
-    shift -= values.get("duty_offset", 0.0) / per_rad
-    gain = per_rad * supply * constant / resistance
-    brake = constant**2 / resistance
-    if shift or lost:
-        set_affine(actuator, gain, shift, brake + lost)
-        return
-    controller = [gain, 0.0, brake, 0.0, 0.0, values["max_duty"] * supply]
-    actuator.set_to_dcmotor([constant, constant], resistance, controller=controller, ctrlspec=1)
+    # MuJoCo's own motor asks for a torque and adds what its back-EMF takes, so that the loop's
+    # gain is one of torque and its damping that of the back-EMF; its voltage is limited then. It
+    # knows neither an angle's zero nor viscous friction.
+    constant, most = values["torque_constant"], values["max_duty"] * values["supply_voltage"]
+    controller = [gains.kp, 0.0, gains.kd, 0.0, 0.0, most]
+    actuator.set_to_dcmotor(
+        [constant, constant], values["resistance"], controller=controller, ctrlspec=1
+    )
 
 
 def set_affine(actuator: Any, gain: float, shift: float, damping: float) -> None:
@@ -134,14 +92,7 @@ def add_delay(actuator: Any, delay: float, step: float) -> None:
 
 def add_friction(row: Any, model: Model) -> None:
     """Give a tendon the dry friction of its servo's gear, as far as it is one number [N]."""
-    winding, unwinding = (
-        number(model, "asymmetric_friction", way) for way in ("winding", "unwinding")
-    )
-    row.frictionloss = (
-        number(model, "coulomb_friction", "force")
-        + number(model, "stribeck_friction", "coulomb_force")
-        + 0.5 * (winding + unwinding)
-    )
+    row.frictionloss = dry_friction(model)[0]
     row.solimp_friction = FRICTION_SHAPE
     row.solref_friction = (FRICTION_TIME, 1.0)
 
@@ -171,25 +122,18 @@ def replay_file(
     data.qpos[places] = start
     timeline = make_timeline(recording)
     fill_history(mj_model, data, timeline.command[0])
-    out: dict[str, list[Any]] = {"theta": [], "rate": [], "force": [], "joints": []}
+    joints: list[Array] = []
+    readings: list[Any] = []
     for now, command in zip(timeline.time - timeline.time[0], timeline.command, strict=True):
         while data.time < now - 0.5 * mj_model.opt.timestep:
             mujoco.mj_step(mj_model, data)
         data.ctrl[:] = command
         mujoco.mj_forward(mj_model, data)
-        out["joints"].append(data.qpos[places].copy())
-        angle, rate, force = file_row(mj_model, data, mechanism, model, placed)
-        out["theta"].append(angle)
-        out["rate"].append(rate)
-        out["force"].append(force)
-    arrays = {name: np.array(values)[timeline.measured] for name, values in out.items()}
-    return Trajectory(
-        time=recording.time,
-        motor_position=arrays["theta"],
-        motor_velocity=arrays["rate"],
-        force=arrays["force"],
-        joint_position=arrays["joints"],
-    )
+        joints.append(data.qpos[places].copy())
+        readings.append(file_row(mj_model, data, mechanism, model, placed))
+    angle, rate, force = np.array(readings).transpose(1, 0, 2)
+    found = {"angle": angle, "rate": rate, "force": force, "joints": np.array(joints)}
+    return trajectory_of(recording, found)
 
 
 def fill_history(mj_model: Any, data: Any, command: Array) -> None:

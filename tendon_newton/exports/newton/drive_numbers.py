@@ -1,0 +1,180 @@
+"""Numbers of a bench that a drive is written with: its tendons, joints, inertias and step."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from tendon_newton.actuators import find_actuator
+from tendon_newton.data.model_file import Model
+from tendon_newton.data.recording import Array
+from tendon_newton.errors import InvalidModelFile
+from tendon_newton.exports.model_numbers import (
+    number,
+    spool_of,
+)
+from tendon_newton.exports.mujoco.program import NetworkFacts
+from tendon_newton.exports.newton.path import SWING, TendonPath
+from tendon_newton.exports.newton.prims import (
+    LONGEST_STEP,
+    drives_one_joint,
+    gearing_of,
+)
+from tendon_newton.exports.newton.program import DriveNumbers
+from tendon_newton.mechanisms.authoring.mujoco_file import mujoco_spec, newton_s_mujoco
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.parts import Tendon, moment_arms
+from tendon_newton.simulation.model.parameter_table import spool_radius_of
+
+DAMPED_SHARE = 0.3
+"""Share of a mechanism's momentum [1] that a servo's damping may take in one step."""
+LEAST_ROTOR = 1.0e-8
+"""Inertia [kg m2] of the smallest rotor."""
+POSES = 3
+"""Poses of each joint at which its inertia is looked at."""
+
+
+def drive_numbers(
+    mechanism: Mechanism,
+    corrected: Mechanism,
+    model: Model,
+    paths: list[TendonPath],
+    network: NetworkFacts | None,
+    step: float,
+) -> DriveNumbers:
+    """Return what a drive knows of its bench.
+
+    Args:
+        mechanism: The bench before the model's effects, which the drive has itself.
+        corrected: As its file has it.
+        model: Actuator and effects, with the hold law of its network.
+        paths: Ways of the tendons.
+        network: Its force network, if it has one.
+        step: Longest step [s].
+    """
+    rotor = find_actuator(model.actuator.name).rotor
+    direct = [tendon.direct for tendon in mechanism.tendons]
+    if len(set(direct)) > 1:
+        raise InvalidModelFile("A bench for Newton must have strings or shafts, not both.")
+    rows = zip(mechanism.tendons, paths, strict=True)
+    joint_inertias = [least_inertia(corrected, row) for row in np.eye(len(corrected.joints))]
+    asked = None
+    if network is not None:
+        asked = {"file": network.file, "asked": [network.rate, network.window, network.streaming]}
+    return DriveNumbers(
+        tendons=[tendon_row(corrected, tendon, path, model) for tendon, path in rows],
+        joints=[
+            {
+                "name": old.name,
+                "stiffness": old.stiffness,
+                "rest": old.rest,
+                "damping": old.damping,
+                "lower": old.limits[0],
+                "upper": old.limits[1],
+                "written": [new.stiffness, new.damping],
+                "stop": [new.stop_stiffness, new.stop_damping],
+                "friction": old.friction,
+                "inertia": inertia,
+            }
+            for old, new, inertia in zip(
+                mechanism.joints, corrected.joints, joint_inertias, strict=True
+            )
+        ],
+        free_spool=rotor and not any(direct),
+        delay=number(model, "command_delay", "delay"),
+        step=step,
+        period=number(model, "sample_period_error", "scale"),
+        network=asked,
+    )
+
+
+def own_joints(mechanism: Mechanism, model: Model) -> dict[str, dict[str, float]]:
+    """Return what joints are with our drive, which has their end stops and dry friction itself.
+
+    A shaft's rotor is theirs.
+
+    The limits of the file are out of the way.
+    """
+    out = {joint.prim: {"newton:friction": 0.0} for joint in mechanism.joints}
+    for joint in mechanism.joints:
+        lower, upper = joint.limits
+        scale = math.degrees(1.0) if joint.kind == "revolute" else 1.0
+        if math.isfinite(lower) and math.isfinite(upper):
+            span = upper - lower
+            out[joint.prim]["physics:lowerLimit"] = scale * (lower - span)
+            out[joint.prim]["physics:upperLimit"] = scale * (upper + span)
+    if find_actuator(model.actuator.name).rotor:
+        for tendon in mechanism.tendons:
+            if tendon.direct and drives_one_joint(tendon):
+                ratio = gearing_of(tendon, model).ratio
+                (j,) = np.flatnonzero(tendon.moment_arm)
+                armature = float(model.actuator.values["armature"])
+                out[mechanism.joints[j].prim]["newton:armature"] = armature * ratio**2
+    return out
+
+
+def tendon_row(
+    corrected: Mechanism, tendon: Tendon, path: TendonPath, model: Model
+) -> dict[str, Any]:
+    """Return what a drive knows of one tendon."""
+    radius = spool_radius_of(model) or tendon.spool_radius
+    spool = radius * number(model, "spool_radius_error", "scale")
+    rotor = 0.0
+    if find_actuator(model.actuator.name).rotor:
+        rotor = max(float(model.actuator.values["armature"]), LEAST_ROTOR) / spool**2
+    return {
+        "name": tendon.name,
+        "factor": [float(x) for x in path.factor],
+        "powers": [list(row) for row in path.powers],
+        "arm": [float(x) for x in tendon.moment_arm],
+        "inertia": least_inertia(corrected, tendon),
+        "rotor": rotor,
+        "radius": radius,
+        "limit": tendon.force_limit,
+        "least": -math.inf if tendon.direct else 0.0,
+    }
+
+
+def longest_step(mechanism: Mechanism, model: Model) -> float:
+    """Return the longest step [s] that a servo's damping allows, which is explicit."""
+    if find_actuator(model.actuator.name).rotor:
+        return LONGEST_STEP
+    values = model.actuator.values
+    held = float(values.get("hold_damping", 0.0)) * float(values.get("force_scale", 1.0))
+    damping = held + number(model, "viscous_friction", "coefficient")  # [N s/rad]
+    steps = [LONGEST_STEP]
+    for tendon in mechanism.tendons:
+        radius = spool_of(tendon, model)
+        if damping > 0.0:
+            steps.append(DAMPED_SHARE * least_inertia(mechanism, tendon) * radius / damping)
+    least = min(steps)
+    return LONGEST_STEP / math.ceil(LONGEST_STEP / least - 1.0e-9)
+
+
+def least_inertia(mechanism: Mechanism, pulled: Tendon | Array) -> float:
+    """Return the least inertia with which a mechanism answers a string [kg], or a joint's torque.
+
+    Args:
+        mechanism: The bench.
+        pulled: The tendon, or a direction of the joints.
+    """
+    mujoco = newton_s_mujoco()
+    compiled = mujoco_spec(mechanism).compile()
+    data = mujoco.MjData(compiled)
+    names = [joint.name for joint in mechanism.joints]
+    places = [compiled.joint(name).qposadr[0] for name in names]
+    dofs = [compiled.joint(name).dofadr[0] for name in names]
+    found = []
+    for share in np.linspace(0.0, 1.0, POSES):
+        ends = [j.limits if np.isfinite(j.limits).all() else SWING for j in mechanism.joints]
+        q = np.array([low + share * (high - low) for low, high in ends])
+        data.qpos[places] = q
+        mujoco.mj_forward(compiled, data)
+        arm = np.zeros((1, compiled.nv))
+        arm[0, dofs] = moment_arms(pulled, q) if isinstance(pulled, Tendon) else pulled
+        answer = np.zeros_like(arm)
+        mujoco.mj_solveM(compiled, data, answer, arm)
+        found.append(1.0 / float(arm[0] @ answer[0]))
+    return min(found)

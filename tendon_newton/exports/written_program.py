@@ -1,0 +1,57 @@
+"""A program that an export has written: loaded, fed with a recording, and what it reports."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tendon_newton.data.recording import Array, Recording
+from tendon_newton.simulation.hosts.rollout import Trajectory
+from tendon_newton.simulation.hosts.timeline import make_timeline
+
+
+def load_program(path: Path) -> Any:
+    """Return a written program as a module; Warp finds its source by its name."""
+    name = f"{path.stem}_{abs(hash(path.read_text('utf-8'))):x}"
+    spec: Any = importlib.util.spec_from_file_location(name, path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def rows_of(recording: Recording) -> dict[str, Any]:
+    """Return what a program needs of a recording."""
+    timeline = make_timeline(recording)
+    rows: dict[str, Any] = {
+        "t": timeline.time,
+        "theta_d": timeline.command,
+        "measured": timeline.measured,
+        "enabled": np.interp(timeline.time, recording.time, recording.enabled) > 0.5,
+    }
+    if recording.voltage is not None:
+        rows["voltage"] = np.interp(timeline.time, recording.time, recording.voltage)
+    if recording.start == "first_row":
+        rows["start"] = (recording.motor_position[0], recording.motor_velocity[0])
+    return rows
+
+
+def trajectory_of(recording: Recording, found: Mapping[str, Array]) -> Trajectory:
+    """Return what a program reported at the instants of `rows_of`, in the recording's own rows.
+
+    Args:
+        recording: The recording.
+        found: Motor ``angle`` [rad] and ``rate`` [rad/s] and ``force`` [N], shape (T, D), and
+            ``joints`` [rad, m], shape (T, J).
+    """
+    rows = make_timeline(recording).measured
+    return Trajectory(
+        time=recording.time,
+        motor_position=found["angle"][rows],
+        motor_velocity=found["rate"][rows],
+        force=found["force"][rows],
+        joint_position=found["joints"][rows],
+    )
