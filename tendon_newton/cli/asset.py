@@ -1,4 +1,4 @@
-"""Start, check, draw or export a bench's USD asset."""
+"""Start, check, draw, import or export a bench's USD asset."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
+from tendon_newton.cli.asset_interchange import Export, Import, export_asset, import_asset
 from tendon_newton.device_code.quiet import quiet_warp
 
 if TYPE_CHECKING:
@@ -87,20 +88,11 @@ class Show:
     """Also open Newton's own viewer and let the finger close and open there."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Export:
-    """Write an asset as MJCF for plain MuJoCo, with a motor on each tendon: control is tension."""
-
-    asset: tyro.conf.Positional[str]
-    """Name under assets/, or path of a USD file."""
-    out: Path | None = None
-    """File to write; <name>.xml in the current folder by default."""
-
-
 Asset = (
     Annotated[New, tyro.conf.subcommand("new")]
     | Annotated[Check, tyro.conf.subcommand("check")]
     | Annotated[Show, tyro.conf.subcommand("show")]
+    | Annotated[Import, tyro.conf.subcommand("import")]
     | Annotated[Export, tyro.conf.subcommand("export")]
 )
 
@@ -111,8 +103,10 @@ def main(config: Asset) -> None:
         new(config)
         return
     quiet_warp()
-    if isinstance(config, Export):
-        export(config)
+    if isinstance(config, Import):
+        import_asset(config)
+    elif isinstance(config, Export):
+        export_asset(config)
     elif isinstance(config, Check):
         check(config)
     else:
@@ -209,15 +203,3 @@ def show(config: Show) -> None:
         from tendon_newton.mechanisms.authoring.asset_window import show_in_window
 
         show_in_window(mechanism)
-
-
-def export(config: Export) -> None:
-    """Write the file and print where it is."""
-    from tendon_newton.mechanisms.authoring.mujoco_file import write_mujoco
-    from tendon_newton.mechanisms.loading import load_mechanism
-
-    mechanism = load_mechanism(config.asset)
-    path = config.out or Path(f"{mechanism.name}.xml")
-    write_mujoco(path, mechanism)
-    print(path)
-    print(f"  python -m mujoco.viewer --mjcf={path}")

@@ -184,7 +184,7 @@ def foreign_logs() -> dict[str, Target]:
 
 
 def assets() -> dict[str, Target]:
-    """USD in both forms."""
+    """USD in both forms, and what is imported."""
     from tests.fuzz import usd
 
     return {
@@ -195,6 +195,18 @@ def assets() -> dict[str, Target]:
             share=0.5,
         ),
         "usdc": Target(prepare=usd.binary_asset, change=flip, read=usd.read_asset, share=0.5),
+        "mjcf": Target(
+            prepare=usd.mjcf_file,
+            change=either(change_lines, flip),
+            read=usd.read_import,
+            share=0.5,
+        ),
+        "urdf": Target(
+            prepare=usd.urdf_file,
+            change=either(change_lines, flip),
+            read=usd.read_import,
+            share=0.5,
+        ),
     }
 
 

@@ -5,10 +5,27 @@ from __future__ import annotations
 from pathlib import Path
 
 from tendon_newton.mechanisms.asset_library import asset_path
+from tendon_newton.mechanisms.authoring.foreign_file import read_foreign
 from tendon_newton.mechanisms.checks import check_asset
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.usd.stage_file import open_stage
 from tests.mechanisms.broken.flat_assets import flat_text
+
+URDF = """<robot name="finger">
+ <link name="base"/>
+ <link name="proximal"><inertial><mass value="0.012"/><origin xyz="0.02 0 0"/>
+  <inertia ixx="1e-6" iyy="1e-6" izz="1e-6" ixy="0" ixz="0" iyz="0"/></inertial></link>
+ <joint name="knuckle" type="revolute"><parent link="base"/><child link="proximal"/>
+  <axis xyz="0 1 0"/><limit lower="0" upper="1.7" effort="1" velocity="9"/></joint>
+</robot>
+"""
+MJCF = """<mujoco model="finger">
+ <include file="inner.xml"/>
+ <worldbody><body name="proximal" pos="0 0 0.1"><joint name="knuckle" axis="0 1 0" range="0 97"/>
+  <geom type="capsule" size="0.006 0.02" mass="0.012"/><site name="tip" pos="0.04 0 0"/>
+ </body></worldbody>
+</mujoco>
+"""
 
 
 def text_asset(folder: Path) -> Path:
@@ -27,3 +44,21 @@ def read_asset(path: Path) -> None:
     """Check an asset, and load it if nothing is wrong."""
     if not any(finding.severity == "error" for finding in check_asset(path)):
         load_mechanism(path)
+
+
+def mjcf_file(folder: Path) -> Path:
+    """Write a finger of MuJoCo."""
+    (folder / "inner.xml").write_text("<mujocoinclude/>")
+    (folder / "finger.xml").write_text(MJCF)
+    return folder / "finger.xml"
+
+
+def urdf_file(folder: Path) -> Path:
+    """Write a finger of ROS."""
+    (folder / "finger.urdf").write_text(URDF)
+    return folder / "finger.urdf"
+
+
+def read_import(path: Path) -> None:
+    """Read what would be imported."""
+    read_foreign(path)
