@@ -3,7 +3,8 @@
     python -m examples.studies.exports [mujoco ...]
 
 Effects have a number that shows, the standard commands of an export, and our own solver at steps of
-50 us as the truth. The results go to exports.json beside this file; docs/export.md shows them.
+50 us as the truth. The results go to exports.json beside this file; docs/export.md shows them. What
+stands there is not run again: take rows out after a change of the exports.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from __future__ import annotations
 import json
 import sys
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -149,26 +151,37 @@ def in_units(found: Departure) -> list[float]:
     return [round(1e3 * found.angle, 4), round(found.force, 5)]
 
 
+def rows_of(
+    target: str, bench: str, actuator: str, effects: list[str | None]
+) -> Iterator[dict[str, Any]]:
+    """Yield one row for each effect alone, and for the actuator without any where one is None."""
+    plain = model_of(bench, actuator)
+    mechanism = bench_of(bench, plain)
+    runs = standard_runs(mechanism, spool_radius_of(plain))
+    named = tuple(effect for effect in effects if effect is not None)
+    unaffected, *affected = truths(bench, actuator, named, runs)
+    known = dict(zip(named, affected, strict=True))
+    for effect in effects:
+        row: dict[str, Any] = {"bench": bench, "actuator": actuator, "effect": effect}
+        model, ours = plain, unaffected
+        if effect is not None:
+            model, ours = model_of(bench, actuator, effect), known[effect]
+            row["worth"] = in_units(departure(mechanism, unaffected, ours))
+        yield row | strays(target, model, runs, ours)
+
+
 def main(words: list[str]) -> None:
-    """Run the cases of some targets and keep the numbers."""
+    """Run the cases of some targets that have no numbers yet, and keep what comes."""
     quiet_warp()
     kept = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.exists() else {}
     for target in words or list(EXPORTS):
-        rows: list[dict[str, Any]] = []
+        rows: list[dict[str, Any]] = kept.setdefault(target, [])
+        done = {(row["bench"], row["actuator"], row["effect"]) for row in rows}
         for bench, actuator, effects in cases(target):
-            plain = model_of(bench, actuator)
-            mechanism = bench_of(bench, plain)
-            runs = standard_runs(mechanism, spool_radius_of(plain))
-            known = truths(bench, actuator, effects, runs)
-            for effect, ours in zip((None, *effects), known, strict=True):
-                model = plain if effect is None else model_of(bench, actuator, effect)
-                row: dict[str, Any] = {"bench": bench, "actuator": actuator, "effect": effect}
-                if effect is not None:
-                    row["worth"] = in_units(departure(mechanism, known[0], ours))
-                row |= strays(target, model, runs, ours)
+            left = [e for e in (None, *effects) if (bench, actuator, e) not in done]
+            for row in rows_of(target, bench, actuator, left) if left else ():
                 rows.append(row)
                 print(target, row, flush=True)
-                kept[target] = rows
                 RESULTS.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
 
 
