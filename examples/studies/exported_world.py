@@ -8,7 +8,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-SWING_IN = 1.0
+SWING_IN = 4.0
 """How long [s] a file alone swings in under its first command; the program knows its rest."""
 
 
@@ -73,9 +73,12 @@ class FileWorld:
         self.data, self.bench = mujoco.MjData(self.model), bench
 
     def reset(self, command: Any) -> None:
-        """Swing in from the springs' rest under a command [rad], shape (D,)."""
+        """Swing in without dry friction under a command [rad], shape (D,)."""
         mujoco.mj_resetData(self.model, self.data)
+        lost = self.model.tendon_frictionloss.copy()
+        self.model.tendon_frictionloss[:] = 0.0
         self.advance(command, round(SWING_IN / self.model.opt.timestep))
+        self.model.tendon_frictionloss[:] = lost
 
     def advance(self, command: Any, count: int) -> None:
         """Hold a command [rad] for some steps."""

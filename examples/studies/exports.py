@@ -4,7 +4,7 @@
 
 Effects have a number that shows, the standard commands of an export, and our own solver at steps of
 50 us as the truth. The results go to exports.json beside this file; docs/export.md shows them. What
-stands there is not run again: take rows out after a change of the exports.
+stands there is not run again: take numbers out after a change of the exports.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from __future__ import annotations
 import json
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -44,6 +44,8 @@ PWM = {
 }
 LEARNED = {"file": str(NETWORK), "spool_radius": 0.0125}
 SHAFT = {**PWM, "spool_radius": 1.0, "armature": 0.002}
+KEYS = ("bench", "actuator", "effect")
+"""What names a row of the results."""
 BENCHES = ("finger", "spring_weak", "spring_strong", "thumb", "pendulum")
 TYPICAL: dict[str, dict[str, float]] = {
     "command_delay": {"delay": 0.03},
@@ -133,16 +135,21 @@ def truths(
 
 
 def strays(
-    target: str, model: Model, runs: list[Recording], ours: list[Trajectory]
+    target: str,
+    model: Model,
+    runs: list[Recording],
+    ours: list[Trajectory],
+    known: Collection[str] = (),
 ) -> dict[str, list[float]]:
-    """Return how far each way of running an export strays [mrad, N]."""
+    """Return how far each way of running an export strays [mrad, N], but for those known."""
     mechanism = bench_of(runs[0].bench, model)
     out = {}
     with tempfile.TemporaryDirectory() as folder:
         exported = EXPORTS[target].write(Path(folder), mechanism, model)
         for way in exported.replays:
-            theirs = replayed(EXPORTS[target], exported, way, model, runs)
-            out[way] = in_units(departure(mechanism, theirs, ours))
+            if way not in known:
+                theirs = replayed(EXPORTS[target], exported, way, model, runs)
+                out[way] = in_units(departure(mechanism, theirs, ours))
     return out
 
 
@@ -151,23 +158,36 @@ def in_units(found: Departure) -> list[float]:
     return [round(1e3 * found.angle, 4), round(found.force, 5)]
 
 
-def rows_of(
-    target: str, bench: str, actuator: str, effects: list[str | None]
+def completed(
+    target: str, bench: str, actuator: str, rows: list[dict[str, Any]]
 ) -> Iterator[dict[str, Any]]:
-    """Yield one row for each effect alone, and for the actuator without any where one is None."""
+    """Yield rows of one bench and actuator with the numbers that they lack.
+
+    Args:
+        target: Where models go.
+        bench: Name of the bench.
+        actuator: A key of `ACTUATORS`.
+        rows: What is known: one row for each effect alone, None for the actuator without any.
+    """
     plain = model_of(bench, actuator)
     mechanism = bench_of(bench, plain)
     runs = standard_runs(mechanism, spool_radius_of(plain))
-    named = tuple(effect for effect in effects if effect is not None)
+    named = tuple(row["effect"] for row in rows if row["effect"] is not None)
     unaffected, *affected = truths(bench, actuator, named, runs)
-    known = dict(zip(named, affected, strict=True))
-    for effect in effects:
-        row: dict[str, Any] = {"bench": bench, "actuator": actuator, "effect": effect}
-        model, ours = plain, unaffected
-        if effect is not None:
-            model, ours = model_of(bench, actuator, effect), known[effect]
-            row["worth"] = in_units(departure(mechanism, unaffected, ours))
-        yield row | strays(target, model, runs, ours)
+    truth = {None: unaffected, **dict(zip(named, affected, strict=True))}
+    for row in rows:
+        effect, ours = row["effect"], truth[row["effect"]]
+        model = plain if effect is None else model_of(bench, actuator, effect)
+        worth = {"worth": in_units(departure(mechanism, unaffected, ours))} if effect else {}
+        yield row | worth | strays(target, model, runs, ours, row)
+
+
+def lacking(target: str, row: dict[str, Any]) -> bool:
+    """Tell whether a way of running an export has no number in a row."""
+    model = model_of(row["bench"], row["actuator"], *([row["effect"]] if row["effect"] else []))
+    with tempfile.TemporaryDirectory() as folder:
+        mechanism = bench_of(row["bench"], model)
+        return not set(EXPORTS[target].write(Path(folder), mechanism, model).replays) <= set(row)
 
 
 def main(words: list[str]) -> None:
@@ -175,13 +195,15 @@ def main(words: list[str]) -> None:
     quiet_warp()
     kept = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.exists() else {}
     for target in words or list(EXPORTS):
-        rows: list[dict[str, Any]] = kept.setdefault(target, [])
-        done = {(row["bench"], row["actuator"], row["effect"]) for row in rows}
+        known = {tuple(row[key] for key in KEYS): row for row in kept.get(target, [])}
         for bench, actuator, effects in cases(target):
-            left = [e for e in (None, *effects) if (bench, actuator, e) not in done]
-            for row in rows_of(target, bench, actuator, left) if left else ():
-                rows.append(row)
+            asked = [(bench, actuator, effect) for effect in (None, *effects)]
+            rows = [known.setdefault(key, dict(zip(KEYS, key, strict=True))) for key in asked]
+            left = [row for row in rows if lacking(target, row)]
+            for row in completed(target, bench, actuator, left) if left else ():
+                known[tuple(row[key] for key in KEYS)] = row
                 print(target, row, flush=True)
+                kept[target] = [known[key] for key in known if len(known[key]) > len(KEYS)]
                 RESULTS.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
 
 

@@ -51,7 +51,7 @@ def main() -> None:
     words.add_argument("--ways", nargs="+", default=list(STEPS))
     words.add_argument("--seeds", nargs="+", type=int, default=[0, 1, 2])
     words.add_argument("--units", nargs="+", type=int, default=[0, 1, 2, 3, 4])
-    words.add_argument("--iterations", type=int, default=125)
+    words.add_argument("--iterations", type=int, default=200)
     words.add_argument("--jobs", type=int, default=1)
     told = words.parse_args()
     quiet_warp()
@@ -97,15 +97,15 @@ def training(out: Path, way: str, seed: int, iterations: int) -> PolicyTrainingC
     """Return the training that all simulators share."""
     return PolicyTrainingConfig(
         environment=EnvironmentConfig(
-            worlds=256,
+            worlds=128,
             force=str(out / MODEL),
             randomise=("none",),
             goal_change=0.03,
             max_step=STEPS[way],
         ),
         iterations=iterations,
-        steps=32,
-        batch=2048,
+        steps=24,
+        batch=768,
         epochs=4,
         learning_rate=1.0e-3,
         learning_rate_end=1.0e-4,

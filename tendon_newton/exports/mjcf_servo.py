@@ -71,6 +71,10 @@ def add_servo(spec: Any, tendon: Tendon, model: Model, sign: float, offset: floa
     radius = spool_of(tendon, model)
     shift = angle_shift(tendon, model, offset)
     actuator.gear[0] = sign / radius  # so that its length is an angle and its force a torque
+    if find_actuator(model.actuator.name).rotor:
+        least = -limit  # a motor brakes its rotor
+    elif not tendon.direct:
+        least = -spec.tendon(tendon.name).frictionloss  # and overcomes its own friction
     actuator.forcelimited, actuator.forcerange = True, [least * radius, limit * radius]
     add_delay(actuator, number(model, "command_delay", "delay"), spec.option.timestep)
     lost = number(model, "viscous_friction", "coefficient") * radius
@@ -82,7 +86,7 @@ def add_servo(spec: Any, tendon: Tendon, model: Model, sign: float, offset: floa
     spec.tendon(tendon.name).armature = values["armature"] / radius**2
     if model.actuator.name == "pd_torque":
         top = min(values["max_torque"], limit * radius)
-        actuator.forcerange = [-top if tendon.direct else 0.0, top]
+        actuator.forcerange = [-top, top]
         set_affine(actuator, values["kp"] * scale, shift, values["kd"] + lost)
         return
     add_dc_motor(actuator, values, scale, shift, lost)
