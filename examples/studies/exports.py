@@ -12,7 +12,7 @@ from __future__ import annotations
 import json
 import sys
 import tempfile
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +22,7 @@ from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
 from tendon_newton.device_code.quiet import quiet_warp
 from tendon_newton.effects import EFFECTS
+from tendon_newton.errors import InvalidModelFile
 from tendon_newton.exports import EXPORTS
 from tendon_newton.exports.departure import Departure, departure, replayed, standard_runs
 from tendon_newton.simulation.hosts.replay import bench_of, rollout_of
@@ -183,11 +184,20 @@ def completed(
 
 
 def lacking(target: str, row: dict[str, Any]) -> bool:
-    """Tell whether a way of running an export has no number in a row."""
-    model = model_of(row["bench"], row["actuator"], *([row["effect"]] if row["effect"] else []))
+    """Tell whether a way of running an export has no number in a row; note a refusal there."""
+    if "refused" in row:
+        return False
+    effect = row["effect"]
+    model = model_of(row["bench"], row["actuator"], *([effect] if effect else []))
     with tempfile.TemporaryDirectory() as folder:
         mechanism = bench_of(row["bench"], model)
-        return not set(EXPORTS[target].write(Path(folder), mechanism, model).replays) <= set(row)
+        try:
+            exported = EXPORTS[target].write(Path(folder), mechanism, model)
+        except InvalidModelFile as error:
+            if effect is None:
+                row["refused"] = str(error)
+            return False
+    return not set(exported.replays) <= set(row)
 
 
 def main(words: list[str]) -> None:
@@ -203,8 +213,14 @@ def main(words: list[str]) -> None:
             for row in completed(target, bench, actuator, left) if left else ():
                 known[tuple(row[key] for key in KEYS)] = row
                 print(target, row, flush=True)
-                kept[target] = [known[key] for key in known if len(known[key]) > len(KEYS)]
-                RESULTS.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
+                keep(kept, target, known.values())
+        keep(kept, target, known.values())
+
+
+def keep(kept: dict[str, Any], target: str, rows: Iterable[dict[str, Any]]) -> None:
+    """Write what is known of a target beside what is known of others."""
+    kept[target] = [row for row in rows if len(row) > len(KEYS)]
+    RESULTS.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
