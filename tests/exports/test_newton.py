@@ -27,8 +27,9 @@ from tendon_newton.exports.newton.target import (
 )
 from tendon_newton.mechanisms.geometry.parts import excursion
 from tendon_newton.mechanisms.loading import load_mechanism
-from tendon_newton.simulation.hosts.replay import bench_of
+from tendon_newton.simulation.hosts.replay import bench_of, replay
 from tests.exports.models import ANGLE, FORCE, strays
+from tests.physics.runs import run_of
 
 SERVO_SIDE = (
     "command_delay",
@@ -50,6 +51,7 @@ WAYS = 3.0e-5  # m: a hundredth of the thumb's excursion, a fifth of what a spoo
     [
         ("finger", "ideal", SERVO_SIDE),
         ("finger", "pwm_servo", ROTOR_SIDE),
+        ("finger", "pwm_servo", ("coulomb_friction",)),  # a jump turns a spool that rests round
         ("spring_weak", "pwm_servo", ()),
         ("thumb", "ideal", ()),
         ("pendulum", "pwm_servo", ("gear_load_friction",)),
@@ -63,6 +65,23 @@ def test_the_drive_moves_a_bench_in_newton_as_our_simulation_does(
     found = strays(tmp_path, "newton", PROGRAM_FILE, bench, actuator, *effects)
     assert found.angle < ANGLE
     assert found.force < FORCE
+
+
+def test_nothing_pulls_inside_a_gap(tmp_path: Path) -> None:
+    """A command that lands in the play of a rotor's gear lets the string go, at once."""
+    model = model_of("finger", "pwm_servo", "backlash")
+    mechanism = bench_of("finger", model)
+    held = np.full((40, 1), 1.2)
+    (before,) = replay([run_of(held)], model)
+    assert before.force[-1, 0] > 1.0
+    command = np.concatenate([held, np.full((1, 1), before.motor_position[-1, 0] - 0.01)])
+    run = run_of(command)
+    exported = write_newton_target(tmp_path, mechanism, model)
+    found = exported.replays[PROGRAM_FILE](run)
+    (ours,) = replay([run], model)
+    assert found.force[:-1] == pytest.approx(ours.force[:-1], abs=FORCE)
+    assert ours.force[-1, 0] == 0.0
+    assert found.force[-1, 0] == 0.0
 
 
 @pytest.fixture(scope="module")

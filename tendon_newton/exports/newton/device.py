@@ -141,7 +141,7 @@ def answered(tendon: Tendon, p: ParameterVector, before: Kept, bench: Bench) -> 
         out.spool_change = (kept.wound_rate - rate) / bench.step
         loaded = real(wp.max(out.tension, real(DRAWS)))
         way = real(1.0)
-        if rate < real(0.0):
+        if rate + kept.wound_rate < real(0.0):  # what rests begins to slide in this step
             way = real(-1.0)
         sliding = on_side(here, way)
         flow = servo_flow(sliding, p)
