@@ -44,20 +44,20 @@ IN_THE_FILE: dict[str, Coverage] = {
         (
             "gain_error",
             "force_saturation",
-            "position_offset",
             "spool_radius_error",
             "joint_stiffness_error",
             "joint_damping_error",
             "joint_dry_friction",
             "inertia_error",
             "gravity_misalignment",
-            "tendon_slack",
         ),
         "exact",
     ),
     **dict.fromkeys(
         (
             "command_delay",
+            "position_offset",
+            "tendon_slack",
             "viscous_friction",
             "coulomb_friction",
             "asymmetric_friction",
