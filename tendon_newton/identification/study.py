@@ -125,6 +125,11 @@ class Study:
         raise IndexError(index)
 
     @property
+    def known(self) -> tuple[str, ...]:
+        """Effects of the starting model."""
+        return tuple(effect.name for effect in self._model.effects)
+
+    @property
     def kinematic(self) -> bool:
         """Whether positions are all that is computed."""
         return find_actuator(self.table.actuator).kinematic

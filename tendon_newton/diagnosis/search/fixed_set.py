@@ -23,12 +23,12 @@ def as_stated(worlds: Worlds, model: Model, effects: Sequence[str]) -> Fit:
     study, names = worlds.study, tuple(effects)
     columns = [*study.fit_columns(model), *(c for n in names for c in study.table.columns(n))]
     start = (names, {c: study.base_value(c) for c in columns})
-    return start_fits(worlds, [start], floors_with(worlds, model, names), study.time_step)[0]
+    return start_fits(worlds, [start], floors_of(worlds, names), study.time_step)[0]
 
 
 def fit_set(worlds: Worlds, model: Model, effects: Sequence[str]) -> Fit:
     """Fit a model's unknown numbers and those of some of its effects, from where it has them."""
-    floors, start = floors_with(worlds, model, effects), as_stated(worlds, model, effects)
+    floors, start = floors_of(worlds, effects), as_stated(worlds, model, effects)
     rough = at_step(worlds, start, floors, ROUGH_STEP)
     return finish(worlds, refit(worlds, [rough], floors, iterations=LAST_STEPS, coarse=2), floors)
 
@@ -39,7 +39,7 @@ def fit_set_anew(worlds: Worlds, model: Model, effects: Sequence[str]) -> Fit:
     Each starts from the best of its typical values, whatever stands moves with it.
     """
     study = worlds.study
-    floors = floors_with(worlds, model, effects)
+    floors = floors_of(worlds, effects)
     step = max(ROUGH_STEP, study.time_step)
     own = {c: study.base_value(c) for c in study.fit_columns(model)}
     found = start_fits(worlds, [((), own)], floors, step)
@@ -65,8 +65,3 @@ def at_step(worlds: Worlds, fit: Fit, floors: Floors, step: float) -> Fit:
     values = values_of(worlds, fit.columns, fit.place)
     step = max(step, worlds.study.time_step)
     return start_fits(worlds, [(fit.names, values)], floors, step)[0]
-
-
-def floors_with(worlds: Worlds, model: Model, effects: Sequence[str]) -> Floors:
-    """Return the floors of a model with some effects besides."""
-    return floors_of(worlds, (*(effect.name for effect in model.effects), *effects))

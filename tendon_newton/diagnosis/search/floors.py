@@ -14,23 +14,27 @@ from tendon_newton.identification.objective import Scales
 
 
 def floors_of(worlds: Worlds, names: Sequence[str], *, jumping: bool = True) -> Floors:
-    """Return what noise and errors of form leave with some effects in the model.
+    """Return what noise and errors of form leave with some causes in the model.
 
     Args:
-        worlds: Have the noise and the bench's size.
-        names: Effects of the model, those it started with included.
+        worlds: Have the noise, the bench's size and the effects of the starting model.
+        names: Causes besides.
         jumping: Whether what jumps misses more than what only sticks.
     """
-    noise, form, dry = worlds.study.noise, form_scales(worlds.study.scale), is_dry(names)
-    jumps = jumping and any(map(breaks_away, names))
-    rung = LADDER if jumps else 1.0 if dry else 1.0 / LADDER
-    least = min(1.0, rung)
+    noise, form = worlds.study.noise, form_of(worlds, names)
+    rung = LADDER if jumping and any(map(breaks_away, (*worlds.study.known, *names))) else 1.0
     return Floors(
         theta=float(np.hypot(noise.theta, rung * form.theta)),
         force=float(np.hypot(noise.force or 0.0, rung * form.force)),
-        form=Scales(theta=least * form.theta, force=least * form.force),
-        rest=REST if dry else worlds.rest_share,
+        rest=REST if is_dry((*worlds.study.known, *names)) else worlds.rest_share,
     )
+
+
+def form_of(worlds: Worlds, names: Sequence[str]) -> Scales:
+    """Return by how much a model's laws miss where nothing jumps, some causes in the model."""
+    form = form_scales(worlds.study.scale)
+    share = 1.0 if is_dry((*worlds.study.known, *names)) else 1.0 / LADDER
+    return Scales(theta=share * form.theta, force=share * form.force)
 
 
 def form_scales(scale: BenchScale) -> Scales:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tendon_newton.data.recording import Array, Indices
+from tendon_newton.data.recording import Array, Indices, Recording
 from tendon_newton.diagnosis.search.refit import Fit, linearise, refit
 from tendon_newton.diagnosis.search.worlds import Floors, Worlds
 from tendon_newton.identification.objective import TAIL, group_sums
@@ -24,20 +24,30 @@ STEPS = 2
 def folds(worlds: Worlds) -> Indices:
     """Return the part that each row belongs to, shape (M,).
 
-    Recordings that share a bench's and an actuator's own numbers are one condition and are left out
-    together, where there are enough conditions; else recordings are; else spans of time.
+    Conditions are left out whole where there are enough, else recordings. What is all of its bench,
+    and few recordings, are cut in time: a bench that nobody saw has numbers that nobody can know.
     """
-    recordings = worlds.study.recordings
+    groups = groups_of(worlds.study.recordings)
+    bench = {g: r.bench for g, r in zip(groups, worlds.study.recordings, strict=True)}
+    turn = {g: i for i, g in enumerate(sorted(bench, key=lambda g: bench[g]))}
+    owns_bench = [list(bench.values()).count(bench[g]) == 1 for g in groups]
+    whole = np.array([turn[g] for g in groups])[worlds.where.recording]
+    in_time = np.array(owns_bench)[worlds.where.recording] | (len(bench) < LEAST_PARTS)
+    return np.where(in_time, worlds.where.block // PART, whole) % FOLDS
+
+
+def groups_of(recordings: Sequence[Recording]) -> list[int]:
+    """Return for each recording the number of the condition, or of the recording, that it is.
+
+    Recordings that share a bench's and an actuator's own numbers are one condition.
+    """
     keys = [repr((r.bench, r.bench_overrides, dict(r.actuator_overrides))) for r in recordings]
     own = [bool(r.actuator_overrides) or repr(r.bench_overrides) != repr(type(r.bench_overrides)())
            for r in recordings]  # fmt: skip
     different = list(dict.fromkeys(keys))
     if all(own) and len(different) >= LEAST_PARTS:
-        part = np.array([different.index(key) for key in keys]) % FOLDS
-        return part[worlds.where.recording]
-    if len(recordings) >= LEAST_PARTS:
-        return worlds.where.recording % FOLDS
-    return worlds.where.block // PART % FOLDS
+        return [different.index(key) for key in keys]
+    return list(range(len(recordings)))
 
 
 def held_out_terms(worlds: Worlds, fits: Sequence[Fit], floors: Floors) -> Array:

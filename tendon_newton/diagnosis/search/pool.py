@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tendon_newton.diagnosis.search.floors import floors_of
+from tendon_newton.diagnosis.search.floors import floors_of, form_of
 from tendon_newton.diagnosis.search.refit import Fit, refit, rescored, values_of
 from tendon_newton.diagnosis.search.worlds import QUIET, Floors, Worlds
 from tendon_newton.effects import find_effect
@@ -64,14 +64,14 @@ class Pool:
             new = rescored(self.worlds, list(self.fits.values()), floors)
             self.fits = dict(zip(self.fits, new, strict=True))
 
-    def renew(self, fit: Fit, known: Sequence[str]) -> Fit:
+    def renew(self, fit: Fit) -> Fit:
         """Score all sets at the floors of one and follow that one there; return it.
 
         That what jumps misses more counts only if something is left otherwise: a breakaway force
         that hardly differs from the sliding one must not hide other causes.
         """
         for jumping in (False, True):
-            floors = floors_of(self.worlds, (*known, *fit.names), jumping=jumping)
+            floors = floors_of(self.worlds, fit.names, jumping=jumping)
             if floors != self.floors:
                 self.rescore(floors)
                 own = self.fits[frozenset(fit.names)]
@@ -86,13 +86,14 @@ class Pool:
         return self.price * len(find_effect(name).parameters)
 
     def change(self, fit: Fit, less: Fit) -> float:
-        """Return how much smaller residuals a fit has than another [errors of form of a law].
+        """Return how much smaller residuals a fit has than another [errors of form of the other].
 
         All rows count by their weight, those of a jump too: a cause may act at times only.
         """
         weight, is_force = self.worlds.weights(self.floors), self.worlds.where.is_force
+        form = form_of(self.worlds, less.names)
         gain, out = weight * (less.residual**2 - fit.residual**2), 0.0
-        for force, unit in ((False, self.floors.form.theta), (True, self.floors.form.force)):
+        for force, unit in ((False, form.theta), (True, form.force)):
             rows = is_force == force
             if rows.any():
                 mean = float(gain[rows].sum() / weight[rows].sum())

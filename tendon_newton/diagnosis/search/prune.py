@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from tendon_newton.diagnosis.search.choice import Chooser, exchanges
+from tendon_newton.diagnosis.search.floors import form_of
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, without
 from tendon_newton.diagnosis.search.starts import new_starts, wider_starts
@@ -19,21 +20,20 @@ TURNS = 3
 """Times that causes are pruned and exchanged at most."""
 
 
-def settle(pool: Pool, fit: Fit, names: Sequence[str], known: Sequence[str]) -> Fit:
+def settle(pool: Pool, fit: Fit, names: Sequence[str]) -> Fit:
     """Drop causes that do not pay and exchange those that another explains better.
 
     Args:
         pool: Takes all fits.
         fit: What was found.
         names: Effects that may be named.
-        known: Effects of the starting model.
     """
     for _ in range(TURNS):
         fit = prune(pool, fit)
         pool.log(f"pruned: {pool.describe(fit)}; {pool.worlds.count} simulated")
         if not fit.names or pool.is_late:
             break
-        fit = pool.renew(fit, known)
+        fit = pool.renew(fit)
         exchange(pool, fit, names)
         best = simplest(pool, pool.best())
         if frozenset(best.names) == frozenset(fit.names):
@@ -99,8 +99,9 @@ def simplest(pool: Pool, fit: Fit) -> Fit:
 
 def is_sharper(pool: Pool, fit: Fit, other: Fit) -> bool:
     """Tell whether most residuals of a fit are smaller by more than a law's own error of form."""
+    form = form_of(pool.worlds, other.names)
     return any(
         max(0.0, getattr(other.scales, signal) ** 2 - getattr(fit.scales, signal) ** 2)
-        >= getattr(pool.floors.form, signal) ** 2
+        >= getattr(form, signal) ** 2
         for signal in ("theta", "force")
     )

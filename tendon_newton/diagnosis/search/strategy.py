@@ -36,7 +36,6 @@ def find(
     pool: Pool,
     fit_columns: Sequence[int],
     names: Sequence[str],
-    known: Sequence[str],
     progress: Callable[[str], None] = lambda _: None,
 ) -> Fit:
     """Find the set of causes that recordings ask for, before it is pruned.
@@ -45,7 +44,6 @@ def find(
         pool: Takes all fits.
         fit_columns: The model's own unknown numbers.
         names: Effects that may be named.
-        known: Effects of the starting model.
         progress: Told what stands so far.
     """
     study = pool.worlds.study
@@ -60,19 +58,17 @@ def find(
             break
         if step:
             progress(f"so far {', '.join(current.names)}")
-        add_sets(pool, current, names, known, first=step == 0)
+        add_sets(pool, current, names, first=step == 0)
         before, current = current, pool.best()
         if current is before:
             break
         current = shed(pool, current)
-        pool.renew(current, known)
+        pool.renew(current)
         current = pool.best()
     return current
 
 
-def add_sets(
-    pool: Pool, current: Fit, names: Sequence[str], known: Sequence[str], *, first: bool
-) -> None:
+def add_sets(pool: Pool, current: Fit, names: Sequence[str], *, first: bool) -> None:
     """Look around a fit, choose different sets, and refit each jointly."""
     view = survey(pool.worlds, current, names, pool.floors, 1.0 if first else 0.99)
     chooser = Chooser(view, pool.haste * pool.price, pool.most)
@@ -80,7 +76,7 @@ def add_sets(
     if first:
         starts = new_starts(pool, view, chooser.singles(SINGLES))
         singles = follow(pool, starts, current.time_step, coarse=2, last=SETTLED)
-        if any(suffices(pool, fit, known) for fit in singles[:1]):
+        if any(suffices(pool, fit) for fit in singles[:1]):
             return
     trials = choose(chooser, SETS)
     starts = wider_starts(pool, current, names)
@@ -88,9 +84,9 @@ def add_sets(
     follow(pool, starts, current.time_step, coarse=2 if first else 1)
 
 
-def suffices(pool: Pool, fit: Fit, known: Sequence[str]) -> bool:
+def suffices(pool: Pool, fit: Fit) -> bool:
     """Tell whether a cause leaves no more than the error of form of a law that does not jump."""
-    floors = floors_of(pool.worlds, (*known, *fit.names), jumping=False)
+    floors = floors_of(pool.worlds, fit.names, jumping=False)
     (own,) = rescored(pool.worlds, [fit], floors)
     return pool.excess(own) < pool.price
 

@@ -39,8 +39,6 @@ class Floors:
     """Least scale of the angle's residuals [rad]."""
     force: float
     """The same of the force [N]."""
-    form: Scales
-    """What changes less is no cause: by how much the model's laws miss where nothing jumps."""
     rest: float = 1.0
     """Weight of a row at rest [1]: a stuck tendon repeats one error in all of them."""
 

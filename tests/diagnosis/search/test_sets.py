@@ -7,11 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tendon_newton.data.parameters import BenchScale
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.search.choice import Chooser, choose, exchanges
 from tendon_newton.diagnosis.search.decide.decision import held_out_gains
-from tendon_newton.diagnosis.search.floors import floors_of
-from tendon_newton.diagnosis.search.held_out_gain import held_out_terms
+from tendon_newton.diagnosis.search.decide.rule import FORM_THETA, LADDER
+from tendon_newton.diagnosis.search.floors import floors_of, form_of
+from tendon_newton.diagnosis.search.held_out_gain import folds, held_out_terms
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.prune import leave_out
 from tendon_newton.diagnosis.search.refit import refit, start_fits, values_of
@@ -29,7 +31,7 @@ STEP = 1.0e-3  # [s]
 PRICE = 0.1  # [nat per row]
 CATALOGUE = ("coulomb_friction", "viscous_friction", "stribeck_friction")
 TRUTH = {"coulomb_friction": {"force": 0.6}, "viscous_friction": {"coefficient": 1.2}}
-FLOORS = Floors(theta=1.0, force=1.0, form=Scales(theta=1.0, force=1.0))
+FLOORS = Floors(theta=1.0, force=1.0)
 
 
 def log(seed: int) -> Recording:
@@ -96,7 +98,8 @@ def residuals(acting: float, size: float) -> tuple[Any, Any, Any]:
     calm = 0.3 * rng.standard_normal(1000)
     moved = calm + np.where(np.arange(1000) < 1000 * acting, size, 0.0)
     where = SimpleNamespace(is_force=np.zeros(1000, dtype=bool))
-    rows: Any = SimpleNamespace(where=where, weights=lambda _: np.ones(1000))
+    study = SimpleNamespace(known=("coulomb_friction",), scale=BenchScale(turn=1.0 / FORM_THETA))
+    rows: Any = SimpleNamespace(where=where, weights=lambda _: np.ones(1000), study=study)
     score = [float(np.mean(4.5 * np.log1p(r**2 / 9.0))) for r in (calm, moved)]
     fits: list[Any] = [
         SimpleNamespace(residual=r, score=s, names=("speed_limit",), scales=Scales(theta=1.0,
@@ -119,6 +122,33 @@ def test_a_change_below_the_error_of_form_is_no_cause() -> None:
     pool = Pool(worlds=rows, floors=FLOORS, price=PRICE, most=7)
     assert pool.worth(fit, less, "speed_limit") < 1.0
     assert pool.excess(less) < PRICE
+
+
+def test_only_where_something_sticks_is_a_law_that_sticks_expected_to_miss(worlds: Worlds) -> None:
+    """A third of its error of form is enough to name the first dry friction, not the second."""
+    plain, dry = form_of(worlds, ("viscous_friction",)), form_of(worlds, ("coulomb_friction",))
+    assert dry.theta == pytest.approx(FORM_THETA * worlds.study.scale.turn)
+    assert (plain.theta, plain.force) == pytest.approx((dry.theta / LADDER, dry.force / LADDER))
+
+
+def parts(*benches: str) -> list[set[int]]:
+    """Return the parts that the rows of each recording belong to, 60 blocks a recording."""
+    recordings = [replace(log(0), bench=bench) for bench in benches]
+    rows = np.arange(60 * len(benches))
+    where = SimpleNamespace(recording=rows // 60, block=rows)
+    stand_in: Any = SimpleNamespace(study=SimpleNamespace(recordings=recordings), where=where)
+    part = folds(stand_in)
+    return [set(part[rows // 60 == i].tolist()) for i in range(len(benches))]
+
+
+def test_recordings_are_left_out_whole_but_never_all_of_a_bench() -> None:
+    """Numbers of a bench are not guessed from other benches; two recordings are cut in time."""
+    assert parts("finger", "finger", "finger") == [{0}, {1}, {2}]
+    assert parts("finger", "finger") == [{0, 1, 2, 3, 4}] * 2
+    whole = parts("finger", "spring_weak", "finger", "finger", "finger", "finger", "spring_strong")
+    assert [part for part in whole if len(part) > 1] == [{0, 1, 2, 3, 4}] * 2
+    assert sorted(min(part) for part in whole if len(part) == 1) == [0, 1, 2, 3, 4]
+    assert set.intersection(*parts("spring_weak", "spring_weak", "finger", "finger")) == set()
 
 
 def test_a_fit_that_did_not_settle_goes_on(worlds: Worlds) -> None:
@@ -178,9 +208,9 @@ def test_a_breakaway_force_hides_nothing_where_nothing_is_left(worlds: Worlds) -
     ]
     fits = start_fits(worlds, starts, plain, STEP)
     pool.add(fits)
-    pool.renew(fits[0], ())
+    pool.renew(fits[0])
     assert pool.floors == plain
-    pool.renew(fits[1], ())
+    pool.renew(fits[1])
     assert pool.floors.theta > 2.0 * plain.theta
 
 

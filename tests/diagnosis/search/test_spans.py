@@ -12,7 +12,6 @@ from tendon_newton.diagnosis.search.spans import (
     SPAN,
     beginnings,
     deciding,
-    duration,
 )
 from tests.effect_bench import commanded
 
@@ -36,14 +35,14 @@ def test_hours_are_decided_on_minutes_of_every_bench() -> None:
     assert {r.bench for r in chosen} == {r.bench for r in first} == set(benches)
     assert len(chosen) <= MOST_LONG_SPANS
     assert len(first) <= MOST_SPANS
-    assert sum(map(duration, chosen)) <= LONG_SPAN * MOST_LONG_SPANS
-    assert max(map(duration, first)) <= SPAN
+    assert sum(r.duration for r in chosen) <= LONG_SPAN * MOST_LONG_SPANS
+    assert max(r.duration for r in first) <= SPAN
 
 
 def test_one_long_run_keeps_what_it_may() -> None:
     """Ten minutes of one recording: the first four of them decide."""
     (chosen,) = deciding(runs(1, 600.0, "spring_weak"))
-    assert abs(duration(chosen) - LONG_SPAN * MOST_LONG_SPANS) < 0.1
+    assert abs(chosen.duration - LONG_SPAN * MOST_LONG_SPANS) < 0.1
 
 
 def test_the_same_motions_at_each_gain_are_all_looked_at() -> None:

@@ -14,7 +14,7 @@ from tendon_newton.diagnosis.search.refit import Fit, values_of
 
 LOSS = "score lost without it [nat per row]"
 HELD_OUT = "the same on parts left out [nat per row]"
-CHANGE = "larger residuals without it [errors of form of a law]"
+CHANGE = "larger residuals without it [errors of form of that model]"
 IN_RANGE = "numbers at the edge of their ranges"
 ADDED = "score that it would add to the named causes [nat per row]"
 BEHIND = "score by which the best set with it stays behind, causes paid for [nat per row]"

@@ -67,7 +67,6 @@ def find_causes(
         budget: Time after which no further sets are looked for [s].
         log: Told every set that is fitted.
     """
-    known = [effect.name for effect in model.effects]
     until = np.inf if budget is None else time.monotonic() + budget
     chosen = deciding(recordings)
     short = part_of(study, recordings if study.kinematic else beginnings(recordings), model)
@@ -76,16 +75,16 @@ def find_causes(
     worlds, fine_worlds = Worlds(short), Worlds(fine_study)
     pool, fine = (
         Pool(
-            worlds=w, floors=floors_of(w, known), price=price, haste=haste, most=most,
+            worlds=w, floors=floors_of(w, ()), price=price, haste=haste, most=most,
             allows=allows, log=log, until=until,
         )
         for w, haste in ((worlds, HASTE), (fine_worlds, 1.0))
     )  # fmt: skip
     try:
-        fit = find(pool, study.fit_columns(model), names, known, progress)
+        fit = find(pool, study.fit_columns(model), names, progress)
         pool.haste = 1.0
         progress(f"testing {', '.join(fit.names) or 'whether anything is missing'}")
-        fit = settle(pool, fit, names, known)
+        fit = settle(pool, fit, names)
         early = OVER_BUDGET if pool.is_late else None
     except KeyboardInterrupt:
         if frozenset() not in pool.fits:
@@ -95,7 +94,7 @@ def find_causes(
         progress("ending the search; Ctrl-C again ends without an answer")
     progress(f"deciding on {len(chosen)} of {len(recordings)} recordings")
     (baseline,) = transfer(pool, [pool.fits[frozenset()]], fine)
-    decided = decide(pool, fit, fine, known, rng)
+    decided = decide(pool, fit, fine, rng)
     baseline = fine.fits[frozenset()]
     return conclude_search(pool, fine, names, fit, baseline, decided, early)
 

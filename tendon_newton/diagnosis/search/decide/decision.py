@@ -32,7 +32,7 @@ class Decided:
     held_out: dict[str, float]
     """The same on parts that no number has seen."""
     changes: dict[str, float]
-    """How much larger residuals are without each [errors of form of a law]."""
+    """How much larger residuals are without each [errors of form of that model]."""
     probabilities: dict[str, float]
     """Share of draws of blocks of time in which that passes the bar."""
     rivals: dict[str, tuple[Fit, ...]]
@@ -70,16 +70,13 @@ def rivals_of(pool: Pool, fit: Fit, name: str, prices: float = 1.0) -> list[Fit]
     return sorted(near, key=lambda f: f.score)[:FEW_RIVALS]
 
 
-def decide(
-    pool: Pool, fit: Fit, fine: Pool, known: Sequence[str], rng: np.random.Generator
-) -> Decided:
+def decide(pool: Pool, fit: Fit, fine: Pool, rng: np.random.Generator) -> Decided:
     """Put causes found on beginnings to the test on all rows.
 
     Args:
         pool: Sets fitted on the beginnings.
         fit: What was found there.
         fine: Takes the fits of all rows.
-        known: Effects of the starting model.
         rng: Of the draws of blocks.
     """
     less = leave_out(pool, fit)
@@ -87,7 +84,7 @@ def decide(
     sets = {
         frozenset(f.names): f for f in [*less.values(), *(r for rs in close.values() for r in rs)]
     }
-    fine.rescore(floors_of(fine.worlds, (*known, *fit.names)))
+    fine.rescore(floors_of(fine.worlds, fit.names))
     transfer(pool, [fit, *sets.values()], fine)
     best = simplest(fine, fine.best())
     final = prune(fine, best)
@@ -172,6 +169,5 @@ def sharp(pool: Pool) -> Floors:
     return Floors(
         theta=float(np.hypot(noise.theta, form.theta / LADDER**2)),
         force=float(np.hypot(noise.force or 0.0, form.force / LADDER**2)),
-        form=pool.floors.form,
         rest=pool.floors.rest,
     )
