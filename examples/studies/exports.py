@@ -183,21 +183,14 @@ def completed(
         yield row | worth | strays(target, model, runs, ours, row)
 
 
-def lacking(target: str, row: dict[str, Any]) -> bool:
-    """Tell whether a way of running an export has no number in a row; note a refusal there."""
-    if "refused" in row:
-        return False
-    effect = row["effect"]
-    model = model_of(row["bench"], row["actuator"], *([effect] if effect else []))
+def ways_of(target: str, bench: str, actuator: str) -> set[str] | str:
+    """Return in what ways an export of a bench can be run, or why there is none."""
+    model = model_of(bench, actuator)
     with tempfile.TemporaryDirectory() as folder:
-        mechanism = bench_of(row["bench"], model)
         try:
-            exported = EXPORTS[target].write(Path(folder), mechanism, model)
+            return set(EXPORTS[target].write(Path(folder), bench_of(bench, model), model).replays)
         except InvalidModelFile as error:
-            if effect is None:
-                row["refused"] = str(error)
-            return False
-    return not set(exported.replays) <= set(row)
+            return str(error)
 
 
 def main(words: list[str]) -> None:
@@ -209,7 +202,11 @@ def main(words: list[str]) -> None:
         for bench, actuator, effects in cases(target):
             asked = [(bench, actuator, effect) for effect in (None, *effects)]
             rows = [known.setdefault(key, dict(zip(KEYS, key, strict=True))) for key in asked]
-            left = [row for row in rows if lacking(target, row)]
+            ways = ways_of(target, bench, actuator)
+            if isinstance(ways, str):
+                rows[0]["refused"] = ways
+                continue
+            left = [row for row in rows if not ways <= set(row)]
             for row in completed(target, bench, actuator, left) if left else ():
                 known[tuple(row[key] for key in KEYS)] = row
                 print(target, row, flush=True)

@@ -2,10 +2,10 @@
 
 ``python -m examples.studies.policy_export --out DIR`` records a minute on virtual bench 0, fits the
 servo's data sheet and its gear's dry friction to it, exports that model to MuJoCo, and trains
-policies with the same seeds, goals and steps in three simulators. Ours is one, the program of the
-export another, and its `model.xml` alone the third. All policies then climb the stairs on the same
-virtual benches. What is finished is not done again. ``policy_export.json`` and
-``policy_export.png`` have the figures, and ``climbs/transfer.md`` the table.
+policies with the same seeds, goals and steps in our simulator and in plain MuJoCo, which has the
+export's `model.xml` alone. All policies then climb the stairs on the same virtual benches. What is
+finished is not done again. ``policy_export.json`` and ``policy_export.png`` have the figures, and
+``climbs/transfer.md`` the table. ``--ways program`` trains on the export's program, for some hours.
 
 The friction is the one cause that MJCF has a number for. A diagnosis of so short a recording names
 no cause.
@@ -37,7 +37,7 @@ from train.policy.runs.export import export_policy
 from train.policy.runs.training import train_policy
 from train.reproduction.physical import refit
 
-STEPS = {"ours": 2.0e-3, "program": 2.0e-3, "file": 1.0e-3}
+STEPS = {"ours": 2.0e-3, "program": 5.0e-4, "file": 1.0e-3}
 """Step of each simulator [s]."""
 RECORD = "collect --plan quick --port virtual --seed 0 --faster-than-real-time"
 MODEL, EXPORT = "model.toml", "export"
@@ -48,7 +48,7 @@ def main() -> None:
     """Prepare, train, climb, and write the figures."""
     words = argparse.ArgumentParser(description=__doc__)
     words.add_argument("--out", type=Path, required=True)
-    words.add_argument("--ways", nargs="+", default=list(STEPS))
+    words.add_argument("--ways", nargs="+", choices=STEPS, default=["ours", "file"])
     words.add_argument("--seeds", nargs="+", type=int, default=[0, 1, 2])
     words.add_argument("--units", nargs="+", type=int, default=[0, 1, 2, 3, 4])
     words.add_argument("--iterations", type=int, default=200)
