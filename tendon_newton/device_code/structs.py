@@ -70,6 +70,8 @@ class Tendon:
     """Angle asked for [rad], or what was measured [N] where no command is known."""
     error: real
     """Command less the angle that the servo acts on [rad]."""
+    motor_force: Jet
+    """What the motor gives before friction [N]."""
     tension: real
     """Tension at the load cell [N]."""
     nominal_radius: real

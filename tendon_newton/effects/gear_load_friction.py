@@ -3,29 +3,29 @@
 from __future__ import annotations
 
 from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Jet, Values, real
+from tendon_newton.device_code.placeholders import Jet, Values
 from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
+from tendon_newton.effects.loaded_gear import gear_loaded
 
 
 class GearLoadFriction(Effect):
     r"""Friction in proportion to the torque between motor and load, which is that of both together.
 
-    .. math:: F = F_m - K\,|F_m + F|\,s \ \Rightarrow\
-        F = F_m\,\frac{1 - K s'}{1 + K s'}, \qquad s' = s \operatorname{sign} F_m
+    .. math:: F = F_m - C s - K\,|F_m + F|\,s \ \Rightarrow\
+        F = \frac{(1 - K s')\,F_m - C s}{1 + K s'}, \qquad s' = s \operatorname{sign}(F_m + F)
 
-    A motor that winds in gives :math:`F_m (1 - K) / (1 + K)` to the tendon, and holds
-    :math:`F_m (1 + K) / (1 - K)` while it is driven backwards.
+    C is all other friction. Without it a motor that winds in gives :math:`F_m (1 - K) / (1 + K)` to
+    the tendon, and holds :math:`F_m (1 + K) / (1 - K)` while it is driven backwards.
 
     Source: Duclusaud et al., Extended Friction Models for the Physics Simulation of Servo
     Actuators (2025), model M3: K |tau_external - tau_motor|, where the load's torque opposes the
     motor's.
     Validity: gears that can be driven backwards. Their program takes gravity's torque for the
-    load's, here it is the whole output's: the same at constant speed. Beside dry friction C, F_m
-    is what C leaves, and the two act one after the other. Their program adds both up, which takes
-    K C / (1 + K) more of a motor that winds in. The sum would bend where F_m + F = 0, inside the
-    range in which a string pulls. A rotor needs a friction that is linear there.
+    load's, here it is the whole output's: the same at constant speed. Behind a string F_m + F
+    counts as pulling, so that friction is linear there. That is wrong only where a motor is driven
+    out by less than half of C, by 2 K C at most.
     Signature: that of load_dependent_friction with 2 K / (1 + K^2) for a motor that is weaker by
     (1 - K^2) / (1 + K^2).
     Confused with: load_dependent_friction, wherever the motor's gain is not known.
@@ -49,8 +49,5 @@ class GearLoadFriction(Effect):
     @staticmethod
     @device_template
     def tension(force: Jet, tendon: Tendon, values: Values) -> Jet:
-        """F = F_m (1 - K s') / (1 + K s')."""
-        opposing = values[0] * tendon.direction
-        if force[0] < real(0.0):
-            opposing = -opposing
-        return force * ((real(1.0) - opposing) / (real(1.0) + opposing))
+        """F = ((1 - K s') F_m - C s) / (1 + K s')."""
+        return gear_loaded(force, values[0], tendon)

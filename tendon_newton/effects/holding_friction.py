@@ -7,6 +7,7 @@ from tendon_newton.device_code.placeholders import Jet, Values, real
 from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
+from tendon_newton.effects.loaded_gear import load_side
 
 
 class HoldingFriction(Effect):
@@ -43,6 +44,6 @@ class HoldingFriction(Effect):
     def tension(force: Jet, tendon: Tendon, values: Values) -> Jet:
         """F = F_m / (1 - share) against a motion that the load drives."""
         out = force
-        if force[0] * tendon.direction < real(0.0):
+        if load_side(force[0], tendon) < real(0.0):
             out = force * (real(1.0) / (real(1.0) - values[0]))
         return out

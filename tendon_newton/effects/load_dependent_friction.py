@@ -7,6 +7,7 @@ from tendon_newton.device_code.placeholders import Jet, Values, real
 from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
+from tendon_newton.effects.loaded_gear import load_side
 
 
 class LoadDependentFriction(Effect):
@@ -42,7 +43,5 @@ class LoadDependentFriction(Effect):
     @device_template
     def tension(force: Jet, tendon: Tendon, values: Values) -> Jet:
         """F = F_m / (1 + mu s sign F_m)."""
-        opposing = values[0] * tendon.direction
-        if force[0] < real(0.0):
-            opposing = -opposing
+        opposing = values[0] * load_side(force[0], tendon)
         return force * (real(1.0) / (real(1.0) + opposing))

@@ -5,10 +5,11 @@ from __future__ import annotations
 import warp as wp
 
 from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Jet, Values, real
+from tendon_newton.device_code.placeholders import Jet, Values
 from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
+from tendon_newton.effects.loaded_gear import gear_loaded
 
 
 class LoadStribeckFriction(Effect):
@@ -62,12 +63,9 @@ class LoadStribeckFriction(Effect):
     @staticmethod
     @device_template
     def tension(force: Jet, tendon: Tendon, values: Values) -> Jet:
-        """F = F_m (1 - K(v) s') / (1 + K(v) s')."""
+        """F = ((1 - K(v) s') F_m - C s) / (1 + K(v) s')."""
         coefficient = values[0]
         if values[1] != values[0]:
             share = tendon.velocity / (tendon.spool_radius * values[2])
             coefficient = coefficient + (values[1] - values[0]) * wp.exp(-share * share)
-        opposing = coefficient * tendon.direction
-        if force[0] < real(0.0):
-            opposing = -opposing
-        return force * ((real(1.0) - opposing) / (real(1.0) + opposing))
+        return gear_loaded(force, coefficient, tendon)

@@ -13,8 +13,10 @@ from tendon_newton.identification.objective import Scales, loss_terms, loss_weig
 
 DAMPINGS = (1.0e-3, 0.1, 3.0)
 """Marquardt factors that are tried side by side."""
-STEP_SHARE = 0.01
-"""Finite-difference step as a share of a coordinate, and of a typical size besides."""
+STRIDE, SHORT_STRIDE, SHORTER = 0.1, 0.02, 0.2
+"""Step of a finite difference as a share of a coordinate, and of a typical size besides: at first,
+at least, and a stride's share of the one before where that led no further. Where something sticks,
+short differences say where it happened to stop: they are taken over the length of the last step."""
 FIRST_SHARE, LAST_SHARE = 1.0, 0.98
 """Share of the residuals whose size is a fit's scale, at first and then: what acts at times must be
 seen before rows at a jump are left out."""
@@ -42,6 +44,8 @@ class Fit:
     """Negative log likelihood per row [nat], see `Worlds.score`."""
     scales: Scales
     """Most likely scale of each signal."""
+    stride: Array
+    """Steps of the next finite differences, as shares of the coordinates, shape (F,)."""
     settled: bool = False
     """Whether no further step would lower its loss at these floors."""
 
@@ -62,8 +66,18 @@ def start_fits(
     starts: Sequence[tuple[tuple[str, ...], Mapping[int, float]]],
     floors: Floors,
     time_step: float,
+    *,
+    stride: float = STRIDE,
 ) -> list[Fit]:
-    """Evaluate sets of causes at given values, column -> value."""
+    """Evaluate sets of causes at given values, column -> value.
+
+    Args:
+        worlds: Simulates candidates.
+        starts: Names of causes, and the values of all free numbers.
+        floors: Least scale of each signal.
+        time_step: Of the simulation [s].
+        stride: Of the first finite differences; short where a start is near its optimum.
+    """
     if not starts:
         return []
     residuals = worlds.residuals([values for _, values in starts], time_step)
@@ -82,6 +96,7 @@ def start_fits(
                 time_step=time_step,
                 score=float(score.value[n]),
                 scales=Scales(theta=float(score.theta[n]), force=float(score.force[n])),
+                stride=np.full(len(columns), stride),
             )
         )
     return out
@@ -140,12 +155,22 @@ def refit(
             losses = [mean_loss(f.residual, units[k]) for f in span]
             before = mean_loss(current[i].residual, units[k])
             best = int(np.argmin(losses))
-            active[i] = losses[best] < before - tolerance or step < coarse
+            is_long = jacobians is None and bool(np.any(current[i].stride > SHORT_STRIDE))
+            active[i] = losses[best] < before - tolerance or step < coarse or is_long
             if losses[best] < before:
-                current[i] = span[best]
+                current[i] = replace(span[best], stride=next_stride(current[i], span[best]))
+            else:
+                stride = np.maximum(SHORT_STRIDE, SHORTER * current[i].stride)
+                current[i] = replace(current[i], stride=stride)
             if not active[i] and rows is None:
                 current[i] = replace(current[i], settled=True)
     return current
+
+
+def next_stride(before: Fit, after: Fit) -> Array:
+    """Return the strides of differences that are as long as a step was, within bounds."""
+    moved = np.abs(after.place - before.place) / (1.0 + np.abs(after.place))
+    return np.clip(moved, np.maximum(SHORT_STRIDE, SHORTER * before.stride), STRIDE)
 
 
 def mean_loss(residual: Array, unit: Array) -> float:
@@ -177,13 +202,15 @@ def trimmed_size(residual: Array, share: float) -> float:
 def linearise(worlds: Worlds, fits: Sequence[Fit]) -> list[Array]:
     """Return the derivatives of fits' residuals by their coordinates, shape (M, F) each.
 
+    They are differences over each fit's own strides.
+
     Their simulation step is `ROUGH_STEP` at least: differences need not be finer.
     """
     models, steps = [], []
     for fit in fits:
         _, high = bounds_of(worlds, fit.columns)
         for f in range(len(fit.columns)):
-            step = STEP_SHARE * (1.0 + abs(fit.place[f]))
+            step = fit.stride[f] * (1.0 + abs(fit.place[f]))
             step = -step if fit.place[f] + step > high[f] else step
             moved = fit.place.copy()
             moved[f] += step

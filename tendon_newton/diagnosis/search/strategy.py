@@ -11,10 +11,12 @@ from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.refit import (
     ROUGH_STEP,
+    SHORT_STRIDE,
     Fit,
     refit,
     rescored,
     start_fits,
+    values_of,
     without,
 )
 from tendon_newton.diagnosis.search.starts import Start, new_starts, wider_starts
@@ -51,14 +53,19 @@ def find(
         pool.worlds, [((), {c: study.base_value(c) for c in fit_columns})], pool.floors, ROUGH_STEP
     )
     pool.add(refit(pool.worlds, start, pool.floors, iterations=8))
+    return grow(pool, names, progress)
+
+
+def grow(pool: Pool, names: Sequence[str], progress: Callable[[str], None]) -> Fit:
+    """Add causes to the best set of a pool as long as something is left."""
     current = pool.best()
     for step in range(ROUNDS):
         pool.log(f"round {step}: {pool.describe(current)}; {pool.worlds.count} simulated")
         if pool.excess(current) < pool.price or pool.is_late:
             break
-        if step:
+        if current.names:
             progress(f"so far {', '.join(current.names)}")
-        add_sets(pool, current, names, first=step == 0)
+        add_sets(pool, current, names, first=not current.names)
         before, current = current, pool.best()
         if current is before:
             break
@@ -66,6 +73,35 @@ def find(
         pool.renew(current)
         current = pool.best()
     return current
+
+
+def go_on_all_rows(
+    pool: Pool, fit: Fit, whole: Pool, names: Sequence[str], progress: Callable[[str], None]
+) -> bool:
+    """Look further on all rows where they show what their beginnings did not.
+
+    Args:
+        pool: Sets fitted on the beginnings.
+        fit: What was found there.
+        whole: Takes fits of all rows.
+        names: Effects that may be named.
+        progress: Told what stands so far.
+
+    Returns:
+        Whether that was so.
+    """
+    is_more = whole.worlds.where.block_count > pool.worlds.where.block_count
+    if not is_more or pool.excess(fit) >= pool.price or pool.is_late:
+        return False
+    starts = [(f.names, values_of(pool.worlds, f.columns, f.place))
+              for f in {f.names: f for f in (pool.fits[frozenset()], fit)}.values()]  # fmt: skip
+    whole.floors = floors_of(whole.worlds, fit.names)
+    found = start_fits(whole.worlds, starts, whole.floors, ROUGH_STEP, stride=SHORT_STRIDE)
+    whole.add(refit(whole.worlds, found, whole.floors, iterations=2, coarse=0))
+    if whole.excess(whole.best()) < whole.price:
+        return False
+    grow(whole, names, progress)
+    return True
 
 
 def add_sets(pool: Pool, current: Fit, names: Sequence[str], *, first: bool) -> None:
@@ -113,7 +149,9 @@ def shed(pool: Pool, fit: Fit) -> Fit:
     """
     while fit.names:
         without_each = [without(fit, name, pool.worlds) for name in fit.names]
-        less = start_fits(pool.worlds, without_each, pool.floors, fit.time_step)
+        less = start_fits(
+            pool.worlds, without_each, pool.floors, fit.time_step, stride=SHORT_STRIDE
+        )
         worths = {n: f.score - fit.score - pool.haste * pool.bar(n)
                   for n, f in zip(fit.names, less, strict=True)}  # fmt: skip
         name = min(worths, key=lambda n: worths[n])

@@ -124,6 +124,8 @@ class Servo:
             inverse_radius=1.0 / self.radius,
             angle_rate=Jet(velocity, 0.0, 1.0) * (1.0 / self.radius),
             force_limit=self.limit,
+            least_tension=self.least,
+            motor_force=Jet(0.0),
             error=0.0,
             tension=0.0,
             carried=now.carried,
@@ -170,7 +172,7 @@ class Servo:
         angle, motor = self.motor_flow(tendon)
         tendon.error = tendon.command - angle[0]
         outrun = side * tendon.direction > 1.5
-        stages, memory = self.stages, self.memory
+        stages = self.stages
         if self.rotor:
             probe = max(motor[0], PULLING) if self.least == 0.0 else motor[0]
             if now.carried != 0.0:
@@ -185,18 +187,22 @@ class Servo:
             slope = guide[1] * tension[1] + guide[2]
             pull = Jet(guide[0], slope, guide[1] * tension[2])
             return Flow(angle, motor, tension, pull, gain, guide[1] * gain)
-        tension = staged(motor, stages["tension"], tendon, memory=memory)
+        tension = self.after_gear(motor, tendon)
         if outrun:
             tension = Jet(-self.holding * tendon.direction)
         if tension[0] < self.least:
             tension = Jet(self.least)
         return Flow(angle, motor, tension, staged(tension, stages["transmission"], tendon))
 
+    def after_gear(self, force: Jet, tendon: Any) -> Jet:
+        """Return what friction leaves of a motor's force [N]."""
+        tendon.motor_force = force
+        return staged(force, self.stages["tension"], tendon, memory=self.memory)
+
     def gear_line(self, force: float, tendon: Any) -> Jet:
         """Return what gear friction leaves of a force [N], its slope [1], its slope by v."""
-        pieces, memory = self.stages["tension"], self.memory
-        here = staged(Jet(force), pieces, tendon, memory=memory)
-        ahead = staged(Jet(force, 1.0), pieces, tendon, memory=memory)
+        here = self.after_gear(Jet(force), tendon)
+        ahead = self.after_gear(Jet(force, 1.0), tendon)
         return Jet(here[0], ahead[1] - here[1], here[2])
 
     def guide_line(self, tension: float, tendon: Any) -> Jet:

@@ -136,7 +136,7 @@ def tendon_flow(tendon: Tendon, p: ParameterVector) -> Flow:
     if wp.static(HAS_ROTOR):
         flow = rotor_flow(flow, acting, p)
     else:
-        flow.tension = tension_effects(flow.motor_force, acting, p)
+        flow.tension = after_gear(flow.motor_force, acting, p)
         flow.slack = tendon.slack
         if tendon.side * tendon.direction > real(1.5):
             flow.tension = Jet(-real(HELD) * tendon.direction, real(0.0), real(0.0))
@@ -187,10 +187,18 @@ def force_of_duty(duty: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
 
 
 @device_template
+def after_gear(force: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
+    """Return what friction leaves of a motor's force [N]."""
+    driven = tendon
+    driven.motor_force = force
+    return tension_effects(force, driven, p)
+
+
+@device_template
 def gear_line(force: real, tendon: Tendon, p: ParameterVector) -> Jet:
     """Return what gear friction leaves of a force [N], its slope [1], its slope by v [N s/m]."""
-    here = tension_effects(Jet(force, real(0.0), real(0.0)), tendon, p)
-    ahead = tension_effects(Jet(force, real(1.0), real(0.0)), tendon, p)
+    here = after_gear(Jet(force, real(0.0), real(0.0)), tendon, p)
+    ahead = after_gear(Jet(force, real(1.0), real(0.0)), tendon, p)
     return Jet(here[0], ahead[1] - here[1], here[2])
 
 

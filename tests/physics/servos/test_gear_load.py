@@ -141,12 +141,11 @@ def test_breakaway_at_the_sliding_share_is_the_gear_s_law() -> None:
     np.testing.assert_allclose(gear["theta"], same["theta"], atol=1e-12)
 
 
-def test_a_gear_beside_dry_friction_takes_what_that_leaves() -> None:
-    """F = (F_m - C s) (1 - K s) / (1 + K s) while it slides, either way."""
+def test_a_gear_beside_dry_friction_adds_to_it() -> None:
+    """F = F_m - s (C + K |F_m + F|) while it slides, either way, driving and driven."""
     values = {"coulomb_friction": {"force": 0.6}, "gear_load_friction": {"coefficient": 0.2}}
-    cases = [(motor, sign) for motor in (-5.0, 2.0, 9.0) for sign in (1.0, -1.0)]
+    cases = [(motor, sign) for motor in (-5.0, 0.1, 2.0, 9.0) for sign in (1.0, -1.0)]
     out = simulated([shaft(motor, speed=sign) for motor, sign in cases], values)
     for (motor, sign), trajectory in zip(cases, out, strict=True):
-        left = motor - 0.6 * sign
-        lost = 0.2 * sign * np.sign(left)
-        assert trajectory.force[0, 0] == pytest.approx(left * (1 - lost) / (1 + lost), rel=1e-9)
+        force = trajectory.force[0, 0]
+        assert force == pytest.approx(motor - sign * (0.6 + 0.2 * abs(motor + force)), rel=1e-9)

@@ -26,7 +26,7 @@ from tendon_newton.diagnosis.search.pool import Allows, Pool
 from tendon_newton.diagnosis.search.prune import settle
 from tendon_newton.diagnosis.search.refit import Fit
 from tendon_newton.diagnosis.search.spans import beginnings, deciding
-from tendon_newton.diagnosis.search.strategy import find
+from tendon_newton.diagnosis.search.strategy import find, go_on_all_rows
 from tendon_newton.diagnosis.search.worlds import Worlds
 from tendon_newton.identification.study import Study
 
@@ -73,28 +73,33 @@ def find_causes(
     is_all = all(own is other for own, other in zip(chosen, recordings, strict=False))
     fine_study = study if is_all else part_of(study, chosen, model)
     worlds, fine_worlds = Worlds(short), Worlds(fine_study)
-    pool, fine = (
+    pool, whole, fine = (
         Pool(
             worlds=w, floors=floors_of(w, ()), price=price, haste=haste, most=most,
             allows=allows, log=log, until=until,
         )
-        for w, haste in ((worlds, HASTE), (fine_worlds, 1.0))
+        for w, haste in ((worlds, HASTE), (fine_worlds, HASTE), (fine_worlds, 1.0))
     )  # fmt: skip
     try:
         fit = find(pool, study.fit_columns(model), names, progress)
         pool.haste = 1.0
         progress(f"testing {', '.join(fit.names) or 'whether anything is missing'}")
         fit = settle(pool, fit, names)
+        searched = pool
+        if go_on_all_rows(pool, fit, whole, names, progress):
+            searched, whole.haste = whole, 1.0
+            fit = settle(whole, whole.best(), names)
+            pool.added = whole.added
         early = OVER_BUDGET if pool.is_late else None
     except KeyboardInterrupt:
         if frozenset() not in pool.fits:
             raise
         early = STOPPED
-        fit = pool.best()
+        searched, fit = pool, pool.best()
         progress("ending the search; Ctrl-C again ends without an answer")
     progress(f"deciding on {len(chosen)} of {len(recordings)} recordings")
     (baseline,) = transfer(pool, [pool.fits[frozenset()]], fine)
-    decided = decide(pool, fit, fine, rng)
+    decided = decide(searched, fit, fine, rng)
     baseline = fine.fits[frozenset()]
     return conclude_search(pool, fine, names, fit, baseline, decided, early)
 

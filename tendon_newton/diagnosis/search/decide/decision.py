@@ -13,7 +13,13 @@ from tendon_newton.diagnosis.search.floors import floors_of, form_scales
 from tendon_newton.diagnosis.search.held_out_gain import by_block, held_out_terms, terms
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.prune import CLEAR, FAR, leave_out, prune, simplest
-from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, values_of
+from tendon_newton.diagnosis.search.refit import (
+    SHORT_STRIDE,
+    Fit,
+    refit,
+    start_fits,
+    values_of,
+)
 from tendon_newton.diagnosis.search.worlds import Floors
 
 SURE = 3.0
@@ -48,7 +54,8 @@ def transfer(pool: Pool, fits: Sequence[Fit], fine: Pool) -> list[Fit]:
     Those that are far worse than the first there are left as they are.
     """
     starts = [(f.names, values_of(pool.worlds, f.columns, f.place)) for f in fits]
-    found = start_fits(fine.worlds, starts, fine.floors, fine.worlds.study.time_step)
+    step = fine.worlds.study.time_step
+    found = start_fits(fine.worlds, starts, fine.floors, step, stride=SHORT_STRIDE)
     found[:1] = refit(fine.worlds, found[:1], fine.floors, iterations=2, coarse=0)
     worst = found[0].score + FAR * fine.price
     near = [i for i, f in enumerate(found[1:], start=1) if f.score < worst]

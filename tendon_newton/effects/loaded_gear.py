@@ -1,0 +1,38 @@
+"""Friction of a gear under load: which way it acts, and what it takes."""
+
+from __future__ import annotations
+
+from tendon_newton.device_code.placeholders import Jet, real
+from tendon_newton.device_code.structs import Tendon
+from tendon_newton.device_code.templates import device_template
+
+
+@device_template
+def load_side(outcome: real, tendon: Tendon) -> real:
+    """Return +1 where the motor drives its load, and -1 where the load drives the motor.
+
+    A string pulls, whatever is left of the motor's force. A shaft is loaded by what it is known to
+    carry, or else on the side of the outcome [N].
+    """
+    side = tendon.direction
+    if tendon.least_tension != real(0.0):
+        load = outcome
+        if tendon.carried != real(0.0):
+            load = tendon.carried
+        if load < real(0.0):
+            side = -side
+    return side
+
+
+@device_template
+def gear_loaded(force: Jet, coefficient: real, tendon: Tendon) -> Jet:
+    """Return what is left of a motor's force F_m by friction K |F_m + F| beside all other [N].
+
+    Args:
+        force: What the other friction leaves of F_m [N].
+        coefficient: K [1].
+        tendon: Says F_m, and where it slides.
+    """
+    motor = tendon.motor_force
+    opposing = coefficient * load_side(force[0] + motor[0], tendon)
+    return (force - motor * opposing) * (real(1.0) / (real(1.0) + opposing))
