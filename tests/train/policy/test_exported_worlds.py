@@ -21,7 +21,7 @@ STEPS = {"file": 5.0e-4, "program": 2.0e-4}  # s
 
 @pytest.mark.parametrize("way", STEPS)
 def test_an_exported_bench_is_a_training_s_finger(way: str, tmp_path: Path) -> None:
-    """Under the same actions it moves as ours does, to an encoder count (RMS), through a reset too."""
+    """Under the same actions it moves as ours does, to an encoder count RMS, through resets."""
     model = model_of("finger", "pwm_servo", "coulomb_friction")
     mechanism = bench_of("finger", model)
     EXPORTS["mujoco"].write(tmp_path, mechanism, model)
