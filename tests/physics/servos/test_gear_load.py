@@ -21,6 +21,7 @@ from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
 from tendon_newton.effects import EFFECTS
 from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.simulation.hosts.replay import replay
 from tendon_newton.simulation.hosts.rollout import Rollout, Trajectory
 from tests.effect_bench import GAIN, Chosen, commanded, run, simulate
 from tests.physics.runs import run_of
@@ -149,3 +150,33 @@ def test_a_gear_beside_dry_friction_adds_to_it() -> None:
     for (motor, sign), trajectory in zip(cases, out, strict=True):
         force = trajectory.force[0, 0]
         assert force == pytest.approx(motor - sign * (0.6 + 0.2 * abs(motor + force)), rel=1e-9)
+
+
+def test_a_rotor_s_gear_carries_a_string_that_pulls_however_little() -> None:
+    """F_m = C + (1 + mu) F while a slow ramp winds in against less than dry friction takes."""
+    constant, resistance, supply, radius, dry, share = 1.43, 15.0, 9.0, 0.0125, 1.2, 0.3
+    servo = {
+        "duty_per_rad": 0.1,
+        "max_duty": 0.2,
+        "supply_voltage": supply,
+        "torque_constant": constant,
+        "resistance": resistance,
+        "armature": 0.0025,
+        "spool_radius": radius,
+    }
+    chosen = {
+        "coulomb_friction": {"force": dry},
+        "load_dependent_friction": {"coefficient": share},
+        "tendon_compliance": {"stiffness": 1.0e4},
+    }
+    effects = tuple(NamedValues(name=name, values=values) for name, values in chosen.items())
+    model = Model(actuator=NamedValues(name="pwm_servo", values=servo), effects=effects)
+    (out,) = replay([run_of(0.3 * np.arange(240) / 80.0, bench="spring_weak")], model)
+    error = 0.3 * out.time[:-1] - out.motor_position[1:, 0]  # of the command until then
+    emf = constant * out.motor_velocity[1:, 0]
+    motor = constant / (resistance * radius) * (supply * 0.1 * error - emf)
+    slow = (out.time[1:] > 1.5) & (out.motor_velocity[1:, 0] > 0.02)
+    tension = out.force[1:, 0]
+    assert np.count_nonzero(slow) > 40
+    assert 0.05 < tension[slow].min() < tension[slow].max() < dry
+    np.testing.assert_allclose(motor[slow], dry + (1.0 + share) * tension[slow], atol=0.02)
