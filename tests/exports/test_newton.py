@@ -14,8 +14,9 @@ from newton.actuators import (
     parse_actuator_prim,
 )
 
-from examples.studies.exports import PWM, model_of
+from examples.studies.exports import PWM, TYPICAL, model_of
 from tendon_newton.errors import InvalidModelFile
+from tendon_newton.exports.departure import standard_runs
 from tendon_newton.exports.newton.path import path_of
 from tendon_newton.exports.newton.plain import PlainBench, targets
 from tendon_newton.exports.newton.target import (
@@ -51,7 +52,6 @@ WAYS = 3.0e-5  # m: a hundredth of the thumb's excursion, a fifth of what a spoo
     [
         ("finger", "ideal", SERVO_SIDE),
         ("finger", "pwm_servo", ROTOR_SIDE),
-        ("finger", "pwm_servo", ("coulomb_friction",)),  # a jump turns a spool that rests round
         ("spring_weak", "pwm_servo", ()),
         ("thumb", "ideal", ()),
         ("pendulum", "pwm_servo", ("gear_load_friction",)),
@@ -65,6 +65,19 @@ def test_the_drive_moves_a_bench_in_newton_as_our_simulation_does(
     found = strays(tmp_path, "newton", PROGRAM_FILE, bench, actuator, *effects)
     assert found.angle < ANGLE
     assert found.force < FORCE
+
+
+def test_a_jump_turns_a_spool_that_rests_round_at_once(tmp_path: Path) -> None:
+    """The cell reads friction on the side on which the spool then slides, in the very row."""
+    model = model_of("finger", "pwm_servo", "coulomb_friction")
+    mechanism = bench_of("finger", model)
+    (standard,) = standard_runs(mechanism, PWM["spool_radius"])
+    assert standard.command is not None
+    run = run_of(standard.command[:81])  # the last row is a jump down
+    exported = write_newton_target(tmp_path, mechanism, model)
+    found, (ours,) = exported.replays[PROGRAM_FILE](run), replay([run], model)
+    sides = 2.0 * TYPICAL["coulomb_friction"]["force"]  # N between sliding in and out
+    assert found.force[-1, 0] == pytest.approx(ours.force[-1, 0], abs=0.1 * sides)
 
 
 def test_nothing_pulls_inside_a_gap(tmp_path: Path) -> None:
