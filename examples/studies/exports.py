@@ -3,7 +3,8 @@
     python -m examples.studies.exports [mujoco ...]
 
 Effects have a number that shows, the standard commands of an export, and our own solver at steps of
-50 us as the truth. The results go to exports.json beside this file; docs/export.md shows them.
+50 us as the truth. The results go to exports.json beside this file; docs/export.md shows them. What
+stands there is not run again: take numbers out after a change of the exports.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from __future__ import annotations
 import json
 import sys
 import tempfile
+from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +22,7 @@ from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
 from tendon_newton.device_code.quiet import quiet_warp
 from tendon_newton.effects import EFFECTS
+from tendon_newton.errors import InvalidModelFile
 from tendon_newton.exports import EXPORTS
 from tendon_newton.exports.departure import Departure, departure, replayed, standard_runs
 from tendon_newton.simulation.hosts.replay import bench_of, rollout_of
@@ -42,6 +45,8 @@ PWM = {
 }
 LEARNED = {"file": str(NETWORK), "spool_radius": 0.0125}
 SHAFT = {**PWM, "spool_radius": 1.0, "armature": 0.002}
+KEYS = ("bench", "actuator", "effect")
+"""What names a row of the results."""
 BENCHES = ("finger", "spring_weak", "spring_strong", "thumb", "pendulum")
 TYPICAL: dict[str, dict[str, float]] = {
     "command_delay": {"delay": 0.03},
@@ -131,16 +136,21 @@ def truths(
 
 
 def strays(
-    target: str, model: Model, runs: list[Recording], ours: list[Trajectory]
+    target: str,
+    model: Model,
+    runs: list[Recording],
+    ours: list[Trajectory],
+    known: Collection[str] = (),
 ) -> dict[str, list[float]]:
-    """Return how far each way of running an export strays [mrad, N]."""
+    """Return how far each way of running an export strays [mrad, N], but for those known."""
     mechanism = bench_of(runs[0].bench, model)
     out = {}
     with tempfile.TemporaryDirectory() as folder:
         exported = EXPORTS[target].write(Path(folder), mechanism, model)
         for way in exported.replays:
-            theirs = replayed(EXPORTS[target], exported, way, model, runs)
-            out[way] = in_units(departure(mechanism, theirs, ours))
+            if way not in known:
+                theirs = replayed(EXPORTS[target], exported, way, model, runs)
+                out[way] = in_units(departure(mechanism, theirs, ours))
     return out
 
 
@@ -149,27 +159,65 @@ def in_units(found: Departure) -> list[float]:
     return [round(1e3 * found.angle, 4), round(found.force, 5)]
 
 
+def completed(
+    target: str, bench: str, actuator: str, rows: list[dict[str, Any]]
+) -> Iterator[dict[str, Any]]:
+    """Yield rows of one bench and actuator with the numbers that they lack.
+
+    Args:
+        target: Where models go.
+        bench: Name of the bench.
+        actuator: A key of `ACTUATORS`.
+        rows: What is known: one row for each effect alone, None for the actuator without any.
+    """
+    plain = model_of(bench, actuator)
+    mechanism = bench_of(bench, plain)
+    runs = standard_runs(mechanism, spool_radius_of(plain))
+    named = tuple(row["effect"] for row in rows if row["effect"] is not None)
+    unaffected, *affected = truths(bench, actuator, named, runs)
+    truth = {None: unaffected, **dict(zip(named, affected, strict=True))}
+    for row in rows:
+        effect, ours = row["effect"], truth[row["effect"]]
+        model = plain if effect is None else model_of(bench, actuator, effect)
+        worth = {"worth": in_units(departure(mechanism, unaffected, ours))} if effect else {}
+        yield row | worth | strays(target, model, runs, ours, row)
+
+
+def ways_of(target: str, bench: str, actuator: str) -> set[str] | str:
+    """Return in what ways an export of a bench can be run, or why there is none."""
+    model = model_of(bench, actuator)
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            return set(EXPORTS[target].write(Path(folder), bench_of(bench, model), model).replays)
+        except InvalidModelFile as error:
+            return str(error)
+
+
 def main(words: list[str]) -> None:
-    """Run the cases of some targets and keep the numbers."""
+    """Run the cases of some targets that have no numbers yet, and keep what comes."""
     quiet_warp()
     kept = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.exists() else {}
     for target in words or list(EXPORTS):
-        rows: list[dict[str, Any]] = []
+        known = {tuple(row[key] for key in KEYS): row for row in kept.get(target, [])}
         for bench, actuator, effects in cases(target):
-            plain = model_of(bench, actuator)
-            mechanism = bench_of(bench, plain)
-            runs = standard_runs(mechanism, spool_radius_of(plain))
-            known = truths(bench, actuator, effects, runs)
-            for effect, ours in zip((None, *effects), known, strict=True):
-                model = plain if effect is None else model_of(bench, actuator, effect)
-                row: dict[str, Any] = {"bench": bench, "actuator": actuator, "effect": effect}
-                if effect is not None:
-                    row["worth"] = in_units(departure(mechanism, known[0], ours))
-                row |= strays(target, model, runs, ours)
-                rows.append(row)
+            asked = [(bench, actuator, effect) for effect in (None, *effects)]
+            rows = [known.setdefault(key, dict(zip(KEYS, key, strict=True))) for key in asked]
+            ways = ways_of(target, bench, actuator)
+            if isinstance(ways, str):
+                rows[0]["refused"] = ways
+                continue
+            left = [row for row in rows if not ways <= set(row)]
+            for row in completed(target, bench, actuator, left) if left else ():
+                known[tuple(row[key] for key in KEYS)] = row
                 print(target, row, flush=True)
-                kept[target] = rows
-                RESULTS.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
+                keep(kept, target, known.values())
+        keep(kept, target, known.values())
+
+
+def keep(kept: dict[str, Any], target: str, rows: Iterable[dict[str, Any]]) -> None:
+    """Write what is known of a target beside what is known of others."""
+    kept[target] = [row for row in rows if len(row) > len(KEYS)]
+    RESULTS.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -19,8 +19,9 @@ class CompareConfig:
     model: Annotated[Path, tyro.conf.Positional]
     """Model file, or a diagnosis: its folder or its diagnosis.json."""
     simulators: tuple[str, ...] = ("newton", "mujoco", "mjcf")
-    """Others than ours: newton (SolverMuJoCo), mujoco (an export's program), mjcf (its file alone),
-    bam (where Rhoban/bam is installed)."""
+    """Others than ours. Exports are run by newton (its drive), prims (Newton's own alone), mujoco
+    (its program), mjcf (its file alone), and bam where Rhoban/bam is installed; solver_mujoco is
+    Newton's SolverMuJoCo under our own servo."""
     out: Path = Path("comparison")
     """Folder for picture and table; made if it is not there."""
     bench: str | None = None

@@ -50,18 +50,22 @@ def exported_run(
     return run
 
 
-def newton_run(mechanism: Mechanism, model: Model, runs: Sequence[Recording]) -> list[Trajectory]:
+def solver_run(mechanism: Mechanism, model: Model, runs: Sequence[Recording]) -> list[Trajectory]:
     """Run recordings with Newton's SolverMuJoCo."""
     return MujocoSimulator().simulate(runs, model)
 
 
 COMPARED: dict[str, Callable[[Mechanism, Model, Sequence[Recording]], list[Trajectory]]] = {
-    "newton": newton_run,
+    "solver_mujoco": solver_run,
     "mujoco": exported_run("mujoco", "tendon_step.py"),
     "mjcf": exported_run("mujoco", "model.xml alone"),
+    "newton": exported_run("newton", "tendon_drive.py"),
+    "prims": exported_run("newton", "bench_newton.usda"),
     "bam": exported_run("bam", "bam_servo.py"),
 }
-"""Simulators beside ours: Newton's SolverMuJoCo, the exported program, its file alone, bam's."""
+"""Simulators beside ours: Newton's SolverMuJoCo under our own servo, then what exports are run by:
+MuJoCo with the program and with its file alone, Newton with the drive and with its own prims, and
+Rhoban/bam."""
 
 
 def compare(

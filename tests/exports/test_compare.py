@@ -6,6 +6,7 @@ import pytest
 
 from examples.studies.exports import model_of
 from tendon_newton.errors import InvalidParameter, UnknownName
+from tendon_newton.exports import EXPORTS
 from tendon_newton.exports.comparison import COMPARED, compare, comparison_table, plot_comparison
 from tendon_newton.simulation.hosts.replay import bench_of
 from tests.exports.models import ANGLE, FORCE, short_run
@@ -32,6 +33,18 @@ def test_a_simulator_that_cannot_hold_the_model_says_so() -> None:
     model = model_of("finger", "learned")
     with pytest.raises(InvalidParameter, match="cannot run here"):
         COMPARED["mjcf"](bench_of("finger", model), model, [short_run("finger", model)])
+
+
+def test_a_simulator_that_has_no_program_for_the_bench_lists_what_has() -> None:
+    """Newton's own prims drive one joint each, so that a finger's string is the drive's alone."""
+    model = model_of("finger", "ideal")
+    with pytest.raises(InvalidParameter, match=r"cannot run here: there is tendon_drive\.py"):
+        COMPARED["prims"](bench_of("finger", model), model, [short_run("finger", model)])
+
+
+def test_every_target_that_moves_by_itself_can_be_compared() -> None:
+    """A target is left out where another program must bring the simulation."""
+    assert {"mujoco", "newton", "bam"} <= set(COMPARED) & set(EXPORTS)
 
 
 def test_an_unknown_simulator_is_named_with_the_known_ones() -> None:

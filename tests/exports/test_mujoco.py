@@ -92,6 +92,40 @@ def test_a_jump_is_read_on_the_side_on_which_the_tendon_then_slides(
     assert found.force < FORCE
 
 
+@pytest.mark.parametrize("effects", [(), ("coulomb_friction",)])
+def test_a_motor_in_the_file_alone_brakes_its_rotor_and_overcomes_its_friction(
+    effects: tuple[str, ...], tmp_path: Path
+) -> None:
+    """A DC motor gives force both ways, so that it pays its string out as fast as ours."""
+    found = strays(tmp_path, "mujoco", ALONE, "finger", "pwm_servo", *effects)
+    assert found.angle < ANGLE
+    assert found.force < FORCE
+
+
+def test_an_ideal_servo_in_the_file_alone_pushes_no_more_than_its_friction_takes(
+    tmp_path: Path,
+) -> None:
+    """Its string never pushes; without any push the friction would hold the finger closed."""
+    model = model_of("finger", "ideal", "coulomb_friction")
+    write_model_file(tmp_path / MODEL_FILE, bench_of("finger", model), model)
+    file = mujoco.MjModel.from_xml_path(str(tmp_path / MODEL_FILE))
+    friction = TYPICAL["coulomb_friction"]["force"]
+    least, most = file.actuator_forcerange[0] * file.actuator_gear[0, 0]
+    assert least == pytest.approx(-friction)
+    assert most == pytest.approx(21.0)
+    file.opt.gravity[:] = 0.0
+    opened = []
+    for floor in (file.actuator_forcerange[0, 0], 0.0):
+        file.actuator_forcerange[0, 0] = floor
+        data = mujoco.MjData(file)
+        data.qpos[:] = 0.05  # the springs alone cannot overcome the friction there
+        data.ctrl[0] = -1.0
+        mujoco.mj_step(file, data, nstep=round(1.0 / file.opt.timestep))
+        opened.append(float(np.abs(data.qpos).max()))
+    assert opened[0] < 0.01
+    assert opened[1] > 0.03
+
+
 def test_the_file_alone_says_what_it_leaves_out(tmp_path: Path) -> None:
     """What MJCF has no words for stands in the list, and nothing else does."""
     model = model_of("finger", "ideal", "gain_error", "backlash", "load_cell_bias")

@@ -1,15 +1,17 @@
 """Networks of a servo's force in the formats of other simulators' drives."""
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
-from newton.actuators import DriveNeuralLSTM, DriveNeuralMLP
+from newton.actuators import DriveNeuralGRU, DriveNeuralLSTM, DriveNeuralMLP
 
 from examples.studies.exports import model_of
 from tendon_newton.exports.networks.files import (
     ScaledLstm,
+    write_gru_onnx,
     write_lstm_onnx,
     write_mlp_onnx,
     write_torchscript,
@@ -18,7 +20,9 @@ from tendon_newton.exports.networks.students import (
     HELD_OUT,
     HISTORY,
     MEMORY,
+    RATE,
     Lessons,
+    fit_gru,
     fit_lstm,
     fit_mlp,
     lessons_of,
@@ -80,6 +84,33 @@ def test_newton_s_drive_reads_the_lstm(lessons: Lessons, tmp_path: Path) -> None
         theirs, hidden, cell = session.run(None, given)
         ours, state = network(torch.tensor(sample[:, None]), state)
         assert theirs == pytest.approx(ours[:, 0].detach().numpy(), abs=SAME)
+
+
+def test_newton_s_drive_reads_the_gru(lessons: Lessons, tmp_path: Path) -> None:
+    """It takes order, rate and gates; ten samples of command, angle and speed give the forces."""
+    network, _ = fit_gru(lessons, steps=FEW)
+    path = tmp_path / "gru.onnx"
+    write_gru_onnx(path, network, lessons.spread)
+    DriveNeuralGRU(str(path))  # refuses a graph, a column or a normalisation that it cannot run
+    import onnxruntime
+
+    session = onnxruntime.InferenceSession(str(path))
+    hidden, state = np.zeros((1, 3, MEMORY), dtype=np.float32), torch.zeros(1, 3, MEMORY)
+    for sample in np.random.default_rng(0).normal(size=(10, 3, 3)).astype(np.float32):
+        theirs, hidden = session.run(None, {"input": sample[None], "hidden": hidden})
+        ours, state = network(torch.tensor(sample[:, None]), state)
+        assert theirs == pytest.approx(ours[:, 0].detach().numpy(), abs=SAME)
+    told = json.loads(session.get_modelmeta().custom_metadata_map["metadata"])
+    assert told["sample_dt_s"] == pytest.approx(1.0 / RATE)
+    means, _ = lessons.spread
+    assert told["normalization"]["inputs"]["mean"]["target_position"] == pytest.approx(means[0])
+    assert told["normalization"]["targets"]["mean"]["torque"] == pytest.approx(means[3])
+
+
+def test_command_and_angle_apart_say_more_than_their_difference(lessons: Lessons) -> None:
+    """A GRU learns the force of an ideal servo as well; the error is on runs it has not seen."""
+    _, error = fit_gru(lessons, steps=150)
+    assert error < 0.2 * float(lessons.force[-HELD_OUT:].std())
 
 
 def test_isaac_lab_s_lstm_has_its_scales_inside(lessons: Lessons, tmp_path: Path) -> None:

@@ -14,8 +14,9 @@ from newton.actuators import (
     parse_actuator_prim,
 )
 
-from examples.studies.exports import PWM, model_of
+from examples.studies.exports import PWM, TYPICAL, model_of
 from tendon_newton.errors import InvalidModelFile
+from tendon_newton.exports.departure import standard_runs
 from tendon_newton.exports.newton.path import path_of
 from tendon_newton.exports.newton.plain import PlainBench, targets
 from tendon_newton.exports.newton.target import (
@@ -27,8 +28,9 @@ from tendon_newton.exports.newton.target import (
 from tendon_newton.exports.written_program import load_program
 from tendon_newton.mechanisms.geometry.parts import excursion
 from tendon_newton.mechanisms.loading import load_mechanism
-from tendon_newton.simulation.hosts.replay import bench_of
+from tendon_newton.simulation.hosts.replay import bench_of, replay
 from tests.exports.models import ANGLE, FORCE, strays
+from tests.physics.runs import run_of
 
 SERVO_SIDE = (
     "command_delay",
@@ -63,6 +65,36 @@ def test_the_drive_moves_a_bench_in_newton_as_our_simulation_does(
     found = strays(tmp_path, "newton", PROGRAM_FILE, bench, actuator, *effects)
     assert found.angle < ANGLE
     assert found.force < FORCE
+
+
+def test_a_jump_turns_a_spool_that_rests_round_at_once(tmp_path: Path) -> None:
+    """The cell reads friction on the side on which the spool then slides, in the very row."""
+    model = model_of("finger", "pwm_servo", "coulomb_friction")
+    mechanism = bench_of("finger", model)
+    (standard,) = standard_runs(mechanism, PWM["spool_radius"])
+    assert standard.command is not None
+    run = run_of(standard.command[:81])  # the last row is a jump down
+    exported = write_newton_target(tmp_path, mechanism, model)
+    found, (ours,) = exported.replays[PROGRAM_FILE](run), replay([run], model)
+    sides = 2.0 * TYPICAL["coulomb_friction"]["force"]  # N between sliding in and out
+    assert found.force[-1, 0] == pytest.approx(ours.force[-1, 0], abs=0.1 * sides)
+
+
+def test_nothing_pulls_inside_a_gap(tmp_path: Path) -> None:
+    """A command that lands in the play of a rotor's gear lets the string go, at once."""
+    model = model_of("finger", "pwm_servo", "backlash")
+    mechanism = bench_of("finger", model)
+    held = np.full((40, 1), 1.2)
+    (before,) = replay([run_of(held)], model)
+    assert before.force[-1, 0] > 1.0
+    command = np.concatenate([held, np.full((1, 1), before.motor_position[-1, 0] - 0.01)])
+    run = run_of(command)
+    exported = write_newton_target(tmp_path, mechanism, model)
+    found = exported.replays[PROGRAM_FILE](run)
+    (ours,) = replay([run], model)
+    assert found.force[:-1] == pytest.approx(ours.force[:-1], abs=FORCE)
+    assert ours.force[-1, 0] == 0.0
+    assert found.force[-1, 0] == 0.0
 
 
 @pytest.fixture(scope="module")

@@ -50,15 +50,18 @@ def add_servo(spec: Any, tendon: Tendon, model: Model, sign: float, offset: floa
     )
     add_friction(spec.tendon(tendon.name), model)
     limit = force_limit_of(tendon, model)
-    least = -1.0 if tendon.direct else 0.0
     if find_actuator(model.actuator.name).held:
         actuator.gear[0] = sign
-        actuator.ctrllimited, actuator.ctrlrange = True, [least * limit, limit]
+        actuator.ctrllimited, actuator.ctrlrange = True, [-limit if tendon.direct else 0.0, limit]
         return
     radius, gains = spool_of(tendon, model), servo_gains(tendon, model)
     shift = angle_shift(tendon, model, offset) - command_lead(model)
     actuator.gear[0] = sign / radius  # so that its length is an angle and its force a torque
-    actuator.forcelimited, actuator.forcerange = True, [least * gains.limit, gains.limit]
+    if tendon.direct or find_actuator(model.actuator.name).rotor:
+        least = -gains.limit  # a motor brakes its rotor
+    else:
+        least = -radius * spec.tendon(tendon.name).frictionloss  # and overcomes its own friction
+    actuator.forcelimited, actuator.forcerange = True, [least, gains.limit]
     add_delay(actuator, number(model, "command_delay", "delay"), spec.option.timestep)
     values = {k: v for k, v in model.actuator.values.items() if isinstance(v, float)}
     spec.tendon(tendon.name).armature = values.get("armature", 0.0) / radius**2

@@ -8,7 +8,15 @@ import numpy as np
 import torch
 
 from tendon_newton.data.files.text_file import write_bytes
-from tendon_newton.exports.networks.students import HISTORY, MEMORY, StudentLstm, StudentMlp
+from tendon_newton.data.recording import Array
+from tendon_newton.exports.networks.students import (
+    HISTORY,
+    MEMORY,
+    RATE,
+    StudentGru,
+    StudentLstm,
+    StudentMlp,
+)
 
 OPSET = 17
 IR_VERSION = 9
@@ -17,6 +25,10 @@ METADATA = "metadata"
 """Key under which Newton's drives look for a JSON object."""
 GATES = (0, 3, 1, 2)
 """ONNX's order of an LSTM's gates (input, output, forget, cell) among torch's."""
+GRU_GATES = (1, 0, 2)
+"""ONNX's order of a GRU's gates (update, reset, new) among torch's."""
+GRU_COLUMNS = ("target_position", "position", "velocity")
+"""What Newton's GRU is shown, by Newton's names."""
 
 Scales = tuple[float, float, float]
 """What errors and speeds are multiplied by, and then the network's answer."""
@@ -55,13 +67,7 @@ def write_lstm_onnx(path: Path, network: StudentLstm, scales: Scales) -> None:
     """Write an LSTM for Newton's `DriveNeuralLSTM`: time first, one sample at a time."""
     from onnx import TensorProto, helper
 
-    cell, head = network.lstm, network.head
-    order = np.concatenate([np.arange(g * MEMORY, (g + 1) * MEMORY) for g in GATES])
-    given, kept = (numbers(w)[order] for w in (cell.weight_ih_l0, cell.weight_hh_l0))
-    biases = [numbers(b)[order] for b in (cell.bias_ih_l0, cell.bias_hh_l0)]
-    weights = arrays({"w": given[None], "r": kept[None], "b": np.concatenate(biases)[None]})
-    weights += arrays({"head": head.weight, "shift": head.bias})
-    weights += arrays({"axes": np.array([0, 1], dtype=np.int64)})
+    weights = memory_arrays(network.lstm, network.head, GATES)
     nodes = [
         helper.make_node(
             "LSTM",
@@ -90,6 +96,57 @@ def write_lstm_onnx(path: Path, network: StudentLstm, scales: Scales) -> None:
         **scale_numbers(scales),
     }
     save(path, helper, TensorProto, nodes, weights, ends, meta)
+
+
+def write_gru_onnx(path: Path, network: StudentGru, spread: tuple[Array, Array]) -> None:
+    """Write a GRU for Newton's `DriveNeuralGRU`: time first, one sample at a time.
+
+    Args:
+        path: The file.
+        network: The GRU.
+        spread: Mean and standard deviation of its columns and of the force, shape (4,).
+    """
+    from onnx import TensorProto, helper
+
+    nodes = [
+        helper.make_node(
+            "GRU",
+            ["input", "w", "r", "b", "", "hidden"],
+            ["all", "new_hidden"],
+            hidden_size=MEMORY,
+            linear_before_reset=1,
+        ),
+        helper.make_node("Squeeze", ["all", "axes"], ["last"]),
+        helper.make_node("Gemm", ["last", "head", "shift"], ["output"], transB=1),
+    ]
+    state = [1, "worlds", MEMORY]
+    ends = (
+        [("input", [1, "worlds", len(GRU_COLUMNS)]), ("hidden", state)],
+        [("output", ["worlds", 1]), ("new_hidden", state)],
+    )
+    seen, given = {}, {}
+    for name, values in zip(("mean", "std"), spread, strict=True):
+        *columns, force = (float(value) for value in values)
+        seen[name] = dict(zip(GRU_COLUMNS, columns, strict=True))
+        given[name] = {"torque": force}
+    meta = {
+        "model_type": "gru",
+        "input_columns": list(GRU_COLUMNS),
+        "normalization": {"inputs": seen, "targets": given},
+        "sample_dt_s": 1.0 / RATE,
+    }
+    weights = memory_arrays(network.gru, network.head, GRU_GATES)
+    save(path, helper, TensorProto, nodes, weights, ends, meta)
+
+
+def memory_arrays(cell: Any, head: Any, gates: tuple[int, ...]) -> list[Any]:
+    """Return the weights of a memory and its head as ONNX keeps them, gates in its order."""
+    order = np.concatenate([np.arange(g * MEMORY, (g + 1) * MEMORY) for g in gates])
+    given, kept = (numbers(w)[order] for w in (cell.weight_ih_l0, cell.weight_hh_l0))
+    biases = [numbers(b)[order] for b in (cell.bias_ih_l0, cell.bias_hh_l0)]
+    weights = arrays({"w": given[None], "r": kept[None], "b": np.concatenate(biases)[None]})
+    weights += arrays({"head": head.weight, "shift": head.bias})
+    return weights + arrays({"axes": np.array([0, 1], dtype=np.int64)})
 
 
 def numbers(tensor: Any) -> Any:

@@ -1,15 +1,17 @@
-"""Networks that see a position error and a speed, as other simulators' drives do.
+"""Networks that see what other simulators' drives show them: position error, angle, speed.
 
 Drives of Newton, Isaac Lab and mjlab show a network the error of a joint and its speed, now and at
-some steps before (MLP) or step by step (LSTM). Force networks of this project see command and angle
-apart, and a Transformer has no place there at all. So a student of either kind learns the force of
-the identified model itself, on commands of its own.
+some steps before (MLP) or step by step (LSTM). Newton's GRU sees command and angle apart, as force
+networks of this project do. A Transformer has no place there at all. So a student of each kind
+learns the force of the identified model itself, on commands of its own.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import torch
@@ -31,13 +33,13 @@ HISTORY = 16
 WIDTHS = (32, 32)
 """Units of its hidden layers."""
 MEMORY = 24
-"""Size of an LSTM."""
+"""Size of an LSTM and of a GRU."""
 SPAN = 6.0
 """Length of a run [s]."""
 TRAIN, HELD_OUT = 9, 3
 """Runs that are learned, and runs that only tell the error."""
 PIECE = 100
-"""Samples of a piece of a run through which an LSTM learns."""
+"""Samples of a piece of a run through which a memory learns."""
 LEARNING_RATE = 3.0e-3
 
 
@@ -51,6 +53,19 @@ class Lessons:
     """Speed [rad/s], shape (R, T)."""
     force: Array
     """[N], shape (R, T); the last `HELD_OUT` runs are not learned."""
+    angle: Array
+    """Motor angle [rad], shape (R, T)."""
+
+    @property
+    def columns(self) -> Array:
+        """Return command [rad], angle [rad] and speed [rad/s], shape (R, T, 3)."""
+        return np.stack([self.error + self.angle, self.angle, self.rate], axis=2)
+
+    @property
+    def spread(self) -> tuple[Array, Array]:
+        """Return mean and standard deviation of the columns and then the force, shape (4,)."""
+        known = np.concatenate([self.columns, self.force[..., None]], axis=2)[:-HELD_OUT]
+        return known.mean(axis=(0, 1)), np.maximum(known.std(axis=(0, 1)), 1.0e-6)
 
     @property
     def scales(self) -> tuple[float, float, float]:
@@ -94,6 +109,20 @@ class StudentLstm(nn.Module):
         return self.head(out), state
 
 
+class StudentGru(nn.Module):
+    """A memory over commands, angles and speeds; its state is a tensor of shape (1, N, M)."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.gru = nn.GRU(3, MEMORY, batch_first=True)
+        self.head = nn.Linear(MEMORY, 1)
+
+    def forward(self, x: Tensor, state: Tensor) -> tuple[Tensor, Tensor]:
+        """Return scaled forces, shape (N, T, 1), and the new state."""
+        out, state = self.gru(x, state)
+        return self.head(out), state
+
+
 def lessons_of(mechanism: Mechanism, model: Model) -> Lessons:
     """Simulate a model under commands from which its servo can be learned.
 
@@ -131,6 +160,7 @@ def lessons_of(mechanism: Mechanism, model: Model) -> Lessons:
         error=asked - angle,
         rate=np.array([trajectory.motor_velocity[:, 0] for trajectory in found]),
         force=np.array([trajectory.force[:, 0] for trajectory in found]),
+        angle=angle,
     )
 
 
@@ -170,22 +200,51 @@ def fit_lstm(lessons: Lessons, *, steps: int) -> tuple[StudentLstm, float]:
     torch.manual_seed(0)
     network = StudentLstm()
     x, force = windows_of(lessons)
-    x = x[..., [0, HISTORY]]
-    pieces = x[:-HELD_OUT].reshape(-1, PIECE, 2)
+    error = fit_memory(network, x[..., [0, HISTORY]], force, lambda n: (blank(n), blank(n)), steps)
+    return network.eval(), error * lessons.scales[2]
+
+
+def fit_gru(lessons: Lessons, *, steps: int) -> tuple[StudentGru, float]:
+    """Fit a GRU and return it with its root mean square error [N] on runs it has not seen."""
+    torch.manual_seed(0)
+    network = StudentGru()
+    (*means, middle), (*widths, wide) = lessons.spread
+    x = torch.tensor((lessons.columns - means) / widths, dtype=torch.float32)
+    force = torch.tensor((lessons.force - middle) / wide, dtype=torch.float32)
+    error = fit_memory(network, x, force, blank, steps)
+    return network.eval(), error * float(wide)
+
+
+def blank(count: int) -> Tensor:
+    """Return the state of memories that have seen nothing, shape (1, N, M)."""
+    return torch.zeros(1, count, MEMORY)
+
+
+def fit_memory(
+    network: nn.Module, x: Tensor, force: Tensor, start: Callable[[int], Any], steps: int
+) -> float:
+    """Fit a network with a memory; return its root mean square error on runs it has not seen.
+
+    Args:
+        network: From inputs (N, T, C) and a state to scaled forces (N, T, 1) and a state.
+        x: Scaled inputs, shape (R, T, C).
+        force: Scaled forces, shape (R, T).
+        start: Count N -> state that has seen nothing.
+        steps: Of training.
+    """
+    pieces = x[:-HELD_OUT].reshape(-1, PIECE, x.shape[2])
     asked = force[:-HELD_OUT].reshape(-1, PIECE)
     rule = torch.optim.Adam(network.parameters(), lr=LEARNING_RATE)
     pace = torch.optim.lr_scheduler.CosineAnnealingLR(rule, steps)
-    blank = torch.zeros(1, len(pieces), MEMORY)
     skip = PIECE // 4  # a state from nothing knows little of what was before
     for _ in range(steps):
         rule.zero_grad()
-        answer, _ = network(pieces, (blank, blank))
+        answer, _ = network(pieces, start(len(pieces)))
         loss = ((answer[:, skip:, 0] - asked[:, skip:]) ** 2).mean()
         loss.backward()
         rule.step()
         pace.step()
-    blank = torch.zeros(1, HELD_OUT, MEMORY)
     with torch.no_grad():
-        answer, _ = network(x[-HELD_OUT:], (blank, blank))
+        answer, _ = network(x[-HELD_OUT:], start(HELD_OUT))
     away = answer[..., 0] - force[-HELD_OUT:]
-    return network.eval(), float((away**2).mean().sqrt()) * lessons.scales[2]
+    return float((away**2).mean().sqrt())

@@ -11,6 +11,7 @@ from tendon_newton.exports.base import Coverage, Exported, ExportTarget
 from tendon_newton.exports.model_numbers import refuse_damaged, refuse_kinematic
 from tendon_newton.exports.networks.files import (
     ScaledLstm,
+    write_gru_onnx,
     write_lstm_onnx,
     write_mlp_onnx,
     write_torchscript,
@@ -19,15 +20,17 @@ from tendon_newton.exports.networks.students import (
     HELD_OUT,
     HISTORY,
     RATE,
+    fit_gru,
     fit_lstm,
     fit_mlp,
     lessons_of,
 )
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
-MLP_STEPS, LSTM_STEPS = 1500, 600
+MLP_STEPS, MEMORY_STEPS = 1500, 600
 """Steps of training."""
 MLP_FILES, LSTM_FILES = ("mlp.onnx", "mlp.pt"), ("lstm.onnx", "lstm.pt")
+GRU_FILE = "gru.onnx"
 COVERAGE: dict[str, Coverage] = {
     name: "approximate" if effect.side in ("actuator", "transmission") else "none"
     for name, effect in EFFECTS.items()
@@ -36,7 +39,7 @@ COVERAGE: dict[str, Coverage] = {
 
 
 def write_networks_target(folder: Path, mechanism: Mechanism, model: Model) -> Exported:
-    """Write an MLP and an LSTM of the servo's force, as ONNX and as TorchScript.
+    """Write networks of the servo's force: an MLP, an LSTM and a GRU.
 
     Raises:
         InvalidModelFile: The model has no force.
@@ -47,16 +50,18 @@ def write_networks_target(folder: Path, mechanism: Mechanism, model: Model) -> E
     lessons = lessons_of(mechanism, model)
     scales = lessons.scales
     mlp, mlp_error = fit_mlp(lessons, steps=MLP_STEPS)
-    lstm, lstm_error = fit_lstm(lessons, steps=LSTM_STEPS)
+    lstm, lstm_error = fit_lstm(lessons, steps=MEMORY_STEPS)
+    gru, gru_error = fit_gru(lessons, steps=MEMORY_STEPS)
+    write_gru_onnx(folder / GRU_FILE, gru, lessons.spread)
     write_mlp_onnx(folder / MLP_FILES[0], mlp, scales)
     write_torchscript(folder / MLP_FILES[1], mlp)
     write_lstm_onnx(folder / LSTM_FILES[0], lstm, scales)
     write_torchscript(folder / LSTM_FILES[1], ScaledLstm(lstm, scales))
     return Exported(
-        files=tuple(folder / name for name in (*MLP_FILES, *LSTM_FILES)),
+        files=tuple(folder / name for name in (*MLP_FILES, *LSTM_FILES, GRU_FILE)),
         loading=loading_text(
             scales,
-            {"MLP": mlp_error, "LSTM": lstm_error},
+            {"MLP": mlp_error, "LSTM": lstm_error, "GRU": gru_error},
             learned=find_actuator(model.actuator.name).held,
         ),
         checked=CHECKED,
@@ -71,17 +76,18 @@ def loading_text(
     rows = "\n".join(f"| {name} | {error:.4f} N |" for name, error in errors.items())
     told = NO_TRANSFORMER if learned else ""
     pos, vel, effort = scales
-    return f"""{told}A network is shown the motor's position error [rad] and speed [rad/s].
-Its answer is the force at the string [N]. Ask it {RATE:g} times per second. In a joint's terms,
-multiply `pos_scale` and `vel_scale` by motor angle per joint position, and the effort by the moment
-arm.
+    return f"""{told}The MLP and the LSTM are shown the motor's position error [rad] and
+speed [rad/s], the GRU its command, angle and speed. The answer is the force at the string [N]. Ask
+a network {RATE:g} times per second. In a joint's terms, multiply `pos_scale` and `vel_scale` by
+motor angle per joint position, and the effort by the moment arm. The GRU's means and standard
+deviations are divided by that ratio in place of it.
 
 | network | force error on {HELD_OUT} runs that it has not seen |
 |---|---|
 {rows}
 
-Newton reads `mlp.onnx` and `lstm.onnx` (`NewtonNeuralControlAPI`, `newton:modelPath`); their
-metadata says order, history and scales. It needs `newton[onnx]`.
+Newton reads the ONNX files (`NewtonNeuralControlAPI`, `newton:modelPath`); their metadata says
+order, history and scales. It needs `newton[onnx]`, and the GRU steps of {1e3 / RATE:g} ms.
 
 Isaac Lab and mjlab read the TorchScript files. The scales are inside `lstm.pt`; of `mlp.pt`:
 
@@ -103,14 +109,13 @@ mjlab's `LearnedMlpActuatorCfg` has `history_length={HISTORY}` in place of `inpu
 
 CHECKED = """The table above says how far forces stray on runs that the networks have not seen.
 Newton's drives and TorchScript make the same of the files, to 2e-6 N."""
-NO_TRANSFORMER = """These programs take no Transformer, and show no network command and angle
-apart. So here are an MLP and an LSTM, which have learned the force of this model's network on
-commands of their own.
+NO_TRANSFORMER = """These programs take no Transformer. So here are an MLP, an LSTM and a GRU,
+which have learned the force of this model's network on commands of their own.
 
 """
 
 NETWORKS = ExportTarget(
-    summary="an MLP and an LSTM of the servo's force, for Newton, Isaac Lab and mjlab",
+    summary="an MLP, an LSTM and a GRU of the servo's force, for Newton, Isaac Lab and mjlab",
     coverage=COVERAGE,
     write=write_networks_target,
 )

@@ -141,10 +141,17 @@ def answered(tendon: Tendon, p: ParameterVector, before: Kept, bench: Bench) -> 
         out.spool_change = (kept.wound_rate - rate) / bench.step
         loaded = real(wp.max(out.tension, real(DRAWS)))
         way = real(1.0)
-        if rate < real(0.0):
+        if rate + kept.wound_rate < real(0.0):  # what rests begins to slide in this step
             way = real(-1.0)
-        gear = gear_line(loaded, on_side(here, way), p)
+        sliding = on_side(here, way)
+        flow = servo_flow(sliding, p)
+        sliding.error = tendon.command - flow.angle[0]
+        gear = gear_line(loaded, sliding, p)
         out.tension_gain = gear[1]
+        if gear[1] == real(0.0) and lead >= real(0.0):  # inside a gap the string is all that moves
+            out.tension = real(0.0)
+            kept.wound_rate = tendon.velocity
+            kept.wound = tendon.length + bench.step * tendon.velocity
         inward = guide_line(out.tension, on_side(here, real(1.0)), p)
         outward = guide_line(out.tension, on_side(here, real(-1.0)), p)
         half = real(0.5) * (outward[0] - inward[0])

@@ -89,14 +89,14 @@ def spool_speed(tendon: Tendon, p: ParameterVector, tension: real, bench: Bench)
     inward = speed + bench.step * spool_net(tendon, p, tension, real(1.0)) / inertia
     outward = speed + bench.step * spool_net(tendon, p, tension, real(-1.0)) / inertia
     after = real(0.0)
-    if inward > real(0.0) and (speed >= real(0.0) or outward > real(0.0)):
-        after = wp.max(real(0.0), inward)
-        if speed < real(0.0):
-            after = real(0.0)
-    if outward < real(0.0) and (speed <= real(0.0) or inward < real(0.0)):
+    if speed >= real(0.0) and inward > real(0.0):
+        after = inward
+    if speed <= real(0.0) and outward < real(0.0):
         after = outward
-        if speed > real(0.0):
-            after = real(0.0)
+    if speed > real(0.0) and inward < real(0.0):  # stops within the step, and may slide back then
+        after = wp.min(real(0.0), (outward - speed) * inward / (inward - speed))
+    if speed < real(0.0) and outward > real(0.0):
+        after = wp.max(real(0.0), (inward - speed) * outward / (outward - speed))
     if inward == outward:
         after = inward
     most = speed_effects(real(UNBOUNDED), p) * tendon.spool_radius

@@ -49,6 +49,7 @@ def train_policy(
     report: Callable[[Progress], None],
     start: Path | None = None,
     expect: Callable[[Forecast], None] | None = None,
+    simulator: Any = None,
 ) -> Trained:
     """Train a policy, or go on where a checkpoint stopped.
 
@@ -62,6 +63,7 @@ def train_policy(
         start: Checkpoint of another training whose weights this one begins with.
         expect: Called in the first process before anything is compiled, with the size, and before
             the first iteration, with the time.
+        simulator: Worlds of another program in place of ours, as for `FingerEnvironment`.
     """
     process = Process.own()
     device = process.device(config.device)
@@ -71,7 +73,9 @@ def train_policy(
         worlds = config.environment.worlds
         steps = config.iterations * worlds * config.steps
         expect(Forecast(steps=steps, worlds=worlds, device=device))
-    environment = FingerEnvironment(config.environment, seed=config.seed, device=device)
+    environment = FingerEnvironment(
+        config.environment, seed=config.seed, device=device, simulator=simulator
+    )
     runner = make_runner(environment, config, device)
     files = files_of(environment, config) | ({} if start is None else hashes(start))
     settings = training_settings(config, files)

@@ -14,7 +14,7 @@ from tensordict import TensorDict
 from torch import Tensor
 
 from tendon_newton.data.cards.policy_observation import applied_action, motor_command
-from tendon_newton.errors import SimulationDiverged
+from tendon_newton.errors import InvalidParameter, SimulationDiverged
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from train.policy.config.environment_config import EnvironmentConfig
@@ -65,10 +65,20 @@ class FingerEnvironment(VecEnv):
         config: Finger, force model, goals and rewards.
         seed: Seed of all draws.
         device: Torch device.
+        simulator: Worlds of another program in place of ours, with `reset`, `step` and `reading` of
+            a `ControlLoop`. Nothing is randomised in them.
+
+    Raises:
+        InvalidParameter: Something shall differ between the worlds of another program.
     """
 
     def __init__(
-        self, config: EnvironmentConfig, *, seed: int = 0, device: torch.device | str = "cpu"
+        self,
+        config: EnvironmentConfig,
+        *,
+        seed: int = 0,
+        device: torch.device | str = "cpu",
+        simulator: Any = None,
     ) -> None:
         self.config = self.cfg = config
         self.device = torch.device(device)
@@ -81,7 +91,12 @@ class FingerEnvironment(VecEnv):
         self.path.require(config.goals)
         self.force = open_force_model(config.force, self.mechanism)
         ranges = ranges_of(config, self.force.model)
-        self.loop = ControlLoop(
+        if simulator is not None and (ranges or config.obstacle != "none"):
+            raise InvalidParameter(
+                "another simulator's worlds are all alike: randomise must be none, and so must "
+                f"obstacle; they are {', '.join(config.randomise)} and {config.obstacle}"
+            )
+        self.loop: ControlLoop = simulator or ControlLoop(
             self.mechanism,
             self.force.model,
             config.worlds,
