@@ -60,12 +60,16 @@ COVERAGE = coverage_of(
         "stribeck_friction",
         "viscous_friction",
         "joint_stiffness_error",
+    ),
+    (
+        "load_dependent_friction",
+        "gear_load_friction",
+        "load_stribeck_friction",
         "joint_damping_error",
         "joint_dry_friction",
         "inertia_error",
         "gravity_misalignment",
     ),
-    ("load_dependent_friction", "gear_load_friction", "load_stribeck_friction"),
 )
 
 
