@@ -84,7 +84,10 @@ def state_cause(table: CheckedTable) -> StatedCause:
 
 def state_estimates(table: CheckedTable) -> dict[str, Estimate]:
     """Check fitted numbers by name."""
-    return {n: state_estimate(row, f"{table.where}: {shown(n)}") for n, row in table.values.items()}
+    return {
+        name: state_estimate(row, f"{table.where}: parameter {shown(name)}")
+        for name, row in table.values.items()
+    }
 
 
 def state_estimate(row: Any, where: str) -> Estimate:

@@ -13,6 +13,7 @@ from tendon_newton.errors import InvalidDeviceCode
 
 KNOWN_IN: dict[str, tuple[Stage, ...]] = {
     "error": (Stage.ERROR, Stage.DUTY, Stage.MOTOR_FORCE, Stage.TENSION, Stage.TRANSMISSION),
+    "motor_force": (Stage.TENSION,),
     "tension": (Stage.ENCODER,),
 }
 """Stages in which a field of `Tendon` has its value; it is zero in the others. Every other field
