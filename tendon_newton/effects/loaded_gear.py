@@ -12,7 +12,8 @@ def load_side(outcome: real, tendon: Tendon) -> real:
     """Return +1 where the motor drives its load, and -1 where the load drives the motor.
 
     A string pulls, whatever is left of the motor's force. A shaft is loaded by what it is known to
-    carry, or else on the side of the outcome [N].
+    carry, which may be all rotor, as in a fall with the motor off; else on the side of the outcome
+    [N].
     """
     side = tendon.direction
     if tendon.least_tension != real(0.0):

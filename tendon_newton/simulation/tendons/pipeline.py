@@ -214,21 +214,13 @@ def guide_line(tension: real, tendon: Tendon, p: ParameterVector) -> Jet:
 def rotor_flow(flow: Flow, tendon: Tendon, p: ParameterVector) -> Flow:
     """Follow the motor's force through gear and guides, and how much of the rotor they pass on.
 
-    What the motor gives may be negative where a string still pulls, as its rotor slows down. So
-    friction is taken as of a pulling force, and who knows the acceleration decides on slack. A gear
-    of a shaft is loaded on the side of what it carries, which may be all rotor, as in a fall with
-    the motor off; where that is not known, on the side of the motor.
+    What the motor gives may be negative where a string still pulls, as its rotor slows down. So who
+    knows the acceleration decides on slack.
     """
     out = flow
     motor = flow.motor_force
-    probe = motor[0]
-    if tendon.carried != real(0.0):
-        probe = tendon.carried
-    if tendon.least_tension == real(0.0):
-        probe = wp.max(motor[0], real(PULLING))
-    gear = gear_line(probe, tendon, p)
-    value = gear[0] + gear[1] * (motor[0] - probe)
-    tension = Jet(value, gear[1] * motor[1], gear[1] * motor[2] + gear[2])
+    gear = gear_line(motor[0], tendon, p)
+    tension = Jet(gear[0], gear[1] * motor[1], gear[1] * motor[2] + gear[2])
     gain = gear[1]
     if tendon.side * tendon.direction > real(1.5):
         tension = Jet(-real(HELD) * tendon.direction, real(0.0), real(0.0))
