@@ -177,9 +177,9 @@ MUTATIONS: tuple[Mutation, ...] = (
     ),
     Mutation(
         name="gear-on-the-motors-side",
-        file="tendon_newton/effects/loaded_gear.py",
-        old="load = tendon.carried",
-        new="load = outcome",
+        file="tendon_newton/simulation/tendons/pipeline.py",
+        old="probe = tendon.carried",
+        new="probe = motor[0]",
         tests=f"{FIRMWARE} falling",
     ),
     Mutation(

@@ -11,17 +11,12 @@ from tendon_newton.device_code.templates import device_template
 def load_side(outcome: real, tendon: Tendon) -> real:
     """Return +1 where the motor drives its load, and -1 where the load drives the motor.
 
-    A string pulls, whatever is left of the motor's force. A shaft is loaded by what it is known to
-    carry, which may be all rotor, as in a fall with the motor off; else on the side of the outcome
-    [N].
+    A string pulls, whatever is left of the motor's force. A shaft is loaded on the side of what is
+    left [N].
     """
     side = tendon.direction
-    if tendon.least_tension != real(0.0):
-        load = outcome
-        if tendon.carried != real(0.0):
-            load = tendon.carried
-        if load < real(0.0):
-            side = -side
+    if tendon.least_tension != real(0.0) and outcome < real(0.0):
+        side = -side
     return side
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from tendon_newton.diagnosis.search.choice import Chooser, exchanges
 from tendon_newton.diagnosis.search.floors import form_of
 from tendon_newton.diagnosis.search.pool import Pool
-from tendon_newton.diagnosis.search.refit import SHORT_STRIDE, Fit, refit, start_fits, without
+from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, without
 from tendon_newton.diagnosis.search.starts import new_starts, wider_starts
 from tendon_newton.diagnosis.search.strategy import RIVALS, follow, note_singles
 from tendon_newton.diagnosis.search.survey import survey
@@ -61,7 +61,7 @@ def leave_out(pool: Pool, fit: Fit) -> dict[str, Fit]:
     A smaller set that was fitted before starts anew where the larger one leads to a better place.
     """
     starts = [without(fit, name, pool.worlds) for name in fit.names]
-    found = start_fits(pool.worlds, starts, pool.floors, fit.time_step, stride=SHORT_STRIDE)
+    found = start_fits(pool.worlds, starts, pool.floors, fit.time_step, near=True)
     known = [pool.fits.get(frozenset(f.names)) for f in found]
     new = [f for f, old in zip(found, known, strict=True) if old is None or f.score < old.score]
     pool.add(refit(pool.worlds, new, pool.floors, iterations=1, coarse=0))

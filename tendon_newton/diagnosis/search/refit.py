@@ -8,15 +8,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tendon_newton.data.recording import Array, Mask
+from tendon_newton.diagnosis.search.floors import is_dry
 from tendon_newton.diagnosis.search.worlds import Floors, Worlds
 from tendon_newton.identification.objective import Scales, loss_terms, loss_weights
 
 DAMPINGS = (1.0e-3, 0.1, 3.0)
 """Marquardt factors that are tried side by side."""
-STRIDE, SHORT_STRIDE, SHORTER = 0.1, 0.02, 0.2
-"""Step of a finite difference as a share of a coordinate, and of a typical size besides: at first,
-at least, and a stride's share of the one before where that led no further. Where something sticks,
-short differences say where it happened to stop: they are taken over the length of the last step."""
+STRIDE, SHORTER = 0.01, 0.2
+"""Step of a finite difference as a share of a coordinate, and of a typical size besides; a stride's
+share of the one before where that led no further."""
+STICKING = (0.02, 0.1)
+"""The least and the first one where something sticks. Short differences say where it happened to
+stop there, so they are as long as the last step."""
 FIRST_SHARE, LAST_SHARE = 1.0, 0.98
 """Share of the residuals whose size is a fit's scale, at first and then: what acts at times must be
 seen before rows at a jump are left out."""
@@ -67,7 +70,7 @@ def start_fits(
     floors: Floors,
     time_step: float,
     *,
-    stride: float = STRIDE,
+    near: bool = False,
 ) -> list[Fit]:
     """Evaluate sets of causes at given values, column -> value.
 
@@ -76,7 +79,7 @@ def start_fits(
         starts: Names of causes, and the values of all free numbers.
         floors: Least scale of each signal.
         time_step: Of the simulation [s].
-        stride: Of the first finite differences; short where a start is near its optimum.
+        near: Whether the starts are near their optima.
     """
     if not starts:
         return []
@@ -96,7 +99,7 @@ def start_fits(
                 time_step=time_step,
                 score=float(score.value[n]),
                 scales=Scales(theta=float(score.theta[n]), force=float(score.force[n])),
-                stride=np.full(len(columns), stride),
+                stride=np.full(len(columns), strides(worlds, names)[0 if near else 1]),
             )
         )
     return out
@@ -155,22 +158,29 @@ def refit(
             losses = [mean_loss(f.residual, units[k]) for f in span]
             before = mean_loss(current[i].residual, units[k])
             best = int(np.argmin(losses))
-            is_long = jacobians is None and bool(np.any(current[i].stride > SHORT_STRIDE))
+            least, most = strides(worlds, current[i].names)
+            is_long = jacobians is None and bool(np.any(current[i].stride > least))
             active[i] = losses[best] < before - tolerance or step < coarse or is_long
             if losses[best] < before:
-                current[i] = replace(span[best], stride=next_stride(current[i], span[best]))
+                shortest = np.maximum(least, SHORTER * current[i].stride)
+                stride = np.clip(moved_by(current[i], span[best]), shortest, most)
+                current[i] = replace(span[best], stride=stride)
             else:
-                stride = np.maximum(SHORT_STRIDE, SHORTER * current[i].stride)
+                stride = np.maximum(least, SHORTER * current[i].stride)
                 current[i] = replace(current[i], stride=stride)
             if not active[i] and rows is None:
                 current[i] = replace(current[i], settled=True)
     return current
 
 
-def next_stride(before: Fit, after: Fit) -> Array:
-    """Return the strides of differences that are as long as a step was, within bounds."""
-    moved = np.abs(after.place - before.place) / (1.0 + np.abs(after.place))
-    return np.clip(moved, np.maximum(SHORT_STRIDE, SHORTER * before.stride), STRIDE)
+def strides(worlds: Worlds, names: Sequence[str]) -> tuple[float, float]:
+    """Return the least and the first stride of differences with some causes in the model."""
+    return STICKING if is_dry((*worlds.study.known, *names)) else (STRIDE, STRIDE)
+
+
+def moved_by(before: Fit, after: Fit) -> Array:
+    """Return how far a step led, as shares of the coordinates, shape (F,)."""
+    return np.abs(after.place - before.place) / (1.0 + np.abs(after.place))
 
 
 def mean_loss(residual: Array, unit: Array) -> float:

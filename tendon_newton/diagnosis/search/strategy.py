@@ -11,7 +11,6 @@ from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.refit import (
     ROUGH_STEP,
-    SHORT_STRIDE,
     Fit,
     refit,
     rescored,
@@ -96,7 +95,7 @@ def go_on_all_rows(
     starts = [(f.names, values_of(pool.worlds, f.columns, f.place))
               for f in {f.names: f for f in (pool.fits[frozenset()], fit)}.values()]  # fmt: skip
     whole.floors = floors_of(whole.worlds, fit.names)
-    found = start_fits(whole.worlds, starts, whole.floors, ROUGH_STEP, stride=SHORT_STRIDE)
+    found = start_fits(whole.worlds, starts, whole.floors, ROUGH_STEP, near=True)
     whole.add(refit(whole.worlds, found, whole.floors, iterations=2, coarse=0))
     if whole.excess(whole.best()) < whole.price:
         return False
@@ -149,9 +148,7 @@ def shed(pool: Pool, fit: Fit) -> Fit:
     """
     while fit.names:
         without_each = [without(fit, name, pool.worlds) for name in fit.names]
-        less = start_fits(
-            pool.worlds, without_each, pool.floors, fit.time_step, stride=SHORT_STRIDE
-        )
+        less = start_fits(pool.worlds, without_each, pool.floors, fit.time_step, near=True)
         worths = {n: f.score - fit.score - pool.haste * pool.bar(n)
                   for n, f in zip(fit.names, less, strict=True)}  # fmt: skip
         name = min(worths, key=lambda n: worths[n])

@@ -174,8 +174,10 @@ class Servo:
         outrun = side * tendon.direction > 1.5
         stages = self.stages
         if self.rotor:
-            gear = self.gear_line(motor[0], tendon)
-            tension = Jet(gear[0], gear[1] * motor[1], gear[1] * motor[2] + gear[2])
+            probe = motor[0] if now.carried == 0.0 else now.carried
+            gear = self.gear_line(probe, tendon)
+            value = gear[0] + gear[1] * (motor[0] - probe)
+            tension = Jet(value, gear[1] * motor[1], gear[1] * motor[2] + gear[2])
             gain = gear[1]
             if outrun:
                 tension, gain = Jet(-self.holding * tendon.direction), 0.0

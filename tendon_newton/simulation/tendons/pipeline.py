@@ -215,12 +215,17 @@ def rotor_flow(flow: Flow, tendon: Tendon, p: ParameterVector) -> Flow:
     """Follow the motor's force through gear and guides, and how much of the rotor they pass on.
 
     What the motor gives may be negative where a string still pulls, as its rotor slows down. So who
-    knows the acceleration decides on slack.
+    knows the acceleration decides on slack. A gear of a shaft is loaded on the side of what the
+    motor gives less what its rotor takes, which may be all rotor, as in a fall with the motor off.
     """
     out = flow
     motor = flow.motor_force
-    gear = gear_line(motor[0], tendon, p)
-    tension = Jet(gear[0], gear[1] * motor[1], gear[1] * motor[2] + gear[2])
+    probe = motor[0]
+    if tendon.carried != real(0.0):
+        probe = tendon.carried
+    gear = gear_line(probe, tendon, p)
+    value = gear[0] + gear[1] * (motor[0] - probe)
+    tension = Jet(value, gear[1] * motor[1], gear[1] * motor[2] + gear[2])
     gain = gear[1]
     if tendon.side * tendon.direction > real(1.5):
         tension = Jet(-real(HELD) * tendon.direction, real(0.0), real(0.0))

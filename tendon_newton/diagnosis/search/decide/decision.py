@@ -14,7 +14,6 @@ from tendon_newton.diagnosis.search.held_out_gain import by_block, held_out_term
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.prune import CLEAR, FAR, leave_out, prune, simplest
 from tendon_newton.diagnosis.search.refit import (
-    SHORT_STRIDE,
     Fit,
     refit,
     start_fits,
@@ -55,7 +54,7 @@ def transfer(pool: Pool, fits: Sequence[Fit], fine: Pool) -> list[Fit]:
     """
     starts = [(f.names, values_of(pool.worlds, f.columns, f.place)) for f in fits]
     step = fine.worlds.study.time_step
-    found = start_fits(fine.worlds, starts, fine.floors, step, stride=SHORT_STRIDE)
+    found = start_fits(fine.worlds, starts, fine.floors, step, near=True)
     found[:1] = refit(fine.worlds, found[:1], fine.floors, iterations=2, coarse=0)
     worst = found[0].score + FAR * fine.price
     near = [i for i, f in enumerate(found[1:], start=1) if f.score < worst]
