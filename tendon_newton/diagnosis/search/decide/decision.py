@@ -13,12 +13,7 @@ from tendon_newton.diagnosis.search.floors import floors_of, form_scales
 from tendon_newton.diagnosis.search.held_out_gain import by_block, held_out_terms, terms
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.prune import CLEAR, FAR, leave_out, prune, simplest
-from tendon_newton.diagnosis.search.refit import (
-    Fit,
-    refit,
-    start_fits,
-    values_of,
-)
+from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, values_of
 from tendon_newton.diagnosis.search.worlds import Floors
 
 SURE = 3.0
