@@ -14,8 +14,6 @@ from tendon_newton.exports.runtime.jets import Jet, Piece, clip, renew, staged
 
 HOLDING = 4.0
 """What a motor at its greatest speed holds against, in shares of its greatest force [1]."""
-PULLING = 1.0e-6
-"""A force [N] whose sign is that of a string that pulls."""
 LEAST_ROTOR = 1.0e-8
 """Inertia [kg m2] of the smallest rotor."""
 SETTLED = 1.0e9
@@ -216,10 +214,10 @@ class Servo:
         angle, motor = self.motor_flow(tendon)
         tendon.error = tendon.command - angle[0]
         tension = self.string * max(now.lead, 0.0) if self.elastic else 0.0
-        gear = self.gear_line(max(tension, PULLING), tendon)
+        gear = self.gear_line(tension, tendon)
         taken = 0.0  # inside a gap nothing is in touch
         if gear[1] > 0.0:
-            taken = max(tension, PULLING) + (tension - gear[0]) / gear[1]
+            taken = tension + (tension - gear[0]) / gear[1]
         if side * tendon.direction > 1.5:
             return angle, -self.holding * tendon.direction, tension
         return angle, motor[0] - taken, tension

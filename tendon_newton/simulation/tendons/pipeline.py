@@ -60,8 +60,6 @@ HELD = 1.0e6
 """Force [N] that no mechanism overcomes: what a motor at its greatest speed holds against."""
 UNDECIDED, TAUT, SLACK = 0.0, 1.0, 2.0
 """Whether a string pulls: what its force says, or what was decided at the start of a step."""
-PULLING = 1.0e-6
-"""A force [N] whose sign is that of a string that pulls."""
 
 
 @device_template

@@ -35,7 +35,6 @@ from tendon_newton.device_code.structs import ContactStates, Drive, Forces, Mech
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.tendons.pipeline import (
     HELD,
-    PULLING,
     gear_line,
     guide_line,
     servo_flow,
@@ -99,11 +98,8 @@ def spool_at(
     if is_rigid(here) or (one_way and lead <= real(0.0)):
         stiffness = real(0.0)
     tension = stiffness * lead
-    probe = tension
-    if one_way:
-        probe = wp.max(tension, real(PULLING))
-    gear = gear_line(probe, tendon, p)
-    taken = probe + (tension - gear[0]) / gear[1]
+    gear = gear_line(tension, tendon, p)
+    taken = tension + (tension - gear[0]) / gear[1]
     out = Spool()
     out.inertia = rotor_inertia(mechanism, here.world, p, d)
     out.tension = tension
