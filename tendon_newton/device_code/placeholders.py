@@ -183,6 +183,20 @@ SECOND_MEMORIES: tuple[int, ...] = constant()
 """Where the second of two memories starts, -1 for none."""
 PLACES: tuple[int, ...] = constant()
 """Where the results of functions that renew a memory start."""
+BITS: tuple[int, ...] = constant()
+"""Their places in `Drive.asleep`."""
+
+SKIPS: bool = constant()
+"""Whether effects whose parameters are all null are passed over. A tape asks for their derivatives
+there."""
+EFFECT_COUNT: int = constant()
+"""Effects of the kernel."""
+FIRST_OWN: int = constant()
+"""Where the first parameter of an effect stands, behind the actuator's."""
+OWN_BITS: tuple[int, ...] = constant()
+"""For each parameter of the effects, its effect's place in `Drive.asleep`."""
+OWN_NULLS: tuple[float, ...] = constant()
+"""Its null value."""
 
 HAS_MEMORY: bool = constant()
 """Whether any effect of the kernel has internal state."""

@@ -48,6 +48,8 @@ class Tendon:
 
     index: int
     """Which tendon of its world."""
+    asleep: wp.int64
+    """See `Drive`."""
     time: real
     """Instant [s] of the simulation."""
     elapsed: real
@@ -103,6 +105,8 @@ class Joint:
 
     index: int
     """Which joint of its world."""
+    asleep: wp.int64
+    """See `Drive`."""
     elapsed: real
     """Time [s] since the memory was current."""
     memory: MemoryVector
@@ -493,6 +497,8 @@ class Drive:
     """What the world remembered then."""
     remembers: real
     """Whether any effect with memory is awake (1)."""
+    asleep: wp.int64
+    """Effects whose parameters are all null, a bit each."""
     inertia: real
     """How much more than their weight the links resist [1]."""
     gravity: Place

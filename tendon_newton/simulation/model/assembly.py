@@ -143,9 +143,10 @@ def assemble(structure: Structure, *, taped: bool = False) -> Assembly:
     """
     types = kernel_types(structure)
     specialiser = Specialiser(types)
+    specialiser.bind(placeholders.SKIPS, not taped)
     if structure.coordinate_count > UNROLLED_JOINTS:
         specialiser.bind(inverse, specialiser.function(looped_inverse))
-    bind_stages(specialiser, structure)
+    bind_stages(specialiser, structure, taped=taped)
     actuator = find_actuator(structure.actuator)
     specialiser.bind(slots.actuator_force, actuator.force)
     specialiser.bind(slots.armature, actuator.armature)
@@ -188,22 +189,25 @@ def bind_routes(specialiser: Specialiser, *, taped: bool) -> None:
     specialiser.bind(slots.all_routes, routes.unrolled_routes)
 
 
-def bind_stages(specialiser: Specialiser, structure: Structure) -> None:
+def bind_stages(specialiser: Specialiser, structure: Structure, *, taped: bool) -> None:
     """Bind the device functions of each stage: what acts in it, and what is remembered after it."""
+    inline = None if taped else True  # an adjoint would take minutes to compile
     effects = able_effects(structure)
     for stage, (slot, template) in STAGES.items():
         hooks = [(effect.name, structure.hook(effect, stage)) for effect in effects]
         acting = [(name, hook) for name, hook in hooks if hook]
         for _, hook in acting:
             check_stage(hook, stage)
-        specialiser.bind(slot, stage_function(specialiser, template, acting, structure))
+        specialiser.bind(
+            slot, stage_function(specialiser, template, acting, structure, inline=inline)
+        )
     for stage, (slot, template) in MEMORIES.items():
         keepers = [e for e in effects if e.memory is stage and structure.remembers(e)]
         keeping = [(e.name, renewal) for e in keepers for renewal in e.renewals()]
         for _, renewal in keeping:
             check_stage(renewal, None)
         places = [place for e in keepers for place in structure.memories[e.name]]
-        function = stage_function(specialiser, template, keeping, structure, places)
+        function = stage_function(specialiser, template, keeping, structure, places, inline=inline)
         specialiser.bind(slot, function)
 
 
@@ -231,6 +235,8 @@ def stage_function(
     hooks: list[tuple[str, Any]],
     structure: Structure,
     places: Sequence[int] = (),
+    *,
+    inline: bool | None = True,
 ) -> Any:
     """Bind a stage's template to the device functions of some effects.
 
@@ -240,6 +246,7 @@ def stage_function(
         hooks: Device functions with the names of their effects.
         structure: Has the effects.
         places: Where each function's result goes in a world's memory, if it is remembered.
+        inline: Whether it is inlined whatever its length: a call copies all of a world's numbers.
     """
     child = specialiser.child()
     child.bind(placeholders.FUNCTIONS, tuple(child.function(hook) for _, hook in hooks))
@@ -248,4 +255,5 @@ def stage_function(
     child.bind(placeholders.MEMORIES, tuple(first for first, *_ in own))
     child.bind(placeholders.SECOND_MEMORIES, tuple(second for _, second, *_ in own))
     child.bind(placeholders.PLACES, tuple(places))
-    return child.function(template)
+    child.bind(placeholders.BITS, tuple(structure.effects.index(name) for name, _ in hooks))
+    return child.function(template, inline=inline)

@@ -100,12 +100,17 @@ def code_constants(structure: Structure) -> dict[Any, Any]:
 def memory_constants(structure: Structure) -> dict[Any, Any]:
     """Return what a world remembers, and where."""
     effects = [effect for effect in structure.declarations if structure.remembers(effect)]
+    own = [(bit, p.null) for bit, e in enumerate(structure.declarations) for p in e.parameters]
     slow_cell = structure.uses(Stage.CELL_LAG) or structure.uses(Stage.CELL_CLOCK)
     return {
         d.HAS_MEMORY: bool(effects) or bool(structure.touch.contacts),
         d.MEMORY_SIZE: structure.memory_count,
         d.MEMORY_OFFSETS: tuple(structure.offsets[effect.name] for effect in effects),
         d.MEMORY_NULLS: tuple(effect.parameters[0].null for effect in effects),
+        d.EFFECT_COUNT: len(structure.effects),
+        d.FIRST_OWN: min(structure.offsets.values(), default=0),
+        d.OWN_BITS: tuple(bit for bit, _ in own),
+        d.OWN_NULLS: tuple(null for _, null in own),
         d.HOLDS_FORCE: structure.holds_force,
         d.HELD_MEMORY: structure.held_memory,
         d.HAS_SLOW_CELL: slow_cell and structure.driven_by == "command",

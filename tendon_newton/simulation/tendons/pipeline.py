@@ -95,6 +95,7 @@ def tendon_state(
     bow = tendon_bow(here)
     tendon = Tendon()
     tendon.index = d
+    tendon.asleep = here.asleep
     tendon.time = here.time
     tendon.elapsed = here.elapsed
     tendon.memory = here.memory
@@ -262,6 +263,7 @@ def joint_state(mechanism: Mechanism, here: Drive, j: int) -> Joint:
     """Describe joint j to the effects."""
     joint = Joint()
     joint.index = j
+    joint.asleep = here.asleep
     joint.elapsed = here.elapsed
     joint.memory = here.memory
     joint.position = here.q[j]

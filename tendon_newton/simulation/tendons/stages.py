@@ -5,11 +5,13 @@ from __future__ import annotations
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (
+    BITS,
     FUNCTIONS,
     MEMORIES,
     OFFSETS,
     PLACES,
     SECOND_MEMORIES,
+    SKIPS,
     Jet,
     MemoryVector,
     ParameterVector,
@@ -24,6 +26,14 @@ from tendon_newton.device_code.templates import device_template
 def own_values(p: ParameterVector, offset: int, remembered: real, second: real) -> Values:
     """Return what is an effect's own; the parameter vector ends in two zeros of padding."""
     return Values(p[offset], p[offset + 1], p[offset + 2], remembered, second)
+
+
+@device_template
+def is_awake(asleep: wp.int64, bit: int) -> bool:
+    """Tell whether an effect has a parameter that is not null; on a tape, every one counts."""
+    if wp.static(SKIPS):
+        return (asleep >> wp.int64(bit)) & wp.int64(1) == wp.int64(0)
+    return True
 
 
 @device_template
@@ -64,7 +74,8 @@ def joint_stage(torque: Jet, joint: Joint, p: ParameterVector) -> Jet:
         if wp.static(SECOND_MEMORIES[i] >= 0):
             second = joint.memory[wp.static(SECOND_MEMORIES[i]) + joint.index]
         values = own_values(p, wp.static(OFFSETS[i]), remembered, second)
-        torque = wp.static(FUNCTIONS[i])(torque, joint, values)
+        if is_awake(joint.asleep, wp.static(BITS[i])):
+            torque = wp.static(FUNCTIONS[i])(torque, joint, values)
     return torque
 
 
@@ -79,7 +90,8 @@ def tendon_stage(signal: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
         if wp.static(SECOND_MEMORIES[i] >= 0):
             second = tendon.memory[wp.static(SECOND_MEMORIES[i]) + tendon.index]
         values = own_values(p, wp.static(OFFSETS[i]), remembered, second)
-        signal = wp.static(FUNCTIONS[i])(signal, tendon, values)
+        if is_awake(tendon.asleep, wp.static(BITS[i])):
+            signal = wp.static(FUNCTIONS[i])(signal, tendon, values)
     return signal
 
 
@@ -95,7 +107,8 @@ def joint_memory(
         if wp.static(SECOND_MEMORIES[i] >= 0):
             second = joint.memory[wp.static(SECOND_MEMORIES[i]) + joint.index]
         values = own_values(p, wp.static(OFFSETS[i]), remembered, second)
-        out[wp.static(PLACES[i]) + joint.index] = wp.static(FUNCTIONS[i])(torque, joint, values)
+        if is_awake(joint.asleep, wp.static(BITS[i])):
+            out[wp.static(PLACES[i]) + joint.index] = wp.static(FUNCTIONS[i])(torque, joint, values)
     return out
 
 
@@ -111,5 +124,8 @@ def tendon_memory(
         if wp.static(SECOND_MEMORIES[i] >= 0):
             second = tendon.memory[wp.static(SECOND_MEMORIES[i]) + tendon.index]
         values = own_values(p, wp.static(OFFSETS[i]), remembered, second)
-        out[wp.static(PLACES[i]) + tendon.index] = wp.static(FUNCTIONS[i])(signal, tendon, values)
+        if is_awake(tendon.asleep, wp.static(BITS[i])):
+            out[wp.static(PLACES[i]) + tendon.index] = wp.static(FUNCTIONS[i])(
+                signal, tendon, values
+            )
     return out

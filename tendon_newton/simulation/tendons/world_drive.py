@@ -6,10 +6,15 @@ import warp as wp
 
 from tendon_newton.device_code.placeholders import (
     DRY_OFFSETS,
+    EFFECT_COUNT,
+    FIRST_OWN,
     FREE_SPOOL,
     JOINTS,
     MEMORY_NULLS,
     MEMORY_OFFSETS,
+    OWN_BITS,
+    OWN_NULLS,
+    SKIPS,
     TENDONS,
     TOUCHES,
     JointVector,
@@ -40,6 +45,8 @@ def world_drive(mechanism: Mechanism, world: int, p: ParameterVector) -> Drive:
     drive = Drive()
     drive.world = world
     drive.enabled = real(1.0)
+    if wp.static(SKIPS):
+        drive.asleep = sleepers(p)
     drive.inertia = inertia_effects(real(1.0), p)
     angle = tilt_effects(real(0.0), p)
     turned = mechanism.gravity[world] - wp.sin(angle) * mechanism.gravity_across[world]
@@ -69,6 +76,17 @@ def world_drive(mechanism: Mechanism, world: int, p: ParameterVector) -> Drive:
     drive.greatest_speed = greatest_speed
     drive.dry = dry
     return drive
+
+
+@device_template
+def sleepers(p: ParameterVector) -> wp.int64:
+    """Return which effects have all their parameters at null, a bit each."""
+    asleep = wp.int64(wp.static((1 << EFFECT_COUNT) - 1))
+    for n in range(wp.static(len(OWN_BITS))):
+        value = wp.min(p[wp.static(FIRST_OWN + n)], real(UNBOUNDED))
+        if value != real(wp.static(min(OWN_NULLS[n], UNBOUNDED))):
+            asleep = asleep & wp.int64(wp.static(~(1 << OWN_BITS[n])))
+    return asleep
 
 
 @device_template
