@@ -46,7 +46,7 @@ def repository_files() -> list[Path]:
         text=True,
     )
     if listing.returncode:
-        pytest.skip("not a git checkout")
+        pytest.skip("not a git checkout", allow_module_level=True)
     return [ROOT / name for name in listing.stdout.split("\0") if name and (ROOT / name).is_file()]
 
 

@@ -1,4 +1,4 @@
-"""One span of a routed tendon: straight, or around a pulley; as in `mechanisms.routing`."""
+"""One span of a routed tendon: straight, or around a pulley; as in `mechanisms.geometry.routing`."""
 
 # The stubs of Warp know no sizes that are set later.
 # pyright: reportOperatorIssue=false, reportReturnType=false

@@ -1,4 +1,4 @@
-"""May a cause be named? One rule, on all rows at the fine step, and an account of every cause."""
+"""May a cause be named? One rule, on all rows at the fine step."""
 
 from __future__ import annotations
 
