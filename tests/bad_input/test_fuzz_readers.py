@@ -26,6 +26,7 @@ from tests.importers.logs import dataset
 FILES = 500
 
 
+@pytest.mark.slow
 def test_spoilt_files_of_every_format_are_read_or_refused() -> None:
     """Five hundred, and of every format some are refused, so that the spoiling is worth it."""
     tally = fuzz(FILES)

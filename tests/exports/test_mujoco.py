@@ -177,6 +177,7 @@ def imported_by(text: str) -> set[str]:
     return names
 
 
+@pytest.mark.slow
 def test_two_commands_lead_from_a_model_to_a_running_simulation(tmp_path: Path) -> None:
     """The second is plain Python, isolated from this package."""
     model = tmp_path / "model.toml"

@@ -53,7 +53,7 @@ WAYS = 3.0e-5  # m: a hundredth of the thumb's excursion, a fifth of what a spoo
         ("finger", "ideal", SERVO_SIDE),
         ("finger", "pwm_servo", ROTOR_SIDE),
         ("spring_weak", "pwm_servo", ()),
-        ("thumb", "ideal", ()),
+        pytest.param("thumb", "ideal", (), marks=pytest.mark.slow),
         ("pendulum", "pwm_servo", ("gear_load_friction",)),
         ("finger", "learned", ()),
     ],

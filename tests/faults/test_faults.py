@@ -23,6 +23,7 @@ def test_a_fault_around_a_run_is_acted_upon(name: str) -> None:
     OUTSIDE[name](1)
 
 
+@pytest.mark.slow
 def test_deployments_with_random_faults_leak_nothing() -> None:
     """A simulated minute: the motor ends off, logs are complete, files are closed."""
     soak(1.0 / 60.0, lambda text: None)

@@ -53,6 +53,7 @@ def record_run(dataset: Path, command: Path, causes: Causes, rng: np.random.Gene
     write_dataset(dataset, (*old.train, new), old.test)
 
 
+@pytest.mark.slow
 def test_the_proposed_run_settles_a_class(tmp_path: Path, rng: np.random.Generator) -> None:
     """Two causes that one spring cannot tell apart; recorded as proposed, the true one is left."""
     dataset, model = tmp_path / "dataset", tmp_path / "dataset" / "model.toml"

@@ -93,6 +93,7 @@ def question(spread: float = 0.1) -> OpenClass:
     )
 
 
+@pytest.mark.slow
 def test_designed_commands_beat_the_library_and_keep_the_limit() -> None:
     """The search never ends below where it began, and no run pulls beyond what it may."""
     found = design(

@@ -88,6 +88,7 @@ def test_a_tip_on_a_floor_presses_alike() -> None:
     assert forces[1] == pytest.approx(forces[0], rel=0.005)
 
 
+@pytest.mark.slow
 def test_a_finger_in_space_meets_a_ball_alike() -> None:
     """Routed tendons, three joints, and a ball beside the plane in which they move."""
     sphere = Sphere(

@@ -54,6 +54,7 @@ def rollout() -> DifferentiableRollout:
     return out
 
 
+@pytest.mark.slow
 def test_gradients_by_what_is_touched(rollout: DifferentiableRollout) -> None:
     """Place, size, material and friction of obstacles, and the finger that presses them."""
     seeds = random_seeds(rollout)

@@ -174,6 +174,7 @@ def test_gradients_by_actuator_effects_and_bench() -> None:
     check_gradients(make_rollout(EFFECTS), tuple(MECHANISM))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("half", [0, 1])
 def test_gradients_by_every_other_effect(half: int) -> None:
     """The rest of the catalogue in two kernels, beside viscous friction."""
@@ -198,6 +199,7 @@ def test_gradients_by_a_gear_under_load() -> None:
     check_gradients(make_rollout(GEAR), ())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("string", STRINGS, ids=["taut or slack", "elastic"])
 def test_gradients_by_a_motor_with_a_rotor(string: dict[str, dict[str, float]]) -> None:
     """The rotor's inertia, and a spool that leads its finger or lags behind its slack string."""

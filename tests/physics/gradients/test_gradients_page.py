@@ -8,6 +8,7 @@ import pytest
 PAGE = Path(__file__).resolve().parents[3] / "docs" / "gradients.md"
 
 
+@pytest.mark.slow
 def test_the_block_of_the_page_finds_the_numbers_that_it_says(
     capsys: pytest.CaptureFixture[str],
 ) -> None:

@@ -94,6 +94,7 @@ def array_slope(
     return slope(loss, move, NUDGE * size)
 
 
+@pytest.mark.slow
 def test_gradients_by_the_weights(rollout: DifferentiableRollout, seeds: dict[str, Array]) -> None:
     """Ten weights at random, through 1.5 s of closed loop: to 1e-3 (1e-2 is asked for)."""
     rollout.forward()

@@ -69,7 +69,14 @@ def test_it_rests_where_the_energy_is_least_with_the_lengths_of_mujoco(name: str
         assert found == pytest.approx(rest, abs=1e-4)
 
 
-@pytest.mark.parametrize("name", ["finger_routed", "finger_antagonist", "thumb"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param("finger_routed", marks=pytest.mark.slow),
+        "finger_antagonist",
+        pytest.param("thumb", marks=pytest.mark.slow),
+    ],
+)
 def test_the_solver_settles_and_stays_where_statics_says(name: str) -> None:
     """Tension as the load cell reads it, and joints to 1e-6 rad; after 0.5 s they are there yet."""
     mechanism = load_mechanism(name)
@@ -182,7 +189,9 @@ def kinetic(model: newton.Model, q: np.ndarray, v: np.ndarray) -> float:
     return float(total)
 
 
-@pytest.mark.parametrize("name", ["finger_antagonist", "thumb"])
+@pytest.mark.parametrize(
+    "name", ["finger_antagonist", pytest.param("thumb", marks=pytest.mark.slow)]
+)
 def test_gradients_of_a_routed_asset_are_its_differences(name: str) -> None:
     """To 1e-3, and not zero: gain, springs, masses, spools, and points of a string's path.
 

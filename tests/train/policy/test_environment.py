@@ -55,7 +55,9 @@ def test_the_command_is_the_motor_angle_and_the_clipped_action_within_its_range(
     )
 
 
-@pytest.mark.parametrize("finger", ["finger", "finger_antagonist"])
+@pytest.mark.parametrize(
+    "finger", ["finger", pytest.param("finger_antagonist", marks=pytest.mark.slow)]
+)
 def test_commands_are_those_of_deployment_bit_for_bit(finger: str) -> None:
     """Range and pay-out rule, of one servo and of two, the second with angles of its own."""
     worlds = environment(finger=finger, goals=(0.0, 1.8))

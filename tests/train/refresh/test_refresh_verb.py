@@ -73,6 +73,7 @@ def test_a_log_knows_the_policy_that_flew_it(bench: Path) -> None:
     assert not is_of(policy_file(Path("finger-stairs")), log)
 
 
+@pytest.mark.slow
 def test_the_verb_goes_from_a_log_to_a_new_policy(
     bench: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

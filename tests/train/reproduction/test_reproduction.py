@@ -53,6 +53,7 @@ def reproduced(
     return reproduction, run_stages(reproduction, ONLY)
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_numbers(recorded: Path, causes: Path, tmp_path: Path) -> None:
     """Two runs agree to the last bit; the report holds every number, and figures are drawn."""
     first, found = reproduced(recorded, tmp_path / "a", causes)
