@@ -49,11 +49,11 @@ force = 1.2
 """
 INTRODUCTION = (
     "# The model file\n\n"
-    "A model is a bench's mechanism, one actuator and a list of effects; `model.toml` states the "
-    "last two. `collect` and `import` write one beside the recordings, `diagnose` writes the "
-    "extended one, and every verb that simulates reads one. The program's own tables make this "
-    "page (`python docs/make_model_file.py`), and a test compares the two. What the numbers do "
-    "stands in [the equations](model.md).\n\n"
+    "A model is a bench's mechanism, one actuator and a list of effects. The file `model.toml` "
+    "states actuator and effects. `collect` and `import` write a model file beside the recordings, "
+    "and `diagnose` writes the extended one. Every verb that simulates reads one. "
+    "[The equations](model.md) say what the numbers do. `python docs/make_model_file.py` makes "
+    "this page from the program's own tables, and a test compares the two.\n\n"
     f"```toml\n{EXAMPLE}```\n\n"
     "All numbers are in SI units and radians. A number outside the range of its kind is refused "
     "with the range. A key that is not known is refused with the keys that are.\n\n"
@@ -77,16 +77,16 @@ def actuators() -> str:
     low, high = SPOOL_RADII
     parts = [
         "## The actuator\n",
-        "`kind` names it. Every key of the kind must be there, but for those that may be left out "
-        "and those of `learned`, whose network's card has them. A kind without a table below has "
-        "no keys.\n",
+        "`kind` names the actuator, and all keys of the kind must be there. Exceptions are keys "
+        "that may be left out, and those of `learned`, which the card of its network has. A kind "
+        "without a table below has no keys.\n",
         rows(
             ("kind", "what it is"),
             ([f"`{kind}`", summary(actuator)] for kind, actuator in ACTUATORS.items()),
         ),
-        f"Any kind takes `spool_radius`, {low:g} to {high:g} m; without it the bench's asset "
-        "says it. `learned` also takes `file`, the network that `train-force` wrote, beside the "
-        "model file or by its full path.\n",
+        f"Any kind takes `spool_radius`, {low:g} to {high:g} m. Without this key the radius of the "
+        "bench's asset counts. `learned` needs `file`, the path of the network that `train-force` "
+        "wrote. A relative path is looked for beside the model file first.\n",
     ]
     for kind, actuator in ACTUATORS.items():
         if actuator.parameters:
@@ -115,7 +115,7 @@ def effects() -> str:
     parts = [
         "## Effects\n",
         "Each `[[effects]]` table has the effect's `name` and all its keys. At its **null value** "
-        "an effect does nothing: leaving the table out says the same.\n",
+        "an effect does nothing, as if its table were left out.\n",
     ]
     for side, heading in SIDES.items():
         table = rows(
@@ -149,10 +149,10 @@ def benches() -> str:
     )
     return (
         "## Numbers of a bench\n\n"
-        "`[bench_overrides.BENCH]` states what differs from the asset of that name: one value per "
-        "joint from the base to the tip, or a lone number where there is one joint. An entry of "
-        "`dataset.toml` may state the same for one recording. `arm_mass` is an even arm from the "
-        "joint to the link's centre, on top of `mass`.\n\n" + table
+        "`[bench_overrides.BENCH]` states what differs from the asset of that name. Each key has "
+        "one value per joint, from the base to the tip; with one joint a lone number will do. An "
+        "entry of `dataset.toml` may state the same for one recording. `arm_mass` is the mass of "
+        "an even arm from the joint to the link's centre, besides `mass`.\n\n" + table
     )
 
 
@@ -162,7 +162,7 @@ def unknown() -> str:
         "## Unknown numbers\n\n"
         "`fit` lists keys of the actuator, or of a bench's numbers, that nobody has measured. A "
         "diagnosis refits them in the model that it starts from and with every cause that it "
-        "tries. All other numbers stay as they are. `fit = []` is a model that is known.\n"
+        "tries. All other numbers stay as they are. With `fit = []` all numbers are known.\n"
     )
 
 

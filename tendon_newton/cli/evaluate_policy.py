@@ -1,4 +1,4 @@
-"""Let policies climb stairs of goals, in simulation and on a bench, and compare them.
+"""Let policies follow stairs of goals, in simulation and on a bench, and compare them.
 
   tendon-newton evaluate-policy ideal/policy.onnx learned/policy.onnx --out comparison
   --force ideal found/model.toml

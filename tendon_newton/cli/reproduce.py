@@ -55,7 +55,7 @@ class ReproduceConfig:
     device: Literal["cpu", "cuda"] = "cpu"
     """Where the policies of a full run learn: on a CPU with a ninth of a GPU's steps."""
     policy: tuple[Path, ...] = ()
-    """Policies (ONNX) that climb the stairs, in place of ones that are trained here."""
+    """Policies (ONNX) that follow the stairs of goals, in place of ones that are trained here."""
 
 
 def main(config: ReproduceConfig) -> None:

@@ -258,7 +258,7 @@ class Rows:
 
 @device_struct
 class Samples:
-    """What force networks have seen of all servos; see `networks.history`."""
+    """What force networks have seen of all servos; see `actuators.networks.history`."""
 
     ring: DeviceBlock[wp.float32]
     """Samples, shape (H, 3, N)."""

@@ -35,7 +35,7 @@ from tendon_newton.diagnosis.result import (
     Unexplained,
     Verdict,
 )
-from tendon_newton.diagnosis.search.decide.attribute import find_causes
+from tendon_newton.diagnosis.search.decide.find_causes import find_causes
 from tendon_newton.diagnosis.time_left import SEARCH_SHARE, expectation, expected_times
 from tendon_newton.diagnosis.unexplained.structure import find_structure
 from tendon_newton.effects import EFFECTS, find_effect

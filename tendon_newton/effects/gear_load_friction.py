@@ -11,7 +11,7 @@ from tendon_newton.effects.loaded_gear import gear_loaded
 
 
 class GearLoadFriction(Effect):
-    r"""Friction in proportion to the torque between motor and load, which is that of both together.
+    r"""Friction in proportion to the torques of motor and load together, which press on the gear.
 
     .. math:: F = F_m - C s - K\,|F_m + F|\,s \ \Rightarrow\
         F = \frac{(1 - K s')\,F_m - C s}{1 + K s'}, \qquad s' = s \operatorname{sign}(F_m + F)

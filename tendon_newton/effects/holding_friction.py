@@ -11,7 +11,7 @@ from tendon_newton.effects.loaded_gear import load_side
 
 
 class HoldingFriction(Effect):
-    r"""Friction in proportion to the load that acts only while the load drives the gear backwards.
+    r"""Friction in proportion to the load, but only while the load drives the gear backwards.
 
     .. math:: F = \frac{F_m}{1 - \eta} \text{ while } F_m v < 0,
         \qquad F \in \left[F_m, \frac{F_m}{1 - \eta}\right] \text{ at } v = 0

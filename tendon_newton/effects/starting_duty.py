@@ -10,7 +10,7 @@ from tendon_newton.effects.base import Effect
 
 
 class StartingDuty(Effect):
-    r"""Any demand, however small, gets a constant share of everything the servo has on top.
+    r"""The servo adds a constant duty to any demand, however small, on the demand's side.
 
     .. math:: u \to u + u_0 \operatorname{sign} u, \qquad u \ne 0
 

@@ -37,7 +37,7 @@ def built_up(before: real, demand: real, elapsed: real, values: Values) -> real:
 
 
 class TorqueFade(Effect):
-    r"""The force that the demand would give is divided by what load has built up.
+    r"""The motor grows weaker while it pulls, and recovers while it rests.
 
     .. math:: F = \frac{F_m}{1 + \rho}, \qquad
         \tau\,\dot\rho = \kappa F^2 - \rho

@@ -28,7 +28,7 @@ class Lstm(RecurrentNetwork):
         width: Size H of output and memory; the state is both, shape (W, 2 H).
     """
 
-    layer: ClassVar[type[nn.RNN] | type[nn.LSTM]] = nn.LSTM
+    layer = nn.LSTM
     parts: ClassVar[int] = 2
     sizes: ClassVar[Mapping[str, Mapping[str, Any]]] = {"matched": {"width": 38}}
 

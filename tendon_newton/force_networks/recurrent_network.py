@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, Self
 
 import torch
@@ -23,7 +23,7 @@ class RecurrentNetwork(ForceNetwork):
         width: Numbers H that the layer gives.
     """
 
-    layer: ClassVar[type[nn.RNN] | type[nn.LSTM]]
+    layer: ClassVar[Callable[..., nn.RNNBase]]
     """Class of the recurrent layer."""
     parts: ClassVar[int]
     """Tensors of H numbers in a world's state; S = parts H."""

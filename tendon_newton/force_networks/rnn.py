@@ -22,7 +22,7 @@ class Rnn(RecurrentNetwork):
         width: Size H of the state.
     """
 
-    layer: ClassVar[type[nn.RNN] | type[nn.LSTM]] = nn.RNN
+    layer = nn.RNN
     parts: ClassVar[int] = 1
     sizes: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         "paper": {"width": 64},

@@ -56,7 +56,7 @@ from tendon_newton.simulation.dynamics.settling import (
     measured_speed,
     resting_contact_states,
 )
-from tendon_newton.simulation.kernels.command_log import in_row, just_after_row, log_of
+from tendon_newton.simulation.kernels.acting_command import in_row, just_after_row, log_of
 from tendon_newton.simulation.tendons.pipeline import excursion, flow_at
 from tendon_newton.simulation.tendons.routes import (
     located,

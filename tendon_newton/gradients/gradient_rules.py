@@ -32,7 +32,7 @@ from tendon_newton.simulation.dynamics.contact_states import (
     constrained_solve,
 )
 from tendon_newton.simulation.dynamics.forces import free_part, touching
-from tendon_newton.simulation.kernels.command_log import find_row
+from tendon_newton.simulation.kernels.acting_command import find_row
 
 
 @device_template

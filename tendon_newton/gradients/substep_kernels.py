@@ -34,7 +34,7 @@ from tendon_newton.device_code.structs import (
 )
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.dynamics.integrator import step, whole_step
-from tendon_newton.simulation.kernels.command_log import in_row, log_of, mean_command
+from tendon_newton.simulation.kernels.acting_command import in_row, log_of, mean_command
 from tendon_newton.simulation.tendons.routes import placed
 from tendon_newton.simulation.tendons.world_drive import world_drive
 

@@ -1,4 +1,7 @@
-"""Let policies climb the paper's stairs, in simulation and on a bench, and score them."""
+"""Let policies follow the paper's stairs of goals, in simulation and on a bench; score them.
+
+A run of a policy over the stairs is a climb.
+"""
 
 from __future__ import annotations
 

@@ -169,7 +169,7 @@ class DeployOptions(BenchOptions, BenchPorts, FurtherLoadCells, ViewOptions):
 
 @dataclass(frozen=True, kw_only=True)
 class ClimbOptions(BenchPorts, FurtherLoadCells):
-    """Let policies climb stairs of goals, in simulation and on a bench, and compare them."""
+    """Let policies follow stairs of goals, in simulation and on a bench, and compare them."""
 
     policies: Annotated[tuple[Path, ...], tyro.conf.Positional]
     """Policy files, ONNX or TorchScript; finger-stairs names the one that comes along."""
@@ -202,7 +202,7 @@ class ClimbOptions(BenchPorts, FurtherLoadCells):
 class RefreshOptions(BenchPorts):
     """Correct a model and its policy from the logs of deployments.
 
-    On a bench that --port names the new policy climbs stairs.
+    On a bench that --port names the new policy follows stairs of goals.
     """
 
     logs: Annotated[tuple[Path, ...], tyro.conf.Positional]

@@ -69,8 +69,8 @@ def refresh(options: RefreshOptions, operator: Operator) -> Drift:
     for log in log_files((*options.reference, *options.logs)):
         if not is_of(options.policy, log):
             operator.tell(
-                f"{log} was flown by another policy than {options.policy}: it tells of the bench, "
-                "and its tip error is not that of the old policy"
+                f"another policy than {options.policy} drove the bench in {log}: the log tells "
+                "of the bench, but its tip error is not that of the old policy"
             )
     drift = find_drift_in_logs(options, ledger, operator)
     operator.announce(f"\n{headline(drift)}")
@@ -196,7 +196,7 @@ def compare_policies(
 
 
 def simulated(options: RefreshOptions) -> list[Climb]:
-    """Let both policies climb the stairs on the old and on the corrected model."""
+    """Let both policies follow the stairs of goals, on the old and on the corrected model."""
     trained_in = find_training(options.policy).config.environment
     goals = stairs()
     count = round((goals.end + 1.5) * trained_in.rate)
@@ -230,14 +230,14 @@ def new_policy(options: RefreshOptions) -> Path:
 
 
 def is_of(policy: Path, log: Path) -> bool:
-    """Tell whether a log was flown by a policy, by the hash that it holds; of an old one yes."""
-    flown = read_session(log).get("policy.sha256") if log.suffix == ".mcap" else None
+    """Tell whether a policy drove the bench in a log, by the log's hash; without a hash it did."""
+    found = read_session(log).get("policy.sha256") if log.suffix == ".mcap" else None
     files = [file for ending in POLICY_ENDINGS if (file := policy.with_suffix(ending)).is_file()]
-    return flown is None or flown in [file_hash(file) for file in files]
+    return found is None or found in [file_hash(file) for file in files]
 
 
 def deployed_anew(options: RefreshOptions, ledger: Ledger, operator: Operator) -> list[Climb]:
-    """Let the new policy climb on the bench, once for each length of its training."""
+    """Let the new policy follow the stairs on the bench, once for each length of its training."""
     if options.port is None:
         return []
     done = ledger.done("bench")
@@ -248,7 +248,7 @@ def deployed_anew(options: RefreshOptions, ledger: Ledger, operator: Operator) -
 
 
 def climb_of(options: RefreshOptions, policy: str, log: Path, when: str) -> Climb:
-    """Read a climb from a log."""
+    """Read from a log how a policy followed its goals."""
     mechanism = load_mechanism(find_training(options.policy).config.environment.finger)
     radius = load_policy(options.policy).card.spool_radius
     climb = climb_on_bench(policy, log, step_table(log), mechanism, radius)

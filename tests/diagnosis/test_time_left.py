@@ -1,5 +1,6 @@
 """A diagnosis says before it starts what it will take, and can be ended early with an answer."""
 
+import inspect
 import json
 import re
 from collections.abc import Callable
@@ -20,8 +21,7 @@ from tendon_newton.data.model_file import load_model
 from tendon_newton.diagnosis import diagnose as diagnosing
 from tendon_newton.diagnosis import time_left as timing
 from tendon_newton.diagnosis.reporting.report_words import headline
-from tendon_newton.diagnosis.search.decide import attribute
-from tendon_newton.diagnosis.search.decide.attribute import find_causes
+from tendon_newton.diagnosis.search.decide.find_causes import find_causes
 from tendon_newton.diagnosis.time_left import expected_times, time_left
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.identification.study import Study
@@ -70,7 +70,7 @@ def test_time_left_follows_from_what_is_done() -> None:
 
 def test_every_stage_that_has_a_share_is_told() -> None:
     """A message that is worded anew would lose its time left: they stand in the sources."""
-    texts = Path(attribute.__file__).read_text() + Path(diagnosing.__file__).read_text()
+    texts = inspect.getsource(find_causes) + Path(diagnosing.__file__).read_text()
     for begin, _ in timing.DONE:
         assert re.search(rf'progress\(f?"{begin}', texts), begin
 

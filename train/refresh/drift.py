@@ -15,7 +15,7 @@ from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.diagnose import SEED, Evidence, conclude
 from tendon_newton.diagnosis.evaluation import evaluate_models
 from tendon_newton.diagnosis.result import Diagnosis
-from tendon_newton.diagnosis.search.decide.attribute import find_causes
+from tendon_newton.diagnosis.search.decide.find_causes import find_causes
 from tendon_newton.identification.study import Study
 from tendon_newton.identification.testable import testable_effects
 

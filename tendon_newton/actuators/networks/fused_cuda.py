@@ -24,8 +24,8 @@ stride of all blocks. Three are resident; eight leave none of them idle at the e
 SOURCE = Path(__file__).with_name("fused_transformer.cuh")
 
 
-def has_cuda_kernel(shape: Shape) -> bool:
-    """Say whether a Transformer is of the sizes that the kernel takes."""
+def fits_cuda_kernel(shape: Shape) -> bool:
+    """Tell whether a Transformer has sizes that the CUDA kernel takes."""
     window, width, heads, feed, _, _ = shape
     return window <= LANES and width == LANES // 2 and heads * 4 == width and feed % 2 == 0
 

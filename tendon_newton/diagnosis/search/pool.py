@@ -67,8 +67,9 @@ class Pool:
     def renew(self, fit: Fit) -> Fit:
         """Score all sets at the floors of one and follow that one there; return it.
 
-        That what jumps misses more counts only if something is left otherwise: a breakaway force
-        that hardly differs from the sliding one must not hide other causes.
+        The floors are first those of laws that do not jump. The larger floors of a law that jumps
+        count only if something is left above the first ones. If they always counted, a breakaway
+        force that hardly differs from the sliding one would hide other causes.
         """
         for jumping in (False, True):
             floors = floors_of(self.worlds, fit.names, jumping=jumping)
@@ -101,7 +102,7 @@ class Pool:
         return out
 
     def worth(self, fit: Fit, less: Fit, name: str) -> float:
-        """Return what a cause is worth beside what is asked [1]: with less than one it goes."""
+        """Return what a cause is worth in units of what is asked [1]; below one it is dropped."""
         return min((less.score - fit.score) / self.bar(name), self.change(fit, less))
 
     def cost(self, fit: Fit) -> float:

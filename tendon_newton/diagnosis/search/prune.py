@@ -14,8 +14,9 @@ from tendon_newton.diagnosis.search.survey import survey
 from tendon_newton.effects import find_effect
 
 FAR, CLEAR = 20.0, 6.0
-"""Prices that a cause is worth after one step, and after two, from which the set without it needs
-no more of them [1]."""
+"""Score lost without a cause [prices] from which the set without it is refitted no further: the
+first after one step, the second after two. Below the second, three more steps follow. `decision`
+bounds with them what is taken to all rows: the second for rivals, the first for their refits."""
 TURNS = 3
 """Times that causes are pruned and exchanged at most."""
 
@@ -84,7 +85,8 @@ def exchange(pool: Pool, fit: Fit, names: Sequence[str]) -> None:
 def simplest(pool: Pool, fit: Fit) -> Fit:
     """Return a fit with special cases in the place of laws that explain no more.
 
-    Nor does a law explain more that changes less than a law's own error of form.
+    A law explains no more if it gains less than its further numbers cost. Nor does it if it makes
+    residuals smaller by less than the error of form of the model with the special case.
     """
     for name in fit.names:
         for special in find_effect(name).includes:
@@ -98,7 +100,7 @@ def simplest(pool: Pool, fit: Fit) -> Fit:
 
 
 def is_sharper(pool: Pool, fit: Fit, other: Fit) -> bool:
-    """Tell whether most residuals of a fit are smaller by more than a law's own error of form."""
+    """Tell whether a signal's mean squares differ by that of the other model's error of form."""
     form = form_of(pool.worlds, other.names)
     return any(
         max(0.0, getattr(other.scales, signal) ** 2 - getattr(fit.scales, signal) ** 2)

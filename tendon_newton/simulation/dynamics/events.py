@@ -311,9 +311,10 @@ def bring_row(
 def bring_event_row(
     mechanism: Mechanism, here: Drive, event: Event, contact: ContactStates, middle: Motion
 ) -> JointVector:
-    """Bring the row that an event names to its speed exactly: the next states see it there.
+    """Bring the row that an event names exactly to its speed: the next contact states need that.
 
-    So they see a tendon that has meanwhile left its contact state, as another event came first.
+    Another tendon may have left its contact state by then, too. Its row is brought to the nearest
+    speed that its state allows, so that the next contact states find it there.
     """
     v = middle.v
     arms = motion_arms(mechanism, here, contact, middle)

@@ -162,9 +162,14 @@ def loaded(
 ) -> Drive:
     """Return a drive that knows what each sliding gear is given [N], by its motor less the rotor.
 
-    Friction under load is taken on the side of the motor here. That changes how much the gear
-    carries, and not on which side: what is left of it after dry friction is a sum of the motor's
-    and the load's part, each times an inertia, over one that alone knows of the side.
+    Friction under load depends on the sign of F - C (`load_side`; some laws take 2 F - C). F is
+    what the gear is given, C all other friction. F follows from accelerations, and those are found
+    with the sign that F = F_m has. This changes no sign, since with one tendon
+
+        F - C = (M (F_m - C) + J F_l) / (M + c J)
+
+    F_m and F_l are the forces of motor and load, J and M the inertias of rotor and load. Only the
+    gear's gain c > 0 depends on the sign that was taken.
     """
     arms = tendon_arms(mechanism, here)
     bow = tendon_bow(here)

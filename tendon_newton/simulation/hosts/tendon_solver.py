@@ -76,7 +76,7 @@ class TendonSolver(SolverBase):
     captured in a graph.
 
     Args:
-        model: Worlds of one mechanism, from `Mechanism.build`.
+        model: Worlds of one mechanism, from `mechanisms.worlds.build_model`.
         description: Actuator and effects.
         max_step: Longest substep [s].
         precision: Scalar inside the kernels; Newton's arrays are float32.

@@ -37,7 +37,7 @@ from tendon_newton.simulation.dynamics.integrator import step
 from tendon_newton.simulation.dynamics.memory import remembered
 from tendon_newton.simulation.dynamics.sensors import read_sensors
 from tendon_newton.simulation.dynamics.settling import SETTLED
-from tendon_newton.simulation.kernels.command_log import find_row, mean_command
+from tendon_newton.simulation.kernels.acting_command import find_row, mean_command
 from tendon_newton.simulation.kernels.history_kernels import all_present, push_samples, with_held
 from tendon_newton.simulation.tendons.routes import located, placed
 from tendon_newton.simulation.tendons.world_drive import world_drive

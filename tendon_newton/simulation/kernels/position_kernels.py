@@ -38,7 +38,7 @@ from tendon_newton.device_code.structs import (
 )
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.dynamics.settling import SETTLED
-from tendon_newton.simulation.kernels.command_log import acting_row, log_of, mean_command
+from tendon_newton.simulation.kernels.acting_command import acting_row, log_of, mean_command
 from tendon_newton.simulation.tendons.world_drive import UNBOUNDED
 
 POSITION_EFFECTS = (

@@ -31,7 +31,7 @@ from tendon_newton.simulation.dynamics.sensors import (
     report,
     tensions,
 )
-from tendon_newton.simulation.kernels.command_log import acting_row, in_row, log_of, mean_command
+from tendon_newton.simulation.kernels.acting_command import acting_row, in_row, log_of, mean_command
 from tendon_newton.simulation.tendons.routes import located, placed
 from tendon_newton.simulation.tendons.world_drive import at_start, world_drive
 

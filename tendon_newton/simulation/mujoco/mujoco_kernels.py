@@ -36,7 +36,7 @@ from tendon_newton.device_code.structs import (
 )
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.dynamics.memory import remembered
-from tendon_newton.simulation.kernels.command_log import (
+from tendon_newton.simulation.kernels.acting_command import (
     acting_row,
     find_row,
     just_after_row,

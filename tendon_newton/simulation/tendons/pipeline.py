@@ -5,8 +5,9 @@ r"""The stages between a command and the tendon's pull, and between a joint's st
     mechanism -> radius -> stretch -> angle -> error
 
 Each name without brackets is a slot for effects (`tendon_newton.effects.base.Stage`); a kernel
-holds only those that its model lists. Forces travel as jets, so that the integrator gets the
-derivatives it needs without finite differences.
+holds only those that its model lists. An effect's function `tension` is called here as
+`tension_effects`; `device_code.slots` has all slots. Forces travel as jets, so that the integrator
+gets the derivatives it needs without finite differences.
 
 A rotor of inertia J takes its part before the gear and the load cell see the motor's force:
 the tension is :math:`F = f(F_m - a\,\ddot s)`, with :math:`a = J / r^2` and f what the gear's
@@ -213,9 +214,10 @@ def guide_line(tension: real, tendon: Tendon, p: ParameterVector) -> Jet:
 def rotor_flow(flow: Flow, tendon: Tendon, p: ParameterVector) -> Flow:
     """Follow the motor's force through gear and guides, and how much of the rotor they pass on.
 
-    What the motor gives may be negative where a string still pulls, as its rotor slows down. So who
-    knows the acceleration decides on slack. A gear of a shaft is loaded on the side of what the
-    motor gives less what its rotor takes, which may be all rotor, as in a fall with the motor off.
+    A rotor that slows down keeps its string taut while the motor's force is negative. So slack is
+    not decided here, but where the acceleration is known. A shaft's gear carries the motor's force
+    less what accelerates the rotor (`tendon.carried`). In a fall with the motor off the rotor's
+    part is all of it.
     """
     out = flow
     motor = flow.motor_force

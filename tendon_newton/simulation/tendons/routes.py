@@ -1,4 +1,6 @@
-r"""Routed tendons on the device: length, moment arms and curvature as in `mechanisms.routing`.
+r"""Routed tendons on the device: length, moment arms and curvature.
+
+`mechanisms.geometry.routing` has the same equations in numpy.
 
 A span is described in the frame of one link, its *observer*: the link of its pulley, or of its
 start. So only the joints between the observer and the span's ends move the span. `START_WAY` and

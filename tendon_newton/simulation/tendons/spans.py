@@ -1,4 +1,7 @@
-"""One span of a routed tendon: straight, or around a pulley; as in `mechanisms.routing`."""
+"""One span of a routed tendon, straight or around a pulley.
+
+`mechanisms.geometry.routing` has the same equations in numpy.
+"""
 
 # The stubs of Warp know no sizes that are set later.
 # pyright: reportOperatorIssue=false, reportReturnType=false

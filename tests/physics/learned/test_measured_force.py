@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
-from tendon_newton.diagnosis.search.decide.attribute import find_causes
+from tendon_newton.diagnosis.search.decide.find_causes import find_causes
 from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import InvalidRecording
 from tendon_newton.identification import testable

@@ -1,4 +1,4 @@
-"""May a cause be named? One rule, on all rows at the fine step, and an account of every cause."""
+"""May a cause be named? One rule, on all rows at the fine step."""
 
 from __future__ import annotations
 
@@ -17,9 +17,11 @@ from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, values_
 from tendon_newton.diagnosis.search.worlds import Floors
 
 SURE = 3.0
-"""Times that a cause must pass its bar on parts that others saw, to need no refits without them."""
+"""Worth [bars] of a cause on all parts that makes refits without each part needless. The set
+without the cause has seen these parts: the worth on unseen ones is no smaller."""
 FEW_RIVALS = 3
-"""Sets with another cause in the place of one that are looked at closely."""
+"""Most sets with another cause in the place of one that are refitted on all rows, or told as its
+rivals."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,7 +124,8 @@ def held_out_gains(fine: Pool, fit: Fit) -> dict[str, Array]:
     """Return what each cause is worth on parts that no number has seen, by block of time.
 
     A set that saw a part does better there than one that did not. Where the set without a cause
-    is far behind even so, it is not refitted without each part: the cause is worth that at least.
+    is far behind even on parts that it saw, it is not refitted without each part. The gain that is
+    returned is then a lower bound.
     """
     worlds, floors = fine.worlds, fine.floors
     less = leave_out(fine, fit)

@@ -1,7 +1,12 @@
-"""The constants that decide whether a cause is named, all of them.
+"""The bars: what a cause must bring to be named.
 
-Everything else that the search compares with data follows from the sensors, the bench or the data,
-or only says how long it looks. `python -m tests.planted.sets.calibrate` draws the price's curve.
+A cause's worth is counted in these bars, so the `1.0` in `prune` and `account` is just what is
+asked here. `python -m tests.planted.sets.calibrate` draws the price's curve.
+
+All other constants of the search say which sets of causes are fitted, on which rows, and how far.
+They can change a name too, since a set that was not fitted to its end cannot win. Nearest to the
+decision are `FAR` and `CLEAR` in `prune`, and `FEW_RIVALS` in `decision`. `SURE` in `decision` only
+saves time: the refits that it spares could only raise a cause's worth.
 """
 
 PRICE = 0.1
@@ -17,8 +22,8 @@ LADDER = 3.0
 """How much more a law misses than the next plainer one [1]: one that jumps from rest (its breakaway
 force is above the sliding one), one that sticks, one that does neither."""
 REST = 0.1
-"""Weight of a row at rest where something sticks [1]: one error in all rows of a rest. Where
-nothing sticks all rows at rest together count at most as much as those in motion."""
+"""Weight of a row at rest where something sticks [1]: all rows of one rest repeat one error. Where
+nothing sticks the weight is `Worlds.rest_share`."""
 LEAST_EXPLAINED = 0.8
 """Share of the squared error above the noise [1] that named causes must explain together; with less
 the answer is that something else is the matter."""

@@ -31,7 +31,7 @@ from tendon_newton.diagnosis.search.worlds import Worlds
 from tendon_newton.identification.study import Study
 
 HASTE = 0.3
-"""Share of that price which the search asks of a cause, before the rule decides [1]."""
+"""Share of the price `PRICE` that the search asks of a cause [1]; the decision asks all of it."""
 STOPPED = "The search was stopped before its end: causes may be missing."
 OVER_BUDGET = "The search ended at its budget of time: causes may be missing."
 MOST_CAUSES = 7

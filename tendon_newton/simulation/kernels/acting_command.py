@@ -15,9 +15,10 @@ from tendon_newton.simulation.dynamics.sensors import INSTANT
 from tendon_newton.simulation.tendons.world_drive import world_drive
 
 EARLY = 1.0e-9
-"""A command [s] that comes so shortly before a substep counts as one at its start.
+"""Time before a substep [s] within which a command counts as one that comes at its start.
 
-Then the mean has the derivative for later commands, however both instants are rounded.
+The mean command has a kink where a command comes at the start of a substep. This margin always
+gives the derivative for a command that comes later, however the two instants are rounded.
 """
 
 
