@@ -189,8 +189,10 @@ BITS: tuple[int, ...] = constant()
 SKIPS: bool = constant()
 """Whether effects whose parameters are all null are passed over. A tape asks for their derivatives
 there."""
+HAS_EFFECTS: bool = constant()
+"""Whether the kernel has any effect."""
 EFFECT_COUNT: int = constant()
-"""Effects of the kernel."""
+"""How many it has."""
 FIRST_OWN: int = constant()
 """Where the first parameter of an effect stands, behind the actuator's."""
 OWN_BITS: tuple[int, ...] = constant()

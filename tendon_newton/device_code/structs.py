@@ -12,6 +12,7 @@ from typing import Annotated
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (
+    HAS_EFFECTS,
     PLANAR,
     ROUTED,
     TOUCHES,
@@ -48,7 +49,7 @@ class Tendon:
 
     index: int
     """Which tendon of its world."""
-    asleep: wp.int64
+    asleep: Annotated[wp.int64, HAS_EFFECTS]
     """See `Drive`."""
     time: real
     """Instant [s] of the simulation."""
@@ -105,7 +106,7 @@ class Joint:
 
     index: int
     """Which joint of its world."""
-    asleep: wp.int64
+    asleep: Annotated[wp.int64, HAS_EFFECTS]
     """See `Drive`."""
     elapsed: real
     """Time [s] since the memory was current."""
@@ -497,7 +498,7 @@ class Drive:
     """What the world remembered then."""
     remembers: real
     """Whether any effect with memory is awake (1)."""
-    asleep: wp.int64
+    asleep: Annotated[wp.int64, HAS_EFFECTS]
     """Effects whose parameters are all null, a bit each."""
     inertia: real
     """How much more than their weight the links resist [1]."""

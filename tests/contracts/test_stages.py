@@ -49,9 +49,7 @@ def test_a_field_that_no_struct_has_is_refused_in_one_line() -> None:
     with pytest.raises(InvalidDeviceCode) as caught:
         Specialiser(Bindings({})).function(misspelt)
     message = str(caught.value)
-    assert re.match(
-        r"misspelt asks a Tendon for 'voltag'; it has index, .*, angle_rate ", message
-    )
+    assert re.match(r"misspelt asks a Tendon for 'voltag'; it has index, .*, angle_rate ", message)
     assert "\n" not in message
     assert message.endswith(f"test_stages.py:{inspect.getsourcelines(misspelt)[1] + 3})")
 

@@ -143,7 +143,7 @@ def assemble(structure: Structure, *, taped: bool = False) -> Assembly:
     """
     types = kernel_types(structure)
     specialiser = Specialiser(types)
-    specialiser.bind(placeholders.SKIPS, not taped)
+    specialiser.bind(placeholders.SKIPS, bool(structure.effects) and not taped)
     if structure.coordinate_count > UNROLLED_JOINTS:
         specialiser.bind(inverse, specialiser.function(looped_inverse))
     bind_stages(specialiser, structure, taped=taped)
@@ -191,7 +191,8 @@ def bind_routes(specialiser: Specialiser, *, taped: bool) -> None:
 
 def bind_stages(specialiser: Specialiser, structure: Structure, *, taped: bool) -> None:
     """Bind the device functions of each stage: what acts in it, and what is remembered after it."""
-    inline = None if taped else True  # an adjoint would take minutes to compile
+    # an adjoint would take minutes to compile, and without effects there is nothing to save
+    inline = True if structure.effects and not taped else None
     effects = able_effects(structure)
     for stage, (slot, template) in STAGES.items():
         hooks = [(effect.name, structure.hook(effect, stage)) for effect in effects]

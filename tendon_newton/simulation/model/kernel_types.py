@@ -12,6 +12,7 @@ import warp as wp
 from tendon_newton.device_code import placeholders as d
 from tendon_newton.device_code.templates import Bindings
 from tendon_newton.effects import Stage
+from tendon_newton.errors import InvalidDeviceCode
 from tendon_newton.simulation.contact.contact_plan import SHAPES
 from tendon_newton.simulation.model.structure import Structure
 
@@ -23,11 +24,21 @@ STRIDE = 0.3
 misleads."""
 TOUCHING_STRIDE = 0.02
 """The same past obstacles: a link must not leap over one."""
+MOST_EFFECTS = 63
+"""Bits of a whole number that is not negative."""
 
 
 @cache
 def kernel_types(structure: Structure) -> Bindings:
-    """Return types, constants and structs."""
+    """Return types, constants and structs.
+
+    Raises:
+        InvalidDeviceCode: There are more effects than `Drive.asleep` has bits.
+    """
+    if len(structure.effects) > MOST_EFFECTS:
+        raise InvalidDeviceCode(
+            f"a kernel takes at most {MOST_EFFECTS} effects; it has {len(structure.effects)}"
+        )
     return Bindings(
         {
             **vector_types(structure),
@@ -107,6 +118,7 @@ def memory_constants(structure: Structure) -> dict[Any, Any]:
         d.MEMORY_SIZE: structure.memory_count,
         d.MEMORY_OFFSETS: tuple(structure.offsets[effect.name] for effect in effects),
         d.MEMORY_NULLS: tuple(effect.parameters[0].null for effect in effects),
+        d.HAS_EFFECTS: bool(structure.effects),
         d.EFFECT_COUNT: len(structure.effects),
         d.FIRST_OWN: min(structure.offsets.values(), default=0),
         d.OWN_BITS: tuple(bit for bit, _ in own),

@@ -23,6 +23,7 @@ import warp as wp
 from tendon_newton.device_code.placeholders import (
     FREE_SPOOL,
     HAS_DUTY,
+    HAS_EFFECTS,
     HAS_ROTOR,
     JOINTS,
     LINKS,
@@ -96,7 +97,8 @@ def tendon_state(
     bow = tendon_bow(here)
     tendon = Tendon()
     tendon.index = d
-    tendon.asleep = here.asleep
+    if wp.static(HAS_EFFECTS):
+        tendon.asleep = here.asleep
     tendon.time = here.time
     tendon.elapsed = here.elapsed
     tendon.memory = here.memory
@@ -265,7 +267,8 @@ def joint_state(mechanism: Mechanism, here: Drive, j: int) -> Joint:
     """Describe joint j to the effects."""
     joint = Joint()
     joint.index = j
-    joint.asleep = here.asleep
+    if wp.static(HAS_EFFECTS):
+        joint.asleep = here.asleep
     joint.elapsed = here.elapsed
     joint.memory = here.memory
     joint.position = here.q[j]
