@@ -37,6 +37,10 @@ class real(Placeholder):  # noqa: N801 - a scalar, as `float` is
     """Scalar of the simulation."""
 
 
+class Flags(Placeholder):
+    """Whole number of 64 bits, each of which says yes or no."""
+
+
 class Vec2(Placeholder):
     """Vector of a plane."""
 

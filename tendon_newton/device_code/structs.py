@@ -22,6 +22,7 @@ from tendon_newton.device_code.placeholders import (
     DeviceArray,
     DeviceBlock,
     DeviceGrid,
+    Flags,
     Jet,
     JointMatrix,
     JointVector,
@@ -49,7 +50,7 @@ class Tendon:
 
     index: int
     """Which tendon of its world."""
-    asleep: Annotated[wp.int64, HAS_EFFECTS]
+    asleep: Annotated[Flags, HAS_EFFECTS]
     """See `Drive`."""
     time: real
     """Instant [s] of the simulation."""
@@ -106,7 +107,7 @@ class Joint:
 
     index: int
     """Which joint of its world."""
-    asleep: Annotated[wp.int64, HAS_EFFECTS]
+    asleep: Annotated[Flags, HAS_EFFECTS]
     """See `Drive`."""
     elapsed: real
     """Time [s] since the memory was current."""
@@ -498,7 +499,7 @@ class Drive:
     """What the world remembered then."""
     remembers: real
     """Whether any effect with memory is awake (1)."""
-    asleep: Annotated[wp.int64, HAS_EFFECTS]
+    asleep: Annotated[Flags, HAS_EFFECTS]
     """Effects whose parameters are all null, a bit each."""
     inertia: real
     """How much more than their weight the links resist [1]."""

@@ -78,7 +78,7 @@ def fingerprints() -> dict[str, str]:
 
 def main() -> int:
     """Compare or write; return how many programs differ from those that were timed."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
+    parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--write", action="store_true", help="these are what was measured")
     write = parser.parse_args().write
     quiet_warp()

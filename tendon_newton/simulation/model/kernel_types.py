@@ -64,6 +64,7 @@ def vector_types(structure: Structure) -> dict[Any, Any]:
 
     return {
         d.real: real,
+        d.Flags: wp.int64,
         d.Vec2: vector(2),
         d.Vec3: vector(3),
         d.Mat33: matrix(3, 3),

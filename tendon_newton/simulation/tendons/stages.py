@@ -12,6 +12,7 @@ from tendon_newton.device_code.placeholders import (
     PLACES,
     SECOND_MEMORIES,
     SKIPS,
+    Flags,
     Jet,
     MemoryVector,
     ParameterVector,
@@ -29,10 +30,10 @@ def own_values(p: ParameterVector, offset: int, remembered: real, second: real) 
 
 
 @device_template
-def is_awake(asleep: wp.int64, bit: int) -> bool:
+def is_awake(asleep: Flags, bit: int) -> bool:
     """Tell whether an effect has a parameter that is not null; on a tape, every one counts."""
     if wp.static(SKIPS):
-        return (asleep >> wp.int64(bit)) & wp.int64(1) == wp.int64(0)
+        return (asleep >> Flags(bit)) & Flags(1) == Flags(0)
     return True
 
 

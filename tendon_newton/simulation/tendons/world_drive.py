@@ -17,6 +17,7 @@ from tendon_newton.device_code.placeholders import (
     SKIPS,
     TENDONS,
     TOUCHES,
+    Flags,
     JointVector,
     MemoryVector,
     ParameterVector,
@@ -79,13 +80,13 @@ def world_drive(mechanism: Mechanism, world: int, p: ParameterVector) -> Drive:
 
 
 @device_template
-def sleepers(p: ParameterVector) -> wp.int64:
+def sleepers(p: ParameterVector) -> Flags:
     """Return which effects have all their parameters at null, a bit each."""
-    asleep = wp.int64(wp.static((1 << EFFECT_COUNT) - 1))
+    asleep = Flags(wp.static((1 << EFFECT_COUNT) - 1))
     for n in range(wp.static(len(OWN_BITS))):
         value = wp.min(p[wp.static(FIRST_OWN + n)], real(UNBOUNDED))
         if value != real(wp.static(min(OWN_NULLS[n], UNBOUNDED))):
-            asleep = asleep & wp.int64(wp.static(~(1 << OWN_BITS[n])))
+            asleep = asleep & Flags(wp.static(~(1 << OWN_BITS[n])))
     return asleep
 
 
