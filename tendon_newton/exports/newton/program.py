@@ -212,9 +212,9 @@ def memory_text(code: CarriedCode, stage: Stage, slot: Any, places: Places) -> s
 
 
 def struct_text(declared: type) -> str:
-    """Return a struct's declaration as Warp takes it."""
+    """Return a struct's declaration as Warp takes it, without fields that few kernels have."""
     fields = inspect.get_annotations(declared)
-    lines = [f"    {name}: {kind}" for name, kind in fields.items()]
+    lines = [f"    {n}: {kind}" for n, kind in fields.items() if not kind.startswith("Annotated")]
     return "\n".join(["@wp.struct", f"class {declared.__name__}:", *lines])
 
 
