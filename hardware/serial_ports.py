@@ -7,6 +7,7 @@ import fcntl
 import os
 import stat
 import termios
+import time
 from pathlib import Path
 
 from hardware.errors import PortBusy, PortUnavailable
@@ -17,6 +18,8 @@ SHARED_FOLDER = Path("/", "tmp")
 """Where they are put where not every user may write there: all users must look at one place."""
 EVERYBODY = 0o666
 """Rights of a lock: whoever may use the port may lock it."""
+PATIENCE = 1.0
+"""Longest wait for a lock [s]: a keeper of a dead program's motor takes 0.2 s to switch it off."""
 LATENCY_TIMERS = Path("/sys/bus/usb-serial/devices")
 """File of the latency timer of an FTDI adapter in Linux."""
 
@@ -29,7 +32,8 @@ class PortLock:
     """Hold a serial port against other programs of ours.
 
     Neither the SDK nor the system keeps a second program from opening a port, and then each takes
-    the other's answers. The lock is released by the system when the process dies.
+    the other's answers. The system releases the lock when the process dies, and with it all that it
+    has given the lock's descriptor to.
 
     Args:
         port: Path of the device; links lead to the same lock as their target.
@@ -39,8 +43,13 @@ class PortLock:
         self.port = port
         self._file: int | None = None
 
+    @property
+    def descriptor(self) -> int | None:
+        """Descriptor of the lock while it is held: who inherits it holds the lock as well."""
+        return self._file
+
     def acquire(self) -> None:
-        """Take the lock.
+        """Take the lock, and wait for the end of what watched over a program that died.
 
         Raises:
             PortBusy: Another process has it.
@@ -50,7 +59,7 @@ class PortLock:
             return
         file = open_lock(self.port)
         try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            lock(file, PATIENCE)
         except OSError as error:
             holder = os.pread(file, 20, 0).decode("ascii", "replace").strip() or "unknown"
             os.close(file)
@@ -67,6 +76,22 @@ class PortLock:
             os.ftruncate(self._file, 0)
             os.close(self._file)
             self._file = None
+
+
+def lock(file: int, patience: float) -> None:
+    """Lock a file, at the latest after some time [s].
+
+    Raises:
+        OSError: Another process still holds it then.
+    """
+    deadline = time.monotonic() + patience
+    while True:
+        try:
+            return fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            if time.monotonic() > deadline:
+                raise
+        time.sleep(0.01)
 
 
 def lock_path(port: str) -> Path:

@@ -97,10 +97,11 @@ class Bus:
 
         Nothing watches over a simulated bus.
         """
-        port = self._port.descriptor
-        if self._family.motor_off is None or port is None:
+        port, lock = self._port.descriptor, self._port.lock_descriptor
+        if self._family.motor_off is None or port is None or lock is None:
             return None
-        return Keeper(port, patience=patience, packet=self._family.motor_off(self.identifier))
+        packet = self._family.motor_off(self.identifier)
+        return Keeper(port, lock=lock, patience=patience, packet=packet)
 
     def open(self) -> None:
         """Lock and open the port.

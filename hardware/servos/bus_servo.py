@@ -130,8 +130,7 @@ class BusServo:
         try:
             return self.switched_off()
         finally:
-            if self._keeper is not None:  # the motor is not known to be off
-                self._keeper.abandon()
+            self._abandon()
             self._bus.close()
 
     def switched_off(self) -> bool:
@@ -351,6 +350,7 @@ class BusServo:
             Whether the servo is back; where the port stays away it is not.
         """
         deadline = self._clock.now() + limit
+        self._abandon()
         while True:
             self._bus.close()
             try:
@@ -371,6 +371,11 @@ class BusServo:
     def _release(self) -> None:
         if self._keeper is not None:
             self._keeper.release()
+            self._keeper = None
+
+    def _abandon(self) -> None:
+        if self._keeper is not None:  # the motor is not known to be off
+            self._keeper.abandon()
             self._keeper = None
 
     def _set_up(self, configuration: ServoConfiguration) -> None:

@@ -22,6 +22,8 @@ class Keeper:
 
     Args:
         port: Descriptor of the servo's open port.
+        lock: Descriptor of the port's lock, so that no other program has the port before the motor
+            is off.
         patience: Silence after which it acts [s].
         packet: Instruction that switches the motor off.
 
@@ -29,7 +31,7 @@ class Keeper:
         HardwareFault: The process does not start.
     """
 
-    def __init__(self, port: int, *, patience: float, packet: bytes) -> None:
+    def __init__(self, port: int, *, lock: int, patience: float, packet: bytes) -> None:
         self._process = subprocess.Popen(
             [
                 *(sys.executable, "-I", "-S", str(Path(keeper_process.__file__))),
@@ -37,7 +39,7 @@ class Keeper:
             ],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            pass_fds=(port,),
+            pass_fds=(port, lock),
             start_new_session=True,
         )
         out = self._process.stdout

@@ -101,6 +101,11 @@ class ServoPort:
         serial: Any = getattr(self.handler, "ser", None)
         return None if serial is None or not self.is_open else int(serial.fileno())
 
+    @property
+    def lock_descriptor(self) -> int | None:
+        """Descriptor of the held lock; None of a simulated bus."""
+        return None if self._lock is None else self._lock.descriptor
+
     def close(self) -> None:
         """Close the port and give it back; more than once does no harm."""
         self.is_open = False

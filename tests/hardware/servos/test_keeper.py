@@ -73,6 +73,24 @@ def test_a_killed_program_leaves_no_motor_on(ports: VirtualPorts) -> None:
     assert happens(lambda: ports.state().duty == 0.0)
 
 
+def test_the_next_program_waits_until_the_motor_is_off(ports: VirtualPorts) -> None:
+    """A dead program's keeper still writes for 0.2 s; nobody else has the port until it is done."""
+    for _ in range(4):
+        with subprocess.Popen(
+            [sys.executable, "-c", DRIVE, ports.servo_port], stdout=subprocess.PIPE
+        ) as program:
+            assert program.stdout is not None
+            assert program.stdout.readline() == b"on\n"
+            program.send_signal(signal.SIGKILL)
+        servo = BusServo(SERVOS["sts3215"], ports.servo_port, retries=RETRIES)
+        servo.open()
+        servo.configure(watchdog_s=2.0)
+        servo.enable_torque()
+        time.sleep(0.3)
+        assert servo.check().torque_enabled
+        assert servo.close()
+
+
 def test_a_program_that_hangs_is_told_afterwards(servo: BusServo, ports: VirtualPorts) -> None:
     """The motor is off after its silence; the next goal says why, and clearing brings it back."""
     servo.command_duty(0.05)
