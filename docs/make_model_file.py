@@ -12,6 +12,7 @@ from tendon_newton.data.bench_overrides import BENCH_OVERRIDE_RANGES
 from tendon_newton.data.model_file import KNOWN_KEYS
 from tendon_newton.data.parameters import Parameter
 from tendon_newton.effects import EFFECTS
+from tendon_newton.simulation.model.bench_numbers import TOLERANCE
 from tendon_newton.simulation.model.parameter_table import SPOOL_RADII
 
 PAGE = Path(__file__).resolve().parent / "model_file.md"
@@ -162,7 +163,11 @@ def unknown() -> str:
         "## Unknown numbers\n\n"
         "`fit` lists keys of the actuator, or of a bench's numbers, that nobody has measured. A "
         "diagnosis refits them in the model that it starts from and with every cause that it "
-        "tries. All other numbers stay as they are. With `fit = []` all numbers are known.\n"
+        "tries. Numbers of the actuator that `fit` leaves out stay as they are.\n\n"
+        "A diagnosis takes masses, lengths and moment arms of a bench for as good as a drawing. "
+        f"Each may differ by up to {100.0 * TOLERANCE:.0f} %, and no cause is named for that. The "
+        "numbers that it ends with stand in `bench_overrides` of its `model.toml`. What "
+        "`bench_overrides` state, here or in `dataset.toml`, stays as it is stated.\n"
     )
 
 

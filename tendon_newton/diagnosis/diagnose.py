@@ -41,12 +41,15 @@ from tendon_newton.diagnosis.unexplained.structure import find_structure
 from tendon_newton.effects import EFFECTS, find_effect
 from tendon_newton.identification.study import Study, refuse_several_tendons
 from tendon_newton.identification.testable import testable_effects, untested_sides
+from tendon_newton.simulation.model.bench_numbers import OWNER, TOLERANCE
 
 SEARCH_STEP = 5.0e-4
 """Simulation step while searching [s]; the reported errors use the finer default."""
 WORTH_SAYING = 0.1
 """Share of the gap from which a candidate at its bound is told in a sentence, not in the table
 alone."""
+BUILT_OFF = 0.01
+"""Share by which a bench's number must differ to be told [1]."""
 SEED = 0
 """Of the bootstrap: the same data give the same diagnosis."""
 
@@ -90,7 +93,14 @@ def diagnose(
     rng = np.random.default_rng(SEED)
     refuse_several_tendons((*dataset.train, *dataset.test))
     progress("reading benches and compiling kernels")
-    train = Study(dataset.train, model, tuple(EFFECTS), time_step=SEARCH_STEP, in_pieces=True)
+    train = Study(
+        dataset.train,
+        model,
+        tuple(EFFECTS),
+        time_step=SEARCH_STEP,
+        in_pieces=True,
+        tolerant=True,
+    )
     names = testable_effects(train)
     wrong = tuple(suspect.text for suspect in plainly_wrong(train))
     for text in wrong:
@@ -103,7 +113,7 @@ def diagnose(
         dataset.train, train, model, names, rng=rng, progress=progress, budget=budget
     )
     progress("measuring the gain on held-out recordings")
-    test = Study(dataset.test, model, tuple(EFFECTS))
+    test = Study(dataset.test, model, tuple(EFFECTS), like=train)
     diagnosis, evidence = conclude(train, findings, model, test, rng, start)
     steps = next_steps(diagnosis, dataset, model, train, findings.closest.values)
     return replace(diagnosis, next_steps=(*wrong, *steps)), evidence
@@ -153,6 +163,7 @@ def conclude(
         recorded=settings_of(train.recordings),
         notes=(
             *notes(train),
+            *as_built(train, extended),
             *ended_at_bounds(train, findings.candidates, named),
             *findings.notes,
         ),
@@ -209,7 +220,8 @@ def open_class(
 
 def explain(study: Study, found: Found, cause: str) -> Explanation:
     """Describe a fit by the cause that it stands for, and all its numbers."""
-    owners = dict.fromkeys(study.table.owners[column][0] for column in found.values)
+    columns = [column for column in found.values if column not in study.tolerated]
+    owners = dict.fromkeys(study.table.owners[column][0] for column in columns)
     return Explanation(
         cause=cause,
         numbers={owner: estimates(study, found, study.table.columns(owner)) for owner in owners},
@@ -235,7 +247,25 @@ def estimates(study: Study, found: Found, columns: Sequence[int]) -> dict[str, E
 def confounded_numbers(study: Study, found: Found) -> tuple[Confounded, ...]:
     """Return the pairs of fitted numbers that the data cannot tell apart."""
     owners = [study.table.owners[column] for column in found.values]
-    return find_confounded(found.point, [f"{owner}.{p.name}" for owner, p in owners])
+    pairs = find_confounded(found.point, [f"{owner}.{p.name}" for owner, p in owners])
+    loose = {f"{OWNER}.{number.name}" for number in study.loose}
+    return tuple(pair for pair in pairs if not loose & {pair.first, pair.second})
+
+
+def as_built(study: Study, values: Mapping[int, float]) -> tuple[str, ...]:
+    """Say which numbers of benches differ from what was stated by more than is worth a word."""
+    changes = {
+        study.parameter(c).name: values[c] / study.base_value(c) - 1.0
+        for c in study.tolerated
+        if c in values
+    }
+    told = [f"{name} {100.0 * x:+.1f} %" for name, x in changes.items() if abs(x) > BUILT_OFF]
+    if not told:
+        return ()
+    return (
+        f"Benches differ from their drawings by up to {100.0 * TOLERANCE:.0f} %, and no cause is "
+        f"named for that. Fitted: {', '.join(told)}. The model's bench_overrides have all of them.",
+    )
 
 
 def ended_at_bounds(

@@ -28,6 +28,7 @@ from tendon_newton.simulation.hosts.rollout import TIME_STEP, Rollout, Trajector
 from tendon_newton.simulation.hosts.timeline import Timeline
 from tendon_newton.simulation.model.bench_numbers import (
     OWNER,
+    tolerated_numbers,
     unknown_numbers,
     with_estimates,
     without_estimates,
@@ -65,6 +66,8 @@ class Study:
         time_step: Step of the simulation [s].
         in_pieces: Whether recordings of mechanisms that forget nothing are cut; see `pieces`.
         scale: Of the benches, in place of what the recordings show: planned runs show nothing.
+        tolerant: Whether numbers of benches may differ a little from what is stated.
+        like: A study of the same model, whose columns this one shall have.
 
     Raises:
         InvalidDataset: A recording has several tendons.
@@ -79,6 +82,8 @@ class Study:
         time_step: float = TIME_STEP,
         in_pieces: bool = False,
         scale: BenchScale | None = None,
+        tolerant: bool = False,
+        like: Study | None = None,
     ) -> None:
         refuse_several_tendons(recordings)
         benches = {
@@ -93,8 +98,14 @@ class Study:
         self._model = model
         self.time_step = time_step
         """Step of its simulations unless another is asked for [s]."""
-        self.unknown = unknown_numbers(model, benches, self.recordings)
+        self.unknown = like.unknown if like else unknown_numbers(model, benches, self.recordings)
         """Numbers of benches that the model declares unknown."""
+        if like is None:
+            loose = tolerated_numbers(model, benches, self.recordings) if tolerant else ()
+        else:
+            loose = like.loose
+        self.loose = loose
+        """Numbers of benches that may differ a little from what is stated."""
         self.table = ParameterTable(actuator=model.actuator.name, effects=())
         self.noise = estimate_noise_floor(self.recordings)
         self.mechanisms: list[Mechanism] = []
@@ -107,7 +118,7 @@ class Study:
                 [self.recordings[i] for i in members],
                 model,
                 effects=effects,
-                unknown=self.unknown,
+                unknown=(*self.unknown, *self.loose),
                 time_step=time_step,
                 device=DEVICE,
             )
@@ -145,7 +156,7 @@ class Study:
             UnknownName: Neither its actuator nor a bench has such a number.
         """
         owners = self.table.owners
-        keys = {number.name: number.key for number in self.unknown}
+        keys = {number.name: number.key for number in (*self.unknown, *self.loose)}
         out: list[int] = []
         for name in model.fit:
             found = [
@@ -160,20 +171,31 @@ class Study:
             out += found
         return tuple(out)
 
+    @property
+    def tolerated(self) -> tuple[int, ...]:
+        """Places of the numbers of benches that may differ a little from what is stated."""
+        names = {number.name for number in self.loose}
+        return tuple(
+            column
+            for column, (owner, parameter) in enumerate(self.table.owners)
+            if owner == OWNER and parameter.name in names
+        )
+
     def with_fitted(self, model: Model, values: Mapping[int, float]) -> Model:
         """Return a model with fitted numbers of actuator and benches (column -> value) in place."""
         owners = self.table.owners
-        columns = self.fit_columns(model)
+        columns = [c for c in (*self.fit_columns(model), *self.tolerated) if c in values]
         actuator = {
             owners[c][1].name: values[c] for c in columns if owners[c][0] == model.actuator.name
         }
         bench = {owners[c][1].name: values[c] for c in columns if owners[c][0] == OWNER}
+        numbers = [number for number in (*self.unknown, *self.loose) if number.name in bench]
         return replace(
             model,
             actuator=NamedValues(
                 name=model.actuator.name, values={**model.actuator.values, **actuator}
             ),
-            bench_overrides=with_estimates(model, self.unknown, bench)
+            bench_overrides=with_estimates(model, numbers, bench)
             if bench
             else model.bench_overrides,
         )

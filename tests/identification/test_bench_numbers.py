@@ -9,12 +9,14 @@ from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.search.fixed_set import fit_set_anew
-from tendon_newton.diagnosis.search.refit import values_of
+from tendon_newton.diagnosis.search.floors import floors_of
+from tendon_newton.diagnosis.search.refit import refit, start_fits, values_of
 from tendon_newton.diagnosis.search.worlds import Worlds
 from tendon_newton.errors import InvalidModelFile, UnknownName
-from tendon_newton.identification.study import Study
+from tendon_newton.identification.study import Study, replacements
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.replay import replay, simulated_recording
-from tendon_newton.simulation.model.bench_numbers import without_estimates
+from tendon_newton.simulation.model.bench_numbers import OWNER, without_estimates
 from tests.effect_bench import GAIN, commanded, steps_and_waves
 
 WAVES = 0.5 * steps_and_waves()
@@ -93,6 +95,69 @@ def test_an_estimate_counts_more_than_what_a_recording_believed() -> None:
     assert without_estimates(recording, open_model).bench_overrides == BenchOverrides(length=(0.1,))
     closed = Model(actuator=IDEAL, bench_overrides=given)
     assert without_estimates(recording, closed) is recording
+
+
+def test_held_out_benches_in_another_order_keep_their_numbers() -> None:
+    """Columns follow the training recordings, and not the order in which others are listed."""
+    finger, slider = (commanded(steps_and_waves(40), b) for b in ("finger", "spring_weak"))
+    model = Model(actuator=IDEAL, fit=("mass",))
+    train = Study([finger, slider], model, (), tolerant=True)
+    for recordings in ([slider, finger], [slider]):
+        other = Study(recordings, model, (), like=train)
+        assert other.table.owners == train.table.owners
+        heavier = {c: 1.5 * train.base_value(c) for c in train.fit_columns(model)}
+        (own, changed) = other.residuals(*replacements([{}, heavier]))[0].theta
+        alone = Study([slider], model, ())
+        column = alone.table.column(OWNER, "mass")
+        (_, same) = alone.residuals(*replacements([{}, {column: 1.5 * alone.base_value(column)}]))[
+            0
+        ].theta
+        assert not np.array_equal(own, changed)
+        np.testing.assert_array_equal(changed, same)
+
+
+def test_a_bench_may_differ_a_little_from_its_drawing() -> None:
+    """Numbers that nobody stated are fitted within 5 %, in the diagnosis and the model file."""
+    masses = [joint.mass for joint in load_mechanism("finger").joints]
+    truth = BenchOverrides(mass=(1.04 * masses[0], 0.97 * masses[1]))
+    data = [measured("finger", truth, 0.5 * steps_and_waves(80))]
+    model = Model(actuator=IDEAL)
+    study = Study(data, model, (), time_step=STEP, tolerant=True)
+    names = [study.table.owners[c][1].name for c in study.tolerated]
+    assert names == [
+        f"{key}_{joint}" for key in ("mass", "length", "moment_arm") for joint in ("pip", "dip")
+    ]
+    for c in study.tolerated:
+        parameter = study.parameter(c)
+        ends = sorted((parameter.lower / parameter.nominal, parameter.upper / parameter.nominal))
+        assert ends == pytest.approx([1.0 / 1.05, 1.05])
+    worlds = Worlds(study)
+    floors = floors_of(worlds, ())
+    start = ((), {c: study.base_value(c) for c in study.tolerated})
+    found = start_fits(worlds, [start], floors, STEP)
+    (fit,) = refit(worlds, found, floors, iterations=8)
+    assert fit.score < 0.1 * found[0].score
+    better = study.with_fitted(model, values_of(worlds, fit.columns, fit.place))
+    (again,) = replay(data, better, time_step=STEP)
+    np.testing.assert_allclose(again.motor_position, data[0].motor_position, atol=1e-3)
+
+
+@pytest.mark.parametrize("stated", ["model", "recording", "fit"])
+def test_what_is_stated_stays_as_it_is(stated: str) -> None:
+    """A mass that somebody weighed is no longer free, and a slider's arm is one by definition."""
+    weighed = BenchOverrides(mass=(0.05,))
+    recording = replace(
+        commanded(steps_and_waves(40)),
+        bench_overrides=weighed if stated == "recording" else BenchOverrides(),
+    )
+    model = Model(
+        actuator=IDEAL,
+        bench_overrides={"spring_weak": weighed} if stated == "model" else {},
+        fit=("mass",) if stated == "fit" else (),
+    )
+    assert Study([recording], model, (), tolerant=True).tolerated == ()
+    assert len(Study([commanded(steps_and_waves(40))], Model(actuator=IDEAL), (), tolerant=True)
+               .tolerated) == 1  # fmt: skip
 
 
 def test_what_cannot_be_fitted_is_refused() -> None:

@@ -97,3 +97,9 @@ def test_diagnosis_is_silent_where_nothing_is_hidden(known_friction: bool, tmp_p
     """
     answer, _ = diagnosed(tmp_path, Recipe(seed=1, mix="A", known_friction=known_friction))
     assert (answer["verdict"], answer["effects"]) == ("no_gap", [])
+
+
+def test_a_bench_that_was_not_built_to_its_drawing_gets_no_cause(tmp_path: Path) -> None:
+    """Masses, lengths and an arm are off by up to 5 %: nothing is missing but their numbers."""
+    answer, _ = diagnosed(tmp_path, Recipe(seed=1, mix="F", off_nominal=0.05, duration=SHORT))
+    assert (answer["verdict"], answer["effects"]) == ("no_gap", [])

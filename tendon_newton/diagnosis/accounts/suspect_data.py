@@ -211,10 +211,11 @@ def size_on(
             scale=study.scale,
         )
         moved.noise = study.noise
-        owners = [study.table.owners[column] for column in values]
+        of_causes = {c: v for c, v in values.items() if c not in study.tolerated}
+        owners = [study.table.owners[column] for column in of_causes]
         own = {
             moved.table.column(owner, p.name): v
-            for (owner, p), v in zip(owners, values.values(), strict=True)
+            for (owner, p), v in zip(owners, of_causes.values(), strict=True)
         }
     except TendonNewtonError:  # what the entry states of its bench does not suit another
         return float("inf")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -55,7 +55,7 @@ class Pool:
             if not self.allows(fit.names, values_of(self.worlds, fit.columns, fit.place)):
                 continue
             if key not in self.fits or fit.score < self.fits[key].score:
-                self.fits[key] = fit
+                self.fits[key] = replace(fit, slopes={})  # large, and soon those of another place
 
     def rescore(self, floors: Floors) -> None:
         """Score all sets at other floors."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -49,6 +49,9 @@ class Fit:
     """Most likely scale of each signal."""
     stride: Array
     """Steps of the next finite differences, as shares of the coordinates, shape (F,)."""
+    slopes: Mapping[int, Array] = field(default_factory=dict)
+    """Derivatives of the residual by some columns' coordinates, taken nearby, shape (M,) each: the
+    next step makes do with them."""
     settled: bool = False
     """Whether no further step would lower its loss at these floors."""
 
@@ -71,6 +74,7 @@ def start_fits(
     time_step: float,
     *,
     near: bool = False,
+    slopes: Mapping[int, Array] | None = None,
 ) -> list[Fit]:
     """Evaluate sets of causes at given values, column -> value.
 
@@ -80,6 +84,7 @@ def start_fits(
         floors: Least scale of each signal.
         time_step: Of the simulation [s].
         near: Whether the starts are near their optima.
+        slopes: Derivatives by some columns' coordinates near all starts, shape (M,) each.
     """
     if not starts:
         return []
@@ -100,6 +105,7 @@ def start_fits(
                 score=float(score.value[n]),
                 scales=Scales(theta=float(score.theta[n]), force=float(score.force[n])),
                 stride=np.full(len(columns), strides(worlds, names)[0 if near else 1]),
+                slopes={c: s for c, s in (slopes or {}).items() if c in columns},
             )
         )
     return out
@@ -117,6 +123,9 @@ def refit(
     jacobians: Sequence[Array] | None = None,
 ) -> list[Fit]:
     """Descend from each fit's place; all its numbers move together.
+
+    Derivatives cost most, so every second step makes do with those before, corrected by what that
+    step did to the residuals (Broyden 1965). Such a step is not the last.
 
     Args:
         worlds: Simulates candidates.
@@ -154,20 +163,15 @@ def refit(
             floors, current[chosen[0]].time_step,
         )  # fmt: skip
         for k, i in enumerate(chosen):
+            fit, unit = current[i], units[k]
             span = moved[k * len(DAMPINGS) : (k + 1) * len(DAMPINGS)]
-            losses = [mean_loss(f.residual, units[k]) for f in span]
-            before = mean_loss(current[i].residual, units[k])
-            best = int(np.argmin(losses))
-            least, most = strides(worlds, current[i].names)
-            is_long = jacobians is None and bool(np.any(current[i].stride > least))
-            active[i] = losses[best] < before - tolerance or step < coarse or is_long
-            if losses[best] < before:
-                shortest = np.maximum(least, SHORTER * current[i].stride)
-                stride = np.clip(moved_by(current[i], span[best]), shortest, most)
-                current[i] = replace(span[best], stride=stride)
-            else:
-                stride = np.maximum(least, SHORTER * current[i].stride)
-                current[i] = replace(current[i], stride=stride)
+            best = min(span, key=lambda f: mean_loss(f.residual, unit))
+            gain = mean_loss(fit.residual, unit) - mean_loss(best.residual, unit)
+            is_rough = jacobians is None and (borrows(worlds, fit) or is_long(worlds, fit))
+            active[i] = gain > tolerance or step < coarse or is_rough
+            current[i] = (
+                stepped(worlds, fit, best, slopes[k]) if gain > 0.0 else shorter(worlds, fit)
+            )
             if not active[i] and rows is None:
                 current[i] = replace(current[i], settled=True)
     return current
@@ -178,9 +182,40 @@ def strides(worlds: Worlds, names: Sequence[str]) -> tuple[float, float]:
     return STICKING if is_dry((*worlds.study.known, *names)) else (STRIDE, STRIDE)
 
 
-def moved_by(before: Fit, after: Fit) -> Array:
-    """Return how far a step led, as shares of the coordinates, shape (F,)."""
-    return np.abs(after.place - before.place) / (1.0 + np.abs(after.place))
+def is_long(worlds: Worlds, fit: Fit) -> bool:
+    """Tell whether a fit's differences may still become shorter."""
+    return bool(np.any(fit.stride > strides(worlds, fit.names)[0]))
+
+
+def borrows(worlds: Worlds, fit: Fit) -> bool:
+    """Tell whether derivatives that change from place to place are those of another place."""
+    return not set(fit.slopes) <= set(worlds.study.tolerated)
+
+
+def lasting(worlds: Worlds, slopes: Mapping[int, Array]) -> dict[int, Array]:
+    """Return the derivatives that hold for longer: a bench's numbers hardly move."""
+    return {c: slopes[c] for c in worlds.study.tolerated if c in slopes}
+
+
+def shorter(worlds: Worlds, fit: Fit) -> Fit:
+    """Return a fit that a step did not better: other derivatives may lead further."""
+    if borrows(worlds, fit):
+        return replace(fit, slopes=lasting(worlds, fit.slopes))
+    least, _ = strides(worlds, fit.names)
+    return replace(fit, stride=np.maximum(least, SHORTER * fit.stride))
+
+
+def stepped(worlds: Worlds, before: Fit, after: Fit, jacobian: Array) -> Fit:
+    """Return where a step led, with its length for differences or what is known of them."""
+    least, most = strides(worlds, before.names)
+    step = after.place - before.place
+    share = np.abs(step) / (1.0 + np.abs(after.place))
+    stride = np.clip(share, np.maximum(least, SHORTER * before.stride), most)
+    missed = after.residual - before.residual - jacobian @ step
+    better = jacobian + np.outer(missed, step / max(1.0e-30, float(step @ step)))
+    slopes = dict(zip(before.columns, better.T, strict=True))
+    slopes = lasting(worlds, slopes) if borrows(worlds, before) else slopes
+    return replace(after, stride=stride, slopes=slopes)
 
 
 def mean_loss(residual: Array, unit: Array) -> float:
@@ -212,14 +247,16 @@ def trimmed_size(residual: Array, share: float) -> float:
 def linearise(worlds: Worlds, fits: Sequence[Fit]) -> list[Array]:
     """Return the derivatives of fits' residuals by their coordinates, shape (M, F) each.
 
-    They are differences over each fit's own strides.
+    They are differences over each fit's own strides, but for those that a fit brings with it.
 
     Their simulation step is `ROUGH_STEP` at least: differences need not be finer.
     """
     models, steps = [], []
     for fit in fits:
         _, high = bounds_of(worlds, fit.columns)
-        for f in range(len(fit.columns)):
+        for f, column in enumerate(fit.columns):
+            if column in fit.slopes:
+                continue
             step = fit.stride[f] * (1.0 + abs(fit.place[f]))
             step = -step if fit.place[f] + step > high[f] else step
             moved = fit.place.copy()
@@ -227,19 +264,23 @@ def linearise(worlds: Worlds, fits: Sequence[Fit]) -> list[Array]:
             models.append(values_of(worlds, fit.columns, moved))
             steps.append(step)
     if not models:
-        return [np.zeros((len(fit.residual), 0)) for fit in fits]
+        return [assembled(fit, iter(())) for fit in fits]
     bases = [fit.residual for fit in fits]
     if fits[0].time_step < ROUGH_STEP:
         models += [values_of(worlds, fit.columns, fit.place) for fit in fits]
     residuals = worlds.residuals(models, max(ROUGH_STEP, fits[0].time_step))
     bases = bases if len(models) == len(steps) else list(residuals[len(steps) :])
-    out, at = [], 0
-    for fit, base in zip(fits, bases, strict=True):
-        count = len(fit.columns)
-        slopes = [(residuals[at + f] - base) / steps[at + f] for f in range(count)]
-        out.append(np.stack(slopes, axis=1) if count else np.zeros((len(base), 0)))
-        at += count
-    return out
+    found = zip(residuals, steps, strict=False)
+    return [
+        assembled(fit, ((residual - base) / step for residual, step in found))
+        for fit, base in zip(fits, bases, strict=True)
+    ]
+
+
+def assembled(fit: Fit, new: Iterator[Array]) -> Array:
+    """Return derivatives by all columns, those that a fit brings and others in turn, (M, F)."""
+    found = [fit.slopes[c] if c in fit.slopes else next(new) for c in fit.columns]
+    return np.stack(found, axis=1) if found else np.zeros((len(fit.residual), 0))
 
 
 def damped(worlds: Worlds, fit: Fit, jacobian: Array, unit: Array, damping: float) -> Array:

@@ -19,7 +19,7 @@ from tendon_newton.diagnosis.search.refit import (
     without,
 )
 from tendon_newton.diagnosis.search.starts import Start, new_starts, wider_starts
-from tendon_newton.diagnosis.search.survey import survey
+from tendon_newton.diagnosis.search.survey import Survey, survey
 
 SETS, SINGLES = 6, 5
 """Different sets, and single causes, that are refitted after a survey."""
@@ -43,7 +43,7 @@ def find(
 
     Args:
         pool: Takes all fits.
-        fit_columns: The model's own unknown numbers.
+        fit_columns: Numbers that are free without any cause.
         names: Effects that may be named.
         progress: Told what stands so far.
     """
@@ -110,13 +110,13 @@ def add_sets(pool: Pool, current: Fit, names: Sequence[str], *, first: bool) -> 
     note_singles(pool, chooser, first=first)
     if first:
         starts = new_starts(pool, view, chooser.singles(SINGLES))
-        singles = follow(pool, starts, current.time_step, coarse=2, last=SETTLED)
+        singles = follow(pool, view, starts, coarse=2, last=SETTLED)
         if any(suffices(pool, fit) for fit in singles[:1]):
             return
     trials = choose(chooser, SETS)
     starts = wider_starts(pool, current, names)
     starts += new_starts(pool, view, trials if first else [*trials, *exchanges(chooser, RIVALS)])
-    follow(pool, starts, current.time_step, coarse=2 if first else 1)
+    follow(pool, view, starts, coarse=2 if first else 1)
 
 
 def suffices(pool: Pool, fit: Fit) -> bool:
@@ -161,18 +161,19 @@ def shed(pool: Pool, fit: Fit) -> Fit:
 
 
 def follow(
-    pool: Pool, starts: Sequence[Start], time_step: float, *, coarse: int, last: int = 2
+    pool: Pool, view: Survey, starts: Sequence[Start], *, coarse: int, last: int = 2
 ) -> list[Fit]:
     """Refit sets jointly, following fewer the longer it takes; add them, best first.
 
     Args:
         pool: Takes all fits.
+        view: Of the fit that all starts are near.
         starts: Sets and the values to start from.
-        time_step: Of the simulation [s].
         coarse: First steps at the scale of all residuals.
         last: Steps at most of those that are followed furthest.
     """
-    fits = start_fits(pool.worlds, starts, pool.floors, time_step)
+    step = view.fit.time_step
+    fits = start_fits(pool.worlds, starts, pool.floors, step, slopes=view.slopes)
     for count in FOLLOWED:
         if pool.is_late:
             break

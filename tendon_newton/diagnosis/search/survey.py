@@ -60,6 +60,15 @@ class Survey:
     directions: Array
     """Changes of the residual, shape (C, M)."""
 
+    @property
+    def slopes(self) -> dict[int, Array]:
+        """Derivatives of the residual by the fit's own columns, shape (M,) each."""
+        return {
+            next(iter(column.values)): direction
+            for column, direction in zip(self.columns, self.directions, strict=True)
+            if column.kind == "slope"
+        }
+
 
 def survey(worlds: Worlds, fit: Fit, names: Sequence[str], floors: Floors, share: float) -> Survey:
     """Look at every effect around a fit.

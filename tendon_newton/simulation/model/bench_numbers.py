@@ -1,7 +1,7 @@
-"""Numbers of a bench that a model declares unknown (`fit`), as columns of the parameter vector.
+"""Numbers of a bench that are unknown (a model's `fit`) or known to a few percent only.
 
-They stand behind the effects, in the bench's own units. Kernels do not read them there: a rollout
-writes them into the mechanism of each world.
+They are columns of the parameter vector. They stand behind the effects, in the bench's own units.
+Kernels do not read them there: a rollout writes them into the mechanism of each world.
 """
 
 from __future__ import annotations
@@ -26,6 +26,11 @@ OWNER = "bench"
 """Owner of these columns in a parameter table."""
 REACH = 10.0
 """A number may turn out so many times as large, or as small, as where its search starts."""
+TOLERATED, TOLERANCE = ("mass", "length", "moment_arm"), 0.05
+"""Numbers of a bench that are as built and not as drawn, and the share by which they may differ:
+what kitchen scales and a ruler tell. Springs and dampers have effects of the catalogue."""
+BY_DEFINITION = 1.0
+"""Moment arm of a slider and of a shaft: they have no other."""
 WRITTEN = ("stiffness", "damping", "upper", "mass", "inertia", "centre", "offset", "arms")
 """Arrays of a mechanism that these numbers change."""
 
@@ -42,11 +47,13 @@ class BenchNumber:
     """Where its search starts [the key's unit]."""
     name: str
     """The key, with bench and joint where there are several."""
+    reach: float = REACH
+    """How many times as large, or as small, it may turn out."""
 
     @property
     def parameter(self) -> Parameter:
         """Its column of a parameter table."""
-        low, high = sorted((self.value / REACH, self.value * REACH))
+        low, high = sorted((self.value / self.reach, self.value * self.reach))
         return Parameter(
             name=self.name,
             unit=BENCH_OVERRIDE_RANGES[self.key][2],
@@ -54,7 +61,7 @@ class BenchNumber:
             nominal=self.value,
             lower=low,
             upper=high,
-            source="ten times either way",
+            source=f"{self.reach:g} times either way",
         )
 
 
@@ -79,14 +86,56 @@ def unknown_numbers(
         found = []
         for bench, mechanism in benches.items():
             values = start_values(key, bench, mechanism, recordings)
-            for joint, value in enumerate(values):
-                name = key if len(values) == 1 else f"{key}_{mechanism.joints[joint].name}"
-                name = name if len(benches) == 1 else f"{bench}.{name}"
-                number = BenchNumber(bench=bench, key=key, joint=joint, value=value, name=name)
-                found.append(number)
+            found += [
+                BenchNumber(
+                    bench=bench, key=key, joint=joint, value=value,
+                    name=name_of(key, bench, joint, mechanism, benches),
+                )
+                for joint, value in enumerate(values)
+            ]  # fmt: skip
         if not found:
             raise InvalidModelFile(f"fit names {key!r}, which no bench of the dataset has")
         out += found
+    return tuple(out)
+
+
+def name_of(
+    key: str, bench: str, joint: int, mechanism: Mechanism, benches: Mapping[str, Mechanism]
+) -> str:
+    """Return a number's name: its key, with bench and joint where there are several."""
+    name = key if len(mechanism.joints) == 1 else f"{key}_{mechanism.joints[joint].name}"
+    return name if len(benches) == 1 else f"{bench}.{name}"
+
+
+def tolerated_numbers(
+    model: Model, benches: Mapping[str, Mechanism], recordings: Sequence[Recording]
+) -> tuple[BenchNumber, ...]:
+    """Return the numbers of benches that may differ a little from what their assets state.
+
+    Numbers that the model or a recording states stay as they are stated.
+
+    Args:
+        model: Its ``fit`` and ``bench_overrides`` name numbers that are left out here.
+        benches: The mechanisms of all recordings.
+        recordings: They may carry numbers of their own.
+    """
+    out = []
+    for bench, mechanism in benches.items():
+        stated = {key for r in recordings if r.bench == bench for key in r.bench_overrides.given}
+        stated |= {*model.fit, *model.bench_overrides.get(bench, BenchOverrides()).given}
+        if stated & {"arm_mass", "length"}:
+            continue  # a link's mass, length and arm are one body
+        for key in (key for key in TOLERATED if key not in stated):
+            values = numbers_of(key, mechanism)
+            if set(values) & {0.0, BY_DEFINITION}:
+                continue
+            out += [
+                BenchNumber(
+                    bench=bench, key=key, joint=joint, value=value, reach=1.0 + TOLERANCE,
+                    name=name_of(key, bench, joint, mechanism, benches),
+                )
+                for joint, value in enumerate(values)
+            ]  # fmt: skip
     return tuple(out)
 
 

@@ -81,7 +81,7 @@ def find_causes(
         for w, haste in ((worlds, HASTE), (fine_worlds, HASTE), (fine_worlds, 1.0))
     )  # fmt: skip
     try:
-        fit = find(pool, study.fit_columns(model), names, progress)
+        fit = find(pool, (*study.fit_columns(model), *study.tolerated), names, progress)
         pool.haste = 1.0
         progress(f"testing {', '.join(fit.names) or 'whether anything is missing'}")
         fit = settle(pool, fit, names)
@@ -113,6 +113,7 @@ def part_of(study: Study, recordings: Sequence[Recording], model: Model) -> Stud
         time_step=study.time_step,
         in_pieces=True,
         scale=study.scale,
+        like=study,
     )
     part.noise = study.noise
     return part
