@@ -48,8 +48,6 @@ SEARCH_STEP = 5.0e-4
 WORTH_SAYING = 0.1
 """Share of the gap from which a candidate at its bound is told in a sentence, not in the table
 alone."""
-BUILT_OFF = 0.01
-"""Share by which a bench's number must differ to be told [1]."""
 SEED = 0
 """Of the bootstrap: the same data give the same diagnosis."""
 
@@ -163,7 +161,7 @@ def conclude(
         recorded=settings_of(train.recordings),
         notes=(
             *notes(train),
-            *as_built(train, extended),
+            *as_built(train, final or findings.baseline),
             *ended_at_bounds(train, findings.candidates, named),
             *findings.notes,
         ),
@@ -252,19 +250,19 @@ def confounded_numbers(study: Study, found: Found) -> tuple[Confounded, ...]:
     return tuple(pair for pair in pairs if not loose & {pair.first, pair.second})
 
 
-def as_built(study: Study, values: Mapping[int, float]) -> tuple[str, ...]:
-    """Say which numbers of benches differ from what was stated by more than is worth a word."""
-    changes = {
-        study.parameter(c).name: values[c] / study.base_value(c) - 1.0
-        for c in study.tolerated
-        if c in values
-    }
-    told = [f"{name} {100.0 * x:+.1f} %" for name, x in changes.items() if abs(x) > BUILT_OFF]
+def as_built(study: Study, found: Found) -> tuple[str, ...]:
+    """Say which numbers of benches surely differ from what was stated."""
+    told = []
+    for column in study.tolerated:
+        drawn, (low, high) = study.base_value(column), found.intervals[column]
+        if not low <= drawn <= high:
+            change = 100.0 * (found.values[column] / drawn - 1.0)
+            told.append(f"{study.parameter(column).name} {change:+.1f} %")
     if not told:
         return ()
     return (
-        f"Benches differ from their drawings by up to {100.0 * TOLERANCE:.0f} %, and no cause is "
-        f"named for that. Fitted: {', '.join(told)}. The model's bench_overrides have all of them.",
+        f"A bench may differ from its drawing by {100.0 * TOLERANCE:.0f} %, and no cause is named "
+        f"for that. Here do: {', '.join(told)}. The model's bench_overrides have all such numbers.",
     )
 
 
