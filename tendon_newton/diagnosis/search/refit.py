@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -167,7 +167,7 @@ def refit(
             span = moved[k * len(DAMPINGS) : (k + 1) * len(DAMPINGS)]
             best = min(span, key=lambda f: mean_loss(f.residual, unit))
             gain = mean_loss(fit.residual, unit) - mean_loss(best.residual, unit)
-            is_rough = jacobians is None and (borrows(worlds, fit) or is_long(worlds, fit))
+            is_rough = jacobians is None and (bool(fit.slopes) or is_long(worlds, fit))
             active[i] = gain > tolerance or step < coarse or is_rough
             current[i] = (
                 stepped(worlds, fit, best, slopes[k]) if gain > 0.0 else shorter(worlds, fit)
@@ -187,20 +187,10 @@ def is_long(worlds: Worlds, fit: Fit) -> bool:
     return bool(np.any(fit.stride > strides(worlds, fit.names)[0]))
 
 
-def borrows(worlds: Worlds, fit: Fit) -> bool:
-    """Tell whether derivatives that change from place to place are those of another place."""
-    return not set(fit.slopes) <= set(worlds.study.tolerated)
-
-
-def lasting(worlds: Worlds, slopes: Mapping[int, Array]) -> dict[int, Array]:
-    """Return the derivatives that hold for longer: a bench's numbers hardly move."""
-    return {c: slopes[c] for c in worlds.study.tolerated if c in slopes}
-
-
 def shorter(worlds: Worlds, fit: Fit) -> Fit:
     """Return a fit that a step did not better: other derivatives may lead further."""
-    if borrows(worlds, fit):
-        return replace(fit, slopes=lasting(worlds, fit.slopes))
+    if fit.slopes:
+        return replace(fit, slopes={})
     least, _ = strides(worlds, fit.names)
     return replace(fit, stride=np.maximum(least, SHORTER * fit.stride))
 
@@ -211,11 +201,11 @@ def stepped(worlds: Worlds, before: Fit, after: Fit, jacobian: Array) -> Fit:
     step = after.place - before.place
     share = np.abs(step) / (1.0 + np.abs(after.place))
     stride = np.clip(share, np.maximum(least, SHORTER * before.stride), most)
+    if before.slopes:
+        return replace(after, stride=stride)
     missed = after.residual - before.residual - jacobian @ step
     better = jacobian + np.outer(missed, step / max(1.0e-30, float(step @ step)))
-    slopes = dict(zip(before.columns, better.T, strict=True))
-    slopes = lasting(worlds, slopes) if borrows(worlds, before) else slopes
-    return replace(after, stride=stride, slopes=slopes)
+    return replace(after, stride=stride, slopes=dict(zip(before.columns, better.T, strict=True)))
 
 
 def mean_loss(residual: Array, unit: Array) -> float:
@@ -247,15 +237,16 @@ def trimmed_size(residual: Array, share: float) -> float:
 def linearise(worlds: Worlds, fits: Sequence[Fit]) -> list[Array]:
     """Return the derivatives of fits' residuals by their coordinates, shape (M, F) each.
 
-    They are differences over each fit's own strides, but for those that a fit brings with it.
-
-    Their simulation step is `ROUGH_STEP` at least: differences need not be finer.
+    They are differences over each fit's own strides, but for those that a fit brings with it, and
+    for those of benches that `Worlds.bench_slopes` has. Their simulation step is `ROUGH_STEP` at
+    least: differences need not be finer.
     """
-    models, steps = [], []
-    for fit in fits:
+    ahead = [{**worlds.bench_slopes, **fit.slopes} for fit in fits]
+    models, steps, places = [], [], []
+    for n, fit in enumerate(fits):
         _, high = bounds_of(worlds, fit.columns)
         for f, column in enumerate(fit.columns):
-            if column in fit.slopes:
+            if column in ahead[n]:
                 continue
             step = fit.stride[f] * (1.0 + abs(fit.place[f]))
             step = -step if fit.place[f] + step > high[f] else step
@@ -263,24 +254,24 @@ def linearise(worlds: Worlds, fits: Sequence[Fit]) -> list[Array]:
             moved[f] += step
             models.append(values_of(worlds, fit.columns, moved))
             steps.append(step)
-    if not models:
-        return [assembled(fit, iter(())) for fit in fits]
-    bases = [fit.residual for fit in fits]
-    if fits[0].time_step < ROUGH_STEP:
-        models += [values_of(worlds, fit.columns, fit.place) for fit in fits]
-    residuals = worlds.residuals(models, max(ROUGH_STEP, fits[0].time_step))
-    bases = bases if len(models) == len(steps) else list(residuals[len(steps) :])
-    found = zip(residuals, steps, strict=False)
+            places.append((n, column))
+    if models:
+        bases = [fit.residual for fit in fits]
+        if fits[0].time_step < ROUGH_STEP:
+            models += [values_of(worlds, fit.columns, fit.place) for fit in fits]
+        residuals = worlds.residuals(models, max(ROUGH_STEP, fits[0].time_step))
+        bases = bases if len(models) == len(steps) else list(residuals[len(steps) :])
+        for (n, column), residual, step in zip(places, residuals, steps, strict=False):
+            ahead[n][column] = (residual - bases[n]) / step
+    for found in ahead:
+        new = {c: found[c] for c in worlds.study.tolerated if c in found}
+        worlds.bench_slopes = {**new, **worlds.bench_slopes}
     return [
-        assembled(fit, ((residual - base) / step for residual, step in found))
-        for fit, base in zip(fits, bases, strict=True)
+        np.stack([found[c] for c in fit.columns], axis=1)
+        if fit.columns
+        else np.zeros((len(fit.residual), 0))
+        for fit, found in zip(fits, ahead, strict=True)
     ]
-
-
-def assembled(fit: Fit, new: Iterator[Array]) -> Array:
-    """Return derivatives by all columns, those that a fit brings and others in turn, (M, F)."""
-    found = [fit.slopes[c] if c in fit.slopes else next(new) for c in fit.columns]
-    return np.stack(found, axis=1) if found else np.zeros((len(fit.residual), 0))
 
 
 def damped(worlds: Worlds, fit: Fit, jacobian: Array, unit: Array, damping: float) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -94,7 +94,8 @@ def survey(worlds: Worlds, fit: Fit, names: Sequence[str], floors: Floors, share
         found.append(Column(name=name, kind="removal", values={}, low=1.0, high=1.0))
         models.append(without(fit, name, worlds)[1])
     changes = worlds.residuals(models, fit.time_step) - fit.residual if models else None
-    slopes = linearise(worlds, [fit])[0].T
+    worlds.bench_slopes = {}
+    slopes = linearise(worlds, [replace(fit, slopes={})])[0].T
     low, high = bounds_of(worlds, fit.columns)
     for f, column in enumerate(fit.columns):
         owner = worlds.study.table.owners[column][0]

@@ -66,6 +66,9 @@ class Worlds:
         self.study = study
         self.where = layout(study)
         self.count = 0
+        self.bench_slopes: Mapping[int, Array] = {}
+        """Derivatives of the residual by the numbers of benches that move little, shape (M,) each:
+        they hardly change from set to set. A survey takes them anew."""
         self._coordinates: dict[int, Coordinate] = {}
         self._rests = rests(study)
         resting = max(1, int(self._rests.sum()))

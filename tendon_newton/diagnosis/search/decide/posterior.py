@@ -23,6 +23,7 @@ def found_of(pool: Pool, fit: Fit) -> Found:
     order, in coordinates in which a limit that is infinite when absent lies at zero.
     """
     worlds = pool.worlds
+    worlds.bench_slopes = {}
     (jacobian,) = linearise(worlds, [fit])
     unit = row_units(worlds, fit, pool.floors, LAST_SHARE, None)
     point = Linearisation(residual=fit.residual / unit, jacobian=jacobian / unit[:, None])
