@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from tendon_newton.diagnosis.search.choice import Chooser, exchanges
 from tendon_newton.diagnosis.search.floors import form_of
 from tendon_newton.diagnosis.search.pool import Pool
-from tendon_newton.diagnosis.search.refit import Fit, linearise, refit, start_fits, without
+from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, without
 from tendon_newton.diagnosis.search.starts import new_starts, wider_starts
 from tendon_newton.diagnosis.search.strategy import RIVALS, follow, note_singles
 from tendon_newton.diagnosis.search.survey import survey
@@ -66,10 +65,6 @@ def leave_out(pool: Pool, fit: Fit) -> dict[str, Fit]:
     found = start_fits(pool.worlds, starts, pool.floors, fit.time_step, near=True)
     known = [pool.fits.get(frozenset(f.names)) for f in found]
     new = [f for f, old in zip(found, known, strict=True) if old is None or f.score < old.score]
-    if new:
-        (jacobian,) = linearise(pool.worlds, [fit])
-        slopes = dict(zip(fit.columns, jacobian.T, strict=True))
-        new = [replace(f, slopes={c: slopes[c] for c in f.columns}) for f in new]
     pool.add(refit(pool.worlds, new, pool.floors, iterations=1, coarse=0))
     for prices, steps in ((FAR, 1), (CLEAR, 3)):
         less = [pool.fits[frozenset(fit.names) - {n}] for n in fit.names]

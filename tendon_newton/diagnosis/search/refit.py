@@ -9,17 +9,18 @@ import numpy as np
 
 from tendon_newton.data.recording import Array, Mask
 from tendon_newton.diagnosis.search.floors import is_dry
+from tendon_newton.diagnosis.search.quadratic import bounded
 from tendon_newton.diagnosis.search.worlds import Floors, Worlds
 from tendon_newton.identification.objective import Scales, loss_terms, loss_weights
 
 DAMPINGS = (1.0e-3, 0.1, 3.0)
 """Marquardt factors that are tried side by side."""
-STRIDE, SHORTER = 0.01, 0.2
-"""Step of a finite difference as a share of a coordinate, and of a typical size besides; a stride's
-share of the one before where that led no further."""
-STICKING = (0.02, 0.1)
-"""The least and the first one where something sticks. Short differences say where it happened to
-stop there, so they are as long as the last step."""
+FIRST_STRIDE, LEAST_STRIDE, LEAST_STICKING = 0.1, 0.01, 0.02
+"""Steps of finite differences, as shares of a coordinate and of a typical size besides: at first,
+at least, and at least where something sticks. A short difference says where something happened to
+stick, or to hit a stop, so differences are as long as the last step."""
+SHORTER = 0.2
+"""A stride's share of the one before where that led no further."""
 FIRST_SHARE, LAST_SHARE = 1.0, 0.98
 """Share of the residuals whose size is a fit's scale, at first and then: what acts at times must be
 seen before rows at a jump are left out."""
@@ -104,7 +105,7 @@ def start_fits(
                 time_step=time_step,
                 score=float(score.value[n]),
                 scales=Scales(theta=float(score.theta[n]), force=float(score.force[n])),
-                stride=np.full(len(columns), strides(worlds, names)[0 if near else 1]),
+                stride=np.full(len(columns), least_stride(worlds, names) if near else FIRST_STRIDE),
                 slopes={c: s for c, s in (slopes or {}).items() if c in columns},
             )
         )
@@ -153,9 +154,8 @@ def refit(
         for i, jacobian in zip(chosen, slopes, strict=True):
             unit = row_units(worlds, current[i], floors, share, rows)
             units.append(unit)
-            for damping in DAMPINGS:
-                owners.append(i)
-                trials.append(damped(worlds, current[i], jacobian, unit, damping))
+            owners += [i] * len(DAMPINGS)
+            trials += [damped(worlds, current[i], jacobian, unit, d) for d in DAMPINGS]
         moved = start_fits(
             worlds,
             [(current[i].names, values_of(worlds, current[i].columns, u))
@@ -177,30 +177,30 @@ def refit(
     return current
 
 
-def strides(worlds: Worlds, names: Sequence[str]) -> tuple[float, float]:
-    """Return the least and the first stride of differences with some causes in the model."""
-    return STICKING if is_dry((*worlds.study.known, *names)) else (STRIDE, STRIDE)
+def least_stride(worlds: Worlds, names: Sequence[str]) -> float:
+    """Return the least stride of differences with some causes in the model."""
+    return LEAST_STICKING if is_dry((*worlds.study.known, *names)) else LEAST_STRIDE
 
 
 def is_long(worlds: Worlds, fit: Fit) -> bool:
     """Tell whether a fit's differences may still become shorter."""
-    return bool(np.any(fit.stride > strides(worlds, fit.names)[0]))
+    return bool(np.any(fit.stride > least_stride(worlds, fit.names)))
 
 
 def shorter(worlds: Worlds, fit: Fit) -> Fit:
     """Return a fit that a step did not better: other derivatives may lead further."""
     if fit.slopes:
         return replace(fit, slopes={})
-    least, _ = strides(worlds, fit.names)
+    least = least_stride(worlds, fit.names)
     return replace(fit, stride=np.maximum(least, SHORTER * fit.stride))
 
 
 def stepped(worlds: Worlds, before: Fit, after: Fit, jacobian: Array) -> Fit:
     """Return where a step led, with its length for differences or what is known of them."""
-    least, most = strides(worlds, before.names)
     step = after.place - before.place
     share = np.abs(step) / (1.0 + np.abs(after.place))
-    stride = np.clip(share, np.maximum(least, SHORTER * before.stride), most)
+    least = np.maximum(least_stride(worlds, before.names), SHORTER * before.stride)
+    stride = np.clip(share, least, FIRST_STRIDE)
     if before.slopes:
         return replace(after, stride=stride)
     missed = after.residual - before.residual - jacobian @ step
@@ -282,14 +282,15 @@ def damped(worlds: Worlds, fit: Fit, jacobian: Array, unit: Array, damping: floa
     hessian = slopes.T @ (weight[:, None] * slopes)
     gradient = slopes.T @ (weight * scaled)
     low, high = bounds_of(worlds, fit.columns)
-    held = ((fit.place <= low) & (gradient > 0.0)) | ((fit.place >= high) & (gradient < 0.0))
-    step = np.zeros_like(fit.place)
-    free = ~held
-    if free.any():
-        size = np.maximum(np.diag(hessian), 1.0e-9 * max(1.0e-30, float(np.diag(hessian).max())))
-        matrix = hessian + np.diag(damping * size)
-        step[free] = -np.linalg.solve(matrix[np.ix_(free, free)], gradient[free])
-    step = np.clip(step, -REACH * (1.0 + np.abs(fit.place)), REACH * (1.0 + np.abs(fit.place)))
+    size = np.diag(hessian)
+    size = np.maximum(size, 1.0e-9 * max(1.0e-30, float(size.max(initial=0.0))))
+    reach = REACH * (1.0 + np.abs(fit.place))
+    step = bounded(
+        hessian + np.diag(damping * size),
+        -gradient,
+        np.maximum(low - fit.place, -reach),
+        np.minimum(high - fit.place, reach),
+    )
     return np.clip(fit.place + step, low, high)
 
 
