@@ -53,7 +53,7 @@ def transfer(pool: Pool, fits: Sequence[Fit], fine: Pool) -> list[Fit]:
     step = fine.worlds.study.time_step
     found = start_fits(fine.worlds, starts, fine.floors, step, near=True)
     fine.worlds.bench_slopes = {}
-    found[:1] = refit(fine.worlds, found[:1], fine.floors, iterations=2, coarse=0)
+    found[:1] = refit(fine.worlds, found[:1], fine.floors, iterations=4, coarse=0)
     worst = found[0].score + FAR * fine.price
     near = [i for i, f in enumerate(found[1:], start=1) if f.score < worst]
     again = refit(fine.worlds, [found[i] for i in near], fine.floors, iterations=2, coarse=0)
