@@ -15,10 +15,10 @@ from tendon_newton.identification.objective import Scales, loss_terms, loss_weig
 
 DAMPINGS = (1.0e-3, 0.1, 3.0)
 """Marquardt factors that are tried side by side."""
-FIRST_STRIDE, LEAST_STRIDE, LEAST_STICKING = 0.1, 0.01, 0.02
-"""Steps of finite differences, as shares of a coordinate and of a typical size besides: at first,
-at least, and at least where something sticks. A short difference says where something happened to
-stick, or to hit a stop, so differences are as long as the last step."""
+STRIDES, STICKING = (0.01, 0.03), (0.02, 0.1)
+"""The least and the first step of a finite difference, as shares of a coordinate and of a typical
+size besides; and where something sticks. A short difference says where something happened to stick,
+or to hit a stop, so differences are as long as the last step."""
 SHORTER = 0.2
 """A stride's share of the one before where that led no further."""
 FIRST_SHARE, LAST_SHARE = 1.0, 0.98
@@ -105,7 +105,7 @@ def start_fits(
                 time_step=time_step,
                 score=float(score.value[n]),
                 scales=Scales(theta=float(score.theta[n]), force=float(score.force[n])),
-                stride=np.full(len(columns), least_stride(worlds, names) if near else FIRST_STRIDE),
+                stride=np.full(len(columns), strides(worlds, names)[0 if near else 1]),
                 slopes={c: s for c, s in (slopes or {}).items() if c in columns},
             )
         )
@@ -177,21 +177,21 @@ def refit(
     return current
 
 
-def least_stride(worlds: Worlds, names: Sequence[str]) -> float:
-    """Return the least stride of differences with some causes in the model."""
-    return LEAST_STICKING if is_dry((*worlds.study.known, *names)) else LEAST_STRIDE
+def strides(worlds: Worlds, names: Sequence[str]) -> tuple[float, float]:
+    """Return the least and the first stride of differences with some causes in the model."""
+    return STICKING if is_dry((*worlds.study.known, *names)) else STRIDES
 
 
 def is_long(worlds: Worlds, fit: Fit) -> bool:
     """Tell whether a fit's differences may still become shorter."""
-    return bool(np.any(fit.stride > least_stride(worlds, fit.names)))
+    return bool(np.any(fit.stride > strides(worlds, fit.names)[0]))
 
 
 def shorter(worlds: Worlds, fit: Fit) -> Fit:
     """Return a fit that a step did not better: other derivatives may lead further."""
     if fit.slopes:
         return replace(fit, slopes={})
-    least = least_stride(worlds, fit.names)
+    least, _ = strides(worlds, fit.names)
     return replace(fit, stride=np.maximum(least, SHORTER * fit.stride))
 
 
@@ -199,8 +199,8 @@ def stepped(worlds: Worlds, before: Fit, after: Fit, jacobian: Array) -> Fit:
     """Return where a step led, with its length for differences or what is known of them."""
     step = after.place - before.place
     share = np.abs(step) / (1.0 + np.abs(after.place))
-    least = np.maximum(least_stride(worlds, before.names), SHORTER * before.stride)
-    stride = np.clip(share, least, FIRST_STRIDE)
+    least, most = strides(worlds, before.names)
+    stride = np.clip(share, np.maximum(least, SHORTER * before.stride), most)
     if before.slopes:
         return replace(after, stride=stride)
     missed = after.residual - before.residual - jacobian @ step
