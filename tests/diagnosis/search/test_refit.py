@@ -9,7 +9,7 @@ from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.search.fixed_set import fit_set_anew
 from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.held_out_gain import folds, held_out_terms
-from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, values_of
+from tendon_newton.diagnosis.search.refit import Fit, linearise, refit, start_fits, values_of
 from tendon_newton.diagnosis.search.worlds import Worlds
 from tendon_newton.identification.objective import group_sums
 from tendon_newton.identification.study import Study
@@ -70,6 +70,31 @@ def test_each_set_finds_its_own_optimum(worlds: Worlds) -> None:
         np.testing.assert_allclose(one.place, other.place, rtol=1e-6)
     assert numbers(worlds, together[1]) == pytest.approx(TRUTH, rel=0.01)
     assert together[1].score < together[0].score - 1.0
+
+
+def test_every_second_step_borrows_its_derivatives(worlds: Worlds) -> None:
+    """Two numbers and three dampings: five simulations for a step, and three for the next."""
+    fit = start(worlds, viscous_friction=0.3, gain_error=1.0)
+    floors, counts = floors_of(worlds, ()), []
+    for _ in range(4):
+        before = worlds.count
+        (fit,) = refit(worlds, [fit], floors, iterations=1)
+        counts.append(worlds.count - before)
+    assert counts == [5, 3, 5, 3]
+    assert numbers(worlds, fit) == pytest.approx(TRUTH, rel=0.05)
+
+
+def test_borrowed_derivatives_are_corrected_by_the_last_step(worlds: Worlds) -> None:
+    """Along it they say what it did to the residual; across it they are as they were."""
+    floors = floors_of(worlds, ())
+    fit = start(worlds, viscous_friction=0.3, gain_error=1.0)
+    (old,) = linearise(worlds, [fit])
+    (after,) = refit(worlds, [fit], floors, iterations=1)
+    step = after.place - fit.place
+    new = np.stack([after.slopes[c] for c in after.columns], axis=1)
+    np.testing.assert_allclose(new @ step, after.residual - fit.residual, atol=1e-12)
+    across = np.array([-step[1], step[0]])
+    np.testing.assert_allclose(new @ across, old @ across, atol=1e-9)
 
 
 def test_effects_are_added_from_their_typical_values(worlds: Worlds) -> None:
