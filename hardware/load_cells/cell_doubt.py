@@ -106,13 +106,13 @@ class CellDoubt:
         self._way.append((state.time, state.position, duty))
         while state.time - self._way[0][0] > PULL_TIME:
             self._way.popleft()
-        wound = 0.0 if self._before is None else max(state.position - self._before, 0.0)
+        turned = 0.0 if self._before is None else state.position - self._before
         self._before = state.position
         if state.time - self._felt > PULL_TIME:  # its silence is another matter
             self._anchor = None
         if self._anchor is None or not self._pulls():
             return
-        self._wound += wound
+        self._wound = max(0.0, self._wound + turned)  # an encoder at rest goes back and forth
 
     def _pulls(self) -> bool:
         """Tell whether the motor lately needed more of its strength than to turn freely."""

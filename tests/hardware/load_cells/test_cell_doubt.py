@@ -2,6 +2,7 @@
 
 import random
 from collections.abc import Iterator
+from math import pi
 from pathlib import Path
 
 import pytest
@@ -79,6 +80,18 @@ def test_a_tension_must_follow_a_motor_that_pulls(duty: float, slope: float, dou
         doubt.feel(2.0 + slope * angle + rng.gauss(0.0, 0.01), instant)
         doubt.move(ServoState(time=instant, position=angle, velocity=0.24, current=0.0), duty)
     assert (doubt.fault is not None) is doubted
+
+
+def test_a_motor_that_holds_still_is_no_motor_that_winds_in() -> None:
+    """Ten minutes at its greatest pull: an encoder goes back and forth by a count, no spool turns."""
+    rng = random.Random(4)
+    doubt = CellDoubt(CALIBRATION, SPEC)
+    count = 2.0 * pi / 4096
+    for k in range(48_000):
+        instant, angle = 0.0125 * k, 1.0 + count * rng.randrange(2)
+        doubt.feel(9.8 + rng.gauss(0.0, 0.01), instant)
+        doubt.move(ServoState(time=instant, position=angle, velocity=0.0, current=0.0), 0.9)
+    assert doubt.fault is None
 
 
 def test_a_slow_cell_is_given_time_to_show_a_change() -> None:
