@@ -83,7 +83,7 @@ def test_a_tension_must_follow_a_motor_that_pulls(duty: float, slope: float, dou
 
 
 def test_a_motor_that_holds_still_is_no_motor_that_winds_in() -> None:
-    """Ten minutes at its greatest pull: an encoder goes back and forth by a count, no spool turns."""
+    """Ten minutes at its greatest pull: an encoder goes back and forth by a count."""
     rng = random.Random(4)
     doubt = CellDoubt(CALIBRATION, SPEC)
     count = 2.0 * pi / 4096
