@@ -50,9 +50,9 @@ MUTATIONS: tuple[Mutation, ...] = (
     Mutation(
         name="test-recordings-fitted",
         file="tendon_newton/diagnosis/diagnose.py",
-        old="train = Study(dataset.train, model,",
+        old="train = Study(\n        dataset.train,",
         tests=f"{HELD_OUT} diagnose",
-        new="train = Study((*dataset.train, *dataset.test), model,",
+        new="train = Study(\n        (*dataset.train, *dataset.test),",
     ),
     Mutation(
         name="held-out-errors-on-train",
