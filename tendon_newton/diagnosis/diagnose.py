@@ -218,7 +218,7 @@ def open_class(
 
 def explain(study: Study, found: Found, cause: str) -> Explanation:
     """Describe a fit by the cause that it stands for, and all its numbers."""
-    columns = [column for column in found.values if column not in study.tolerated]
+    columns = [column for column in found.values if column not in study.tolerated_columns]
     owners = dict.fromkeys(study.table.owners[column][0] for column in columns)
     return Explanation(
         cause=cause,
@@ -246,14 +246,14 @@ def confounded_numbers(study: Study, found: Found) -> tuple[Confounded, ...]:
     """Return the pairs of fitted numbers that the data cannot tell apart."""
     owners = [study.table.owners[column] for column in found.values]
     pairs = find_confounded(found.point, [f"{owner}.{p.name}" for owner, p in owners])
-    loose = {f"{OWNER}.{number.name}" for number in study.loose}
-    return tuple(pair for pair in pairs if not loose & {pair.first, pair.second})
+    tolerated = {f"{OWNER}.{number.name}" for number in study.tolerated}
+    return tuple(pair for pair in pairs if not tolerated & {pair.first, pair.second})
 
 
 def as_built(study: Study, found: Found) -> tuple[str, ...]:
     """Say which numbers of benches surely differ from what was stated."""
     told = []
-    for column in study.tolerated:
+    for column in study.tolerated_columns:
         drawn, (low, high) = study.base_value(column), found.intervals[column]
         if not low <= drawn <= high:
             change = 100.0 * (found.values[column] / drawn - 1.0)

@@ -100,11 +100,10 @@ class Study:
         """Step of its simulations unless another is asked for [s]."""
         self.unknown = like.unknown if like else unknown_numbers(model, benches, self.recordings)
         """Numbers of benches that the model declares unknown."""
-        if like is None:
-            loose = tolerated_numbers(model, benches, self.recordings) if tolerant else ()
+        if like is not None:
+            self.tolerated = like.tolerated
         else:
-            loose = like.loose
-        self.loose = loose
+            self.tolerated = tolerated_numbers(model, benches, self.recordings) if tolerant else ()
         """Numbers of benches that may differ a little from what is stated."""
         self.table = ParameterTable(actuator=model.actuator.name, effects=())
         self.noise = estimate_noise_floor(self.recordings)
@@ -118,7 +117,7 @@ class Study:
                 [self.recordings[i] for i in members],
                 model,
                 effects=effects,
-                unknown=(*self.unknown, *self.loose),
+                unknown=(*self.unknown, *self.tolerated),
                 time_step=time_step,
                 device=DEVICE,
             )
@@ -156,7 +155,7 @@ class Study:
             UnknownName: Neither its actuator nor a bench has such a number.
         """
         owners = self.table.owners
-        keys = {number.name: number.key for number in (*self.unknown, *self.loose)}
+        keys = {number.name: number.key for number in (*self.unknown, *self.tolerated)}
         out: list[int] = []
         for name in model.fit:
             found = [
@@ -172,9 +171,9 @@ class Study:
         return tuple(out)
 
     @property
-    def tolerated(self) -> tuple[int, ...]:
+    def tolerated_columns(self) -> tuple[int, ...]:
         """Places of the numbers of benches that may differ a little from what is stated."""
-        names = {number.name for number in self.loose}
+        names = {number.name for number in self.tolerated}
         return tuple(
             column
             for column, (owner, parameter) in enumerate(self.table.owners)
@@ -184,12 +183,12 @@ class Study:
     def with_fitted(self, model: Model, values: Mapping[int, float]) -> Model:
         """Return a model with fitted numbers of actuator and benches (column -> value) in place."""
         owners = self.table.owners
-        columns = [c for c in (*self.fit_columns(model), *self.tolerated) if c in values]
+        columns = [c for c in (*self.fit_columns(model), *self.tolerated_columns) if c in values]
         actuator = {
             owners[c][1].name: values[c] for c in columns if owners[c][0] == model.actuator.name
         }
         bench = {owners[c][1].name: values[c] for c in columns if owners[c][0] == OWNER}
-        numbers = [number for number in (*self.unknown, *self.loose) if number.name in bench]
+        numbers = [number for number in (*self.unknown, *self.tolerated) if number.name in bench]
         return replace(
             model,
             actuator=NamedValues(

@@ -123,17 +123,17 @@ def test_a_bench_may_differ_a_little_from_its_drawing() -> None:
     data = [measured("finger", truth, 0.5 * steps_and_waves(80))]
     model = Model(actuator=IDEAL)
     study = Study(data, model, (), time_step=STEP, tolerant=True)
-    names = [study.table.owners[c][1].name for c in study.tolerated]
+    names = [study.table.owners[c][1].name for c in study.tolerated_columns]
     assert names == [
         f"{key}_{joint}" for key in ("mass", "length", "moment_arm") for joint in ("pip", "dip")
     ]
-    for c in study.tolerated:
+    for c in study.tolerated_columns:
         parameter = study.parameter(c)
         ends = sorted((parameter.lower / parameter.nominal, parameter.upper / parameter.nominal))
         assert ends == pytest.approx([1.0 / 1.05, 1.05])
     worlds = Worlds(study)
     floors = floors_of(worlds, ())
-    start = ((), {c: study.base_value(c) for c in study.tolerated})
+    start = ((), {c: study.base_value(c) for c in study.tolerated_columns})
     found = start_fits(worlds, [start], floors, STEP)
     (fit,) = refit(worlds, found, floors, iterations=8)
     assert fit.score < 0.1 * found[0].score
@@ -155,9 +155,9 @@ def test_what_is_stated_stays_as_it_is(stated: str) -> None:
         bench_overrides={"spring_weak": weighed} if stated == "model" else {},
         fit=("mass",) if stated == "fit" else (),
     )
-    assert Study([recording], model, (), tolerant=True).tolerated == ()
+    assert Study([recording], model, (), tolerant=True).tolerated_columns == ()
     assert len(Study([commanded(steps_and_waves(40))], Model(actuator=IDEAL), (), tolerant=True)
-               .tolerated) == 1  # fmt: skip
+               .tolerated_columns) == 1  # fmt: skip
 
 
 def test_what_cannot_be_fitted_is_refused() -> None:

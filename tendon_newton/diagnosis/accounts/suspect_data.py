@@ -211,7 +211,7 @@ def size_on(
             scale=study.scale,
         )
         moved.noise = study.noise
-        of_causes = {c: v for c, v in values.items() if c not in study.tolerated}
+        of_causes = {c: v for c, v in values.items() if c not in study.tolerated_columns}
         owners = [study.table.owners[column] for column in of_causes]
         own = {
             moved.table.column(owner, p.name): v

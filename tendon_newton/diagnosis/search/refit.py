@@ -264,7 +264,7 @@ def linearise(worlds: Worlds, fits: Sequence[Fit]) -> list[Array]:
         for (n, column), residual, step in zip(places, residuals, steps, strict=False):
             ahead[n][column] = (residual - bases[n]) / step
     for found in ahead:
-        new = {c: found[c] for c in worlds.study.tolerated if c in found}
+        new = {c: found[c] for c in worlds.study.tolerated_columns if c in found}
         worlds.bench_slopes = {**new, **worlds.bench_slopes}
     return [
         np.stack([found[c] for c in fit.columns], axis=1)

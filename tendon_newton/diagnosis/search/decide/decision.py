@@ -47,7 +47,8 @@ class Decided:
 def transfer(pool: Pool, fits: Sequence[Fit], fine: Pool) -> list[Fit]:
     """Refit sets on all rows at the fine step, from where they were on the beginnings.
 
-    Those that are far worse than the first there are left as they are.
+    The first, which is to be named, is followed twice as far. Those that are far worse than the
+    first there are left as they are.
     """
     starts = [(f.names, values_of(pool.worlds, f.columns, f.place)) for f in fits]
     step = fine.worlds.study.time_step

@@ -81,7 +81,7 @@ def find_causes(
         for w, haste in ((worlds, HASTE), (fine_worlds, HASTE), (fine_worlds, 1.0))
     )  # fmt: skip
     try:
-        fit = find(pool, (*study.fit_columns(model), *study.tolerated), names, progress)
+        fit = find(pool, (*study.fit_columns(model), *study.tolerated_columns), names, progress)
         pool.haste = 1.0
         progress(f"testing {', '.join(fit.names) or 'whether anything is missing'}")
         fit = settle(pool, fit, names)
