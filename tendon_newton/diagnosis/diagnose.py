@@ -262,7 +262,7 @@ def as_built(study: Study, found: Found) -> tuple[str, ...]:
         return ()
     return (
         f"A bench may differ from its drawing by {100.0 * TOLERANCE:.0f} %, and no cause is named "
-        f"for that. Here do: {', '.join(told)}. The model's bench_overrides have all such numbers.",
+        f"for that. Fitted: {', '.join(told)}. The model's bench_overrides have all such numbers.",
     )
 
 

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import hashlib
+from dataclasses import replace
 from pathlib import Path
 
 from tendon_newton import __version__
+from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.dataset import FILE_NAME, Dataset
+from tendon_newton.data.model_file import Model
 from tendon_newton.diagnosis.result import SCHEMA, Diagnosis
 from tendon_newton.effects import find_effect
 from tendon_newton.mechanisms.authoring.correction import correct
@@ -15,6 +18,7 @@ from tendon_newton.mechanisms.authoring.identified_layer import (
     Provenance,
     write_identified_layer,
 )
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.loading import load_mechanism
 
 NAME = "identified"
@@ -43,10 +47,19 @@ def write_identified(out: Path, diagnosis: Diagnosis, dataset: Dataset) -> tuple
     for bench in benches:
         name = NAME if len(benches) == 1 else f"{NAME}_{bench}"
         files.append(out / f"{name}.usda")
-        write_identified_layer(
-            files[-1], correct(load_mechanism(bench), diagnosis.model), provenance
-        )
+        mechanism = load_mechanism(bench)
+        own = replace(provenance, lengths=link_lengths(mechanism, diagnosis.model))
+        write_identified_layer(files[-1], correct(mechanism, diagnosis.model), own)
     return tuple(files)
+
+
+def link_lengths(mechanism: Mechanism, model: Model) -> dict[str, FoundNumber]:
+    """Return the lengths of links that a model states, by joint."""
+    stated = model.bench_overrides.get(mechanism.name, BenchOverrides()).length or ()
+    return {
+        joint.name: FoundNumber(value=value, ci95=None, unit="m")
+        for joint, value in zip(mechanism.joints, stated, strict=False)
+    }
 
 
 def found_numbers(diagnosis: Diagnosis) -> dict[str, dict[str, FoundNumber]]:

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from tendon_newton.cli import main
+from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.diagnosis.identified import dataset_hash, write_identified
@@ -52,6 +53,19 @@ def test_every_bench_gets_its_layer_with_the_interval(tmp_path: Path) -> None:
         assert (scale["value"], scale["unit"], list(scale["ci95"])) == (1.25, "1", [1.25, 1.25])
         assert set(kept["not_in_usd"]) == {"command_delay"}
         assert kept["dataset_sha256"] == dataset_hash(load_dataset(EXAMPLE))
+
+
+def test_what_a_layer_cannot_hold_of_a_bench_is_said(tmp_path: Path) -> None:
+    """A longer link stands beside the servo's numbers; its mass is in the layer."""
+    made = found()
+    longer = BenchOverrides(length=(0.031, 0.024), mass=(0.013, 0.009))
+    model = replace(made.model, bench_overrides={"finger": longer})
+    write_identified(tmp_path, replace(made, model=model), load_dataset(EXAMPLE))
+    kept = provenance(tmp_path / "identified_finger.usda")["not_in_usd"]
+    assert {name: n["value"] for name, n in kept["length"].items()} == {"pip": 0.031, "dip": 0.024}
+    joints = load_mechanism(tmp_path / "identified_finger.usda").joints
+    assert [joint.mass for joint in joints] == pytest.approx([0.013, 0.009])
+    assert "length" not in provenance(tmp_path / "identified_spring_weak.usda")["not_in_usd"]
 
 
 def test_one_bench_gets_one_file_of_the_plain_name(tmp_path: Path) -> None:

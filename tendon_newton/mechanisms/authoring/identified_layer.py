@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import degrees, radians
 from pathlib import Path
 from typing import Any
@@ -27,8 +27,8 @@ RELATIVE = 1.0e-9
 DOCUMENTATION = """What a diagnosis found about {name}, above its asset: open this in its place.
 
 Every number here is an override; without this layer the asset is as it was. What has no place in
-USD (servo, sensors, springs that remember) stands in customLayerData alone. The model.toml beside
-it says the same of the asset as it was: use one of the two."""
+USD (servo, sensors, springs that remember, lengths of links) stands in customLayerData alone. The
+model.toml beside it says the same of the asset as it was: use one of the two."""
 
 Overrides = Iterator[tuple[str, str, str, Any]]
 """Prim, attribute, name of its type in `Sdf.ValueTypeNames`, and value."""
@@ -57,6 +57,9 @@ class Provenance:
     """SHA-256 of the dataset."""
     numbers: Mapping[str, Mapping[str, FoundNumber]]
     """Effect -> parameter -> number, of all effects of the model, with a place in USD or not."""
+    lengths: Mapping[str, FoundNumber] = field(default_factory=dict)
+    """Joint -> length of its link, where the model states lengths: shapes and frames of a link
+    would have to follow, so that a layer of numbers leaves them."""
 
 
 def write_identified_layer(path: Path, correction: Correction, provenance: Provenance) -> None:
@@ -173,13 +176,16 @@ def provenance_table(correction: Correction, provenance: Provenance) -> dict[str
         effect: {name: number_table(number) for name, number in own.items()}
         for effect, own in provenance.numbers.items()
     }
+    left = {name: numbers.get(name, {}) for name in correction.left}
+    if provenance.lengths:
+        left["length"] = {joint: number_table(n) for joint, n in provenance.lengths.items()}
     return {
         "version": provenance.version,
         "diagnosis_schema": provenance.schema,
         "verdict": provenance.verdict,
         "dataset_sha256": provenance.dataset,
         "in_this_layer": {name: numbers.get(name, {}) for name in correction.applied},
-        "not_in_usd": {name: numbers.get(name, {}) for name in correction.left},
+        "not_in_usd": left,
     }
 
 
