@@ -112,6 +112,9 @@ def dispatch(words: list[str]) -> int:
 
 def run_verb(verb: str, words: list[str]) -> int:
     """Build a verb's config from the words and run it."""
+    # before numpy is imported: where other programs are busy, its threads wait for each other, and
+    # matrices as small as ours take a hundred times as long
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     import tyro
 
     if VERBOSE_OPTION in words:

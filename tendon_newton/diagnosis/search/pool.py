@@ -8,7 +8,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from tendon_newton.diagnosis.search.floors import floors_of, form_of
+from tendon_newton.data.recording import Array
+from tendon_newton.diagnosis.search.decide.rule import LADDER
+from tendon_newton.diagnosis.search.floors import floors_of, form_of, is_dry
 from tendon_newton.diagnosis.search.refit import Fit, refit, rescored, values_of
 from tendon_newton.diagnosis.search.worlds import QUIET, Floors, Worlds
 from tendon_newton.effects import find_effect
@@ -78,7 +80,7 @@ class Pool:
                 own = self.fits[frozenset(fit.names)]
                 self.add(refit(self.worlds, [own], floors, iterations=RENEWED, coarse=0))
                 fit = self.fits[frozenset(fit.names)]
-            if self.excess(fit) < self.price:
+            if self.leaves_nothing(fit):
                 break
         return fit
 
@@ -91,15 +93,43 @@ class Pool:
 
         All rows count by their weight, those of a jump too: a cause may act at times only.
         """
-        weight, is_force = self.worlds.weights(self.floors), self.worlds.where.is_force
-        form = form_of(self.worlds, less.names)
-        gain, out = weight * (less.residual**2 - fit.residual**2), 0.0
+        return self._above(less.residual**2, fit.residual**2, less.names, self.floors)
+
+    def left(self, fit: Fit, floors: Floors) -> float:
+        """Return how much larger residuals a fit has than the floors [its errors of form].
+
+        A cause that acts in few rows is seen here, and hardly in the score, whose tails are heavy.
+        Where something sticks it is zero: what holds in some rest may be far off then.
+        """
+        if is_dry((*self.worlds.study.known, *fit.names)):
+            return 0.0
+        floor = np.where(self.worlds.where.is_force, floors.force, floors.theta)
+        return self._above(fit.residual**2, floor**2, fit.names, floors)
+
+    def _above(self, more: Array, less: Array, names: Sequence[str], floors: Floors) -> float:
+        weight, is_force = self.worlds.weights(floors), self.worlds.where.is_force
+        form = form_of(self.worlds, names)
+        gain, out = weight * (more - less), 0.0
         for force, unit in ((False, form.theta), (True, form.force)):
             rows = is_force == force
             if rows.any():
                 mean = float(gain[rows].sum() / weight[rows].sum())
                 out = max(out, float(np.sqrt(max(0.0, mean))) / unit)
         return out
+
+    def leaves_nothing(self, fit: Fit, floors: Floors | None = None) -> bool:
+        """Tell whether a fit leaves nothing to explain.
+
+        Its residuals are as likely as normal ones at the floors, and hardly larger in the mean.
+
+        Args:
+            fit: Scored at these floors.
+            floors: Least scale of each signal; the pool's by default.
+        """
+        return (
+            self.excess(fit) < self.price
+            and self.left(fit, self.floors if floors is None else floors) < LADDER
+        )
 
     def worth(self, fit: Fit, less: Fit, name: str) -> float:
         """Return what a cause is worth in units of what is asked [1]; below one it is dropped."""

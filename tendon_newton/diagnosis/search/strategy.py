@@ -60,7 +60,7 @@ def grow(pool: Pool, names: Sequence[str], progress: Callable[[str], None]) -> F
     current = pool.best()
     for step in range(ROUNDS):
         pool.log(f"round {step}: {pool.describe(current)}; {pool.worlds.count} simulated")
-        if pool.excess(current) < pool.price or pool.is_late:
+        if pool.leaves_nothing(current) or pool.is_late:
             break
         if current.names:
             progress(f"so far {', '.join(current.names)}")
@@ -90,14 +90,14 @@ def go_on_all_rows(
         Whether that was so.
     """
     is_more = whole.worlds.where.block_count > pool.worlds.where.block_count
-    if not is_more or pool.excess(fit) >= pool.price or pool.is_late:
+    if not is_more or not pool.leaves_nothing(fit) or pool.is_late:
         return False
     starts = [(f.names, values_of(pool.worlds, f.columns, f.place))
               for f in {f.names: f for f in (pool.fits[frozenset()], fit)}.values()]  # fmt: skip
     whole.floors = floors_of(whole.worlds, fit.names)
     found = start_fits(whole.worlds, starts, whole.floors, ROUGH_STEP, near=True)
     whole.add(refit(whole.worlds, found, whole.floors, iterations=2, coarse=0))
-    if whole.excess(whole.best()) < whole.price:
+    if whole.leaves_nothing(whole.best()):
         return False
     grow(whole, names, progress)
     return True
@@ -123,7 +123,7 @@ def suffices(pool: Pool, fit: Fit) -> bool:
     """Tell whether a cause leaves no more than the error of form of a law that does not jump."""
     floors = floors_of(pool.worlds, fit.names, jumping=False)
     (own,) = rescored(pool.worlds, [fit], floors)
-    return pool.excess(own) < pool.price
+    return pool.leaves_nothing(own, floors)
 
 
 def note_singles(pool: Pool, chooser: Chooser, *, first: bool) -> None:

@@ -69,6 +69,14 @@ UNROLLED_JOINTS = 6
 """More joints than this [1] are eliminated in loops; six take a compiler a quarter of a minute."""
 WARP_UNROLL = 16
 """Loops longer than this [1] stay loops unless a kernel asks for more: Warp's own number."""
+MANY_EFFECTS = 20
+"""With more effects than this [1] a kernel is one of a search, which runs it for minutes."""
+INLINED = (
+    "-march=native -mllvm=-inline-threshold=60000 -mllvm=-inline-cold-callsite-threshold=3000"
+    " -mllvm=-slp-recursion-max-depth=4"
+)
+"""Compiler flags of such a kernel on a CPU: Warp's own, but what is called is nearly all inlined. A
+call copies 2 KB of a world. It takes 18 % less time to run, and 5 s more to compile."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,6 +107,8 @@ class Assembly:
         if self.structure.precision == "float32":
             # on CUDA alone: divisions, roots and angles to some 1e-7, at half the instructions
             options["fast_math"] = True
+        if len(self.structure.effects) > MANY_EFFECTS and not enable_backward:
+            options["cpu_compiler_flags"] = INLINED
         return self.specialiser.kernel(
             template,
             repr(self.structure),

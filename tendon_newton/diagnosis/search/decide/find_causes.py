@@ -158,8 +158,8 @@ def ordered(decided: Decided) -> Fit:
 def verdict_of(fine: Pool, baseline: Fit, final: Fit, share: float) -> Verdict:
     """Judge what is left without and with the causes."""
     if not final.names:
-        return "no_gap" if fine.excess(baseline) < fine.price else "unexplained"
-    if fine.excess(final) < fine.price:
+        return "no_gap" if fine.leaves_nothing(baseline) else "unexplained"
+    if fine.leaves_nothing(final):
         return "explained"
     return "partly_explained" if share >= LEAST_EXPLAINED else "unexplained"
 
