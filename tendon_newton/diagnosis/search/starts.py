@@ -59,6 +59,8 @@ def wider_starts(pool: Pool, fit: Fit, allowed: Sequence[str]) -> list[Start]:
 
     A law starts where it is that special case: its numbers of the same unit are the case's, and
     those that shape it have each of their typical values. One that fits no worse already is left.
+    Laws of one special case stand in each other's place too: the first that fits a little better
+    is not the right one for that.
     """
     study, out = pool.worlds.study, list[Start]()
     place = values_of(pool.worlds, fit.columns, fit.place)
@@ -66,8 +68,9 @@ def wider_starts(pool: Pool, fit: Fit, allowed: Sequence[str]) -> list[Start]:
         (special, *_) = own = study.table.columns(name)
         unit = study.parameter(special).unit
         rest = {c: v for c, v in place.items() if c not in own}
+        alike = {name, *find_effect(name).includes}
         for law in allowed:
-            if name not in find_effect(law).includes or law in fit.names:
+            if alike.isdisjoint(find_effect(law).includes) or law in fit.names:
                 continue
             names = (*(n for n in fit.names if n != name), law)
             known = pool.fits.get(frozenset(names))

@@ -111,6 +111,9 @@ def add_sets(pool: Pool, current: Fit, names: Sequence[str], *, first: bool) -> 
     if first:
         starts = new_starts(pool, view, chooser.singles(SINGLES))
         singles = follow(pool, view, starts, coarse=2, last=SETTLED)
+        alike = [start for fit in singles[:1] for start in wider_starts(pool, fit, names)]
+        if alike and not suffices(pool, singles[0]):
+            singles = follow(pool, view, alike, coarse=1, last=SETTLED)
         if any(suffices(pool, fit) for fit in singles[:1]):
             return
     trials = choose(chooser, SETS)
