@@ -103,6 +103,17 @@ def test_force_obeys_the_law_of_its_effect_row_by_row() -> None:
         np.testing.assert_allclose(out["force"], expected, atol=1e-9, err_msg=name)
 
 
+def test_a_motor_nears_its_limit_over_a_knee() -> None:
+    """At the limit a share of knee times ln 2 is missing; far below and far above, nothing."""
+    command = steps_and_waves()
+    out = run(command, {"force_saturation": {"limit": 4.0, "knee": 0.1}})
+    asked = GAIN * (command - out["theta"])
+    left = 4.0 * (1.0 - 0.1 * np.logaddexp(0.0, (1.0 - np.abs(asked) / 4.0) / 0.1))
+    expected = np.maximum(np.sign(asked) * np.maximum(left, 0.0), 0.0)
+    np.testing.assert_allclose(out["force"], expected, atol=1e-9)
+    assert np.abs(out["force"] - np.clip(asked, 0.0, 4.0)).max() > 0.2
+
+
 def test_stribeck_with_one_level_is_coulomb() -> None:
     """Static equal to Coulomb force leaves nothing of the exponential."""
     command = steps_and_waves()

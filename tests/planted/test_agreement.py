@@ -35,7 +35,6 @@ SHARE = 0.01
 """Greatest difference of plant and simulator, over what the effect does [1], RMS of 960 rows. An
 effect whose number is 5 % off misses it five times over."""
 FORM = {
-    "force_saturation": 0.05,  # the plant's motor nears its limit over 5 % of it
     "load_stribeck_friction": 0.06,  # sticks and slips: bristles let go a little later
     "speed_limit": 0.02,  # at a jump of the command the plant brakes within its step of 20 us
     "obstruction": 0.02,  # the plant's contact has damping of its own

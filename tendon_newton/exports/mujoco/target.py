@@ -43,7 +43,6 @@ PROGRAM_FILE = "tendon_step.py"
 IN_THE_FILE = coverage_of(
     (
         "gain_error",
-        "force_saturation",
         "spool_radius_error",
         "joint_stiffness_error",
         "joint_damping_error",
@@ -53,6 +52,7 @@ IN_THE_FILE = coverage_of(
     ),
     (
         "command_delay",
+        "force_saturation",
         "position_offset",
         "tendon_slack",
         "viscous_friction",

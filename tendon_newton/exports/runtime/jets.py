@@ -48,6 +48,7 @@ class wp:  # noqa: N801 - the name under which the effects call it
     min = staticmethod(min)
     max = staticmethod(max)
     exp = staticmethod(math.exp)
+    log = staticmethod(math.log)
     sin = staticmethod(math.sin)
     cos = staticmethod(math.cos)
     sqrt = staticmethod(math.sqrt)

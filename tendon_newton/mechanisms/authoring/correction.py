@@ -66,7 +66,7 @@ def shift_excursion(mechanism: Mechanism, numbers: Numbers) -> Mechanism:
 
 
 def limit_force(mechanism: Mechanism, numbers: Numbers) -> Mechanism:
-    """Lower what the servos can pull."""
+    """Lower what the servos can pull; a knee below that has no place in a mechanism."""
     return with_tendons(
         mechanism, lambda t: replace(t, force_limit=min(t.force_limit, numbers["limit"]))
     )

@@ -5,6 +5,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from tests.planted.physics.equilibrium import KNEE
 from tests.planted.sets.planted import Draw, Planted, either, planted, scale, single
 
 
@@ -34,8 +35,9 @@ def deadband(rng: np.random.Generator, size: float) -> Planted:
 
 
 def force_saturation(rng: np.random.Generator, size: float) -> Planted:
-    """A motor that gives up at 7 to 11 N."""
-    return single("limit", "saturation", float(rng.uniform(7.0, 11.0)) / size**0.3)
+    """A motor that gives up at 7 to 11 N, over a knee."""
+    limit = float(rng.uniform(7.0, 11.0)) / size**0.3
+    return planted({"limit": limit, "knee": KNEE}, saturation=limit)
 
 
 def speed_limit(rng: np.random.Generator, size: float) -> Planted:
