@@ -73,6 +73,8 @@ class Survey:
 def survey(worlds: Worlds, fit: Fit, names: Sequence[str], floors: Floors, share: float) -> Survey:
     """Look at every effect around a fit.
 
+    What was simulated around the same place before is not simulated again.
+
     Args:
         worlds: Simulates candidates.
         fit: Where to look.
@@ -80,6 +82,15 @@ def survey(worlds: Worlds, fit: Fit, names: Sequence[str], floors: Floors, share
         floors: Least scale of each signal.
         share: Share of the residuals whose size decides which rows count less.
     """
+    place = (fit.names, fit.columns, fit.place.tobytes(), fit.time_step, tuple(names))
+    if worlds.looked is None or worlds.looked[0] != place:
+        worlds.looked = (place, look_around(worlds, fit, names))
+    found, directions = worlds.looked[1]
+    return assemble(worlds, fit, found, directions, floors, share)
+
+
+def look_around(worlds: Worlds, fit: Fit, names: Sequence[str]) -> tuple[tuple[Column, ...], Array]:
+    """Return the directions around a fit, and how residuals change along each, shape (C, M)."""
     values = values_of(worlds, fit.columns, fit.place)
     found: list[Column] = []
     models = []
@@ -110,7 +121,7 @@ def survey(worlds: Worlds, fit: Fit, names: Sequence[str], floors: Floors, share
             )
         )
     directions = slopes if changes is None else np.concatenate([changes, slopes])
-    return assemble(worlds, fit, tuple(found), directions, floors, share)
+    return tuple(found), directions
 
 
 def assemble(

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +12,9 @@ from tendon_newton.data.recording import Array, Mask
 from tendon_newton.diagnosis.search.coordinates import Coordinate, coordinate_of
 from tendon_newton.identification.objective import TAIL, Scales, layout, stack
 from tendon_newton.identification.study import Study, compares_force, replacements
+
+if TYPE_CHECKING:
+    from tendon_newton.diagnosis.search.survey import Column
 
 UNIT = Scales(theta=1.0, force=1.0)
 """Residuals in their own units."""
@@ -69,6 +73,8 @@ class Worlds:
         self.bench_slopes: Mapping[int, Array] = {}
         """Derivatives of the residual by the numbers of benches that move little, shape (M,) each:
         they hardly change from set to set. A survey takes them anew."""
+        self.looked: tuple[Hashable, tuple[tuple[Column, ...], Array]] | None = None
+        """The last place that a survey looked around, and the directions that it saw."""
         self._coordinates: dict[int, Coordinate] = {}
         self._rests = rests(study)
         resting = max(1, int(self._rests.sum()))
