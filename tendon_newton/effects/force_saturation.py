@@ -13,7 +13,7 @@ from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect
 
 STRAIGHT = 36.0
-"""Distance from the limit [knees] at which nothing is missing: exp(-36) is a double's last digit."""
+"""Distance from the limit [knees] at which nothing is missing: exp(-36) is less than a digit."""
 UNLIMITED = 1.0e30
 """A limit above this is none [N]."""
 

@@ -239,7 +239,7 @@ def choose(chooser: Chooser, sets: int) -> list[Trial]:
 def exchanges(chooser: Chooser, count: int) -> list[Trial]:
     """Return for each cause of the fit the sets with the likeliest others in its place.
 
-    Special cases of a cause are among them, and else who promises a share of what it is worth.
+    Only who promises a share of what the cause is worth is among them.
     """
     out: list[Trial] = []
     columns, start = chooser.survey.columns, chooser.solve((), ())
@@ -257,8 +257,7 @@ def exchanges(chooser: Chooser, count: int) -> list[Trial]:
                 ranked[rival] = trial
         best = sorted(ranked, key=lambda rival: ranked[rival].score)[:count]
         near = [rival for rival in best if ranked[rival].score < bar]
-        special = [rival for rival in find_effect(name).includes if rival in ranked]
-        out += [ranked[rival] for rival in dict.fromkeys([*near, *special])]
+        out += [ranked[rival] for rival in near]
     return out
 
 

@@ -8,7 +8,7 @@ from tendon_newton.diagnosis.search.choice import Chooser, exchanges
 from tendon_newton.diagnosis.search.floors import form_of
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, without
-from tendon_newton.diagnosis.search.starts import new_starts, wider_starts
+from tendon_newton.diagnosis.search.starts import new_starts, related_starts
 from tendon_newton.diagnosis.search.strategy import RIVALS, follow, note_singles
 from tendon_newton.diagnosis.search.survey import survey
 from tendon_newton.effects import find_effect
@@ -78,7 +78,10 @@ def exchange(pool: Pool, fit: Fit, names: Sequence[str]) -> None:
     view = survey(pool.worlds, fit, names, pool.floors, 0.99)
     chooser = Chooser(view, pool.price, pool.most)
     note_singles(pool, chooser, first=False)
-    starts = [*wider_starts(pool, fit, names), *new_starts(pool, view, exchanges(chooser, RIVALS))]
+    starts = [
+        *related_starts(pool, fit, names),
+        *new_starts(pool, view, exchanges(chooser, RIVALS)),
+    ]
     follow(pool, view, starts, coarse=0)
 
 

@@ -54,29 +54,29 @@ def start_of(pool: Pool, view: Survey, trial: Trial) -> Start:
     return tuple(names), values
 
 
-def wider_starts(pool: Pool, fit: Fit, allowed: Sequence[str]) -> list[Start]:
-    """Return starts of sets in which a law stands in the place of a special case of its own.
+def related_starts(pool: Pool, fit: Fit, allowed: Sequence[str]) -> list[Start]:
+    """Return starts of sets in which a relative stands in the place of a cause.
 
-    A law starts where it is that special case: its numbers of the same unit are the case's, and
+    Relatives are the special cases of a law, the laws that include it, and those that include one
+    of its special cases. The first of them that fits a little better need not be the right one. A
+    relative starts where it does the same: its numbers of the same unit are those of the cause, and
     those that shape it have each of their typical values. One that fits no worse already is left.
-    Laws of one special case stand in each other's place too: the first that fits a little better
-    is not the right one for that.
     """
     study, out = pool.worlds.study, list[Start]()
     place = values_of(pool.worlds, fit.columns, fit.place)
     for name in fit.names:
-        (special, *_) = own = study.table.columns(name)
-        unit = study.parameter(special).unit
+        (first, *_) = own = study.table.columns(name)
+        unit = study.parameter(first).unit
         rest = {c: v for c, v in place.items() if c not in own}
         alike = {name, *find_effect(name).includes}
-        for law in allowed:
-            if alike.isdisjoint(find_effect(law).includes) or law in fit.names:
+        for relative in allowed:
+            if alike.isdisjoint({relative, *find_effect(relative).includes}):
                 continue
-            names = (*(n for n in fit.names if n != name), law)
+            names = (*(n for n in fit.names if n != name), relative)
             known = pool.fits.get(frozenset(names))
-            if known is not None and known.score <= fit.score:
+            if relative in fit.names or (known is not None and known.score <= fit.score):
                 continue
-            for atom in atoms(study, law):
-                same = {c: place[special] for c in atom if study.parameter(c).unit == unit}
+            for atom in atoms(study, relative):
+                same = {c: place[first] for c in atom if study.parameter(c).unit == unit}
                 out.append((names, {**rest, **atom, **same}))
-    return out
+    return list({(n, *v.items()): (n, v) for n, v in out}.values())

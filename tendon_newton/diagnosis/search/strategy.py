@@ -18,7 +18,7 @@ from tendon_newton.diagnosis.search.refit import (
     values_of,
     without,
 )
-from tendon_newton.diagnosis.search.starts import Start, new_starts, wider_starts
+from tendon_newton.diagnosis.search.starts import Start, new_starts, related_starts
 from tendon_newton.diagnosis.search.survey import Survey, survey
 
 SETS, SINGLES = 6, 5
@@ -111,13 +111,14 @@ def add_sets(pool: Pool, current: Fit, names: Sequence[str], *, first: bool) -> 
     if first:
         starts = new_starts(pool, view, chooser.singles(SINGLES))
         singles = follow(pool, view, starts, coarse=2, last=SETTLED)
-        alike = [start for fit in singles[:1] for start in wider_starts(pool, fit, names)]
+        alike = [s for fit in singles[:RIVALS] for s in related_starts(pool, fit, names)]
         if alike and not suffices(pool, singles[0]):
-            singles = follow(pool, view, alike, coarse=1, last=SETTLED)
+            found = follow(pool, view, alike, coarse=1, last=SETTLED)
+            singles = sorted([*singles, *found], key=pool.cost)
         if any(suffices(pool, fit) for fit in singles[:1]):
             return
     trials = choose(chooser, SETS)
-    starts = wider_starts(pool, current, names)
+    starts = related_starts(pool, current, names)
     starts += new_starts(pool, view, trials if first else [*trials, *exchanges(chooser, RIVALS)])
     follow(pool, view, starts, coarse=2 if first else 1)
 

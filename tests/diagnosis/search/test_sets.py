@@ -17,7 +17,7 @@ from tendon_newton.diagnosis.search.held_out_gain import folds, held_out_terms
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.prune import leave_out
 from tendon_newton.diagnosis.search.refit import refit, start_fits, values_of
-from tendon_newton.diagnosis.search.starts import new_starts, wider_starts
+from tendon_newton.diagnosis.search.starts import new_starts, related_starts
 from tendon_newton.diagnosis.search.survey import Column, Survey, survey
 from tendon_newton.diagnosis.search.worlds import Floors, Worlds
 from tendon_newton.effects import EFFECTS
@@ -175,13 +175,23 @@ def test_a_law_starts_where_it_is_its_special_case(worlds: Worlds) -> None:
     """Stribeck's law starts as the Coulomb friction that was found, at each typical speed."""
     pool = pool_of(worlds)
     (fit,) = refit(worlds, [started(pool, coulomb_friction=0.5)], pool.floors, iterations=8)
-    starts = wider_starts(pool, fit, CATALOGUE)
+    starts = related_starts(pool, fit, CATALOGUE)
     assert {names for names, _ in starts} == {("stribeck_friction",)}
     assert len(starts) == 3
     laws = start_fits(worlds, starts, pool.floors, STEP)
     assert [law.score for law in laws] == pytest.approx([fit.score] * 3, abs=1e-9)
     pool.add([replace(laws[0], score=fit.score - 1.0)])
-    assert wider_starts(pool, fit, CATALOGUE) == []
+    assert related_starts(pool, fit, CATALOGUE) == []
+
+
+def test_a_special_case_starts_where_its_law_was_found(worlds: Worlds) -> None:
+    """Coulomb friction starts at the sliding force of Stribeck's law."""
+    pool = pool_of(worlds)
+    law = started(pool, stribeck_friction=0.5)
+    ((names, values),) = related_starts(pool, law, CATALOGUE)
+    assert names == ("coulomb_friction",)
+    (column,) = worlds.study.table.columns("coulomb_friction")
+    assert values[column] == pytest.approx(0.5)
 
 
 def test_a_smaller_set_is_compared_at_its_best(worlds: Worlds) -> None:
