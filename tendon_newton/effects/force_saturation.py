@@ -17,6 +17,7 @@ STRAIGHT = 36.0
 UNLIMITED = 1.0e30
 """A limit above this is none [N]."""
 
+
 class ForceSaturation(Effect):
     r"""The motor's force is limited either way, at once or over a knee.
 
