@@ -37,6 +37,7 @@ from tendon_newton.diagnosis.result import (
 )
 from tendon_newton.diagnosis.search.decide.find_causes import find_causes
 from tendon_newton.diagnosis.time_left import SEARCH_SHARE, expectation, expected_times
+from tendon_newton.diagnosis.unblocked import unblocked
 from tendon_newton.diagnosis.unexplained.structure import find_structure
 from tendon_newton.effects import EFFECTS, find_effect
 from tendon_newton.identification.study import Study, refuse_several_tendons
@@ -90,6 +91,9 @@ def diagnose(
     start = time.monotonic()
     rng = np.random.default_rng(SEED)
     refuse_several_tendons((*dataset.train, *dataset.test))
+    dataset, blocked = unblocked(dataset)
+    for text in blocked:
+        progress(text)
     progress("reading benches and compiling kernels")
     train = Study(
         dataset.train,
@@ -114,7 +118,8 @@ def diagnose(
     test = Study(dataset.test, model, tuple(EFFECTS), like=train)
     diagnosis, evidence = conclude(train, findings, model, test, rng, start)
     steps = next_steps(diagnosis, dataset, model, train, findings.closest.values)
-    return replace(diagnosis, next_steps=(*wrong, *steps)), evidence
+    told = replace(diagnosis, next_steps=(*wrong, *steps), notes=(*blocked, *diagnosis.notes))
+    return told, evidence
 
 
 def conclude(

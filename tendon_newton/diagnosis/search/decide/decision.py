@@ -42,6 +42,8 @@ class Decided:
     refused: dict[str, tuple[float, bool]]
     """What each dropped cause was worth on parts that no number has seen [nat per row], and whether
     a number of it ended at the edge of its range."""
+    undecided: tuple[str, ...] = ()
+    """Causes whose worth on such parts was not known when the time was over: they are not named."""
 
 
 def transfer(pool: Pool, fits: Sequence[Fit], fine: Pool) -> list[Fit]:
@@ -94,10 +96,15 @@ def decide(pool: Pool, fit: Fit, fine: Pool, rng: np.random.Generator) -> Decide
     best = simplest(fine, fine.best())
     final = prune(fine, best)
     refused: dict[str, tuple[float, bool]] = {}
+    undecided: list[str] = []
     while final.names:
-        gains = held_out_gains(fine, final)
         ended = [n for n in final.names if at_bound(fine, final, n)]
-        worst = min(ended or gains, key=lambda n: float(gains[n].sum()) / fine.bar(n))
+        gains = held_out_gains(fine, final, ended)
+        if undone := [n for n in ended or final.names if n not in gains and fine.is_late]:
+            undecided += undone
+            final = less_of(fine, final, undone)
+            continue
+        worst = min(gains, key=lambda n: float(gains[n].sum()) / fine.bar(n))
         if not ended and gains[worst].sum() >= fine.bar(worst):
             less = leave_out(fine, final)
             return Decided(
