@@ -7,12 +7,13 @@ from collections.abc import Sequence
 
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
+from tendon_newton.diagnosis.search.decide.time_limits import CANDIDATES
 from tendon_newton.diagnosis.search.spans import beginnings, deciding
 from tendon_newton.diagnosis.search.strategy import ROUGH_STEP
 from tendon_newton.identification.cutting import rows_of
 from tendon_newton.identification.study import Study, replacements
 
-ONE_CAUSE, SEVERAL_CAUSES = (450, 45), (1900, 350)
+ONE_CAUSE, SEVERAL_CAUSES = (450, 45), (1900, CANDIDATES)
 """Candidates that are simulated on the beginnings of recordings, and on what decides, with a fifth
 more for all that is not simulation: with one cause to find (334 to 410, and 24 to 38), and with
 five (1,586 and 293), counted on planted sets."""
@@ -20,8 +21,8 @@ TRIALS = 64
 """Candidates that are simulated to see how fast this computer is."""
 TRIAL_ROWS = 100
 """Rows of a recording on which that is seen."""
-SEARCH_SHARE = 0.6
-"""Share of a budget that the search may take; deciding on all rows takes the rest [1]."""
+REST_SHARE = 0.15
+"""Share of a budget that is left for the held-out recordings and for the report [1]."""
 DONE: tuple[tuple[str, float], ...] = (
     ("testing", 0.6),
     ("deciding", 0.75),
@@ -30,13 +31,11 @@ DONE: tuple[tuple[str, float], ...] = (
 """Beginning of a message -> share of the time that has passed by then, typically [1]."""
 
 
-def expected_times(
-    recordings: Sequence[Recording], model: Model, study: Study
-) -> tuple[float, float]:
-    """Return what a diagnosis will take [s], with one cause to find and with several.
+def measured_pace(recordings: Sequence[Recording], model: Model, study: Study) -> float:
+    """Return the time that a candidate takes for a second of recordings [1].
 
-    A part of one recording of each bench is simulated first, by as many candidates as keep all
-    cores busy.
+    A part of one recording of each bench is simulated, by as many candidates as keep all cores
+    busy.
 
     Args:
         recordings: Training recordings as they are.
@@ -50,7 +49,19 @@ def expected_times(
     small.residuals(*candidates, ROUGH_STEP)  # loads the kernels
     start = time.monotonic()
     small.residuals(*candidates, ROUGH_STEP)
-    pace = (time.monotonic() - start) / TRIALS / sum(r.duration for r in parts)
+    return (time.monotonic() - start) / TRIALS / sum(r.duration for r in parts)
+
+
+def expected_times(
+    recordings: Sequence[Recording], study: Study, pace: float
+) -> tuple[float, float]:
+    """Return what a diagnosis will take [s], with one cause to find and with several.
+
+    Args:
+        recordings: Training recordings as they are.
+        study: The same recordings, all rows.
+        pace: Time that a candidate takes for a second of recordings [1].
+    """
     first = sum(r.duration for r in (recordings if study.kinematic else beginnings(recordings)))
     whole = sum(r.duration for r in deciding(recordings)) * ROUGH_STEP / study.time_step
     one, several = (pace * (n * first + m * whole) for n, m in (ONE_CAUSE, SEVERAL_CAUSES))

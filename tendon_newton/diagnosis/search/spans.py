@@ -13,6 +13,8 @@ SPAN, MOST_SPANS = 8.0, 10
 """Length of a beginning [s] on which sets are chosen, and recordings of which one is looked at."""
 LONG_SPAN, MOST_LONG_SPANS = 15.0, 16
 """The same of what decides, where recordings are longer than that together."""
+LEAST_SECONDS, MOST_SECONDS = SPAN * MOST_SPANS, LONG_SPAN * MOST_LONG_SPANS
+"""Length of what decides together [s], where time is short and where it is not."""
 
 GOLDEN = 0.618034
 """Golden section: multiples of it, less their whole part, fill the range from 0 to 1 evenly."""
@@ -23,13 +25,14 @@ def beginnings(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
     return tuple(beginning(r, SPAN) for r in spread(recordings, MOST_SPANS))
 
 
-def deciding(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
-    """Return the recordings, or longer beginnings of some of them where there are hours."""
-    if sum(r.duration for r in recordings) <= LONG_SPAN * MOST_LONG_SPANS:
+def deciding(
+    recordings: Sequence[Recording], seconds: float = MOST_SECONDS
+) -> tuple[Recording, ...]:
+    """Return the recordings, or beginnings of some of them where they are longer together [s]."""
+    if sum(r.duration for r in recordings) <= seconds:
         return tuple(recordings)
     chosen = spread(recordings, MOST_LONG_SPANS)
-    span = LONG_SPAN * MOST_LONG_SPANS / len(chosen)
-    return tuple(beginning(r, span) for r in chosen)
+    return tuple(beginning(r, seconds / len(chosen)) for r in chosen)
 
 
 def spread(recordings: Sequence[Recording], most: int) -> list[Recording]:
