@@ -13,8 +13,8 @@ from tendon_newton.data.recording import FREE, Recording
 def unblocked(dataset: Dataset) -> tuple[Dataset, tuple[str, ...]]:
     """Leave out recordings with a stated obstacle, where others of their split remain.
 
-    An obstacle that stands in some recordings is no cause, since a cause acts in all of them. A hand
-    pushes where and when its owner likes, and a roll of tape stops the mechanism where it lies.
+    An obstacle in some recordings is no cause, since a cause acts in all of them. A hand pushes
+    where and when its owner likes, and a roll of tape stops the mechanism where it lies.
 
     Returns:
         What is diagnosed, and a sentence for each split with obstacles.

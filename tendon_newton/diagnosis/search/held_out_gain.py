@@ -51,9 +51,7 @@ def groups_of(recordings: Sequence[Recording]) -> list[int]:
     return list(range(len(recordings)))
 
 
-def held_out_terms(
-    worlds: Worlds, fit: Fit, floors: Floors, until: float = np.inf
-) -> Array | None:
+def held_out_terms(worlds: Worlds, fit: Fit, floors: Floors, until: float = np.inf) -> Array | None:
     """Return each row's share of the score under refits that did not see its part, shape (M,).
 
     A row's signal counts alike however many rows it has, as in `Worlds.score`; the sum over rows is
