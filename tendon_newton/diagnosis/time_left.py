@@ -7,13 +7,13 @@ from collections.abc import Sequence
 
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
-from tendon_newton.diagnosis.search.decide.time_limits import CANDIDATES
+from tendon_newton.diagnosis.search.decide.time_limits import DECIDED, SEARCHED
 from tendon_newton.diagnosis.search.spans import beginnings, deciding
 from tendon_newton.diagnosis.search.strategy import ROUGH_STEP
 from tendon_newton.identification.cutting import rows_of
 from tendon_newton.identification.study import Study, replacements
 
-ONE_CAUSE, SEVERAL_CAUSES = (450, 45), (1900, CANDIDATES)
+ONE_CAUSE, SEVERAL_CAUSES = (450, 45), (SEARCHED, DECIDED)
 """Candidates that are simulated on the beginnings of recordings, and on what decides, with a fifth
 more for all that is not simulation: with one cause to find (334 to 410, and 24 to 38), and with
 five (1,586 and 293), counted on planted sets."""

@@ -26,7 +26,7 @@ from tendon_newton.diagnosis.search.decide import find_causes as finding
 from tendon_newton.diagnosis.search.decide.find_causes import find_causes
 from tendon_newton.diagnosis.search.decide.time_limits import Limits, limits_of
 from tendon_newton.diagnosis.search.refit import ROUGH_STEP
-from tendon_newton.diagnosis.search.spans import LEAST_SECONDS
+from tendon_newton.diagnosis.search.spans import LEAST_SECONDS, LEAST_SPAN, SPAN
 from tendon_newton.diagnosis.time_left import expected_times, measured_pace, time_left
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.identification.study import Study
@@ -121,7 +121,7 @@ def test_a_budget_that_is_over_gives_an_answer_that_is_unfinished() -> None:
 
 def over_when_deciding(*_: Any) -> Limits:
     """Limits of a search that takes all the time there is."""
-    return Limits(searched=np.inf, decided=-np.inf, seconds=240.0, step=1e-3)
+    return Limits(searched=np.inf, decided=-np.inf, span=8.0, seconds=240.0, step=1e-3)
 
 
 def test_what_was_not_tested_in_time_is_not_named(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -160,6 +160,7 @@ def test_less_time_is_less_that_decides() -> None:
     assert (some.seconds, some.step) == (pytest.approx(75.0 / 350.0 / 2e-3), fine)
     assert (little.seconds, little.step) == (pytest.approx(30.0 / 350.0 / 1e-3), ROUGH_STEP)
     assert (none.seconds, none.step) == (LEAST_SECONDS, ROUGH_STEP)
+    assert [x.span for x in (unlimited, plenty, little)] == [SPAN, SPAN, LEAST_SPAN]
     assert unlimited.searched == unlimited.decided == np.inf
     assert little.decided - little.searched == pytest.approx(30.0)
 

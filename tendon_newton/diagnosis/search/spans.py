@@ -11,6 +11,8 @@ from tendon_newton.identification.cutting import beginning
 
 SPAN, MOST_SPANS = 8.0, 10
 """Length of a beginning [s] on which sets are chosen, and recordings of which one is looked at."""
+LEAST_SPAN = 5.0
+"""Length of a beginning [s] where time is short."""
 LONG_SPAN, MOST_LONG_SPANS = 15.0, 16
 """The same of what decides, where recordings are longer than that together."""
 LEAST_SECONDS, MOST_SECONDS = SPAN * MOST_SPANS, LONG_SPAN * MOST_LONG_SPANS
@@ -20,9 +22,9 @@ GOLDEN = 0.618034
 """Golden section: multiples of it, less their whole part, fill the range from 0 to 1 evenly."""
 
 
-def beginnings(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
+def beginnings(recordings: Sequence[Recording], span: float = SPAN) -> tuple[Recording, ...]:
     """Return the first seconds of recordings, spread evenly over a long list, benches in turn."""
-    return tuple(beginning(r, SPAN) for r in spread(recordings, MOST_SPANS))
+    return tuple(beginning(r, span) for r in spread(recordings, MOST_SPANS))
 
 
 def deciding(

@@ -75,7 +75,8 @@ def find_causes(
     """
     limits = limits_of(budget, pace, study.time_step)
     chosen = deciding(recordings, limits.seconds)
-    short = part_of(study, recordings if study.kinematic else beginnings(recordings), model)
+    first = recordings if study.kinematic else beginnings(recordings, limits.span)
+    short = part_of(study, first, model)
     is_all = all(own is other for own, other in zip(chosen, recordings, strict=False))
     is_all = is_all and limits.step == study.time_step
     fine_study = study if is_all else part_of(study, chosen, model, limits.step)

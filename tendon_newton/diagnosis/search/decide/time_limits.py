@@ -8,12 +8,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_newton.diagnosis.search.refit import ROUGH_STEP
-from tendon_newton.diagnosis.search.spans import LEAST_SECONDS, MOST_SECONDS
+from tendon_newton.diagnosis.search.spans import (
+    LEAST_SECONDS,
+    LEAST_SPAN,
+    MOST_SECONDS,
+    MOST_SPANS,
+    SPAN,
+)
 
 SEARCH_SHARE = 0.5
 """Share of a budget that the search may take; deciding takes the rest [1]."""
-CANDIDATES = 350
-"""Candidates that are simulated on what decides where there are several causes."""
+SEARCHED, DECIDED = 1900, 350
+"""Candidates that are simulated on beginnings, and on what decides, where there are several
+causes."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,6 +31,8 @@ class Limits:
     """Instant of the monotonic clock from which nothing further is looked for [s]."""
     decided: float
     """The same of tests on parts that no number has seen."""
+    span: float
+    """Length of a beginning on which sets are chosen [s]."""
     seconds: float
     """Length of all that decides together [s]."""
     step: float
@@ -33,8 +42,8 @@ class Limits:
 def limits_of(budget: float | None, pace: float | None, step: float) -> Limits:
     """Share a budget of time.
 
-    Where time is short fewer seconds decide. Where that does not suffice they are simulated at the
-    search's step, which the numbers of a cause hardly notice.
+    Where time is short, beginnings are shorter and fewer seconds decide. Where that is not enough,
+    they are simulated at the search's step.
 
     Args:
         budget: Time for search and decision [s]; None where it does not matter.
@@ -42,17 +51,19 @@ def limits_of(budget: float | None, pace: float | None, step: float) -> Limits:
         step: The finer step of a decision [s].
     """
     if budget is None:
-        return Limits(searched=np.inf, decided=np.inf, seconds=MOST_SECONDS, step=step)
+        return Limits(searched=np.inf, decided=np.inf, span=SPAN, seconds=MOST_SECONDS, step=step)
     start = time.monotonic()
-    rough = MOST_SECONDS * ROUGH_STEP / step
+    first = rough = np.inf
     if pace is not None:
-        rough = (1.0 - SEARCH_SHARE) * budget / (CANDIDATES * pace)
-    seconds, step = rough * step / ROUGH_STEP, step
+        first = SEARCH_SHARE * budget / (SEARCHED * pace * MOST_SPANS)
+        rough = (1.0 - SEARCH_SHARE) * budget / (DECIDED * pace)
+    seconds = rough * step / ROUGH_STEP
     if seconds < LEAST_SECONDS:
         seconds, step = rough, max(step, ROUGH_STEP)
     return Limits(
         searched=start + SEARCH_SHARE * budget,
         decided=start + budget,
+        span=float(np.clip(first, LEAST_SPAN, SPAN)),
         seconds=float(np.clip(seconds, LEAST_SECONDS, MOST_SECONDS)),
         step=step,
     )
