@@ -25,8 +25,7 @@ from tendon_newton.diagnosis.search.decide import decision
 from tendon_newton.diagnosis.search.decide import find_causes as finding
 from tendon_newton.diagnosis.search.decide.find_causes import find_causes
 from tendon_newton.diagnosis.search.decide.time_limits import Limits, limits_of
-from tendon_newton.diagnosis.search.refit import ROUGH_STEP
-from tendon_newton.diagnosis.search.spans import LEAST_SECONDS, LEAST_SPAN, SPAN
+from tendon_newton.diagnosis.search.spans import LEAST_SPAN, MOST_SECONDS, SPAN
 from tendon_newton.diagnosis.time_left import expected_times, measured_pace, time_left
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.identification.study import Study
@@ -121,7 +120,7 @@ def test_a_budget_that_is_over_gives_an_answer_that_is_unfinished() -> None:
 
 def over_when_deciding(*_: Any) -> Limits:
     """Limits of a search that takes all the time there is."""
-    return Limits(searched=np.inf, decided=-np.inf, span=8.0, seconds=240.0, step=1e-3)
+    return Limits(searched=np.inf, decided=-np.inf, span=SPAN, seconds=MOST_SECONDS)
 
 
 def test_what_was_not_tested_in_time_is_not_named(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -150,16 +149,15 @@ def test_what_is_sure_without_such_refits_is_named_though_time_is_over(
 
 
 def test_less_time_is_less_that_decides() -> None:
-    """Plenty: four minutes at the fine step. Then fewer seconds, then the search's own step."""
+    """Plenty: four minutes at the fine step. Then fewer seconds, then what was searched decides."""
     fine = 5e-4
     unlimited, plenty, some, little, none = (
         limits_of(budget, 1e-3, fine) for budget in (None, 1e4, 150.0, 60.0, 0.0)
     )
-    assert (unlimited.seconds, unlimited.step) == (plenty.seconds, plenty.step) == (240.0, fine)
+    assert unlimited.seconds == plenty.seconds == MOST_SECONDS
     # half of 150 s is for 350 candidates, of which each takes 2 ms for a second at half the step
-    assert (some.seconds, some.step) == (pytest.approx(75.0 / 350.0 / 2e-3), fine)
-    assert (little.seconds, little.step) == (pytest.approx(30.0 / 350.0 / 1e-3), ROUGH_STEP)
-    assert (none.seconds, none.step) == (LEAST_SECONDS, ROUGH_STEP)
+    assert some.seconds == pytest.approx(75.0 / 350.0 / 2e-3)
+    assert little.seconds is none.seconds is None
     assert [x.span for x in (unlimited, plenty, little)] == [SPAN, SPAN, LEAST_SPAN]
     assert unlimited.searched == unlimited.decided == np.inf
     assert little.decided - little.searched == pytest.approx(30.0)

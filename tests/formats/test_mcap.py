@@ -289,7 +289,7 @@ def test_many_files_are_read_side_by_side(
         assert (one.name, one.obstacle) == (other.name, other.obstacle)
         assert dict(one.actuator_overrides) == dict(other.actuator_overrides)
         np.testing.assert_array_equal(one.motor_position, other.motor_position)
-        np.testing.assert_array_equal(one.force, other.force)  # pyright: ignore
+        np.testing.assert_array_equal(one.force, other.force)
 
 
 def test_a_file_that_another_process_cannot_read_is_named(

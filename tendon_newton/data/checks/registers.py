@@ -67,7 +67,7 @@ def lag_between(
         return 0.0, 0.0, 0.0
     measured = smooth(np.interp(grid, late_time, late), step)
     half = round(reach / step)
-    wide = grid[0] + step * np.arange(-half, grid.size + half)
+    wide: Array = grid[0] + step * np.arange(-half, grid.size + half)
     moved = smooth(np.interp(wide, time, reference), step)
     starts = range(2 * half, -1, -1)  # a channel that is late shows what was before
     scores = np.array([correlation(moved[k : k + measured.size], measured) for k in starts])

@@ -40,7 +40,7 @@ def read_all(
         return [read(item) for item in items]
     from tendon_newton.scheduler import JobOptions, open_executor
 
-    out = []
+    out: list[Recording] = []
     with open_executor(JobOptions(jobs=processes)) as executor:
         for recording, warnings in executor.map(partial(read_aside, read), items):
             for record in warnings:

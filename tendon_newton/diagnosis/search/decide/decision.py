@@ -83,16 +83,16 @@ def decide(pool: Pool, fit: Fit, fine: Pool, rng: np.random.Generator) -> Decide
     Args:
         pool: Sets fitted on the beginnings.
         fit: What was found there.
-        fine: Takes the fits of all rows.
+        fine: Takes the fits of all rows; the same pool where the beginnings decide.
         rng: Of the draws of blocks.
     """
-    less = leave_out(pool, fit)
-    close = {name: rivals_of(pool, fit, name, CLEAR) for name in fit.names}
-    sets = {
-        frozenset(f.names): f for f in [*less.values(), *(r for rs in close.values() for r in rs)]
-    }
-    fine.rescore(floors_of(fine.worlds, fit.names))
-    transfer(pool, [fit, *sets.values()], fine)
+    if fine is not pool:
+        less = leave_out(pool, fit)
+        close = {name: rivals_of(pool, fit, name, CLEAR) for name in fit.names}
+        near = [*less.values(), *(r for rs in close.values() for r in rs)]
+        sets = {frozenset(f.names): f for f in near}
+        fine.rescore(floors_of(fine.worlds, fit.names))
+        transfer(pool, [fit, *sets.values()], fine)
     best = simplest(fine, fine.best())
     final = prune(fine, best)
     refused: dict[str, tuple[float, bool]] = {}

@@ -74,29 +74,27 @@ def find_causes(
         log: Told every set that is fitted.
     """
     limits = limits_of(budget, pace, study.time_step)
-    chosen = deciding(recordings, limits.seconds)
     first = recordings if study.kinematic else beginnings(recordings, limits.span)
-    short = part_of(study, first, model)
-    is_all = all(own is other for own, other in zip(chosen, recordings, strict=False))
-    is_all = is_all and limits.step == study.time_step
-    fine_study = study if is_all else part_of(study, chosen, model, limits.step)
-    worlds, fine_worlds = Worlds(short), Worlds(fine_study)
-    pool, whole, fine = (
-        Pool(
-            worlds=w, floors=floors_of(w, ()), price=price, haste=haste, most=most,
+
+    def pool_of(worlds: Worlds, haste: float, until: float) -> Pool:
+        return Pool(
+            worlds=worlds, floors=floors_of(worlds, ()), price=price, haste=haste, most=most,
             allows=allows, log=log, until=until,
-        )
-        for w, haste, until in (
-            (worlds, HASTE, limits.searched),
-            (fine_worlds, HASTE, limits.searched),
-            (fine_worlds, 1.0, limits.decided),
-        )
-    )  # fmt: skip
+        )  # fmt: skip
+
+    pool = pool_of(Worlds(part_of(study, first, model)), HASTE, limits.searched)
+    chosen, whole, fine = first, pool, pool
+    if limits.seconds is not None:
+        chosen = deciding(recordings, limits.seconds)
+        is_all = all(own is other for own, other in zip(chosen, recordings, strict=False))
+        worlds = Worlds(study if is_all else part_of(study, chosen, model))
+        whole = pool_of(worlds, HASTE, limits.searched)
+        fine = pool_of(worlds, 1.0, limits.decided)
     try:
         fit = find(pool, (*study.fit_columns(model), *study.tolerated_columns), names, progress)
         pool.haste = 1.0
         progress(f"testing {', '.join(fit.names) or 'whether anything is missing'}")
-        fit = settle(pool, fit, names)
+        fit = fit if pool.is_late else settle(pool, fit, names)
         searched = pool
         if go_on_all_rows(pool, fit, whole, names, progress):
             searched, whole.haste = whole, 1.0
@@ -110,7 +108,9 @@ def find_causes(
         searched, fit = pool, pool.best()
         progress("ending the search; Ctrl-C again ends without an answer")
     progress(f"deciding on {len(chosen)} of {len(recordings)} recordings")
-    (baseline,) = transfer(pool, [pool.fits[frozenset()]], fine)
+    fine.haste, fine.until = 1.0, limits.decided
+    if fine is not pool:
+        transfer(pool, [pool.fits[frozenset()]], fine)
     decided = decide(searched, fit, fine, rng)
     if decided.undecided:
         early = (*early, f"{UNDECIDED}: {', '.join(decided.undecided)}.")
@@ -118,15 +118,13 @@ def find_causes(
     return conclude_search(pool, fine, names, fit, baseline, decided, early)
 
 
-def part_of(
-    study: Study, recordings: Sequence[Recording], model: Model, step: float | None = None
-) -> Study:
-    """Return a study of some of its recordings, with its scale, its noise and its step [s]."""
+def part_of(study: Study, recordings: Sequence[Recording], model: Model) -> Study:
+    """Return a study of some of its recordings, with its scale and its noise."""
     part = Study(
         recordings,
         model,
         study.table.effects,
-        time_step=study.time_step if step is None else step,
+        time_step=study.time_step,
         in_pieces=True,
         scale=study.scale,
         like=study,

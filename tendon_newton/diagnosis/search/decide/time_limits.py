@@ -33,17 +33,16 @@ class Limits:
     """The same of tests on parts that no number has seen."""
     span: float
     """Length of a beginning on which sets are chosen [s]."""
-    seconds: float
-    """Length of all that decides together [s]."""
-    step: float
-    """Step of its simulation [s]."""
+    seconds: float | None
+    """Length of all that decides together [s], at the finer step; None where the beginnings decide
+    as they were searched."""
 
 
 def limits_of(budget: float | None, pace: float | None, step: float) -> Limits:
     """Share a budget of time.
 
     Where time is short, beginnings are shorter and fewer seconds decide. Where that is not enough,
-    they are simulated at the search's step.
+    the beginnings decide themselves: their sets are fitted already.
 
     Args:
         budget: Time for search and decision [s]; None where it does not matter.
@@ -51,19 +50,15 @@ def limits_of(budget: float | None, pace: float | None, step: float) -> Limits:
         step: The finer step of a decision [s].
     """
     if budget is None:
-        return Limits(searched=np.inf, decided=np.inf, span=SPAN, seconds=MOST_SECONDS, step=step)
+        return Limits(searched=np.inf, decided=np.inf, span=SPAN, seconds=MOST_SECONDS)
     start = time.monotonic()
-    first = rough = np.inf
+    span, seconds = SPAN, MOST_SECONDS
     if pace is not None:
-        first = SEARCH_SHARE * budget / (SEARCHED * pace * MOST_SPANS)
-        rough = (1.0 - SEARCH_SHARE) * budget / (DECIDED * pace)
-    seconds = rough * step / ROUGH_STEP
-    if seconds < LEAST_SECONDS:
-        seconds, step = rough, max(step, ROUGH_STEP)
+        span = SEARCH_SHARE * budget / (SEARCHED * pace * MOST_SPANS)
+        seconds = (1.0 - SEARCH_SHARE) * budget / (DECIDED * pace * ROUGH_STEP / step)
     return Limits(
         searched=start + SEARCH_SHARE * budget,
         decided=start + budget,
-        span=float(np.clip(first, LEAST_SPAN, SPAN)),
-        seconds=float(np.clip(seconds, LEAST_SECONDS, MOST_SECONDS)),
-        step=step,
+        span=float(np.clip(span, LEAST_SPAN, SPAN)),
+        seconds=min(seconds, MOST_SECONDS) if seconds >= LEAST_SECONDS else None,
     )
