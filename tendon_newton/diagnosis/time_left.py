@@ -17,8 +17,8 @@ ONE_CAUSE, SEVERAL_CAUSES = (450, 45), (SEARCHED, DECIDED)
 """Candidates that are simulated on the beginnings of recordings, and on what decides, with a fifth
 more for all that is not simulation: with one cause to find (334 to 410, and 24 to 38), and with
 five (1,586 and 293), counted on planted sets."""
-TRIALS = 64
-"""Candidates that are simulated to see how fast this computer is."""
+TRIALS, ROUNDS = 64, 3
+"""Candidates that are simulated to see how fast this computer is, and how often."""
 TRIAL_ROWS = 100
 """Rows of a recording on which that is seen."""
 REST_SHARE = 0.15
@@ -48,8 +48,9 @@ def measured_pace(recordings: Sequence[Recording], model: Model, study: Study) -
     candidates = replacements([{}] * TRIALS)
     small.residuals(*candidates, ROUGH_STEP)  # loads the kernels
     start = time.monotonic()
-    small.residuals(*candidates, ROUGH_STEP)
-    return (time.monotonic() - start) / TRIALS / sum(r.duration for r in parts)
+    for _ in range(ROUNDS):
+        small.residuals(*candidates, ROUGH_STEP)
+    return (time.monotonic() - start) / (TRIALS * ROUNDS) / sum(r.duration for r in parts)
 
 
 def expected_times(

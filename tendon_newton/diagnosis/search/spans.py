@@ -13,10 +13,11 @@ SPAN, MOST_SPANS = 8.0, 10
 """Length of a beginning [s] on which sets are chosen, and recordings of which one is looked at."""
 LEAST_SPAN = 5.0
 """Length of a beginning [s] where time is short."""
-LONG_SPAN, MOST_LONG_SPANS = 15.0, 16
-"""The same of what decides, where recordings are longer than that together."""
-LEAST_SECONDS, MOST_SECONDS = SPAN * MOST_SPANS, LONG_SPAN * MOST_LONG_SPANS
-"""Length of what decides together [s], where time is short and where it is not."""
+LEAST_SECONDS, MOST_SECONDS = 80.0, 240.0
+"""Length of what decides together [s], where time is short, and at most."""
+MOST_DECIDING, LONG_SECONDS = 16, 128.0
+"""Recordings of which beginnings decide where all are longer than `MOST_SECONDS`, and the length of
+these together [s]: as long each as what sets are chosen on, but of more recordings."""
 
 GOLDEN = 0.618034
 """Golden section: multiples of it, less their whole part, fill the range from 0 to 1 evenly."""
@@ -33,8 +34,8 @@ def deciding(
     """Return the recordings, or beginnings of some of them where they are longer together [s]."""
     if sum(r.duration for r in recordings) <= seconds:
         return tuple(recordings)
-    chosen = spread(recordings, MOST_LONG_SPANS)
-    return tuple(beginning(r, seconds / len(chosen)) for r in chosen)
+    chosen = spread(recordings, MOST_DECIDING)
+    return tuple(beginning(r, min(seconds, LONG_SECONDS) / len(chosen)) for r in chosen)
 
 
 def spread(recordings: Sequence[Recording], most: int) -> list[Recording]:
