@@ -36,7 +36,12 @@ from tendon_newton.diagnosis.result import (
     Verdict,
 )
 from tendon_newton.diagnosis.search.decide.find_causes import find_causes
-from tendon_newton.diagnosis.time_left import REST_SHARE, expectation, expected_times, measured_pace
+from tendon_newton.diagnosis.time_left import (
+    expectation,
+    expected_times,
+    finishing_time,
+    measured_pace,
+)
 from tendon_newton.diagnosis.unblocked import unblocked
 from tendon_newton.diagnosis.unexplained.structure import find_structure
 from tendon_newton.effects import EFFECTS, find_effect
@@ -107,10 +112,11 @@ def diagnose(
     for text in wrong:
         progress(text)
     pace = measured_pace(dataset.train, model, train)
-    expected = expectation(*expected_times(dataset.train, train, pace))
+    last = finishing_time(dataset, pace)
+    expected = expectation(*(last + t for t in expected_times(dataset.train, train, pace)))
     progress(f"looking at {len(names)} effects on {len(dataset.train)} recordings, {expected}")
     if budget is not None:
-        budget = max(0.0, (1.0 - REST_SHARE) * budget - (time.monotonic() - start))
+        budget = max(0.0, budget - last - (time.monotonic() - start))
     findings = find_causes(
         dataset.train, train, model, names, rng=rng, progress=progress, budget=budget, pace=pace
     )

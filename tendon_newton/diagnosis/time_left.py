@@ -5,15 +5,15 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 
+from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
-from tendon_newton.diagnosis.search.decide.time_limits import DECIDED, SEARCHED
 from tendon_newton.diagnosis.search.spans import beginnings, deciding
 from tendon_newton.diagnosis.search.strategy import ROUGH_STEP
 from tendon_newton.identification.cutting import rows_of
 from tendon_newton.identification.study import Study, replacements
 
-ONE_CAUSE, SEVERAL_CAUSES = (450, 45), (SEARCHED, DECIDED)
+ONE_CAUSE, SEVERAL_CAUSES = (450, 45), (1900, 350)
 """Candidates that are simulated on the beginnings of recordings, and on what decides, with a fifth
 more for all that is not simulation: with one cause to find (334 to 410, and 24 to 38), and with
 five (1,586 and 293), counted on planted sets."""
@@ -21,8 +21,11 @@ TRIALS, ROUNDS = 64, 3
 """Candidates that are simulated to see how fast this computer is, and how often."""
 TRIAL_ROWS = 100
 """Rows of a recording on which that is seen."""
-REST_SHARE = 0.15
-"""Share of a budget that is left for the held-out recordings and for the report [1]."""
+REPORT = 10.0
+"""Time that figures and files take [s]."""
+TRAIN_RUNS, TEST_RUNS = 6, 28
+"""Candidates that are simulated at the end on all training and on all test rows, at the search's
+step: of three and of seven, at a half and at a quarter of it."""
 DONE: tuple[tuple[str, float], ...] = (
     ("testing", 0.6),
     ("deciding", 0.75),
@@ -67,6 +70,17 @@ def expected_times(
     whole = sum(r.duration for r in deciding(recordings)) * ROUGH_STEP / study.time_step
     one, several = (pace * (n * first + m * whole) for n, m in (ONE_CAUSE, SEVERAL_CAUSES))
     return one, several
+
+
+def finishing_time(dataset: Dataset, pace: float) -> float:
+    """Return what the held-out recordings and the report take after the decision [s].
+
+    Args:
+        dataset: All recordings.
+        pace: Time that a candidate takes for a second of recordings [1].
+    """
+    train, test = (sum(r.duration for r in part) for part in (dataset.train, dataset.test))
+    return REPORT + pace * (TRAIN_RUNS * train + TEST_RUNS * test)
 
 
 def expectation(one: float, several: float) -> str:

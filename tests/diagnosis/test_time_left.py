@@ -26,7 +26,12 @@ from tendon_newton.diagnosis.search.decide import find_causes as finding
 from tendon_newton.diagnosis.search.decide.find_causes import find_causes
 from tendon_newton.diagnosis.search.decide.time_limits import Limits, limits_of
 from tendon_newton.diagnosis.search.spans import LEAST_SPAN, MOST_SECONDS, SPAN
-from tendon_newton.diagnosis.time_left import expected_times, measured_pace, time_left
+from tendon_newton.diagnosis.time_left import (
+    expected_times,
+    finishing_time,
+    measured_pace,
+    time_left,
+)
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.identification.study import Study
 from tendon_newton.scheduler import THREADS_VARIABLE
@@ -64,6 +69,15 @@ def test_the_time_told_grows_with_the_data_and_the_causes(monkeypatch: pytest.Mo
     more, _ = expected_times(recordings * 5, study, pace)
     assert 0.0 < one < several
     assert more == pytest.approx(5.0 * one)
+
+
+def test_time_is_kept_for_what_follows_the_decision() -> None:
+    """Figures take their time; simulated are all training rows, and test rows more finely."""
+    whole = load_dataset(EXAMPLE)
+    none, some = (finishing_time(whole, pace) for pace in (0.0, 1e-3))
+    more = finishing_time(replace(whole, test=whole.test * 2), 1e-3)
+    assert 5.0 < none < some < more
+    assert more - some == pytest.approx(0.028 * sum(r.duration for r in whole.test))
 
 
 def test_time_left_follows_from_what_is_done() -> None:
@@ -152,15 +166,15 @@ def test_less_time_is_less_that_decides() -> None:
     """Plenty: four minutes at the fine step. Then fewer seconds, then what was searched decides."""
     fine = 5e-4
     unlimited, plenty, some, little, none = (
-        limits_of(budget, 1e-3, fine) for budget in (None, 1e4, 150.0, 60.0, 0.0)
+        limits_of(budget, 1e-3, fine) for budget in (None, 1e4, 400.0, 150.0, 0.0)
     )
     assert unlimited.seconds == plenty.seconds == MOST_SECONDS
-    # half of 150 s is for 350 candidates, of which each takes 2 ms for a second at half the step
-    assert some.seconds == pytest.approx(75.0 / 350.0 / 2e-3)
+    # half of 400 s is for 1000 candidates, of which each takes 2 ms for a second at half the step
+    assert some.seconds == pytest.approx(100.0)
     assert little.seconds is none.seconds is None
     assert [x.span for x in (unlimited, plenty, little)] == [SPAN, SPAN, LEAST_SPAN]
     assert unlimited.searched == unlimited.decided == np.inf
-    assert little.decided - little.searched == pytest.approx(30.0)
+    assert little.decided - little.searched == pytest.approx(75.0)
 
 
 def test_a_second_interrupt_ends_it() -> None:
