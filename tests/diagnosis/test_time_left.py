@@ -37,6 +37,7 @@ from tendon_newton.identification.study import Study
 from tendon_newton.scheduler import THREADS_VARIABLE
 from tendon_newton.workflows import diagnosing as writing
 from tests.diagnosis.made_up import EXAMPLE, beginning, diagnosis, evidence
+from tests.effect_bench import commanded
 
 EFFECTS = ("viscous_friction", "command_delay")
 
@@ -165,13 +166,17 @@ def test_what_is_sure_without_such_refits_is_named_though_time_is_over(
 def test_less_time_is_less_that_decides() -> None:
     """Plenty: four minutes at the fine step. Then fewer seconds, then what was searched decides."""
     fine = 5e-4
+    data = [commanded(np.zeros(80 * 30), "spring_weak") for _ in range(20)]
     unlimited, plenty, some, little, none = (
-        limits_of(budget, 1e-3, fine) for budget in (None, 1e4, 400.0, 150.0, 0.0)
+        limits_of(budget, 1e-3, fine, data) for budget in (None, 1e4, 400.0, 150.0, 0.0)
     )
     assert unlimited.seconds == plenty.seconds == MOST_SECONDS
     # half of 400 s is for 1000 candidates, of which each takes 2 ms for a second at half the step
     assert some.seconds == pytest.approx(100.0)
     assert little.seconds is none.seconds is None
+    few = limits_of(150.0, 1e-3, fine, data[:1])  # all of 30 s are affordable
+    assert few.seconds == pytest.approx(37.5)
+    assert few.span == SPAN
     assert [x.span for x in (unlimited, plenty, little)] == [SPAN, SPAN, LEAST_SPAN]
     assert unlimited.searched == unlimited.decided == np.inf
     assert little.decided - little.searched == pytest.approx(75.0)

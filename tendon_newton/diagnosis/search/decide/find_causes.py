@@ -73,7 +73,7 @@ def find_causes(
         pace: Time that a candidate takes for a second of recordings [1], where it is known.
         log: Told every set that is fitted.
     """
-    limits = limits_of(budget, pace, study.time_step)
+    limits = limits_of(budget, pace, study.time_step, recordings)
     first = recordings if study.kinematic else beginnings(recordings, limits.span)
 
     def pool_of(worlds: Worlds, haste: float, until: float) -> Pool:

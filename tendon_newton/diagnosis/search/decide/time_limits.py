@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.search.refit import ROUGH_STEP
 from tendon_newton.diagnosis.search.spans import (
     LEAST_SECONDS,
@@ -38,7 +40,9 @@ class Limits:
     as they were searched."""
 
 
-def limits_of(budget: float | None, pace: float | None, step: float) -> Limits:
+def limits_of(
+    budget: float | None, pace: float | None, step: float, recordings: Sequence[Recording]
+) -> Limits:
     """Share a budget of time.
 
     Where time is short, beginnings are shorter and fewer seconds decide. Where that is not enough,
@@ -48,17 +52,19 @@ def limits_of(budget: float | None, pace: float | None, step: float) -> Limits:
         budget: Time for search and decision [s]; None where it does not matter.
         pace: Time that a candidate takes for a second of recordings at the search's step [1].
         step: The finer step of a decision [s].
+        recordings: Training recordings as they are.
     """
     if budget is None:
         return Limits(searched=np.inf, decided=np.inf, span=SPAN, seconds=MOST_SECONDS)
     start = time.monotonic()
     span, seconds = SPAN, MOST_SECONDS
     if pace is not None:
-        span = SEARCH_SHARE * budget / (SEARCHED * pace * MOST_SPANS)
+        span = SEARCH_SHARE * budget / (SEARCHED * pace * min(MOST_SPANS, len(recordings)))
         seconds = (1.0 - SEARCH_SHARE) * budget / (DECIDED * pace * ROUGH_STEP / step)
+    least = min(LEAST_SECONDS, sum(r.duration for r in recordings))
     return Limits(
         searched=start + SEARCH_SHARE * budget,
         decided=start + budget,
         span=float(np.clip(span, LEAST_SPAN, SPAN)),
-        seconds=min(seconds, MOST_SECONDS) if seconds >= LEAST_SECONDS else None,
+        seconds=min(seconds, MOST_SECONDS) if seconds >= least else None,
     )
