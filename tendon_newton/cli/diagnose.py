@@ -64,6 +64,7 @@ def main(config: DiagnoseConfig) -> None:
     from tendon_newton.data.model_file import load_model
     from tendon_newton.device_code.quiet import quiet_warp
 
+    start = time.monotonic()
     quiet_warp()
     budget = None if config.budget is None else read_duration(config.budget, "--budget")
     limit_cores(config.jobs)
@@ -74,9 +75,11 @@ def main(config: DiagnoseConfig) -> None:
     from tendon_newton.diagnosis.reporting.report import Origin
     from tendon_newton.workflows.diagnosing import diagnose_into
 
-    progress = Progress(sys.stderr if config.json else sys.stdout)
+    progress = Progress(sys.stderr if config.json else sys.stdout, start)
     progress.show_findings(dataset)
     origin = Origin(dataset=config.dataset, command=shlex.join(["tendon-newton", *sys.argv[1:]]))
+    if budget is not None:
+        budget = max(0.0, budget - (time.monotonic() - start))
     answer = diagnose_into(out, dataset, model, origin, progress=progress, budget=budget)
     if config.json:
         print((out / "diagnosis.json").read_text(encoding="utf-8"), end="")
@@ -94,17 +97,18 @@ class Progress:
 
     Args:
         stream: Where it is told.
+        start: Instant of the monotonic clock at which the command began [s].
     """
 
-    def __init__(self, stream: TextIO) -> None:
-        self.stream, self.start = stream, time.monotonic()
+    def __init__(self, stream: TextIO, start: float) -> None:
+        self.stream, self.start = stream, start
 
     def __call__(self, text: str) -> None:
         """Tell what comes next."""
         from tendon_newton.diagnosis.time_left import time_left
 
         elapsed = time.monotonic() - self.start
-        left = time_left(text, elapsed) or " ..."
+        left = time_left(text, elapsed) or ("" if text.endswith(".") else " ...")
         print(f"  {elapsed:4.0f} s  {text}{left}", file=self.stream, flush=True)
 
     def show_findings(self, dataset: Dataset) -> None:
@@ -150,12 +154,14 @@ def read_dataset(config: DiagnoseConfig) -> Dataset:
     from tendon_newton.data.dataset import Dataset, load_dataset
     from tendon_newton.errors import InvalidParameter
     from tendon_newton.identification.cutting import hold_out
+    from tendon_newton.scheduler import core_count
 
+    jobs = config.jobs or core_count()
     if config.hold_out is None:
-        return load_dataset(config.dataset)
+        return load_dataset(config.dataset, jobs=jobs)
     if not 0.05 <= config.hold_out <= 0.8:
         raise InvalidParameter(f"--hold-out must be 0.05 to 0.8; it is {config.hold_out:g}")
-    whole = load_dataset(config.dataset, require_test=False)
+    whole = load_dataset(config.dataset, require_test=False, jobs=jobs)
     if whole.test:
         raise InvalidParameter(
             f"--hold-out cuts recordings of a dataset that holds none out; {config.dataset} has "

@@ -4,6 +4,7 @@ import os.path
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
@@ -13,8 +14,9 @@ from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys, w
 from tendon_newton.data.files.values import are_tables
 from tendon_newton.data.formats.any_file import read_recording_file
 from tendon_newton.data.formats.csv_file import write_csv
+from tendon_newton.data.formats.many_files import process_count, read_all
 from tendon_newton.data.formats.topic_mapping_file import read_topic_mapping
-from tendon_newton.data.recording import Recording
+from tendon_newton.data.recording import FREE, Recording
 from tendon_newton.errors import InvalidDataset, TendonNewtonError, listed, shown
 
 FILE_NAME = "dataset.toml"
@@ -27,6 +29,7 @@ KNOWN_KEYS = (
     "bench_overrides",
     "actuator_overrides",
     "load_cell_rate",
+    "obstacle",
 )
 PATH_LIMIT = 1000
 """Longest path of a recording [characters]; no file system of today takes 4096."""
@@ -39,6 +42,7 @@ KEY_TYPES: dict[str, tuple[type | tuple[type, ...], str]] = {
     "bench_overrides": (dict, "a table"),
     "actuator_overrides": (dict, "a table"),
     "load_cell_rate": ((int, float), "a number"),
+    "obstacle": (str, "a string"),
 }
 
 Entry = dict[str, Any]
@@ -58,7 +62,7 @@ class Dataset:
 
 
 def load_dataset(
-    path: str | Path, *, require_train: bool = True, require_test: bool = True
+    path: str | Path, *, require_train: bool = True, require_test: bool = True, jobs: int = 1
 ) -> Dataset:
     """Read and check a dataset.
 
@@ -66,6 +70,8 @@ def load_dataset(
         path: The folder that holds ``dataset.toml``.
         require_train: Refuse a dataset without a train split.
         require_test: Refuse a dataset without a test split.
+        jobs: Processes at most that read large files of messages side by side. Each is a fresh
+            interpreter, so a script that asks for them needs ``if __name__ == "__main__"``.
     """
     path = Path(path)
     where = path / FILE_NAME
@@ -82,10 +88,13 @@ def load_dataset(
             f'no fit has seen; all {counts["train"]} have split = "train": '
             'give at least one whole recording split = "test"'
         )
-    splits: dict[str, list[Recording]] = {split: [] for split in SPLITS}
-    for entry in entries:
-        splits[entry["split"]].append(read_recording(path, entry))
-    return Dataset(path=path, train=tuple(splits["train"]), test=tuple(splits["test"]))
+    processes = process_count([path / entry["file"] for entry in entries], jobs)
+    recordings = read_all(partial(read_recording, path), entries, processes)
+    train, test = (
+        tuple(r for r, entry in zip(recordings, entries, strict=True) if entry["split"] == split)
+        for split in SPLITS
+    )
+    return Dataset(path=path, train=train, test=test)
 
 
 def write_dataset(path: Path, train: Sequence[Recording], test: Sequence[Recording]) -> None:
@@ -229,6 +238,7 @@ def read_recording(path: Path, entry: Entry) -> Recording:
             bench_overrides=overrides,
             actuator_overrides=read_numbers(entry.get("actuator_overrides", {}), where),
             load_cell_rate=read_rate(entry, where),
+            **{key: entry[key] for key in ("obstacle",) if key in entry},
         )
     except OSError as error:
         raise InvalidDataset(f"{where}: cannot be read: {error.strerror or error}") from error
@@ -271,4 +281,6 @@ def entry_of(recording: Recording, split: str) -> Entry:
         entry["actuator_overrides"] = dict(recording.actuator_overrides)
     if recording.load_cell_rate is not None:
         entry["load_cell_rate"] = recording.load_cell_rate
+    if recording.obstacle != FREE:
+        entry["obstacle"] = recording.obstacle
     return entry

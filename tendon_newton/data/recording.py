@@ -2,7 +2,8 @@
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from functools import partial
 from math import isfinite
 from types import MappingProxyType
 from typing import Any, Literal
@@ -22,6 +23,8 @@ Indices = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 """What holds for each row, entry or parameter."""
 
+FREE = "free"
+"""Obstacle of a recording in which nothing touches the mechanism."""
 BENCH_NAME = re.compile(r"[A-Za-z0-9_-]+")
 
 
@@ -73,6 +76,8 @@ class Recording:
     """Actuator numbers of this recording alone, in the actuator's own units."""
     load_cell_rate: float | None = None
     """Rate of the load cell where it is slower than the rows [Hz]."""
+    obstacle: str = FREE
+    """What stood in the mechanism's way, in a word; ``free`` where nothing did."""
 
     def __post_init__(self) -> None:
         """Check every promise, then make the arrays read-only."""
@@ -81,6 +86,13 @@ class Recording:
         check_time(self)
         check_shapes(self)
         check_values(self)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return what another process builds the recording from: read-only tables do not travel."""
+        table = {f.name: getattr(self, f.name) for f in fields(self)}
+        for name in ("extra", "actuator_overrides"):
+            table[name] = dict(table[name])
+        return partial(type(self), **table), ()
 
     @property
     def sample_count(self) -> int:
@@ -138,6 +150,11 @@ def check_setting(recording: Recording) -> None:
             raise InvalidRecording(
                 f"{recording.name}: actuator override {shown(key)} must be finite; it is {value}"
             )
+    if not BENCH_NAME.fullmatch(recording.obstacle):
+        raise InvalidRecording(
+            f"{recording.name}: obstacle must be a word (letters, digits, _ and -), {FREE!r} where "
+            f"nothing touches the mechanism; it is {shown(recording.obstacle)}"
+        )
     rate = recording.load_cell_rate
     if rate is not None and not (isfinite(rate) and rate > 0.0):
         raise InvalidRecording(

@@ -36,7 +36,13 @@ from tendon_newton.diagnosis.result import (
     Verdict,
 )
 from tendon_newton.diagnosis.search.decide.find_causes import find_causes
-from tendon_newton.diagnosis.time_left import SEARCH_SHARE, expectation, expected_times
+from tendon_newton.diagnosis.time_left import (
+    expectation,
+    expected_times,
+    finishing_time,
+    measured_pace,
+)
+from tendon_newton.diagnosis.unblocked import unblocked
 from tendon_newton.diagnosis.unexplained.structure import find_structure
 from tendon_newton.effects import EFFECTS, find_effect
 from tendon_newton.identification.study import Study, refuse_several_tendons
@@ -81,8 +87,7 @@ def diagnose(
         dataset: Training recordings decide, test recordings only report.
         model: The model to start from.
         progress: Told, in a few words, what is being done.
-        budget: Time that the whole diagnosis may take, about [s]: the search looks no further in
-            time to decide what it has.
+        budget: Time that the whole diagnosis may take, about [s], its report included.
 
     Raises:
         TendonNewtonError: The dataset or the model cannot be used; the message says why.
@@ -90,6 +95,9 @@ def diagnose(
     start = time.monotonic()
     rng = np.random.default_rng(SEED)
     refuse_several_tendons((*dataset.train, *dataset.test))
+    dataset, blocked = unblocked(dataset)
+    for text in blocked:
+        progress(text)
     progress("reading benches and compiling kernels")
     train = Study(
         dataset.train,
@@ -103,18 +111,21 @@ def diagnose(
     wrong = tuple(suspect.text for suspect in plainly_wrong(train))
     for text in wrong:
         progress(text)
-    expected = expectation(*expected_times(dataset.train, model, train))
+    pace = measured_pace(dataset.train, model, train)
+    last = finishing_time(dataset, pace)
+    expected = expectation(*(last + t for t in expected_times(dataset.train, train, pace)))
     progress(f"looking at {len(names)} effects on {len(dataset.train)} recordings, {expected}")
     if budget is not None:
-        budget = max(0.0, SEARCH_SHARE * budget - (time.monotonic() - start))
+        budget = max(0.0, budget - last - (time.monotonic() - start))
     findings = find_causes(
-        dataset.train, train, model, names, rng=rng, progress=progress, budget=budget
+        dataset.train, train, model, names, rng=rng, progress=progress, budget=budget, pace=pace
     )
     progress("measuring the gain on held-out recordings")
     test = Study(dataset.test, model, tuple(EFFECTS), like=train)
     diagnosis, evidence = conclude(train, findings, model, test, rng, start)
     steps = next_steps(diagnosis, dataset, model, train, findings.closest.values)
-    return replace(diagnosis, next_steps=(*wrong, *steps)), evidence
+    told = replace(diagnosis, next_steps=(*wrong, *steps), notes=(*blocked, *diagnosis.notes))
+    return told, evidence
 
 
 def conclude(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 
+from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.search.spans import beginnings, deciding
@@ -16,12 +17,15 @@ ONE_CAUSE, SEVERAL_CAUSES = (450, 45), (1900, 350)
 """Candidates that are simulated on the beginnings of recordings, and on what decides, with a fifth
 more for all that is not simulation: with one cause to find (334 to 410, and 24 to 38), and with
 five (1,586 and 293), counted on planted sets."""
-TRIALS = 64
-"""Candidates that are simulated to see how fast this computer is."""
+TRIALS, ROUNDS = 64, 3
+"""Candidates that are simulated to see how fast this computer is, and how often."""
 TRIAL_ROWS = 100
 """Rows of a recording on which that is seen."""
-SEARCH_SHARE = 0.6
-"""Share of a budget that the search may take; deciding on all rows takes the rest [1]."""
+REPORT = 10.0
+"""Time that figures and files take [s]."""
+TRAIN_RUNS, TEST_RUNS = 6, 28
+"""Candidates that are simulated at the end on all training and on all test rows, at the search's
+step: of three and of seven, at a half and at a quarter of it."""
 DONE: tuple[tuple[str, float], ...] = (
     ("testing", 0.6),
     ("deciding", 0.75),
@@ -30,13 +34,11 @@ DONE: tuple[tuple[str, float], ...] = (
 """Beginning of a message -> share of the time that has passed by then, typically [1]."""
 
 
-def expected_times(
-    recordings: Sequence[Recording], model: Model, study: Study
-) -> tuple[float, float]:
-    """Return what a diagnosis will take [s], with one cause to find and with several.
+def measured_pace(recordings: Sequence[Recording], model: Model, study: Study) -> float:
+    """Return the time that a candidate takes for a second of recordings [1].
 
-    A part of one recording of each bench is simulated first, by as many candidates as keep all
-    cores busy.
+    A part of one recording of each bench is simulated, by as many candidates as keep all cores
+    busy.
 
     Args:
         recordings: Training recordings as they are.
@@ -49,12 +51,36 @@ def expected_times(
     candidates = replacements([{}] * TRIALS)
     small.residuals(*candidates, ROUGH_STEP)  # loads the kernels
     start = time.monotonic()
-    small.residuals(*candidates, ROUGH_STEP)
-    pace = (time.monotonic() - start) / TRIALS / sum(r.duration for r in parts)
+    for _ in range(ROUNDS):
+        small.residuals(*candidates, ROUGH_STEP)
+    return (time.monotonic() - start) / (TRIALS * ROUNDS) / sum(r.duration for r in parts)
+
+
+def expected_times(
+    recordings: Sequence[Recording], study: Study, pace: float
+) -> tuple[float, float]:
+    """Return what a diagnosis will take [s], with one cause to find and with several.
+
+    Args:
+        recordings: Training recordings as they are.
+        study: The same recordings, all rows.
+        pace: Time that a candidate takes for a second of recordings [1].
+    """
     first = sum(r.duration for r in (recordings if study.kinematic else beginnings(recordings)))
     whole = sum(r.duration for r in deciding(recordings)) * ROUGH_STEP / study.time_step
     one, several = (pace * (n * first + m * whole) for n, m in (ONE_CAUSE, SEVERAL_CAUSES))
     return one, several
+
+
+def finishing_time(dataset: Dataset, pace: float) -> float:
+    """Return what the held-out recordings and the report take after the decision [s].
+
+    Args:
+        dataset: All recordings.
+        pace: Time that a candidate takes for a second of recordings [1].
+    """
+    train, test = (sum(r.duration for r in part) for part in (dataset.train, dataset.test))
+    return REPORT + pace * (TRAIN_RUNS * train + TEST_RUNS * test)
 
 
 def expectation(one: float, several: float) -> str:

@@ -178,6 +178,14 @@ DATASETS: dict[str, tuple[Damage, tuple[str, ...]]] = {
         entry("load_cell_rate = true"),
         ("load_cell_rate must be a number; it is True",),
     ),
+    "an obstacle without a word": (
+        entry('obstacle = ""'),
+        ("obstacle must be a word", "'free' where nothing touches", "it is ''"),
+    ),
+    "a number for an obstacle": (
+        entry("obstacle = 2"),
+        ("'train.csv'", "obstacle must be a string; it is 2"),
+    ),
     "overrides as a number": (
         entry("bench_overrides = 3"),
         ("bench_overrides must be a table; it is 3",),

@@ -21,13 +21,23 @@ from tendon_newton.data.model_file import load_model
 from tendon_newton.diagnosis import diagnose as diagnosing
 from tendon_newton.diagnosis import time_left as timing
 from tendon_newton.diagnosis.reporting.report_words import headline
+from tendon_newton.diagnosis.search.decide import decision
+from tendon_newton.diagnosis.search.decide import find_causes as finding
 from tendon_newton.diagnosis.search.decide.find_causes import find_causes
-from tendon_newton.diagnosis.time_left import expected_times, time_left
+from tendon_newton.diagnosis.search.decide.time_limits import Limits, limits_of
+from tendon_newton.diagnosis.search.spans import LEAST_SPAN, MOST_SECONDS, SPAN
+from tendon_newton.diagnosis.time_left import (
+    expected_times,
+    finishing_time,
+    measured_pace,
+    time_left,
+)
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.identification.study import Study
 from tendon_newton.scheduler import THREADS_VARIABLE
 from tendon_newton.workflows import diagnosing as writing
 from tests.diagnosis.made_up import EXAMPLE, beginning, diagnosis, evidence
+from tests.effect_bench import commanded
 
 EFFECTS = ("viscous_friction", "command_delay")
 
@@ -55,10 +65,20 @@ def test_the_time_told_grows_with_the_data_and_the_causes(monkeypatch: pytest.Mo
     dataset, model = load_dataset(EXAMPLE), load_model(EXAMPLE / "model.toml")
     recordings = [beginning(r, force=True) for r in dataset.train if r.bench == "spring_weak"]
     study = Study(recordings, model, EFFECTS, time_step=5e-4)
-    one, several = expected_times(recordings, model, study)
-    more, _ = expected_times(recordings * 5, model, study)
+    pace = measured_pace(recordings, model, study)
+    one, several = expected_times(recordings, study, pace)
+    more, _ = expected_times(recordings * 5, study, pace)
     assert 0.0 < one < several
     assert more == pytest.approx(5.0 * one)
+
+
+def test_time_is_kept_for_what_follows_the_decision() -> None:
+    """Figures take their time; simulated are all training rows, and test rows more finely."""
+    whole = load_dataset(EXAMPLE)
+    none, some = (finishing_time(whole, pace) for pace in (0.0, 1e-3))
+    more = finishing_time(replace(whole, test=whole.test * 2), 1e-3)
+    assert 5.0 < none < some < more
+    assert more - some == pytest.approx(0.028 * sum(r.duration for r in whole.test))
 
 
 def test_time_left_follows_from_what_is_done() -> None:
@@ -113,6 +133,55 @@ def test_a_budget_that_is_over_gives_an_answer_that_is_unfinished() -> None:
     assert "budget of time" in " ".join(found.notes)
 
 
+def over_when_deciding(*_: Any) -> Limits:
+    """Limits of a search that takes all the time there is."""
+    return Limits(searched=np.inf, decided=-np.inf, span=SPAN, seconds=MOST_SECONDS)
+
+
+def test_what_was_not_tested_in_time_is_not_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The search has ended, and no refit without a part could be made: the friction is open."""
+    monkeypatch.setattr(finding, "limits_of", over_when_deciding)
+    monkeypatch.setattr(decision, "SURE", np.inf)
+    found = search()
+    assert not found.finished
+    assert found.final is None
+    assert any(
+        note.startswith("Found, and not named, since the time was over")
+        and note.endswith(": viscous_friction.")
+        for note in found.notes
+    )
+
+
+def test_what_is_sure_without_such_refits_is_named_though_time_is_over(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The friction is worth many bars even on what its absence was fitted to."""
+    monkeypatch.setattr(finding, "limits_of", over_when_deciding)
+    found = search()
+    assert found.finished
+    assert found.final is not None
+    assert found.final.effects == ("viscous_friction",)
+
+
+def test_less_time_is_less_that_decides() -> None:
+    """Plenty: four minutes at the fine step. Then fewer seconds, then what was searched decides."""
+    fine = 5e-4
+    data = [commanded(np.zeros(80 * 30), "spring_weak") for _ in range(20)]
+    unlimited, plenty, some, little, none = (
+        limits_of(budget, 1e-3, fine, data) for budget in (None, 1e4, 400.0, 150.0, 0.0)
+    )
+    assert unlimited.seconds == plenty.seconds == MOST_SECONDS
+    # half of 400 s is for 1000 candidates, of which each takes 2 ms for a second at half the step
+    assert some.seconds == pytest.approx(100.0)
+    assert little.seconds is none.seconds is None
+    few = limits_of(150.0, 1e-3, fine, data[:1])  # all of 30 s are affordable
+    assert few.seconds == pytest.approx(37.5)
+    assert few.span == SPAN
+    assert [x.span for x in (unlimited, plenty, little)] == [SPAN, SPAN, LEAST_SPAN]
+    assert unlimited.searched == unlimited.decided == np.inf
+    assert little.decided - little.searched == pytest.approx(75.0)
+
+
 def test_a_second_interrupt_ends_it() -> None:
     """While all rows are decided on, Ctrl-C is Ctrl-C."""
     with pytest.raises(KeyboardInterrupt):
@@ -162,7 +231,8 @@ def test_json_alone_stands_on_the_output(
 
     def answer(*_: Any, progress: Callable[[str], None], budget: float | None) -> Any:
         progress("testing viscous_friction")
-        assert budget == 120.0
+        assert budget is not None
+        assert 100.0 < budget < 120.0  # the command read its data first
         return diagnosis("explained"), evidence()
 
     monkeypatch.setattr(writing, "diagnose", answer)

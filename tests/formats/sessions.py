@@ -44,6 +44,7 @@ def write_session(
     signals: Signals | None = None,
     silence: tuple[float, float] | None = None,
     finish: bool = True,
+    **session: str,
 ) -> Path:
     """Write two seconds of a bench at 80 Hz.
 
@@ -54,9 +55,10 @@ def write_session(
         signals: What they show.
         silence: Interval in which the load cell sends nothing [s].
         finish: Whether the file gets its end; if not, as the process was killed.
+        session: What its session states besides.
     """
     signals = signals or Signals()
-    file = McapFile(path, {SESSION_RECORD: {"bench": "finger", "seed": "7"}})
+    file = McapFile(path, {SESSION_RECORD: {"bench": "finger", "seed": "7", **session}})
     log = SessionLog(file, TimeBase(start=START, epoch=EPOCH))
     stride = round(80.0 / cell_rate)
     for k in range(rows):
@@ -83,7 +85,7 @@ def write_session(
             log.health(instant, HEALTH, ServoCounters())
             log.event(instant, "servo", "warn", "something happened", seconds=0.1)
     if finish:
-        log.finish({"bench": "finger", "rows": str(rows)})
+        log.finish({"bench": "finger", "rows": str(rows), **session})
     else:
         file.flush(sync=False)
         file.close()

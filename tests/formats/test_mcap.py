@@ -2,6 +2,7 @@
 
 import logging
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,8 @@ import pytest
 
 from hardware.logs import ros_messages as ros
 from tendon_newton.data.dataset import load_dataset, write_dataset
+from tendon_newton.data.formats import many_files
+from tendon_newton.data.formats.many_files import process_count
 from tendon_newton.data.formats.mcap_file import read_mcap, read_session
 from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidRecording, MissingDependency, TendonNewtonError
@@ -239,6 +242,69 @@ def test_a_dataset_takes_mcap_files(tmp_path: Path) -> None:
     (back,) = load_dataset(tmp_path / "csv").train
     assert back.name == "train.csv"
     np.testing.assert_array_equal(back.motor_position, loaded.train[0].motor_position)
+
+
+@pytest.mark.parametrize("finish", [True, False])
+def test_a_session_states_what_stood_in_the_way(tmp_path: Path, *, finish: bool) -> None:
+    """Whole or broken off, a file says that a hand held the finger; without a word nothing did."""
+    blocked = write_session(tmp_path / "hand.mcap", rows=1600, finish=finish, obstacle="hand")
+    assert read(blocked).obstacle == "hand"
+    assert read(write_session(tmp_path / "run.mcap")).obstacle == "free"
+    assert read_mcap(blocked, bench="finger", obstacle="free").obstacle == "free"
+
+
+def test_an_obstacle_survives_where_the_session_does_not(tmp_path: Path) -> None:
+    """Written again as CSV, which has no session, the list of the dataset states it."""
+    log = read(write_session(tmp_path / "run.mcap", obstacle="tape_roll"))
+    write_dataset(tmp_path / "csv", [log], [replace(log, name="test.mcap", obstacle="free")])
+    back = load_dataset(tmp_path / "csv")
+    assert [r.obstacle for r in (*back.train, *back.test)] == ["tape_roll", "free"]
+    assert (tmp_path / "csv" / "dataset.toml").read_text().count("obstacle") == 1
+
+
+def test_many_files_are_read_side_by_side(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Two processes give the recordings of one, in their order, and what they warn of is told."""
+    names = [f"run_{k}.mcap" for k in range(5)]
+    for k, name in enumerate(names):
+        write_session(tmp_path / name, rows=400 + 80 * k, finish=k != 2, obstacle="hand")
+    splits = ["train", "train", "test", "train", "train"]
+    (tmp_path / "dataset.toml").write_text(
+        "".join(
+            f'[[recordings]]\nfile = "{name}"\nbench = "finger"\nsplit = "{split}"\n'
+            "actuator_overrides = {duty_per_rad = 1.1}\n\n"
+            for name, split in zip(names, splits, strict=True)
+        )
+    )
+    alone = load_dataset(tmp_path, jobs=2)
+    assert process_count([tmp_path / name for name in names], 2) == 1  # not worth a process
+    monkeypatch.setattr(many_files, "WORTH_A_PROCESS", 1)
+    assert process_count([tmp_path / name for name in names], 2) == 2
+    assert process_count([tmp_path / name for name in names], 1) == 1
+    caplog.clear()
+    both = load_dataset(tmp_path, jobs=2)
+    assert caplog.text.count("the file breaks off") == 1
+    for one, other in zip((*alone.train, *alone.test), (*both.train, *both.test), strict=True):
+        assert (one.name, one.obstacle) == (other.name, other.obstacle)
+        assert dict(one.actuator_overrides) == dict(other.actuator_overrides)
+        np.testing.assert_array_equal(one.motor_position, other.motor_position)
+        np.testing.assert_array_equal(one.force, other.force)
+
+
+def test_a_file_that_another_process_cannot_read_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The same refusal as in one process."""
+    monkeypatch.setattr(many_files, "WORTH_A_PROCESS", 1)
+    for name in ("train.mcap", "test.mcap"):
+        write_session(tmp_path / name)
+    (tmp_path / "test.mcap").write_bytes(b"no messages here")
+    entries = [f'[[recordings]]\nfile = "{s}.mcap"\nbench = "finger"\nsplit = "{s}"\n'
+               for s in ("train", "test")]  # fmt: skip
+    (tmp_path / "dataset.toml").write_text("".join(entries))
+    with pytest.raises(InvalidRecording, match=r"test\.mcap: an MCAP file must begin with"):
+        load_dataset(tmp_path, jobs=2)
 
 
 def test_a_missing_package_is_named_with_its_extra(

@@ -66,15 +66,13 @@ def lag_between(
     if grid.size < 100:
         return 0.0, 0.0, 0.0
     measured = smooth(np.interp(grid, late_time, late), step)
-    lags = np.arange(-reach, reach + step / 2.0, step)
-    scores = np.array(
-        [
-            correlation(smooth(np.interp(grid - lag, time, reference), step), measured)
-            for lag in lags
-        ]
-    )
+    half = round(reach / step)
+    wide: Array = grid[0] + step * np.arange(-half, grid.size + half)
+    moved = smooth(np.interp(wide, time, reference), step)
+    starts = range(2 * half, -1, -1)  # a channel that is late shows what was before
+    scores = np.array([correlation(moved[k : k + measured.size], measured) for k in starts])
     best = int(np.argmax(scores))
-    return float(lags[best]), float(scores[best]), float(scores[best] - scores[lags.size // 2])
+    return step * (best - half), float(scores[best]), float(scores[best] - scores[half])
 
 
 def smooth(values: Array, step: float) -> Array:

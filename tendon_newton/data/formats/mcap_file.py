@@ -50,7 +50,8 @@ def read_mcap(
         name: Name for messages and outputs; the file's own name unless given.
         mapping: Which topic and field is which column.
         entry: Further keys of the recording in the dataset (``start``, ``bench_overrides``,
-            ``actuator_overrides``, ``load_cell_rate``).
+            ``actuator_overrides``, ``load_cell_rate``, ``obstacle``); the obstacle that the file
+            states holds unless given.
 
     Raises:
         InvalidRecording: The file is no MCAP file, or lacks a topic.
@@ -65,6 +66,8 @@ def read_mcap(
         streams = read_streams(reading.messages(wanted), mapping, name)
     reading.warn()
     require_topics(streams, mapping, reading.topics, name)
+    if "obstacle" in reading.session:
+        entry = {"obstacle": reading.session["obstacle"], **entry}
     return Recording(name=name, bench=bench, **rows_of(streams, mapping, name), **entry)
 
 
@@ -121,6 +124,7 @@ class McapReading:
         self.name = name
         self.damage = Damage()
         self.topics: dict[str, str] = {}
+        self.session: dict[str, str] = {}
         self.messages_read = 0
         self.schemas: dict[int, Schema] = {}
         self.channels: dict[int, Channel] = {}
@@ -137,6 +141,8 @@ class McapReading:
                 schema = self.schemas.get(record.schema_id)
                 self.topics[record.topic] = schema.name if schema else "no schema"
                 self.channels[record.id] = record
+            elif kind == "Metadata" and record.name == SESSION_RECORD:
+                self.session = dict(record.metadata)  # of several the last is whole
             elif kind == "Message" and record.channel_id in self.channels:
                 channel = self.channels[record.channel_id]
                 if channel.topic not in wanted:

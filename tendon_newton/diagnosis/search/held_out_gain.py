@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 
 import numpy as np
@@ -50,22 +51,34 @@ def groups_of(recordings: Sequence[Recording]) -> list[int]:
     return list(range(len(recordings)))
 
 
-def held_out_terms(worlds: Worlds, fits: Sequence[Fit], floors: Floors) -> Array:
-    """Return each row's share of the score under refits that did not see its part, shape (N, M).
+def held_out_terms(worlds: Worlds, fit: Fit, floors: Floors, until: float = np.inf) -> Array | None:
+    """Return each row's share of the score under refits that did not see its part, shape (M,).
 
     A row's signal counts alike however many rows it has, as in `Worlds.score`; the sum over rows is
     the score.
+
+    Args:
+        worlds: Simulates candidates.
+        fit: A set at its optimum of all rows.
+        floors: Least scale of each signal.
+        until: Instant of the monotonic clock [s] from which no part is left out any more.
+
+    Returns:
+        The shares; None where the time did not suffice.
     """
-    of_row, jacobians = folds(worlds), linearise(worlds, fits)
-    total = np.zeros((len(fits), len(of_row)))
+    of_row, jacobians = folds(worlds), linearise(worlds, [fit])
+    total = np.zeros(len(of_row))
     for fold in np.unique(of_row):
+        if time.monotonic() > until:
+            return None
         seen = of_row != fold
-        found = refit(
-            worlds, fits, floors, iterations=STEPS, coarse=0, rows=seen, jacobians=jacobians
+        (found,) = refit(
+            worlds, [fit], floors, iterations=STEPS, coarse=0, rows=seen, jacobians=jacobians
         )
-        residuals = np.stack([f.residual for f in found])
-        scales = worlds.score(residuals, floors, rows=seen)
-        total += np.where(seen, 0.0, terms(worlds, residuals, scales.theta, scales.force, floors))
+        residual = found.residual[None]
+        scales = worlds.score(residual, floors, rows=seen)
+        (own,) = terms(worlds, residual, scales.theta, scales.force, floors)
+        total += np.where(seen, 0.0, own)
     return total
 
 

@@ -11,25 +11,31 @@ from tendon_newton.identification.cutting import beginning
 
 SPAN, MOST_SPANS = 8.0, 10
 """Length of a beginning [s] on which sets are chosen, and recordings of which one is looked at."""
-LONG_SPAN, MOST_LONG_SPANS = 15.0, 16
-"""The same of what decides, where recordings are longer than that together."""
+LEAST_SPAN = 5.0
+"""Length of a beginning [s] where time is short."""
+LEAST_SECONDS, MOST_SECONDS = 80.0, 240.0
+"""Length of what decides together [s], where time is short, and at most."""
+MOST_DECIDING, LONG_SECONDS = 16, 128.0
+"""Recordings of which beginnings decide where all are longer than `MOST_SECONDS`, and the length of
+these together [s]: as long each as what sets are chosen on, but of more recordings."""
 
 GOLDEN = 0.618034
 """Golden section: multiples of it, less their whole part, fill the range from 0 to 1 evenly."""
 
 
-def beginnings(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
+def beginnings(recordings: Sequence[Recording], span: float = SPAN) -> tuple[Recording, ...]:
     """Return the first seconds of recordings, spread evenly over a long list, benches in turn."""
-    return tuple(beginning(r, SPAN) for r in spread(recordings, MOST_SPANS))
+    return tuple(beginning(r, span) for r in spread(recordings, MOST_SPANS))
 
 
-def deciding(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
-    """Return the recordings, or longer beginnings of some of them where there are hours."""
-    if sum(r.duration for r in recordings) <= LONG_SPAN * MOST_LONG_SPANS:
+def deciding(
+    recordings: Sequence[Recording], seconds: float = MOST_SECONDS
+) -> tuple[Recording, ...]:
+    """Return the recordings, or beginnings of some of them where they are longer together [s]."""
+    if sum(r.duration for r in recordings) <= seconds:
         return tuple(recordings)
-    chosen = spread(recordings, MOST_LONG_SPANS)
-    span = LONG_SPAN * MOST_LONG_SPANS / len(chosen)
-    return tuple(beginning(r, span) for r in chosen)
+    chosen = spread(recordings, MOST_DECIDING)
+    return tuple(beginning(r, min(seconds, LONG_SECONDS) / len(chosen)) for r in chosen)
 
 
 def spread(recordings: Sequence[Recording], most: int) -> list[Recording]:

@@ -147,8 +147,10 @@ def test_a_cause_pays_on_left_out_parts_that_have_it_and_costs_on_others(worlds:
     mixed = Worlds(Study(logs, ideal_model(), CAUSES, time_step=STEP))
     floors = floors_of(mixed, ())
     (found,) = refit(mixed, [start(mixed, viscous_friction=1.0)], floors, iterations=8)
-    left_out = held_out_terms(mixed, [start(mixed), found], floors)
-    gains = group_sums(left_out[0] - left_out[1], mixed.where.recording)
+    without, own = (held_out_terms(mixed, f, floors) for f in (start(mixed), found))
+    assert without is not None
+    assert own is not None
+    gains = group_sums(without - own, mixed.where.recording)
     assert gains[0] > 0.0
     assert gains[1] > 0.0
     assert gains[2] < 0.0

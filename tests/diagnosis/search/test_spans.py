@@ -3,11 +3,12 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.search.spans import (
-    LONG_SPAN,
-    MOST_LONG_SPANS,
+    LONG_SECONDS,
+    MOST_DECIDING,
     MOST_SPANS,
     SPAN,
     beginnings,
@@ -28,21 +29,30 @@ def test_little_data_decide_as_they_are() -> None:
 
 
 def test_hours_are_decided_on_minutes_of_every_bench() -> None:
-    """36 minutes on three benches: four minutes decide, a minute and a half is searched."""
+    """36 minutes on three benches: two minutes decide, a minute and a half is searched."""
     benches = ("finger", "spring_weak", "spring_strong")
     data = [run for bench in benches for run in runs(16, 45.0, bench)]
     chosen, first = deciding(data), beginnings(data)
     assert {r.bench for r in chosen} == {r.bench for r in first} == set(benches)
-    assert len(chosen) <= MOST_LONG_SPANS
+    assert len(chosen) <= MOST_DECIDING
     assert len(first) <= MOST_SPANS
-    assert sum(r.duration for r in chosen) <= LONG_SPAN * MOST_LONG_SPANS
+    assert sum(r.duration for r in chosen) == pytest.approx(LONG_SECONDS, rel=0.05)
     assert max(r.duration for r in first) <= SPAN
 
 
 def test_one_long_run_keeps_what_it_may() -> None:
-    """Ten minutes of one recording: the first four of them decide."""
+    """Ten minutes of one recording: the first two of them decide, or less where time is short."""
     (chosen,) = deciding(runs(1, 600.0, "spring_weak"))
-    assert abs(chosen.duration - LONG_SPAN * MOST_LONG_SPANS) < 0.1
+    assert chosen.duration == pytest.approx(LONG_SECONDS, abs=0.1)
+    (less,) = deciding(runs(1, 600.0, "spring_weak"), 90.0)
+    assert less.duration == pytest.approx(90.0, abs=0.1)
+
+
+def test_four_minutes_decide_whole() -> None:
+    """Sixteen recordings of 14 s: the same objects, unless time is short."""
+    data = runs(16, 14.0, "spring_weak")
+    assert all(own is other for own, other in zip(deciding(data), data, strict=True))
+    assert sum(r.duration for r in deciding(data, 90.0)) == pytest.approx(90.0, rel=0.05)
 
 
 def test_the_same_motions_at_each_gain_are_all_looked_at() -> None:

@@ -13,7 +13,7 @@ from tendon_newton.diagnosis.search.floors import floors_of, form_scales
 from tendon_newton.diagnosis.search.held_out_gain import by_block, held_out_terms, terms
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.prune import CLEAR, FAR, leave_out, prune, simplest
-from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, values_of
+from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, values_of, without
 from tendon_newton.diagnosis.search.worlds import Floors
 
 SURE = 3.0
@@ -42,6 +42,8 @@ class Decided:
     refused: dict[str, tuple[float, bool]]
     """What each dropped cause was worth on parts that no number has seen [nat per row], and whether
     a number of it ended at the edge of its range."""
+    undecided: tuple[str, ...] = ()
+    """Causes whose worth on such parts was not known when the time was over: they are not named."""
 
 
 def transfer(pool: Pool, fits: Sequence[Fit], fine: Pool) -> list[Fit]:
@@ -81,24 +83,33 @@ def decide(pool: Pool, fit: Fit, fine: Pool, rng: np.random.Generator) -> Decide
     Args:
         pool: Sets fitted on the beginnings.
         fit: What was found there.
-        fine: Takes the fits of all rows.
+        fine: Takes the fits of all rows; the same pool where the beginnings decide.
         rng: Of the draws of blocks.
     """
-    less = leave_out(pool, fit)
-    close = {name: rivals_of(pool, fit, name, CLEAR) for name in fit.names}
-    sets = {
-        frozenset(f.names): f for f in [*less.values(), *(r for rs in close.values() for r in rs)]
-    }
-    fine.rescore(floors_of(fine.worlds, fit.names))
-    transfer(pool, [fit, *sets.values()], fine)
+    if fine is not pool:
+        less = leave_out(pool, fit)
+        close = {name: rivals_of(pool, fit, name, CLEAR) for name in fit.names}
+        near = [*less.values(), *(r for rs in close.values() for r in rs)]
+        sets = {frozenset(f.names): f for f in near}
+        fine.rescore(floors_of(fine.worlds, fit.names))
+        transfer(pool, [fit, *sets.values()], fine)
     best = simplest(fine, fine.best())
     final = prune(fine, best)
     refused: dict[str, tuple[float, bool]] = {}
+    undecided: list[str] = []
     while final.names:
-        gains = held_out_gains(fine, final)
         ended = [n for n in final.names if at_bound(fine, final, n)]
-        worst = min(ended or gains, key=lambda n: float(gains[n].sum()) / fine.bar(n))
+        gains = held_out_gains(fine, final, ended or final.names)
+        if not gains:
+            undecided += final.names
+            final = fine.fits[frozenset()]
+            break
+        worst = min(gains, key=lambda n: float(gains[n].sum()) / fine.bar(n))
         if not ended and gains[worst].sum() >= fine.bar(worst):
+            if undone := [n for n in final.names if n not in gains]:
+                undecided += undone
+                final = prune(fine, less_of(fine, final, undone))
+                continue
             less = leave_out(fine, final)
             return Decided(
                 fit=final,
@@ -108,6 +119,7 @@ def decide(pool: Pool, fit: Fit, fine: Pool, rng: np.random.Generator) -> Decide
                 probabilities={n: probability(g, fine.bar(n), rng) for n, g in gains.items()},
                 rivals={n: close_rivals(fine, final, n) for n in final.names},
                 refused=refused,
+                undecided=tuple(undecided),
             )
         refused[worst] = (float(gains[worst].sum()), worst in ended)
         final = prune(fine, leave_out(fine, final)[worst])
@@ -119,27 +131,53 @@ def decide(pool: Pool, fit: Fit, fine: Pool, rng: np.random.Generator) -> Decide
         probabilities={},
         rivals={},
         refused=refused,
+        undecided=tuple(undecided),
     )
 
 
-def held_out_gains(fine: Pool, fit: Fit) -> dict[str, Array]:
-    """Return what each cause is worth on parts that no number has seen, by block of time.
+def less_of(fine: Pool, fit: Fit, names: Sequence[str]) -> Fit:
+    """Return a set refitted without several of its causes."""
+    for name in names:
+        rest, values = without(fit, name, fine.worlds)
+        (fit,) = start_fits(fine.worlds, [(rest, values)], fine.floors, fit.time_step, near=True)
+    fine.add(refit(fine.worlds, [fit], fine.floors, iterations=2, coarse=0))
+    return fine.fits[frozenset(fit.names)]
+
+
+def held_out_gains(fine: Pool, fit: Fit, names: Sequence[str]) -> dict[str, Array]:
+    """Return what causes are worth on parts that no number has seen, by block of time.
 
     A set that saw a part does better there than one that did not. Where the set without a cause
     is far behind even on parts that it saw, it is not refitted without each part. The gain that is
-    returned is then a lower bound.
+    returned is then a lower bound. The others are refitted in the order of that bound. The first
+    one that is not worth its price ends this, since the set is not named then. So does the end of
+    the time, which the set itself is not subject to.
+
+    Args:
+        fine: Has the fits of all rows.
+        fit: The set.
+        names: Causes of it that are asked for.
+
+    Returns:
+        Cause -> gain [nat per row], shape (B,); only those that were found out.
     """
     worlds, floors = fine.worlds, fine.floors
-    less = leave_out(fine, fit)
-    (own,) = held_out_terms(worlds, [fit], floors)
+    less = {n: f for n, f in leave_out(fine, fit).items() if n in names}
+    own = held_out_terms(worlds, fit, floors)
+    assert own is not None  # without a limit of time
     residuals = np.stack([f.residual for f in less.values()])
     score = worlds.score(residuals, floors)
     rows = dict(zip(less, terms(worlds, residuals, score.theta, score.force, floors), strict=True))
-    unsure = [n for n, t in rows.items() if float((t - own).sum()) < SURE * fine.bar(n)]
-    if unsure:
-        found = held_out_terms(worlds, [less[n] for n in unsure], floors)
-        rows.update(zip(unsure, found, strict=True))
-    return {n: by_block(worlds, t - own) for n, t in rows.items()}
+    bounds = {n: float((t - own).sum()) / fine.bar(n) for n, t in rows.items()}
+    gains = {n: by_block(worlds, rows[n] - own) for n in rows if bounds[n] >= SURE}
+    for name in sorted((n for n in rows if n not in gains), key=lambda n: bounds[n]):
+        found = held_out_terms(worlds, less[name], floors, fine.until)
+        if found is None:
+            break
+        gains[name] = by_block(worlds, found - own)
+        if gains[name].sum() < fine.bar(name):
+            break
+    return gains
 
 
 def probability(gains: Array, bar: float, rng: np.random.Generator) -> float:

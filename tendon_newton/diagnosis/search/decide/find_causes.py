@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -21,6 +20,7 @@ from tendon_newton.diagnosis.search.decide.account import (
 from tendon_newton.diagnosis.search.decide.decision import Decided, decide, transfer
 from tendon_newton.diagnosis.search.decide.posterior import found_of
 from tendon_newton.diagnosis.search.decide.rule import LEAST_EXPLAINED, PRICE
+from tendon_newton.diagnosis.search.decide.time_limits import limits_of
 from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.pool import Allows, Pool
 from tendon_newton.diagnosis.search.prune import settle
@@ -34,6 +34,10 @@ HASTE = 0.3
 """Share of the price `PRICE` that the search asks of a cause [1]; the decision asks all of it."""
 STOPPED = "The search was stopped before its end: causes may be missing."
 OVER_BUDGET = "The search ended at its budget of time: causes may be missing."
+UNDECIDED = (
+    "Found, and not named, since the time was over before they were tested on parts that no number "
+    "had seen"
+)
 MOST_CAUSES = 7
 """Causes that are looked for at once."""
 
@@ -50,6 +54,7 @@ def find_causes(
     allows: Allows = lambda _names, _values: True,
     progress: Callable[[str], None] = lambda _: None,
     budget: float | None = None,
+    pace: float | None = None,
     log: Callable[[str], None] = lambda _: None,
 ) -> Findings:
     """Find the causes of a gap.
@@ -64,42 +69,51 @@ def find_causes(
         most: Causes that are looked for at once.
         allows: Whether a set of causes may be named, given its values by column.
         progress: Told, in a few words, what is being done.
-        budget: Time after which no further sets are looked for [s].
+        budget: Time that looking for sets and deciding on them may take [s].
+        pace: Time that a candidate takes for a second of recordings [1], where it is known.
         log: Told every set that is fitted.
     """
-    until = np.inf if budget is None else time.monotonic() + budget
-    chosen = deciding(recordings)
-    short = part_of(study, recordings if study.kinematic else beginnings(recordings), model)
-    is_all = all(own is other for own, other in zip(chosen, recordings, strict=False))
-    fine_study = study if is_all else part_of(study, chosen, model)
-    worlds, fine_worlds = Worlds(short), Worlds(fine_study)
-    pool, whole, fine = (
-        Pool(
-            worlds=w, floors=floors_of(w, ()), price=price, haste=haste, most=most,
+    limits = limits_of(budget, pace, study.time_step, recordings)
+    first = recordings if study.kinematic else beginnings(recordings, limits.span)
+
+    def pool_of(worlds: Worlds, haste: float, until: float) -> Pool:
+        return Pool(
+            worlds=worlds, floors=floors_of(worlds, ()), price=price, haste=haste, most=most,
             allows=allows, log=log, until=until,
-        )
-        for w, haste in ((worlds, HASTE), (fine_worlds, HASTE), (fine_worlds, 1.0))
-    )  # fmt: skip
+        )  # fmt: skip
+
+    pool = pool_of(Worlds(part_of(study, first, model)), HASTE, limits.searched)
+    chosen, whole, fine = first, pool, pool
+    if limits.seconds is not None:
+        chosen = deciding(recordings, limits.seconds)
+        is_all = all(own is other for own, other in zip(chosen, recordings, strict=False))
+        worlds = Worlds(study if is_all else part_of(study, chosen, model))
+        whole = pool_of(worlds, HASTE, limits.searched)
+        fine = pool_of(worlds, 1.0, limits.decided)
     try:
         fit = find(pool, (*study.fit_columns(model), *study.tolerated_columns), names, progress)
         pool.haste = 1.0
         progress(f"testing {', '.join(fit.names) or 'whether anything is missing'}")
-        fit = settle(pool, fit, names)
+        fit = fit if pool.is_late else settle(pool, fit, names)
         searched = pool
         if go_on_all_rows(pool, fit, whole, names, progress):
             searched, whole.haste = whole, 1.0
             fit = settle(whole, whole.best(), names)
             pool.added = whole.added
-        early = OVER_BUDGET if pool.is_late else None
+        early = (OVER_BUDGET,) if pool.is_late else ()
     except KeyboardInterrupt:
         if frozenset() not in pool.fits:
             raise
-        early = STOPPED
+        early = (STOPPED,)
         searched, fit = pool, pool.best()
         progress("ending the search; Ctrl-C again ends without an answer")
     progress(f"deciding on {len(chosen)} of {len(recordings)} recordings")
-    (baseline,) = transfer(pool, [pool.fits[frozenset()]], fine)
+    fine.haste, fine.until = 1.0, limits.decided
+    if fine is not pool:
+        transfer(pool, [pool.fits[frozenset()]], fine)
     decided = decide(searched, fit, fine, rng)
+    if decided.undecided:
+        early = (*early, f"{UNDECIDED}: {', '.join(decided.undecided)}.")
     baseline = fine.fits[frozenset()]
     return conclude_search(pool, fine, names, fit, baseline, decided, early)
 
@@ -121,7 +135,7 @@ def part_of(study: Study, recordings: Sequence[Recording], model: Model) -> Stud
 
 def conclude_search(
     pool: Pool, fine: Pool, names: Sequence[str], fit: Fit, baseline: Fit, decided: Decided,
-    early: str | None,
+    early: tuple[str, ...],
 ) -> Findings:  # fmt: skip
     """Put what was decided into words and numbers."""
     final = ordered(decided)
@@ -144,8 +158,8 @@ def conclude_search(
         candidates=candidates(pool, fine, names, final, decided, stop),
         criteria={name: criteria_of(fine, final, decided, name) for name in final.names},
         probabilities=decided.probabilities,
-        finished=early is None,
-        notes=() if early is None else (early,),
+        finished=not early,
+        notes=early,
     )
 
 

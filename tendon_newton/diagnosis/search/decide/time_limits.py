@@ -1,0 +1,70 @@
+"""What a search and its decision may take of a budget of time, and what decides in that time."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tendon_newton.data.recording import Recording
+from tendon_newton.diagnosis.search.refit import ROUGH_STEP
+from tendon_newton.diagnosis.search.spans import (
+    LEAST_SECONDS,
+    LEAST_SPAN,
+    MOST_SECONDS,
+    MOST_SPANS,
+    SPAN,
+)
+
+SEARCH_SHARE = 0.5
+"""Share of a budget that the search may take; deciding takes the rest [1]."""
+SEARCHED, DECIDED = 1900, 1000
+"""Candidates that are simulated on beginnings, and on what decides, where there are several causes
+and some are refused: 725 were too few for five causes in 36 minutes of recordings."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limits:
+    """Ends of the parts of a diagnosis, and what decides."""
+
+    searched: float
+    """Instant of the monotonic clock from which nothing further is looked for [s]."""
+    decided: float
+    """The same of tests on parts that no number has seen."""
+    span: float
+    """Length of a beginning on which sets are chosen [s]."""
+    seconds: float | None
+    """Length of all that decides together [s], at the finer step; None where the beginnings decide
+    as they were searched."""
+
+
+def limits_of(
+    budget: float | None, pace: float | None, step: float, recordings: Sequence[Recording]
+) -> Limits:
+    """Share a budget of time.
+
+    Where time is short, beginnings are shorter and fewer seconds decide. Where that is not enough,
+    the beginnings decide themselves: their sets are fitted already.
+
+    Args:
+        budget: Time for search and decision [s]; None where it does not matter.
+        pace: Time that a candidate takes for a second of recordings at the search's step [1].
+        step: The finer step of a decision [s].
+        recordings: Training recordings as they are.
+    """
+    if budget is None:
+        return Limits(searched=np.inf, decided=np.inf, span=SPAN, seconds=MOST_SECONDS)
+    start = time.monotonic()
+    span, seconds = SPAN, MOST_SECONDS
+    if pace is not None:
+        span = SEARCH_SHARE * budget / (SEARCHED * pace * min(MOST_SPANS, len(recordings)))
+        seconds = (1.0 - SEARCH_SHARE) * budget / (DECIDED * pace * ROUGH_STEP / step)
+    least = min(LEAST_SECONDS, sum(r.duration for r in recordings))
+    return Limits(
+        searched=start + SEARCH_SHARE * budget,
+        decided=start + budget,
+        span=float(np.clip(span, LEAST_SPAN, SPAN)),
+        seconds=min(seconds, MOST_SECONDS) if seconds >= least else None,
+    )
