@@ -7,10 +7,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from tendon_newton.data.parameters import SECONDS
 from tendon_newton.data.recording import Array, Mask
 from tendon_newton.diagnosis.search.floors import is_dry
 from tendon_newton.diagnosis.search.quadratic import bounded
 from tendon_newton.diagnosis.search.worlds import Floors, Worlds
+from tendon_newton.effects import find_effect
+from tendon_newton.effects.base import Stage
 from tendon_newton.identification.objective import Scales, loss_terms, loss_weights
 
 DAMPINGS = (1.0e-3, 0.1, 3.0)
@@ -295,13 +298,20 @@ def damped(worlds: Worlds, fit: Fit, jacobian: Array, unit: Array, damping: floa
 
 
 def without(fit: Fit, name: str, worlds: Worlds) -> tuple[tuple[str, ...], dict[int, float]]:
-    """Return a fit's names and values less one effect."""
+    """Return a fit's names and values less one effect.
+
+    What was found beside a wrong clock was found in its seconds: without it, numbers with a time in
+    their unit are those in the seconds of the log.
+    """
     own = worlds.study.table.columns(name)
     values = values_of(worlds, fit.columns, fit.place)
-    return (
-        tuple(n for n in fit.names if n != name),
-        {c: v for c, v in values.items() if c not in own},
-    )
+    rest = {c: v for c, v in values.items() if c not in own}
+    if find_effect(name).hook(Stage.PERIOD):
+        for c in rest:
+            number = worlds.study.parameter(c)
+            value = rest[c] * values[own[0]] ** -SECONDS.get(number.unit, 0)
+            rest[c] = float(np.clip(value, number.lower, number.upper))
+    return tuple(n for n in fit.names if n != name), rest
 
 
 def rescored(worlds: Worlds, fits: Sequence[Fit], floors: Floors) -> list[Fit]:

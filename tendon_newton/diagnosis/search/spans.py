@@ -15,9 +15,8 @@ LEAST_SPAN = 5.0
 """Length of a beginning [s] where time is short."""
 LEAST_SECONDS, MOST_SECONDS = 80.0, 240.0
 """Length of what decides together [s], where time is short, and at most."""
-MOST_DECIDING, LONG_SECONDS = 16, 128.0
-"""Recordings of which beginnings decide where all are longer than `MOST_SECONDS`, and the length of
-these together [s]: as long each as what sets are chosen on, but of more recordings."""
+MOST_DECIDING = 16
+"""Recordings of which beginnings decide where all are longer than that together."""
 
 GOLDEN = 0.618034
 """Golden section: multiples of it, less their whole part, fill the range from 0 to 1 evenly."""
@@ -35,7 +34,7 @@ def deciding(
     if sum(r.duration for r in recordings) <= seconds:
         return tuple(recordings)
     chosen = spread(recordings, MOST_DECIDING)
-    return tuple(beginning(r, min(seconds, LONG_SECONDS) / len(chosen)) for r in chosen)
+    return tuple(beginning(r, seconds / len(chosen)) for r in chosen)
 
 
 def spread(recordings: Sequence[Recording], most: int) -> list[Recording]:

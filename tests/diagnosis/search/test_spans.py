@@ -7,8 +7,8 @@ import pytest
 
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.search.spans import (
-    LONG_SECONDS,
     MOST_DECIDING,
+    MOST_SECONDS,
     MOST_SPANS,
     SPAN,
     beginnings,
@@ -29,21 +29,21 @@ def test_little_data_decide_as_they_are() -> None:
 
 
 def test_hours_are_decided_on_minutes_of_every_bench() -> None:
-    """36 minutes on three benches: two minutes decide, a minute and a half is searched."""
+    """36 minutes on three benches: four minutes decide, a minute and a half is searched."""
     benches = ("finger", "spring_weak", "spring_strong")
     data = [run for bench in benches for run in runs(16, 45.0, bench)]
     chosen, first = deciding(data), beginnings(data)
     assert {r.bench for r in chosen} == {r.bench for r in first} == set(benches)
     assert len(chosen) <= MOST_DECIDING
     assert len(first) <= MOST_SPANS
-    assert sum(r.duration for r in chosen) == pytest.approx(LONG_SECONDS, rel=0.05)
+    assert sum(r.duration for r in chosen) == pytest.approx(MOST_SECONDS, rel=0.05)
     assert max(r.duration for r in first) <= SPAN
 
 
 def test_one_long_run_keeps_what_it_may() -> None:
-    """Ten minutes of one recording: the first two of them decide, or less where time is short."""
+    """Ten minutes of one recording: the first four of them decide, or less where time is short."""
     (chosen,) = deciding(runs(1, 600.0, "spring_weak"))
-    assert chosen.duration == pytest.approx(LONG_SECONDS, abs=0.1)
+    assert chosen.duration == pytest.approx(MOST_SECONDS, abs=0.1)
     (less,) = deciding(runs(1, 600.0, "spring_weak"), 90.0)
     assert less.duration == pytest.approx(90.0, abs=0.1)
 
