@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from tendon_newton.diagnosis.search.choice import Chooser, exchanges
 from tendon_newton.diagnosis.search.floors import form_of
 from tendon_newton.diagnosis.search.pool import Pool
@@ -14,9 +16,11 @@ from tendon_newton.diagnosis.search.survey import survey
 from tendon_newton.effects import find_effect
 
 FAR, CLEAR = 20.0, 6.0
-"""Score lost without a cause [prices] from which the set without it is refitted no further: the
-first after one step, the second after two. Below the second, three more steps follow. `decision`
-bounds with them what is taken to all rows: the second for rivals, the first for their refits."""
+"""Score lost without a cause [prices] from which it is clear. A set without it is followed if it
+may fall below the second at the pace of its last step. `decision` takes rivals below the second to
+all rows, and refits them there below the first."""
+FOLLOWED = 5
+"""Steps of such a set at most."""
 TURNS = 3
 """Times that causes are pruned and exchanged at most."""
 
@@ -57,19 +61,24 @@ def prune(pool: Pool, fit: Fit) -> Fit:
 
 
 def leave_out(pool: Pool, fit: Fit) -> dict[str, Fit]:
-    """Refit a set without each of its causes; what is clearly worse is not followed.
+    """Refit a set without each of its causes; what will stay clearly worse is not followed.
 
     A smaller set that was fitted before starts anew where the larger one leads to a better place.
     """
     starts = [without(fit, name, pool.worlds) for name in fit.names]
-    found = start_fits(pool.worlds, starts, pool.floors, fit.time_step, near=True)
-    known = [pool.fits.get(frozenset(f.names)) for f in found]
-    new = [f for f, old in zip(found, known, strict=True) if old is None or f.score < old.score]
-    pool.add(refit(pool.worlds, new, pool.floors, iterations=1, coarse=0))
-    for prices, steps in ((FAR, 1), (CLEAR, 3)):
-        less = [pool.fits[frozenset(fit.names) - {n}] for n in fit.names]
-        near = [f for f in less if f.score - fit.score < prices * pool.price]
-        pool.add(refit(pool.worlds, near, pool.floors, iterations=steps, coarse=0))
+    less = start_fits(pool.worlds, starts, pool.floors, fit.time_step, near=True)
+    gains = np.full(len(less), np.inf)
+    for i, new in enumerate(less):
+        old = pool.fits.get(frozenset(new.names))
+        if old is not None and old.score <= new.score:
+            less[i], gains[i] = old, 0.0
+    for steps in range(FOLLOWED, 0, -1):
+        far = np.array([f.score for f in less]) - fit.score - CLEAR * pool.price
+        going = [i for i in np.flatnonzero(far < steps * gains) if not less[i].settled]
+        found = refit(pool.worlds, [less[i] for i in going], pool.floors, iterations=1, coarse=0)
+        for i, after in zip(going, found, strict=True):
+            gains[i], less[i] = less[i].score - after.score, after
+    pool.add(less)
     return {n: pool.fits[frozenset(fit.names) - {n}] for n in fit.names}
 
 
