@@ -63,9 +63,10 @@ class Hysteresis(Effect):
             unit="m",
             null=5.0e-4,
             nominal=5.0e-4,
-            lower=2.0e-5,
+            lower=1.0e-4,
             upper=2.0e-2,
-            source="from a tenth of a degree of a spool of 12.5 mm to the gear of a worn servo",
+            source="from half a degree of a spool of 12.5 mm, below which any dry friction's "
+            "bristles bend (5 to 40 um), to the gear of a worn servo",
         ),
     )
 

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from tendon_newton.data.recording import Array
-from tendon_newton.diagnosis.search.decide.rule import LADDER
 from tendon_newton.diagnosis.search.floors import floors_of, form_of, is_dry
 from tendon_newton.diagnosis.search.refit import Fit, refit, rescored, values_of
 from tendon_newton.diagnosis.search.worlds import QUIET, Floors, Worlds
@@ -120,7 +119,8 @@ class Pool:
     def leaves_nothing(self, fit: Fit, floors: Floors | None = None) -> bool:
         """Tell whether a fit leaves nothing to explain.
 
-        Its residuals are as likely as normal ones at the floors, and hardly larger in the mean.
+        Its residuals are as likely as normal ones at the floors, and no larger in the mean than by
+        what a cause must change.
 
         Args:
             fit: Scored at these floors.
@@ -128,7 +128,7 @@ class Pool:
         """
         return (
             self.excess(fit) < self.price
-            and self.left(fit, self.floors if floors is None else floors) < LADDER
+            and self.left(fit, self.floors if floors is None else floors) < 1.0
         )
 
     def worth(self, fit: Fit, less: Fit, name: str) -> float:

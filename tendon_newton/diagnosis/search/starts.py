@@ -59,14 +59,14 @@ def related_starts(pool: Pool, fit: Fit, allowed: Sequence[str]) -> list[Start]:
 
     Relatives are the special cases of a law, the laws that include it, and those that include one
     of its special cases. The first of them that fits a little better need not be the right one. A
-    relative starts where it does the same: its numbers of the same unit are those of the cause, and
-    those that shape it have each of their typical values. One that fits no worse already is left.
+    relative starts where it does the same: its numbers of a unit are the cause's first of that
+    unit, and others have each of their typical values. One that fits no worse already is left.
     """
     study, out = pool.worlds.study, list[Start]()
     place = values_of(pool.worlds, fit.columns, fit.place)
     for name in fit.names:
-        (first, *_) = own = study.table.columns(name)
-        unit = study.parameter(first).unit
+        own = study.table.columns(name)
+        by_unit = {study.parameter(c).unit: place[c] for c in reversed(own) if c in place}
         rest = {c: v for c, v in place.items() if c not in own}
         alike = {name, *find_effect(name).includes}
         for relative in allowed:
@@ -77,6 +77,8 @@ def related_starts(pool: Pool, fit: Fit, allowed: Sequence[str]) -> list[Start]:
             if relative in fit.names or (known is not None and known.score <= fit.score):
                 continue
             for atom in atoms(study, relative):
-                same = {c: place[first] for c in atom if study.parameter(c).unit == unit}
+                numbers = {c: study.parameter(c) for c in atom}
+                same = {c: by_unit[p.unit] for c, p in numbers.items()
+                        if p.unit in by_unit and not is_shape(p)}  # fmt: skip
                 out.append((names, {**rest, **atom, **same}))
     return list({(n, *v.items()): (n, v) for n, v in out}.values())

@@ -15,6 +15,7 @@ from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.prune import CLEAR, FAR, leave_out, prune, simplest
 from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, values_of, without
 from tendon_newton.diagnosis.search.worlds import Floors
+from tendon_newton.effects import find_effect
 
 SURE = 3.0
 """Worth [bars] of a cause on all parts that makes refits without each part needless. The set
@@ -122,7 +123,7 @@ def decide(pool: Pool, fit: Fit, fine: Pool, rng: np.random.Generator) -> Decide
                 undecided=tuple(undecided),
             )
         refused[worst] = (float(gains[worst].sum()), worst in ended)
-        final = prune(fine, leave_out(fine, final)[worst])
+        final = prune(fine, plainer(fine, final, worst))
     return Decided(
         fit=final,
         losses={},
@@ -133,6 +134,14 @@ def decide(pool: Pool, fit: Fit, fine: Pool, rng: np.random.Generator) -> Decide
         refused=refused,
         undecided=tuple(undecided),
     )
+
+
+def plainer(fine: Pool, fit: Fit, name: str) -> Fit:
+    """Return a set with a special case in the place of a law; without the law where none is known."""
+    rest = frozenset(fit.names) - {name}
+    sets = [rest | {special} for special in find_effect(name).includes]
+    known = [fine.fits[key] for key in sets if key in fine.fits]
+    return min(known, key=fine.cost) if known else leave_out(fine, fit)[name]
 
 
 def less_of(fine: Pool, fit: Fit, names: Sequence[str]) -> Fit:
