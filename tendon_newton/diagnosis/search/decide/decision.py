@@ -137,7 +137,7 @@ def decide(pool: Pool, fit: Fit, fine: Pool, rng: np.random.Generator) -> Decide
 
 
 def plainer(fine: Pool, fit: Fit, name: str) -> Fit:
-    """Return a set with a special case in the place of a law; without the law where none is known."""
+    """Return a set with a special case in the place of a law; where none is known, without it."""
     rest = frozenset(fit.names) - {name}
     sets = [rest | {special} for special in find_effect(name).includes]
     known = [fine.fits[key] for key in sets if key in fine.fits]
