@@ -10,9 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from tests.planted.generator import Recipe, make_dataset, starting_model
-from tests.planted.recordings import MIXES
 from tests.planted.sets.draws import EFFECTS
-from tests.planted.sets.exam_draws import SHARES, ExamPlan, are_alike, recipes
+from tests.planted.sets.exam_draws import MIX_SHARES, SHARES, ExamPlan, are_alike, recipes
 from tests.planted.truth import Truth
 
 
@@ -58,7 +57,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--seed", type=int, default=plan.seed)
     parser.add_argument("--families", nargs="+", choices=list(SHARES), default=plan.families)
     parser.add_argument("--effects", nargs="+", choices=list(EFFECTS), default=plan.effects)
-    parser.add_argument("--mixes", nargs="+", choices=list(MIXES), default=plan.mixes)
+    parser.add_argument("--mixes", nargs="+", choices=list(MIX_SHARES), default=plan.mixes)
     parser.add_argument("--colours", nargs="+", type=float, default=plan.colours)
     for share in ("known-friction", "alike-share", "cell-rate-share", "gaps-share", "weak-share"):
         default = getattr(plan, share.replace("-", "_"))

@@ -8,7 +8,6 @@ import numpy as np
 
 from tests.planted.generator import Recipe
 from tests.planted.physics.sensors import FORCE_NOISE
-from tests.planted.recordings import MIXES
 from tests.planted.sets.draws import EFFECTS, MIX_OF, OUTSIDE, SIDES
 
 FAMILIES = ("single", "pair", "clean", "outside")
@@ -85,7 +84,7 @@ class ExamPlan:
     families: tuple[str, ...] = FAMILIES
     effects: tuple[str, ...] = tuple(EFFECTS)
     """Causes of the catalogue that are asked for."""
-    mixes: tuple[str, ...] = tuple(MIXES)
+    mixes: tuple[str, ...] = tuple(MIX_SHARES)
     colours: tuple[float, ...] = (0.0, 0.6, 0.9)
     """Correlations of the force noise, each as likely [1]."""
     known_friction: float = 0.25
