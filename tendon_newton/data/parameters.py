@@ -34,10 +34,11 @@ ON_A_SHAFT: dict[str, str] = {
     "N/m": "N m/rad",
 }
 """Unit at a string -> unit where a shaft is turned, whose excursion is its angle."""
-SECONDS: dict[str, int] = {
-    "s": 1, "1/s": -1, "N/s": -1, "rad/s": -1, "rad/s2": -2, "N s/rad": 1, "N m s/rad": 1
+TIME_POWERS: dict[str, int] = {
+    "s": 1, "1/s": -1, "N/s": -1, "N m/s": -1, "rad/s": -1, "rad/s2": -2, "N s/rad": 1,
+    "N m s/rad": 1, "kg m2": 2,
 }  # fmt: skip
-"""Unit -> power of time, where there is one."""
+"""Unit -> power of time, where there is one and forces are measured: an inertia is in N m s2."""
 SMALLEST, GREATEST = 1.0e-4, 1.0e4
 """Factors on a range within which a machine of any size may have a number."""
 

@@ -94,7 +94,7 @@ class Pool:
         """
         return self._above(less.residual**2, fit.residual**2, less.names, self.floors)
 
-    def left(self, fit: Fit, floors: Floors) -> float:
+    def mean_excess(self, fit: Fit, floors: Floors) -> float:
         """Return how much larger residuals a fit has than the floors [its errors of form].
 
         A cause that acts in few rows is seen here, and hardly in the score, whose tails are heavy.
@@ -128,7 +128,7 @@ class Pool:
         """
         return (
             self.excess(fit) < self.price
-            and self.left(fit, self.floors if floors is None else floors) < 1.0
+            and self.mean_excess(fit, self.floors if floors is None else floors) < 1.0
         )
 
     def worth(self, fit: Fit, less: Fit, name: str) -> float:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from tendon_newton.data.parameters import SECONDS
+from tendon_newton.data.parameters import TIME_POWERS
 from tendon_newton.data.recording import Array, Mask
 from tendon_newton.diagnosis.search.floors import is_dry
 from tendon_newton.diagnosis.search.quadratic import bounded
@@ -309,7 +309,7 @@ def without(fit: Fit, name: str, worlds: Worlds) -> tuple[tuple[str, ...], dict[
     if find_effect(name).hook(Stage.PERIOD):
         for c in rest:
             number = worlds.study.parameter(c)
-            value = rest[c] * values[own[0]] ** -SECONDS.get(number.unit, 0)
+            value = rest[c] * values[own[0]] ** -TIME_POWERS.get(number.unit, 0)
             rest[c] = float(np.clip(value, number.lower, number.upper))
     return tuple(n for n in fit.names if n != name), rest
 

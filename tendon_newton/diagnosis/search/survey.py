@@ -83,9 +83,9 @@ def survey(worlds: Worlds, fit: Fit, names: Sequence[str], floors: Floors, share
         share: Share of the residuals whose size decides which rows count less.
     """
     place = (fit.names, fit.columns, fit.place.tobytes(), fit.time_step, tuple(names))
-    if worlds.looked is None or worlds.looked[0] != place:
-        worlds.looked = (place, look_around(worlds, fit, names))
-    found, directions = worlds.looked[1]
+    if worlds.last_surveyed is None or worlds.last_surveyed[0] != place:
+        worlds.last_surveyed = (place, look_around(worlds, fit, names))
+    found, directions = worlds.last_surveyed[1]
     return assemble(worlds, fit, found, directions, floors, share)
 
 

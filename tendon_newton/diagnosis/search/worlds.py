@@ -73,7 +73,7 @@ class Worlds:
         self.bench_slopes: Mapping[int, Array] = {}
         """Derivatives of the residual by the numbers of benches that move little, shape (M,) each:
         they hardly change from set to set. A survey takes them anew."""
-        self.looked: tuple[Hashable, tuple[tuple[Column, ...], Array]] | None = None
+        self.last_surveyed: tuple[Hashable, tuple[tuple[Column, ...], Array]] | None = None
         """The last place that a survey looked around, and the directions that it saw."""
         self._coordinates: dict[int, Coordinate] = {}
         self._rests = rests(study)

@@ -71,7 +71,7 @@ WARP_UNROLL = 16
 """Loops longer than this [1] stay loops unless a kernel asks for more: Warp's own number."""
 MANY_EFFECTS = 20
 """With more effects than this [1] a kernel is one of a search, which runs it for minutes."""
-INLINED = (
+INLINING_FLAGS = (
     "-march=native -mllvm=-inline-threshold=60000 -mllvm=-inline-cold-callsite-threshold=3000"
     " -mllvm=-slp-recursion-max-depth=4"
 )
@@ -108,7 +108,7 @@ class Assembly:
             # on CUDA alone: divisions, roots and angles to some 1e-7, at half the instructions
             options["fast_math"] = True
         if len(self.structure.effects) > MANY_EFFECTS and not enable_backward:
-            options["cpu_compiler_flags"] = INLINED
+            options["cpu_compiler_flags"] = INLINING_FLAGS
         return self.specialiser.kernel(
             template,
             repr(self.structure),

@@ -1,5 +1,6 @@
 """Sets of causes are compared at their best, judged where they act, and do not grow for ever."""
 
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -7,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tendon_newton.data.parameters import BenchScale
+from tendon_newton.actuators import ACTUATORS
+from tendon_newton.data.parameters import ON_A_SHAFT, TIME_POWERS, BenchScale
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.search.choice import Chooser, choose, exchanges
 from tendon_newton.diagnosis.search.decide.decision import held_out_gains
@@ -203,6 +205,15 @@ def test_without_a_wrong_clock_times_are_the_logs_own() -> None:
     kept, values = without(fit, "sample_period_error", worlds)
     assert kept == ("actuator_lag", "stribeck_friction")
     assert list(values.values()) == pytest.approx([0.05, 0.5])
+
+
+def test_every_unit_with_a_time_in_it_has_its_power() -> None:
+    """A unit that is missing would keep its number where a wrong clock goes; so on a shaft."""
+    laws = [*EFFECTS.values(), *ACTUATORS.values()]
+    units = {p.unit for law in laws for p in law.parameters} | set(ON_A_SHAFT.values())
+    timed = {unit for unit in units if {"s", "s2"} & set(re.split("[ /]", unit))}
+    assert "rad/s2" in timed
+    assert timed <= set(TIME_POWERS)
 
 
 def test_a_smaller_set_is_compared_at_its_best(worlds: Worlds) -> None:

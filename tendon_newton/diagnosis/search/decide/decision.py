@@ -123,7 +123,7 @@ def decide(pool: Pool, fit: Fit, fine: Pool, rng: np.random.Generator) -> Decide
                 undecided=tuple(undecided),
             )
         refused[worst] = (float(gains[worst].sum()), worst in ended)
-        final = prune(fine, plainer(fine, final, worst))
+        final = prune(fine, special_case_or_without(fine, final, worst))
     return Decided(
         fit=final,
         losses={},
@@ -136,7 +136,7 @@ def decide(pool: Pool, fit: Fit, fine: Pool, rng: np.random.Generator) -> Decide
     )
 
 
-def plainer(fine: Pool, fit: Fit, name: str) -> Fit:
+def special_case_or_without(fine: Pool, fit: Fit, name: str) -> Fit:
     """Return a set with a special case in the place of a law; where none is known, without it."""
     rest = frozenset(fit.names) - {name}
     sets = [rest | {special} for special in find_effect(name).includes]
