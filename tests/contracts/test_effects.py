@@ -8,7 +8,7 @@ import pytest
 
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.effects import EFFECTS, Effect, Stage, find_effect
-from tendon_newton.errors import UnknownName
+from tendon_newton.errors import InvalidModelFile, UnknownName
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.rollout import Rollout, Trajectory
 from tendon_newton.simulation.model.structure import in_catalogue_order
@@ -143,6 +143,16 @@ def test_effects_act_in_the_order_of_the_catalogue(finger: Rollout) -> None:
         "routing_friction",
     )
     assert [n for n in names if n in order] == list(order)
+
+
+def test_a_pure_number_outside_its_range_is_told_without_a_unit(finger: Rollout) -> None:
+    """A knee is between 0 and 0.2, and not "0.2 1"."""
+    model = Model(
+        actuator=NamedValues(name="ideal", values={"gain": GAIN}),
+        effects=(NamedValues(name="force_saturation", values={"limit": 8.0, "knee": 5.0}),),
+    )
+    with pytest.raises(InvalidModelFile, match=r"between 0 and 0\.2 \(at 0\.2"):
+        finger.base_vectors(model)
 
 
 def test_an_unknown_effect_is_named() -> None:

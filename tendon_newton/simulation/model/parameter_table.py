@@ -9,7 +9,7 @@ import numpy as np
 
 from tendon_newton.actuators import find_actuator
 from tendon_newton.data.model_file import Model, NamedValues
-from tendon_newton.data.parameters import BenchScale, Parameter
+from tendon_newton.data.parameters import BenchScale, Parameter, with_unit
 from tendon_newton.data.recording import Array
 from tendon_newton.effects import find_effect
 from tendon_newton.errors import InvalidModelFile, unknown_name
@@ -146,7 +146,8 @@ def check_values(entry: NamedValues, declared: Sequence[Parameter], where: str) 
         value = entry.values[name]
         low, high = parameter.widest
         if isinstance(value, str) or not low <= value <= high:
+            most = with_unit(f"{high:g}", parameter.unit)
             raise InvalidModelFile(
-                f"{name} of {where} must be between {low:g} and {high:g} {parameter.unit} "
+                f"{name} of {where} must be between {low:g} and {most} "
                 f"({parameter.source}); it is {value!r}"
             )
