@@ -52,7 +52,9 @@ def next_steps(
     if diagnosis.verdict in ("no_gap", "explained"):
         return ()
     benches = tuple(dict.fromkeys(r.bench for r in (*dataset.train, *dataset.test)))
-    data = [suspect.text for suspect in standing_apart(train, model, closest, benches)]
+    # beside a search that ended early, what is still missing stands apart everywhere
+    apart = standing_apart(train, model, closest, benches) if diagnosis.finished else ()
+    data = [suspect.text for suspect in apart]
     tried = tuple(came_closest(diagnosis)) if diagnosis.verdict == "unexplained" else ()
     last = to_record(diagnosis) if diagnosis.finished else [GO_ON]
     return (*data, *tried, *better_start(dataset, model, diagnosis, train), *last)
