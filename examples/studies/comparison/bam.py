@@ -1,8 +1,9 @@
 """Rhoban/bam's own program, in an environment of its own, on the logs of a split.
 
-The environment has `better-actuator-models`, `optuna`, `cmaes`, `matplotlib` and `wandb`. Their
-program takes the logs as they were published, less the rows that our import leaves out as failed
-reads, and with the supply that was measured in place of a header that says something else.
+The environment has `better-actuator-models`, `optuna<4.4`, `cmaes`, `matplotlib` and `wandb`.
+Later versions of `optuna` ignore the restarts that their program asks for. The program takes the
+logs as they were published, less the rows that our import leaves out as failed reads, and with the
+supply that was measured in place of a header that says something else.
 """
 
 from __future__ import annotations
