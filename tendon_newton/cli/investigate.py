@@ -28,10 +28,12 @@ def main(config: InvestigateOptions) -> None:
     from tendon_newton.device_code.quiet import quiet_warp
 
     budget = read_duration(config.budget, "--budget")
+    each = config.diagnosis_budget
+    diagnosis_budget = None if each is None else read_duration(each, "--diagnosis-budget")
     quiet_warp()
 
     from tendon_newton.workflows.investigation import investigate
 
     with Terminal() as operator:
-        page = investigate(config, operator, budget=budget)
+        page = investigate(config, operator, budget=budget, diagnosis_budget=diagnosis_budget)
     print(f"\n  the path to it  {page}")

@@ -106,4 +106,5 @@ def state_estimate(row: Any, where: str) -> Estimate:
         ci95=(interval[0], interval[1]),
         unit=table.word("unit"),
         at_bound=row.get("at_bound") is True,
+        flat=row.get("flat") is True,
     )

@@ -30,6 +30,7 @@ from tendon_newton.workflows.investigation_check import (
     binding,
     check,
     examine_bench,
+    first_runs,
 )
 from tendon_newton.workflows.investigation_choice import RECORDINGS, SPENT, choose_next
 from tendon_newton.workflows.options import InvestigateOptions
@@ -38,7 +39,13 @@ LOG, REPORT = "investigation.json", "investigation.html"
 """What stands in the folder of an investigation, beside recordings and diagnoses."""
 
 
-def investigate(options: InvestigateOptions, operator: Operator, *, budget: float) -> Path:
+def investigate(
+    options: InvestigateOptions,
+    operator: Operator,
+    *,
+    budget: float,
+    diagnosis_budget: float | None = None,
+) -> Path:
     """Go on with an investigation, or begin one, until nothing is left to learn.
 
     Every step is on disk before the next begins: the same call takes an investigation up again.
@@ -47,6 +54,7 @@ def investigate(options: InvestigateOptions, operator: Operator, *, budget: floa
         options: The bench, the folder, the length of a run.
         operator: Who stands at the bench.
         budget: Time that recordings may take [s].
+        diagnosis_budget: Time that each diagnosis may take, about [s].
 
     Returns:
         The page that shows the path.
@@ -63,7 +71,7 @@ def investigate(options: InvestigateOptions, operator: Operator, *, budget: floa
     with StopRequest() as stop:
         while log.ended is None:
             log = record_open_runs(log, options, ready, operator, stop)
-            log = diagnose_last(log, options, operator)
+            log = diagnose_last(log, options, operator, diagnosis_budget)
             log = choose_next(log, options, operator, budget)
             write_log(out / LOG, log)
             write_path_report(out / REPORT, log, out)
@@ -120,27 +128,31 @@ def record_open_runs(
 
 
 def first_steps(options: InvestigateOptions) -> tuple[Step, ...]:
-    """Return what is recorded before anything is known: steps to learn from and steps to test."""
-    bench = options.benches[0]
+    """Return what is recorded before anything is known: a run to test, and runs to learn from."""
+    test = Step(
+        name="test_0",
+        bench=options.benches[0],
+        split="test",
+        seconds=options.run_length,
+        why="held out: it only says how large the error is",
+    )
     return (
-        Step(
-            name="test_0",
-            bench=bench,
-            split="test",
-            seconds=options.run_length,
-            why="held out: it only says how large the error is",
-        ),
-        Step(
-            name="run_0",
-            bench=bench,
-            seconds=options.run_length,
-            why="steps to random angles, which excite most causes",
+        test,
+        *(
+            Step(
+                name=f"run_{number}",
+                bench=bench,
+                seconds=options.run_length,
+                why="what every bench shows, before anything is known",
+                excitation=excitation,
+            )
+            for number, (bench, excitation) in enumerate(first_runs(options.benches))
         ),
     )
 
 
 def planned(step: Step, options: InvestigateOptions) -> PlannedRun:
-    """Return the run of a step: its own command, or steps to random angles without one."""
+    """Return the run of a step: its own command, or one of the library without one."""
     common: dict[str, Any] = {
         "name": step.name,
         "bench": step.bench,
@@ -148,12 +160,15 @@ def planned(step: Step, options: InvestigateOptions) -> PlannedRun:
         "split": step.split,
     }
     if step.command is None:
-        return PlannedRun(**common, excitation="random_steps")
+        return PlannedRun(**common, excitation=step.excitation)
     return DesignedRun(**common, excitation=DESIGNED, angles=step.command)
 
 
 def diagnose_last(
-    log: InvestigationLog, options: InvestigateOptions, operator: Operator
+    log: InvestigationLog,
+    options: InvestigateOptions,
+    operator: Operator,
+    budget: float | None,
 ) -> InvestigationLog:
     """Diagnose all recordings unless it was done, and say what the last one brought."""
     number, out = log.runs, options.out
@@ -167,6 +182,7 @@ def diagnose_last(
             model,
             Origin(dataset=out / RECORDINGS, command=f"tendon-newton investigate --out {out}"),
             progress=lambda text: operator.announce(f"  diagnosis {number}: {text}"),
+            budget=budget,
         )
     earlier = out / f"diagnosis_{number - 1}" / FILE
     last = with_answer(

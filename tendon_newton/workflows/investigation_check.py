@@ -19,8 +19,6 @@ from tendon_newton.errors import InvalidParameter, listed, unknown_name
 from tendon_newton.workflows.collection import address_of, settings_of
 from tendon_newton.workflows.options import InvestigateOptions
 
-FEWEST_RUNS = 2
-"""Runs of an investigation: one to learn from, and one that only reports."""
 SERIAL = "a serial port"
 """Stands for the port of a real bench, which may have another name after it was unplugged."""
 
@@ -45,13 +43,13 @@ def check(options: InvestigateOptions, *, budget: float) -> Ready:
         TendonNewtonError: An option cannot be what it must be, or two contradict each other.
     """
     check_run_length(options.run_length)
-    if budget < FEWEST_RUNS * options.run_length:
-        raise InvalidParameter(
-            f"--budget must hold a run to learn from and a run to test, which take "
-            f"{FEWEST_RUNS * options.run_length:g} s with --run-length {options.run_length:g}; "
-            f"it is {budget:g} s"
-        )
     check_benches(options.benches)
+    fewest = (1 + len(first_runs(options.benches))) * options.run_length
+    if budget < fewest:
+        raise InvalidParameter(
+            f"--budget must hold the first runs on {listed(options.benches)} and one to test, "
+            f"which take {fewest:g} s with --run-length {options.run_length:g}; it is {budget:g} s"
+        )
     addresses = {
         bench: address_of(
             options, bench, port=options.port, load_cell_rate=options.virtual_load_cell_rate
@@ -66,6 +64,17 @@ def check(options: InvestigateOptions, *, budget: float) -> Ready:
     if options.known is not None:
         load_model(options.known)
     return Ready(settings=settings_of(options, seed=options.seed), addresses=addresses)
+
+
+def first_runs(benches: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
+    """Return bench and excitation of the first runs that are learned from.
+
+    Each bench is seen once, since a cause may show on one alone. A bench that stands alone is seen
+    twice: one recording does not tell how much another would differ.
+    """
+    if len(benches) == 1:
+        return tuple((benches[0], excitation) for excitation in ("random_steps", "ramps"))
+    return tuple((bench, "random_steps") for bench in benches)
 
 
 def check_benches(benches: tuple[str, ...]) -> None:

@@ -115,6 +115,8 @@ class InvestigateOptions(BenchOptions):
     """Folder of the investigation; an investigation that it holds goes on."""
     budget: str = "3min"
     """Time that recordings may take: 90s, 3min, 1h."""
+    diagnosis_budget: str | None = None
+    """Time that each diagnosis may take on this computer, about; by default as long as it needs."""
     known: Path | None = None
     """Model file to start from; by default the servo's data sheet."""
     benches: tuple[str, ...] = ("finger", "spring_weak", "spring_strong")

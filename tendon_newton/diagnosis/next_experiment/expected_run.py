@@ -14,6 +14,7 @@ from tendon_newton.diagnosis.next_experiment.separation import (
     Plan,
     Played,
     Prediction,
+    plan_run,
     play,
     predict,
 )
@@ -22,6 +23,9 @@ from tendon_newton.identification.study import Residual
 
 RIVAL_WORTH = 100.0
 """Bits that a pair of causes told apart is worth: classes come before widths of intervals."""
+PRIOR_QUARTERS = 4.0
+"""A range holds so many standard deviations of a number of which nothing else is known [1]: as many
+as a 95 % interval."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,32 +57,42 @@ class Expected:
 
 
 def expect(
-    question: OpenClass,
-    plans: Sequence[Plan],
-    known: Sequence[Plan],
-    row_worth: float | None = None,
+    question: OpenClass, plans: Sequence[Plan], posterior: Posterior
 ) -> tuple[Expected, ...]:
     """Return what runs are expected to bring, best first.
 
     Args:
         question: Explanations of the data.
         plans: The runs.
-        known: Runs of the data at hand.
-        row_worth: As of `design`.
+        posterior: What the data at hand tell already.
     """
     if not plans:
         return ()
-    played = play(question, [*known, *plans])
-    predictions = predict(question, played)[len(known) :]
-    matrices = [information(question, played, i) for i in range(len(played.plans))]
-    recorded = sum(matrices[: len(known)], np.zeros(matrices[0].shape))
-    posterior = Posterior(played.trials[0], recorded, row_worth)
+    played = play(question, plans)
     return ranked(
-        Expected(prediction=p, numbers=posterior.bits(m), peak_force=peak(r))
-        for p, m, r in zip(
-            predictions, matrices[len(known) :], played.residuals[len(known) :], strict=True
+        Expected(
+            prediction=prediction,
+            numbers=posterior.bits(information(question, played, i)),
+            peak_force=peak(played.residuals[i]),
         )
+        for i, prediction in enumerate(predict(question, played))
     )
+
+
+def posterior_of(
+    question: OpenClass, known: Sequence[Plan], row_worth: float | None = None
+) -> Posterior:
+    """Return what runs at hand leave open of the numbers of the first explanation.
+
+    Args:
+        question: Explanations of the data.
+        known: Runs of the data.
+        row_worth: As of `design`.
+    """
+    played = play(question, known or [plan_run(question.settings[0], "stairs", 0, 1.0)])
+    shown = [information(question, played, i) for i in range(len(known))]
+    trial = played.trials[0]
+    return Posterior(trial, sum(shown, np.zeros((len(trial.steps),) * 2)), row_worth)
 
 
 def plan_of(recording: Recording) -> Plan:
@@ -132,7 +146,7 @@ class Posterior:
 
     def __init__(self, trial: Trial, recorded: Array, row_worth: float | None = None) -> None:
         self._prior = np.diag((trial.upper - trial.lower) ** -2.0)
-        self._recorded, self._names = recorded, trial.names
+        self._recorded, self._names, self._spreads = recorded, trial.names, trial.spreads
         if row_worth is None:
             spread = np.sqrt(np.diag(np.linalg.inv(recorded + self._prior)))
             row_worth = float(np.exp(2.0 * np.mean(np.log(spread / trial.spreads))))
@@ -142,6 +156,18 @@ class Posterior:
         """Return standard deviations with further information, shape (F,)."""
         total = self._row_worth * (self._recorded + new) + self._prior
         return np.sqrt(np.diag(np.linalg.inv(total)))
+
+    def root(self) -> Array:
+        """Return a root of the covariance that the data at hand leave, shape (F, F).
+
+        Numbers that the data tie together move together. None is more certain than its interval
+        says, nor less than a quarter of its range.
+        """
+        total = self._row_worth * self._recorded + PRIOR_QUARTERS**2 * self._prior
+        covariance = np.linalg.inv(total)
+        wider = np.maximum(1.0, self._spreads / np.sqrt(np.diag(covariance)))
+        root = np.linalg.cholesky(0.5 * (covariance + covariance.T))
+        return wider[:, None] * root.astype(np.float64)
 
     def bits(self, new: Array) -> dict[str, float]:
         """Return by how much each number is known better with a run [bit]."""

@@ -11,6 +11,7 @@ from typing import Any
 from tendon_newton.data.files.json_file import read_json, write_json
 from tendon_newton.data.files.values import is_table
 from tendon_newton.diagnosis.diagnosis_file import StatedDiagnosis, read_diagnosis
+from tendon_newton.diagnosis.explanation import Estimate
 from tendon_newton.errors import InvalidOutput, shown
 
 SCHEMA = 1
@@ -28,8 +29,10 @@ class Step:
     why: str
     """What it was chosen for."""
     split: str = "train"
+    excitation: str = "random_steps"
+    """Shape of the command, of the library where no command is designed."""
     command: tuple[float, ...] | None = None
-    """Designed command at the rows of the recording [rad]; None for steps to random angles."""
+    """Designed command at the rows of the recording [rad]."""
     expected: Mapping[str, float] | None = None
     """Information expected about each number, as ``owner.name`` [bit]."""
     verdict: str | None = None
@@ -52,8 +55,12 @@ class Step:
         return sum(self.expected[k] for k in both), sum(self.brought[k] for k in both)
 
     def taught_nothing(self, little: float) -> bool:
-        """Tell whether a run neither settled a class nor narrowed the intervals by some bits."""
-        return not self.settled and sum((self.brought or {}).values()) < little
+        """Tell whether a run neither settled a class nor narrowed the intervals by some bits.
+
+        Where all intervals are as wide as their ranges, nothing can be told of what came.
+        """
+        brought = self.brought or {}
+        return bool(brought) and not self.settled and sum(brought.values()) < little
 
     def text(self) -> str:
         """Return what is known after it, in a line."""
@@ -129,23 +136,31 @@ def classes_of(diagnosis: StatedDiagnosis) -> tuple[tuple[str, ...], ...]:
 def bits_between(
     before: StatedDiagnosis, after: StatedDiagnosis, actuator: str
 ) -> dict[str, float]:
-    """Return log2 of what the interval of each number that both have has shrunk by [bit]."""
-    old, new = (interval_widths(diagnosis, actuator) for diagnosis in (before, after))
+    """Return log2 of what the interval of each number that both have has shrunk by [bit].
+
+    An interval that ends at its range both times does not say what came: it is left out.
+    """
+    old, new = (numbers_of(diagnosis, actuator) for diagnosis in (before, after))
     return {
-        key: math.log2(old[key] / new[key])
-        for key in old.keys() & new.keys()
-        if min(old[key], new[key]) > 0.0
+        key: math.log2(width(old[key]) / width(new[key]))
+        for key in sorted(old.keys() & new.keys())
+        if min(width(old[key]), width(new[key])) > 0.0 and not (old[key].flat and new[key].flat)
     }
 
 
-def interval_widths(diagnosis: StatedDiagnosis, actuator: str) -> dict[str, float]:
-    """Return the width of each number's interval, as ``owner.name``."""
+def numbers_of(diagnosis: StatedDiagnosis, actuator: str) -> dict[str, Estimate]:
+    """Return each number of a diagnosis, as ``owner.name``."""
     owners = {actuator: diagnosis.fitted} | {c.name: c.parameters for c in diagnosis.effects}
     return {
-        f"{owner}.{name}": number.ci95[1] - number.ci95[0]
+        f"{owner}.{name}": number
         for owner, numbers in owners.items()
         for name, number in numbers.items()
     }
+
+
+def width(number: Estimate) -> float:
+    """Return the width of a number's interval."""
+    return number.ci95[1] - number.ci95[0]
 
 
 def write_log(path: Path, log: InvestigationLog) -> None:

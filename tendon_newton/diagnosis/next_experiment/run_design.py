@@ -10,9 +10,18 @@ import numpy as np
 from tendon_newton.data.excitations import DESIGNED, RATE
 from tendon_newton.diagnosis.explanation import OpenClass, Setting
 from tendon_newton.diagnosis.next_experiment.designed_command import DesignedCommand
-from tendon_newton.diagnosis.next_experiment.expected_run import expect, ranked
+from tendon_newton.diagnosis.next_experiment.expected_run import (
+    expect,
+    posterior_of,
+    ranked,
+)
 from tendon_newton.diagnosis.next_experiment.separation import Plan, library_plans
-from tendon_newton.diagnosis.next_experiment.worst_case import Designs, WorstCase, within_limit
+from tendon_newton.diagnosis.next_experiment.worst_case import (
+    Designs,
+    WorstCase,
+    roughly_within_limit,
+    within_limit,
+)
 
 DRAWN = 8
 """Commands drawn for each bench at the start."""
@@ -70,10 +79,11 @@ def design(
         for k in range(DRAWN)
     ]
     progress(f"simulating {len(plans) + len(drawn)} runs on {len(settings)} benches")
-    found = expect(question, [*plans, *drawn], known, row_worth)
-    worst = WorstCase(question, rng)
+    posterior = posterior_of(question, known, row_worth)
+    found = expect(question, [*plans, *drawn], posterior)
+    worst = WorstCase(question, posterior, rng)
     for share, size in ROUNDS:
-        calm = [e.prediction.plan for e in within_limit(found, worst, force_limit).runs]
+        calm = [e.prediction.plan for e in roughly_within_limit(found, worst, force_limit)]
         best = [plan for plan in calm if isinstance(plan, DesignedPlan)][:KEPT]
         variants = [
             designed(plan.setting, plan.shape.moved(rng, share, size), duration)
@@ -81,7 +91,7 @@ def design(
             for _ in range(VARIED)
         ]
         progress(f"varying the best {len(best)} commands")
-        found = ranked([*found, *expect(question, variants, known, row_worth)])
+        found = ranked([*found, *expect(question, variants, posterior)])
     return within_limit(found, worst, force_limit)
 
 

@@ -1,23 +1,33 @@
-"""How hard a run may pull under any model that the data allow: no run passes the limit there."""
+"""How hard a run may pull under any model that the data allow: no run passes the limit there.
+
+Models are drawn, since many numbers may be off together, and one is driven to where the run pulls
+hardest, since few draws come near that corner.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.explanation import OpenClass
 from tendon_newton.diagnosis.imitation import Trial
-from tendon_newton.diagnosis.next_experiment.expected_run import Expected, ranked
+from tendon_newton.diagnosis.next_experiment.expected_run import Expected, Posterior, ranked
 from tendon_newton.diagnosis.next_experiment.separation import STEP, Plan, blank_recording
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.study import Study, replacements
 
-LOOKED_AT = 8
-"""Runs of a bench that are simulated together under drawn models."""
-DRAWS = 64
-"""Models drawn from the intervals, under each of which a run must stay within its limit."""
+LOOKED_AT, TOGETHER = 8, 2
+"""Runs of a bench that are simulated together while commands are varied, and at the end."""
+FEW_DRAWS, DRAWS = 8, 64
+"""Models drawn from the intervals for each of these runs."""
+WIDER = 2.0
+"""How much wider than the intervals models are drawn [1]."""
+CORNER = 3.5
+"""How far the model that pulls hardest is from the middle [standard deviations of the draws]: one
+draw in four thousand is further in its direction."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,43 +41,99 @@ class Designs:
 
 
 class WorstCase:
-    """The largest tension of runs under models drawn from the intervals, each run simulated once.
+    """The largest tension of runs under models that the data allow.
 
     Args:
         question: Its first explanation has the numbers.
+        posterior: What the data leave open of them.
         rng: Draws models.
     """
 
-    def __init__(self, question: OpenClass, rng: np.random.Generator) -> None:
+    def __init__(self, question: OpenClass, posterior: Posterior, rng: np.random.Generator) -> None:
         self._question, self._rng = question, rng
-        self._known: dict[tuple[str, bytes], float] = {}
+        self._root = WIDER * posterior.root()
 
-    def looked_at(self, found: Sequence[Expected]) -> list[Expected]:
-        """Return runs with their largest tension [N]; without a load cell as they are."""
-        if self._question.noise.force is None:
+    def roughly(self, found: Sequence[Expected]) -> list[Expected]:
+        """Return runs with their largest tension under few drawn models [N]."""
+        return self._with_peaks(found, lambda runs: self.drawn(runs, FEW_DRAWS))
+
+    def thoroughly(self, found: Sequence[Expected]) -> list[Expected]:
+        """Return runs with their largest tension under many models and at the corner [N]."""
+        return self._with_peaks(
+            found, lambda runs: np.maximum(self.drawn(runs, DRAWS), self.at_corner(runs))
+        )
+
+    def drawn(self, plans: Sequence[Plan], draws: int) -> Array:
+        """Return the largest tension of each run under models drawn anew [N], shape (P,)."""
+        return self._peaks(plans, self._rng.normal(size=(draws, len(self._root)))).max(axis=1)
+
+    def at_corner(self, plans: Sequence[Plan]) -> Array:
+        """Return each run's tension where it grows most, to first order [N], shape (P,)."""
+        if not len(self._root):
+            return np.zeros(len(plans))
+        ways = np.eye(len(self._root))
+        up, down = np.split(self._peaks(plans, np.concatenate([ways, -ways])), 2, axis=1)
+        slopes = up - down
+        sizes = np.linalg.norm(slopes, axis=1, keepdims=True)
+        corners = CORNER * slopes / np.where(sizes > 0.0, sizes, 1.0)
+        far = np.diag(self._peaks(plans, corners))
+        return np.maximum(far, np.maximum(up, down).max(axis=1))
+
+    def _with_peaks(
+        self, found: Sequence[Expected], look: Callable[[Sequence[Plan]], Array]
+    ) -> list[Expected]:
+        """Return runs with a largest tension; without a load cell, or numbers, as they are."""
+        if self._question.noise.force is None or not found:
             return list(found)
-        plans = [e.prediction.plan for e in found]
-        keys = [(plan.setting.bench, plan.command.tobytes()) for plan in plans]
-        new = [plan for plan, k in zip(plans, keys, strict=True) if k not in self._known]
-        if new:
-            peaks = worst_forces(self._question, new, self._rng)
-            self._known |= dict(zip([k for k in keys if k not in self._known], peaks, strict=True))
-        return [replace(e, peak_force=self._known[k]) for e, k in zip(found, keys, strict=True)]
+        peaks = look([e.prediction.plan for e in found])
+        return [
+            replace(e, peak_force=max(float(peak), e.peak_force or 0.0))
+            for e, peak in zip(found, peaks, strict=True)
+        ]
+
+    def _peaks(self, plans: Sequence[Plan], places: Array) -> Array:
+        """Return the largest tension of runs under models [N], shape (P, N).
+
+        Args:
+            plans: The runs.
+            places: Of models, in standard deviations of the draws, shape (N, F).
+        """
+        runs = [blank_recording(plan, has_force=True) for plan in plans]
+        question = self._question
+        study = Study(runs, question.without, tuple(EFFECTS), time_step=STEP, scale=question.scale)
+        trial = Trial(study, question.explanations[0])
+        columns, middle = list(trial.models[0]), np.array(list(trial.models[0].values()))
+        moves = np.clip(places @ self._root.T, trial.lower, trial.upper)
+        models = [dict(zip(columns, middle + move, strict=True)) for move in moves]
+        residuals = study.residuals(*replacements(models))
+        return np.array([np.max(-r.force, axis=1) for r in residuals if r.force is not None])
+
+
+def roughly_within_limit(
+    found: Sequence[Expected], worst: WorstCase, force_limit: float
+) -> tuple[Expected, ...]:
+    """Return runs to vary, best first: of each bench the best that few models keep calm."""
+    kept: list[Expected] = []
+    for own in by_bench(e for e in found if is_calm(e, force_limit)):
+        for begin in range(0, len(own), LOOKED_AT):
+            looked = worst.roughly(own[begin : begin + LOOKED_AT])
+            if calm := [e for e in looked if is_calm(e, force_limit)]:
+                kept += calm
+                break
+    return ranked(kept)
 
 
 def within_limit(found: Sequence[Expected], worst: WorstCase, force_limit: float) -> Designs:
-    """Return the runs that stay below a tension in the worst case.
+    """Return the best runs of each bench that stay below a tension in the worst case.
 
-    Of each bench the best are looked at, so many at a time, until some of them stay below it. Runs
+    Runs are looked at in the order of their worth, few at a time, until one stays below it. Runs
     that were not looked at are not returned.
     """
     kept: list[Expected] = []
     refused = [e for e in found if not is_calm(e, force_limit)]
-    calm = [e for e in found if is_calm(e, force_limit)]
-    for bench in dict.fromkeys(e.prediction.plan.setting.bench for e in calm):
-        own = [e for e in calm if e.prediction.plan.setting.bench == bench]
-        for begin in range(0, len(own), LOOKED_AT):
-            looked = worst.looked_at(own[begin : begin + LOOKED_AT])
+    for own in by_bench(e for e in found if is_calm(e, force_limit)):
+        for begin in range(0, len(own), TOGETHER):
+            looked = worst.thoroughly(own[begin : begin + TOGETHER])
             good = [e for e in looked if is_calm(e, force_limit)]
             refused += [e for e in looked if not is_calm(e, force_limit)]
             kept += good
@@ -79,29 +145,14 @@ def within_limit(found: Sequence[Expected], worst: WorstCase, force_limit: float
     )
 
 
+def by_bench(found: Iterable[Expected]) -> list[list[Expected]]:
+    """Return runs of each bench, in their order."""
+    benches: dict[str, list[Expected]] = {}
+    for expected in found:
+        benches.setdefault(expected.prediction.plan.setting.bench, []).append(expected)
+    return list(benches.values())
+
+
 def is_calm(expected: Expected, force_limit: float) -> bool:
     """Tell whether a run stays below a tension [N], as far as that is known."""
     return expected.peak_force is None or expected.peak_force < force_limit
-
-
-def worst_forces(
-    question: OpenClass, plans: Sequence[Plan], rng: np.random.Generator, draws: int = DRAWS
-) -> list[float]:
-    """Return the largest tension of runs under models drawn from the intervals, twice as wide [N].
-
-    Args:
-        question: Its first explanation has the numbers.
-        plans: The runs.
-        rng: Draws models.
-        draws: Models.
-    """
-    runs = [blank_recording(plan, has_force=True) for plan in plans]
-    study = Study(runs, question.without, tuple(EFFECTS), time_step=STEP, scale=question.scale)
-    trial = Trial(study, question.explanations[0])
-    centre = np.array(list(trial.models[0].values()))
-    moves = np.clip(
-        rng.normal(size=(draws, len(centre))) * 2.0 * trial.spreads, trial.lower, trial.upper
-    )
-    models = [dict(zip(trial.models[0], centre + move, strict=True)) for move in moves]
-    residuals = study.residuals(*replacements(models))
-    return [float(np.max(-r.force)) for r in residuals if r.force is not None]

@@ -26,7 +26,11 @@ from tendon_newton.diagnosis.next_experiment.investigation_log import (
 from tendon_newton.errors import InvalidOutput, TendonNewtonError
 from tendon_newton.workflows import investigation
 from tendon_newton.workflows.investigation_check import binding, check
-from tendon_newton.workflows.investigation_choice import SPENT, reason_to_end
+from tendon_newton.workflows.investigation_choice import (
+    SPENT,
+    choose_next,
+    reason_to_end,
+)
 from tendon_newton.workflows.options import InvestigateOptions
 from tests.diagnosis.next_experiment.test_experiment import write_open_class
 from tests.faults import injections as on
@@ -35,6 +39,7 @@ from tests.faults.injections import LONG, let
 from tests.hardware.deploy.runs import at_instant
 
 STEP = Step(name="run_0", bench="finger", seconds=12.0, why="first")
+SURE = replace(STEP, verdict="explained", causes={"a": {}})
 OPTIONS = {"seed": 3, "benches": ["finger"]}
 TILT, OFFSET = ("gravity_misalignment", "angle"), ("position_offset", "angle")
 
@@ -77,7 +82,10 @@ def test_a_log_of_other_options_says_which_differ(tmp_path: Path) -> None:
 
 
 def test_half_an_interval_is_a_bit(tmp_path: Path) -> None:
-    """What came is read from the two diagnoses, and a class that went is settled."""
+    """What came is read from the two diagnoses, and a class that went is settled.
+
+    A number that neither diagnosis knows does not say what came.
+    """
     for name, others in (("before", (OFFSET,)), ("after", ())):
         (tmp_path / name).mkdir()
         write_open_class(tmp_path / name, TILT, *others)
@@ -89,6 +97,9 @@ def test_half_an_interval_is_a_bit(tmp_path: Path) -> None:
     earlier = tmp_path / "before" / "diagnosis.json"
     before = json.loads(earlier.read_text(encoding="utf-8"))
     before["fitted"] = {"gain": {"value": 4.0, "ci95": [3.8, 4.2], "unit": "N/rad"}}
+    for one in (before, table):
+        one["fitted"]["knee"] = {"value": 1.0, "ci95": [0, 9], "unit": "N", "flat": True}
+    path.write_text(json.dumps(table), encoding="utf-8")
     earlier.write_text(json.dumps(before), encoding="utf-8")
     step = with_answer(STEP, path, earlier, actuator="ideal")
     assert step.brought == pytest.approx({"gravity_misalignment.angle": 1.0, "ideal.gain": 2.0})
@@ -99,20 +110,32 @@ def test_half_an_interval_is_a_bit(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("steps", "words"),
     [
-        ((replace(STEP, verdict="explained"),), "every cause stands alone"),
+        ((SURE,), None),
+        ((SURE, SURE), "every cause stands alone, and a further run has not changed that"),
+        ((replace(SURE, causes={}), SURE), None),
+        ((replace(STEP, verdict="no_gap", causes={}),) * 2, "every cause stands alone"),
         ((replace(STEP, verdict="unexplained"),), None),
+        ((replace(STEP, verdict="unexplained", brought={"a.x": 0.1}),) * 4, None),
         ((replace(STEP, verdict="explained", open=(("a", "b"),)),), None),
         ((replace(STEP, seconds=50.0, verdict="unexplained"),), "the time at the bench is spent"),
         (
-            (replace(STEP, verdict="unexplained", open=(("a", "b"),), brought={"a.x": 0.1}),) * 2,
+            (replace(SURE, open=(("a", "b"),), brought={"a.x": 0.1}),) * 3,
             "the last 2 runs brought nothing new; left open: a or b",
+        ),
+        ((replace(SURE, open=(("a", "b"),), brought={}),) * 4, None),
+        (
+            (
+                replace(SURE, causes={"b": {}}),
+                *(replace(SURE, open=(("a", "b"),), brought={"a.x": 0.1}),) * 2,
+            ),
+            None,
         ),
     ],
 )
 def test_it_ends_for_a_reason(steps: tuple[Step, ...], words: str | None) -> None:
     """And goes on as long as there is none."""
     log = InvestigationLog(options=OPTIONS, steps=steps)
-    reason = reason_to_end(log, 60.0, 12.0)
+    reason = reason_to_end(log, 61.0, 12.0)
     assert reason is None if words is None else str(reason).startswith(words)
 
 
@@ -129,7 +152,7 @@ def test_it_goes_on_where_it_was_killed(tmp_path: Path, monkeypatch: pytest.Monk
         if len(diagnosed) == 2:
             raise KeyboardInterrupt
         out.mkdir(exist_ok=True)
-        write_open_class(out, TILT, *((OFFSET,) if len(dataset.train) == 1 else ()))
+        write_open_class(out, TILT, *((OFFSET,) if len(dataset.train) == 2 else ()))
 
     monkeypatch.setattr(investigation, "diagnose_into", answer)
     options = InvestigateOptions(
@@ -142,13 +165,49 @@ def test_it_goes_on_where_it_was_killed(tmp_path: Path, monkeypatch: pytest.Monk
     with pytest.raises(KeyboardInterrupt):
         investigation.investigate(options, SilentOperator(), budget=60.0)
     page = investigation.investigate(options, SilentOperator(), budget=60.0)
-    assert diagnosed == [1, 2, 2]
+    assert diagnosed == [2, 3, 3]
     dataset = load_dataset(tmp_path / "recordings")
-    assert [r.name.removesuffix(".mcap") for r in dataset.train] == ["run_0", "run_1"]
+    assert [r.name.removesuffix(".mcap") for r in dataset.train] == ["run_0", "run_1", "run_2"]
     log = read_log(tmp_path / "investigation.json", binding(options))
-    assert log.ended == "every cause stands alone"
+    assert log.ended == "every cause stands alone, and a further run has not changed that"
     assert log.steps[-1].settled == (("gravity_misalignment", "position_offset"),)
     assert "gravity misalignment" in page.read_text(encoding="utf-8")
+
+
+def test_as_long_as_no_cause_is_named_the_library_goes_on() -> None:
+    """No command can be designed for a cause that has no name: benches and motions in turn."""
+    options = virtual(Path(), benches=("finger", "spring_weak"), run_length=12.0)
+    log = InvestigationLog(options=OPTIONS, steps=investigation.first_steps(options))
+    found: list[tuple[str, str]] = []
+    for _ in range(3):
+        unnamed = replace(log.steps[-1], verdict="unexplained", causes={})
+        log = replace(log, steps=(*log.steps[:-1], unnamed))
+        log = choose_next(log, options, SilentOperator(), 200.0)
+        found.append((log.steps[-1].bench, log.steps[-1].excitation))
+    assert found == [("spring_weak", "sine"), ("finger", "sine"), ("finger", "ramps")]
+    assert log.steps[-1].name == "run_4"
+    assert log.ended is None
+
+
+def test_a_bench_that_stands_alone_is_seen_twice() -> None:
+    """And each of several once: the held-out run is of the one that is mounted."""
+    alone, several = (
+        [(s.name, s.bench, s.excitation, s.split) for s in investigation.first_steps(options)]
+        for options in (
+            virtual(Path(), benches=("finger",)),
+            virtual(Path(), benches=("finger", "spring_weak")),
+        )
+    )
+    assert [step[1:] for step in alone] == [
+        ("finger", "random_steps", "test"),
+        ("finger", "random_steps", "train"),
+        ("finger", "ramps", "train"),
+    ]
+    assert [step[:2] for step in several] == [
+        ("test_0", "finger"),
+        ("run_0", "finger"),
+        ("run_1", "spring_weak"),
+    ]
 
 
 def virtual(folder: Path, **changes: Any) -> InvestigateOptions:
@@ -180,7 +239,7 @@ def virtual(folder: Path, **changes: Any) -> InvestigateOptions:
         ({"virtual_load_cell_rate": 7}, "a virtual load cell gives 80, 20, 10"),
         ({"run_length": 1.9}, "--run-length must be 2 to 120 s; it is 1.9 s"),
         ({"run_length": float("nan")}, "--run-length must be 2 to 120 s; it is nan s"),
-        ({"run_length": 30.5}, "which take 61 s with --run-length 30.5; it is 60 s"),
+        ({"run_length": 20.5}, "which take 61.5 s with --run-length 20.5; it is 60 s"),
         ({"rate": 81.0}, "whole multiple of the command rate"),
         ({"force_limit": -1.0}, "the limit of force must be above 0"),
         ({"known": Path("none.toml")}, "none.toml: .*no such file"),
@@ -205,9 +264,9 @@ def test_a_bench_that_is_not_there_leaves_nothing_behind(tmp_path: Path) -> None
 
 
 def test_options_that_fit_are_taken() -> None:
-    """Two runs fill a budget, and a unit without a bench's name has every bench."""
+    """First runs fill a budget, and a unit without a bench's name has every bench."""
     options = virtual(Path(), port="virtual::3:planted", benches=("finger", "spring_weak"))
-    ready = check(replace(options, run_length=30.0), budget=60.0)
+    ready = check(replace(options, run_length=20.0), budget=60.0)
     assert {bench: a.bench for bench, a in ready.addresses.items()} == {
         "finger": "finger",
         "spring_weak": "spring_weak",
@@ -302,8 +361,8 @@ def test_a_fault_ends_a_run_as_in_collect_and_the_same_call_goes_on(
     for _ in range(2):
         with pytest.raises(KeyboardInterrupt):
             investigation.investigate(options, operator, budget=60.0)
-        assert listed_files(recordings) == ("test_0_again1.mcap", "run_0.mcap")
-    assert len(opened) == 3
+        assert listed_files(recordings) == ("test_0_again1.mcap", "run_0.mcap", "run_1.mcap")
+    assert len(opened) == 4
 
 
 def test_an_adapter_that_comes_back_soon_leaves_a_gap(
@@ -313,7 +372,7 @@ def test_an_adapter_that_comes_back_soon_leaves_a_gap(
     spoil_first_bench(monkeypatch, let("unplug", duration=2.0))
     with pytest.raises(KeyboardInterrupt):
         investigation.investigate(virtual(tmp_path, run_length=8.0), SilentOperator(), budget=60.0)
-    test, _ = listed_files(tmp_path / "out" / "recordings")
+    test, *_ = listed_files(tmp_path / "out" / "recordings")
     dataset = load_dataset(tmp_path / "out" / "recordings")
     assert test == "test_0.mcap"
     assert np.diff(dataset.test[0].time).max() > 1.5
