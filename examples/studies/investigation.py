@@ -34,6 +34,7 @@ from hardware.virtual_bench.physics.planted import planted_causes
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.excitations import DESIGNED, LARGEST_COMMAND
 from tendon_newton.data.files.json_file import read_json, write_json
+from tendon_newton.data.files.picture import new_figure, save
 from tendon_newton.data.model_file import load_model
 from tendon_newton.device_code.quiet import quiet_warp
 from tendon_newton.diagnosis.diagnosis_file import StatedDiagnosis, read_diagnosis
@@ -169,11 +170,7 @@ def tell_limits(peaks: list[Peak]) -> None:
 
 def draw_limits(peaks: list[Peak], path: Path) -> None:
     """Draw how many commands stay below a tension, in the three ways of looking."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(6.0, 3.2), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(6.0, 3.2)
     axes = figure.subplots()
     ways = (
         ("designed", BEFORE, "worst model of the search"),
@@ -186,7 +183,7 @@ def draw_limits(peaks: list[Peak], path: Path) -> None:
     axes.axvline(TENSION, color=GREY, linestyle="--", label="limit")
     dress(axes, "largest tension [N]", "commands")
     path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=120)
+    save(figure, path, dpi=120)
 
 
 def compare(units: list[int], out: Path, length: float, budget: float) -> None:
