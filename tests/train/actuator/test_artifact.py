@@ -12,7 +12,8 @@ from torch import Tensor, nn
 
 from tendon_newton.actuators.networks.artifact import load_network, read_card
 from tendon_newton.data.cards.force_network_card import PLAIN_HOLD, ForceNetworkCard
-from tendon_newton.data.files.trust import content_hash, trust_content, trust_file, trusted_hashes
+from tendon_newton.data.files.origin import content_hash
+from tendon_newton.data.files.trust import trust_content, trust_file, trusted_hashes
 from tendon_newton.errors import InvalidNetworkFile, UntrustedNetworkFile
 from tendon_newton.mechanisms.asset_library import asset_folder
 from tests.train.actuator.network_files import card_of, with_card, write_file, write_foreign
