@@ -42,6 +42,7 @@ class VirtualBench:
     Args:
         bench: ``spring_weak``, ``spring_strong``, ``finger`` or ``finger_antagonist``.
         seed: Which unit, and which noise.
+        faults: Faults by chance.
         obstacle: Obstacle in the mechanism's way: ``free``, ``tape_roll``, ``hand`` or
             ``hand_perturbation``.
         load_cell_rate: Lines per second: 80, 20 or 10 [Hz].
@@ -54,6 +55,7 @@ class VirtualBench:
         bench: str = "finger",
         seed: int = 0,
         *,
+        faults: Faults | None = None,
         obstacle: str = "free",
         load_cell_rate: int = 80,
         model: AnyModel = XC330_T288_T,
@@ -74,6 +76,7 @@ class VirtualBench:
         self._events: list[FaultEvent] = []
         self._unplugged_until = self._dip_until = 0.0
         self._silent_until = [0.0 for _ in self.servos]
+        self.set_faults(faults or Faults())
         self.set_obstacle(obstacle)
 
     @property
