@@ -35,7 +35,7 @@ class Fold:
     """These say when to stop."""
 
 
-def split_train(dataset: Dataset, *, seed: int = 0, share: float = VALIDATION_SHARE) -> Fold:
+def split_train(dataset: Dataset, *, seed: int = 0) -> Fold:
     """Hold out some whole train recordings of every bench that has several.
 
     Raises:
@@ -51,7 +51,7 @@ def split_train(dataset: Dataset, *, seed: int = 0, share: float = VALIDATION_SH
     held: set[str] = set()
     for bench in sorted({r.bench for r in recordings}):
         names = sorted(r.name for r in recordings if r.bench == bench)
-        count = max(1, round(share * len(names))) if len(names) > 1 else 0
+        count = max(1, round(VALIDATION_SHARE * len(names))) if len(names) > 1 else 0
         held.update(rng.permutation(names)[:count].tolist())
     if not held:
         held.add(recordings[int(rng.integers(len(recordings)))].name)
