@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from tendon_newton.data.dataset import load_dataset
+from tendon_newton.data.files.picture import new_figure, save, tidy
 from tendon_newton.data.model_file import load_model
 from tendon_newton.diagnosis.diagnose import diagnose
 from tendon_newton.diagnosis.held_out import WINDOW, Window, compare, telling_windows
@@ -29,11 +30,7 @@ def main() -> None:
 
 def draw(window: Window) -> None:
     """Draw measured and simulated signals over a window, and their residuals below."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(10.5, 4.8), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(10.5, 4.8)
     panels = figure.subplots(2, 2, sharex=True, height_ratios=[2, 1])
     for column, settings in enumerate(COLUMNS):
         draw_signal(panels[:, column], window, *settings)
@@ -44,7 +41,7 @@ def draw(window: Window) -> None:
         f"{name}: {WINDOW:g} s that no fit has seen (synthetic recording)", fontsize=11, color=INK
     )
     PICTURE.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(PICTURE, dpi=120)
+    save(figure, PICTURE, dpi=120)
 
 
 def draw_signal(
@@ -67,9 +64,7 @@ def draw_signal(
     panels[1].set_ylabel(residual)
     panels[1].set_xlabel("time [s]")
     for axes in panels:
-        axes.grid(color="#e4e6ea", linewidth=0.8)
-        axes.set_axisbelow(True)
-        axes.spines[["top", "right"]].set_visible(False)
+        tidy(axes)
         axes.margins(x=0.0)
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import torch
 
+from tendon_newton.data.files.picture import new_figure, save, tidy
 from tendon_newton.data.recording import Array
 from tendon_newton.mechanisms.geometry.kinematics import posture
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
@@ -74,11 +75,7 @@ def draw(
     mechanism: Mechanism, sphere: Sphere, joints: Array, forces: Array, tensions: Array
 ) -> None:
     """Draw postures beside the forces over time."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(10.5, 4.2), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(10.5, 4.2)
     scene, plot = figure.subplots(1, 2)
     draw_scene(scene, mechanism, sphere, joints[:, 1])
     time = np.arange(len(tensions)) / RATE
@@ -91,11 +88,9 @@ def draw(
     plot.set_ylabel("force [N]")
     plot.legend(frameon=False, fontsize=9)
     for axes in (scene, plot):
-        axes.grid(color="#e4e6ea", linewidth=0.8)
-        axes.set_axisbelow(True)
-        axes.spines[["top", "right"]].set_visible(False)
+        tidy(axes)
     PICTURE.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(PICTURE, dpi=120)
+    save(figure, PICTURE, dpi=120)
 
 
 def capsule_outline(start: Array, end: Array, radius: float) -> Array:

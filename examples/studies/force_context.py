@@ -18,6 +18,7 @@ import numpy as np
 import torch
 
 from tendon_newton.data.dataset import Dataset, load_dataset
+from tendon_newton.data.files.picture import new_figure, save
 from tendon_newton.data.recording import Recording
 from tendon_newton.force_networks.force_network import ForceNetwork
 from train.actuator.fitting.export import make_card
@@ -190,11 +191,7 @@ def row(case: Case, found: Sequence[Mapping[str, float]]) -> str:
 
 def draw(found: Mapping[Case, Sequence[Mapping[str, float]]], path: Path) -> None:
     """Draw the errors of every seed over history and by data, and their means."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(10.0, 3.6), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(10.0, 3.6)
     by_history, by_data = figure.subplots(1, 2)
     for place, (key, (label, colour)) in enumerate(SHOWN.items()):
         errors_of = {case: [one[key] for one in seeds] for case, seeds in found.items()}
@@ -218,7 +215,7 @@ def draw(found: Mapping[Case, Sequence[Mapping[str, float]]], path: Path) -> Non
     by_history.set_xlabel("history [s], all recordings")
     by_history.set_ylabel("mean RMSE [N]")
     by_data.set_xlabel("mean RMSE [N], history 1.5 s")
-    figure.savefig(path, dpi=150)
+    save(figure, path, dpi=150)
 
 
 if __name__ == "__main__":

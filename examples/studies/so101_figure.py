@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from tendon_newton.data.checks.lint_checks import blocked_rows
+from tendon_newton.data.files.picture import new_figure, save, tidy
 from tendon_newton.data.importers.so101 import read_so101
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array, Recording
@@ -50,22 +51,18 @@ def main() -> None:
     draw_stop(right, logs["Wrist_Roll_single_joint_wrist_roll.csv"])
     for axes in (left, right):
         dress(axes, "time [s]", "angle [rad]")
-    figure.savefig(IMAGES / "so101.png", dpi=120)
+    save(figure, IMAGES / "so101.png", dpi=120)
     figure, (left, right) = panels()
     draw_sweep(left, logs["Rotation_chirp_sweep.csv"])
     dress(left, "time [s]", "angle [rad]")
     draw_lags(right, logs)
-    dress(right, "acceleration that the shaft is told [rad/s$^2$]", "lag [ms]")
-    figure.savefig(IMAGES / "so101_sweep.png", dpi=120)
+    dress(right, "acceleration that the shaft is told [rad/s²]", "lag [ms]")
+    save(figure, IMAGES / "so101_sweep.png", dpi=120)
 
 
 def panels() -> tuple[Any, Any]:
     """Return a figure with two panels side by side."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(10.5, 4.0), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(10.5, 4.0)
     return figure, figure.subplots(1, 2)
 
 
@@ -73,9 +70,7 @@ def dress(axes: Any, x: str, y: str) -> None:
     """Label a panel in the style of the documentation."""
     axes.set_xlabel(x)
     axes.set_ylabel(y)
-    axes.grid(color="#e4e6ea", linewidth=0.8)
-    axes.set_axisbelow(True)
-    axes.spines[["top", "right"]].set_visible(False)
+    tidy(axes)
     axes.legend(frameon=False, loc="upper left", fontsize=9)
 
 

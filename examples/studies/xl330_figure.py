@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from examples.studies.so101_figure import AFTER, BEFORE, GREY, INK, dress
+from tendon_newton.data.files.picture import new_figure, save
 from tendon_newton.data.importers.xl330 import read_xl330
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
@@ -38,21 +39,17 @@ SHOWN = (
 
 def main() -> None:
     """Draw two logs with what both models make of them."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("logs", type=Path)
     imported = read_xl330(parser.parse_args().logs)
     logs = {log.recording.name: log.recording for log in imported.logs}
-    figure = Figure(figsize=(10.5, 3.9), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(10.5, 3.9)
     for axes, (name, title) in zip(figure.subplots(1, 2), SHOWN, strict=True):
         draw(axes, logs[name], imported.model)
         axes.set_title(f"{name.removesuffix('.csv')}: {title}", fontsize=10)
         dress(axes, "time [s]", "angle [rad]")
     PICTURE.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(PICTURE, dpi=120)
+    save(figure, PICTURE, dpi=120)
 
 
 def draw(axes: Any, recording: Recording, start: Model) -> None:

@@ -22,9 +22,10 @@ from numpy.typing import NDArray
 from hardware.errors import PolicyFailure
 from tendon_newton.data.cards.policy_card import CARD_KEY, CARD_NAME, PolicyCard
 from tendon_newton.data.files.guarded import TooMuch, guarded
+from tendon_newton.data.files.origin import content_hash
 from tendon_newton.data.files.text_file import read_bytes
 from tendon_newton.data.files.torchscript_archive import START, read_extra, refuse_damage
-from tendon_newton.data.files.trust import VARIABLE, content_hash, is_trusted, trust_content
+from tendon_newton.data.files.trust import VARIABLE, is_trusted, trust_content
 from tendon_newton.errors import (
     InvalidPolicyFile,
     MissingDependency,

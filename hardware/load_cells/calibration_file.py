@@ -10,8 +10,8 @@ from typing import Any
 from hardware.errors import InvalidCalibration
 from hardware.load_cells.calibration import CalibrationPoint, LoadCellCalibration
 from hardware.load_cells.calibration_fit import fit_calibration
+from tendon_newton.data.files.checked_table import CheckedTable
 from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys, write_toml
-from tendon_newton.data.files.values import are_tables
 
 SETTING_KEYS = ("cell", "gain", "rate", "gravity", "date")
 RESULT_KEYS = ("identifier", "tare", "slope", "residual", "hysteresis", "r_squared")
@@ -37,19 +37,19 @@ def load_calibration(path: Path) -> LoadCellCalibration:
     """
     if not path.is_file():
         raise InvalidCalibration(f"{path}: a calibration is a TOML file; there is none")
-    table = read_toml(path, InvalidCalibration)
+    table = CheckedTable(read_toml(path, InvalidCalibration), str(path), InvalidCalibration)
     refuse_unknown_keys(
-        table, (*SETTING_KEYS, *RESULT_KEYS, "points"), str(path), InvalidCalibration
+        table.values, (*SETTING_KEYS, *RESULT_KEYS, "points"), table.where, InvalidCalibration
     )
+    points, settings = read_points(table), read_settings(table)
     try:
-        points = read_points(table.get("points"))
-        calibration = fit_calibration(points, **read_settings(table))
+        calibration = fit_calibration(points, **settings)
     except InvalidCalibration as error:
         raise InvalidCalibration(f"{path}: {error}") from error
-    if table.get("identifier") != calibration.identifier:
+    if table.values.get("identifier") != calibration.identifier:
         raise InvalidCalibration(
             f"{path}: its identifier must be {calibration.identifier}, the hash of its points and "
-            f"settings; it is {table.get('identifier')!r}: the file was changed by hand"
+            f"settings; it is {table.values.get('identifier')!r}: the file was changed by hand"
         )
     return calibration
 
@@ -64,51 +64,31 @@ def write_partial(
 def load_partial(path: Path) -> tuple[dict[str, Any], list[CalibrationPoint]]:
     """Read the settings and points of an interrupted calibration."""
     table = read_toml(path, InvalidCalibration)
-    try:
-        points = read_points(table.pop("points", []))
-    except InvalidCalibration as error:
-        raise InvalidCalibration(f"{path}: {error}") from error
+    points = read_points(CheckedTable(table, str(path), InvalidCalibration))
+    del table["points"]
     return table, points
 
 
-def read_points(rows: Any) -> list[CalibrationPoint]:
+def read_points(table: CheckedTable) -> list[CalibrationPoint]:
     """Read the ``[[points]]`` tables."""
-    if not are_tables(rows):
-        raise InvalidCalibration("points must be an array of tables, [[points]]")
     points: list[CalibrationPoint] = []
-    for index, row in enumerate(rows):
-        where = f"[[points]] {index}"
-        refuse_unknown_keys(row, POINT_KEYS, where, InvalidCalibration)
-        numbers = {key: number(row, key, where) for key in ("mass", "counts", "sigma", "duration")}
-        if row.get("direction") not in ("up", "down"):
-            raise InvalidCalibration(f"{where}: direction must be up or down")
-        points.append(
-            CalibrationPoint(
-                **numbers,
-                direction=row["direction"],
-                readings=int(number(row, "readings", where)),
-            )
-        )
+    for row in table.tables("points"):
+        refuse_unknown_keys(row.values, POINT_KEYS, row.where, InvalidCalibration)
+        direction = row.word("direction")
+        if direction not in ("up", "down"):
+            row.refuse("direction", "up or down")
+        numbers = {key: row.number(key) for key in ("mass", "counts", "sigma", "duration")}
+        readings = int(row.number("readings"))
+        points.append(CalibrationPoint(**numbers, direction=direction, readings=readings))
     return points
 
 
-def read_settings(table: Mapping[str, Any]) -> dict[str, Any]:
+def read_settings(table: CheckedTable) -> dict[str, Any]:
     """Read what stands beside the points."""
-    for key in ("cell", "date"):
-        if not isinstance(table.get(key), str):
-            raise InvalidCalibration(f"{key} must be a string; it is {table.get(key)!r}")
     return {
-        "cell": table["cell"],
-        "date": table["date"],
-        "gain": int(number(table, "gain", "calibration")),
-        "rate": number(table, "rate", "calibration"),
-        "gravity": number(table, "gravity", "calibration"),
+        "cell": table.word("cell"),
+        "date": table.word("date"),
+        "gain": int(table.number("gain")),
+        "rate": table.number("rate"),
+        "gravity": table.number("gravity"),
     }
-
-
-def number(table: Mapping[str, Any], key: str, where: str) -> float:
-    """Read a number."""
-    value = table.get(key)
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise InvalidCalibration(f"{where}: {key} must be a number; it is {value!r}")
-    return float(value)

@@ -1,16 +1,13 @@
 """Origin of a recording: the content of its metadata record."""
 
-import functools
-import os
 import platform
-import subprocess
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields, is_dataclass
 from datetime import UTC, datetime
-from pathlib import Path
 from typing import Any, cast
 
 from hardware.servos.base import ServoSettings
+from tendon_newton.data.files.origin import git_commit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,20 +81,3 @@ def software(simulated: bool) -> dict[str, str]:
             f"{platform.node()} {platform.machine()}, Python {platform.python_version()}"
         )
     return facts
-
-
-@functools.cache
-def git_commit() -> str | None:
-    """Return the commit of the clone that this runs from, marked if it was changed since."""
-    folder = Path(__file__).resolve().parents[2]
-    if not (folder / ".git").exists():
-        return None
-    git = ["git", "--no-optional-locks", "-C", os.fspath(folder)]
-    try:
-        commit, changes = (
-            subprocess.run([*git, *words], capture_output=True, text=True, timeout=5, check=True)
-            for words in (["rev-parse", "--short=12", "HEAD"], ["status", "--porcelain", "-uno"])
-        )
-    except (OSError, subprocess.SubprocessError):
-        return None
-    return commit.stdout.strip() + ("-dirty" if changes.stdout.strip() else "")

@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from math import pi
 
-from tendon_newton.errors import InvalidParameter
-
 VOLTAGE = "input voltage outside its limits"
 ALERTS: Mapping[str, Mapping[int, str]] = {
     "dynamixel": {
@@ -139,30 +137,6 @@ class OverloadProtection:
     """Greatest duty afterwards [1]."""
     time: float
     """Longest time at such a duty [s]."""
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class ServoConfiguration:
-    """All that is set in a servo before its motor may run, and again after it restarted."""
-
-    watchdog: float = 0.2
-    """Silence on the bus after which the servo stops [s]; steps of 20 ms up to 2.54 s."""
-    return_delay: float = 0.0
-    """Pause of the servo before it answers [s], steps of 2 us; the factory's 0.5 ms wastes half of
-    a read."""
-    duty_limit: float = 1.0
-    """Greatest duty [1]."""
-
-    def __post_init__(self) -> None:
-        """Refuse what no servo can be set to."""
-        if not 0.02 <= self.watchdog <= 2.54:
-            raise InvalidParameter(
-                f"watchdog must be 0.02 to 2.54 s, what the servo can hold; it is {self.watchdog}"
-            )
-        if not 0.0 <= self.return_delay <= 508e-6:
-            raise InvalidParameter(f"return_delay must be 0 to 508 us; it is {self.return_delay} s")
-        if not 0.0 < self.duty_limit <= 1.0:
-            raise InvalidParameter(f"duty_limit must be above 0, up to 1; it is {self.duty_limit}")
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

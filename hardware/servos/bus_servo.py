@@ -18,7 +18,6 @@ from hardware.errors import (
     WatchdogTripped,
 )
 from hardware.servos.base import (
-    ServoConfiguration,
     ServoCounters,
     ServoHealth,
     ServoSettings,
@@ -42,6 +41,7 @@ from hardware.servos.setting_up import (
     verify,
 )
 from hardware.servos.spool_angle import SpoolAngle
+from tendon_newton.errors import InvalidParameter
 
 POLL_PERIOD = 0.05
 """Pause between attempts while something comes back [s]."""
@@ -76,7 +76,8 @@ class BusServo:
         self.identifier = identifier
         self.baud = baud
         self.counters = ServoCounters()
-        self.configuration: ServoConfiguration | None = None
+        self.watchdog: float | None = None
+        """Silence on the bus after which it stops [s]; None before it is configured."""
         self.duty = 0.0
         """Duty that it was last given [1]."""
         self._clock: Clock = MonotonicClock() if clock is None else clock
@@ -142,25 +143,23 @@ class BusServo:
             return False
         return not self._torque
 
-    def configure(
-        self, *, watchdog_s: float = 0.2, duty_limit: float = 1.0, return_delay: float = 0.0
-    ) -> ServoSettings:
+    def configure(self, *, watchdog_s: float = 0.2) -> ServoSettings:
         """Set everything that decides how the servo moves, verify it, and take home if unset.
 
         Args:
-            watchdog_s: Silence after which the servo stops [s].
-            duty_limit: Greatest duty that the servo may give [1].
-            return_delay: Pause of the servo before it answers [s].
+            watchdog_s: Silence after which the servo stops [s]; steps of 20 ms up to 2.54 s.
 
         Returns:
             The settings as they read back.
         """
-        if self.configuration is not None:
+        if not 0.02 <= watchdog_s <= 2.54:
+            raise InvalidParameter(
+                f"watchdog must be 0.02 to 2.54 s, what the servo can hold; it is {watchdog_s}"
+            )
+        if self.watchdog is not None:
             self._notice(*self._bus.read(self.table.torque, self.table.mark))
-        self.configuration = ServoConfiguration(
-            watchdog=watchdog_s, duty_limit=duty_limit, return_delay=return_delay
-        )
-        self._set_up(self.configuration)
+        self.watchdog = watchdog_s
+        self._set_up()
         if not self._spool.has_home:
             self.set_home()
         return self.settings()
@@ -248,19 +247,19 @@ class BusServo:
         return health
 
     def command_duty(self, fraction: float) -> float:
-        """Send a duty [1], positive winds in; cut to the limit and returned as sent.
+        """Send a duty [1], positive winds in; cut to full duty and returned as sent.
 
         Raises:
             WatchdogTripped: The servo stopped and takes no goals.
         """
         if not isfinite(fraction):
             raise CommandNotFinite(f"a duty must be finite; it is {fraction}")
-        limit = self._configured().duty_limit
+        self._configured()
         self._feed()
         if self._keeper is not None and self._keeper.tripped:
             self.counters.watchdog_trips += 1
             raise WatchdogTripped(self._watchdog_text())
-        sent = min(max(fraction, -limit), limit)
+        sent = min(max(fraction, -1.0), 1.0)
         self.counters.limited += sent != fraction
         try:
             self._bus.write(self.table.goal_duty, round(sent * self.spec.duty_counts))
@@ -282,13 +281,13 @@ class BusServo:
             ServoAlert: The servo reports a hardware error.
             SettingMismatch: A register reads back other than it was set.
         """
-        configuration = self._configured()
+        watchdog = self._configured()
         refuse_alert(self._bus, self.spec)
-        verify(self._bus, configuration, self.spec)
+        verify(self._bus, self.spec)
         set_verified(self._bus, self.table.goal_duty, 0)
-        arm_watchdog(self._bus, configuration)
+        arm_watchdog(self._bus, watchdog)
         self._release()
-        self._keeper = self._bus.keeper(configuration.watchdog)
+        self._keeper = self._bus.keeper(watchdog)
         self._torque = True  # from here on something must be switched off
         set_verified(self._bus, self.table.torque, 1)
 
@@ -323,10 +322,10 @@ class BusServo:
         Raises:
             ServoAlert: The servo reports a hardware error; only ``reboot`` clears it.
         """
-        configuration = self._configured()
+        self._configured()
         self._notice(*self._bus.read(self.table.torque, self.table.mark))
         refuse_alert(self._bus, self.spec)
-        self._set_up(configuration)
+        self._set_up()
         if resume_torque:
             self.enable_torque()
 
@@ -334,9 +333,9 @@ class BusServo:
         """Restart the servo, which clears alerts, and set it up again; the motor stays off."""
         self._bus.reboot()
         self._torque = False
-        self._restarted = self.configuration is not None
+        self._restarted = self.watchdog is not None
         await_restart(self._bus, self.spec, self._clock)
-        if self.configuration is not None:
+        if self.watchdog is not None:
             self.recover()
 
     def reconnect(self, *, limit: float = 5.0, resume_torque: bool = False) -> bool:
@@ -355,7 +354,7 @@ class BusServo:
             self._bus.close()
             try:
                 self.open()
-                if self.configuration is not None:
+                if self.watchdog is not None:
                     self.recover(resume_torque=resume_torque)
                 self.counters.reconnects += 1
                 return True
@@ -378,30 +377,31 @@ class BusServo:
             self._keeper.abandon()
             self._keeper = None
 
-    def _set_up(self, configuration: ServoConfiguration) -> None:
+    def _set_up(self) -> None:
         self.disable_torque()
         if self._restarted:
             (position,) = self._bus.read(self.table.position)
             self._spool.restore_turns(position)
             self._restarted = False
-        apply(self._bus, configuration, self.spec)
+        apply(self._bus, self.spec)
 
     def _notice(self, torque: int, mark: int) -> None:
         """Notice that a servo has restarted, or that an alert has switched its motor off."""
         self._torque = self._torque and bool(torque)
-        if self.configuration is not None and mark != self.table.marked and not self._restarted:
+        if self.watchdog is not None and mark != self.table.marked and not self._restarted:
             self._restarted = True
             self.counters.resets += 1
 
-    def _configured(self) -> ServoConfiguration:
-        if self.configuration is None:
+    def _configured(self) -> float:
+        """Return the watchdog's silence [s]; a servo that nobody has configured is refused."""
+        if self.watchdog is None:
             raise SettingMismatch(
                 f"servo {self.identifier} must be configured before it is driven; it is not"
             )
-        return self.configuration
+        return self.watchdog
 
     def _watchdog_text(self) -> str:
         return (
             f"servo {self.identifier} stopped: no instruction came for "
-            f"{self._configured().watchdog:g} s; it takes goals again once the watchdog is cleared"
+            f"{self._configured():g} s; it takes goals again once the watchdog is cleared"
         )

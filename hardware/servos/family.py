@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
-from hardware.servos.base import ServoConfiguration, ServoSettings, ServoSpec
+from hardware.servos.base import ServoSettings, ServoSpec
 from hardware.servos.control_table import ControlTable
 from hardware.servos.serial_bus.packets import Packets
 from hardware.servos.serial_bus.register import Register
@@ -36,7 +36,7 @@ class ServoFamily:
     """Rate of the bus [1/s] -> code in its register, likeliest first."""
     rates_sought: tuple[int, ...]
     """Rates at which servos are looked for, likeliest first [1/s]."""
-    targets: Callable[[ServoConfiguration, ServoSpec], tuple[tuple[Register, int], ...]]
+    targets: Callable[[ServoSpec], tuple[tuple[Register, int], ...]]
     """Registers that must be set before the motor runs, with their counts."""
     read_settings: Callable[[Reader, ServoSpec, str | None], ServoSettings]
     """Reads back all that decides a step response."""

@@ -13,7 +13,7 @@ from hardware.errors import (
     UnsupportedServo,
 )
 from hardware.servos import SERVOS
-from hardware.servos.base import ServoConfiguration, ServoSpec, alert_words
+from hardware.servos.base import ServoSpec, alert_words
 from hardware.servos.bus import Bus
 from hardware.servos.control_table import WATCHDOG_PERIOD
 from hardware.servos.families import FAMILIES
@@ -81,23 +81,23 @@ def await_restart(bus: Bus, spec: ServoSpec, clock: Clock) -> None:
                 raise
 
 
-def apply(bus: Bus, configuration: ServoConfiguration, spec: ServoSpec) -> None:
+def apply(bus: Bus, spec: ServoSpec) -> None:
     """Set a servo whose motor is off, and verify it."""
     if bus.table.watchdog is not None:
         set_verified(bus, bus.table.watchdog, 0)
-    for register, counts in FAMILIES[spec.family].targets(configuration, spec):
+    for register, counts in FAMILIES[spec.family].targets(spec):
         if bus.read(register) != (counts,):  # EEPROM wears out with every write
             bus.write(register, counts)
-    verify(bus, configuration, spec)
+    verify(bus, spec)
 
 
-def verify(bus: Bus, configuration: ServoConfiguration, spec: ServoSpec) -> None:
+def verify(bus: Bus, spec: ServoSpec) -> None:
     """Read everything back that was set.
 
     Raises:
         SettingMismatch: A register differs.
     """
-    for register, counts in FAMILIES[spec.family].targets(configuration, spec):
+    for register, counts in FAMILIES[spec.family].targets(spec):
         (found,) = bus.read(register)
         if found != counts:
             raise SettingMismatch(
@@ -133,15 +133,15 @@ def alert_text(bus: Bus, spec: ServoSpec, error: int) -> str:
     )
 
 
-def arm_watchdog(bus: Bus, configuration: ServoConfiguration) -> None:
-    """Let the servo stop by itself where no instruction comes; armed from a clear state only.
+def arm_watchdog(bus: Bus, watchdog: float) -> None:
+    """Let the servo stop by itself after a silence [s]; armed from a clear state only.
 
     A servo without a watchdog goes on: there is nothing to arm.
     """
     register = bus.table.watchdog
     if register is not None:
         set_verified(bus, register, 0)
-        set_verified(bus, register, round(configuration.watchdog / WATCHDOG_PERIOD))
+        set_verified(bus, register, round(watchdog / WATCHDOG_PERIOD))
 
 
 def switch_off(bus: Bus) -> None:

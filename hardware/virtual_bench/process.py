@@ -90,7 +90,6 @@ class VirtualPorts:
         seed: Which unit, and which noise.
         obstacle: Obstacle in the mechanism's way.
         load_cell_rate: Lines per second: 80, 20 or 10 [Hz].
-        faults: Faults by chance from the beginning.
         servo: Name of the servo.
         wear: What use has done to it: ``new``, ``friction``, ``spool`` or ``planted``.
     """
@@ -102,7 +101,6 @@ class VirtualPorts:
         *,
         obstacle: str = "free",
         load_cell_rate: int = 80,
-        faults: Faults | None = None,
         servo: str = XC330_T288_T.name,
         wear: str = NEW,
     ) -> None:
@@ -128,8 +126,6 @@ class VirtualPorts:
         self._control = socket.socket(socket.AF_UNIX)
         self._control.connect(str(self.folder / CONTROL))
         self._answers = self._control.makefile("rb")
-        if faults is not None:
-            self.set_faults(faults)
 
     @property
     def servo_port(self) -> str:

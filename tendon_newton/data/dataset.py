@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from tendon_newton.data.bench_overrides import read_bench_overrides, write_bench_overrides
-from tendon_newton.data.files.text_file import finite_number
+from tendon_newton.data.files.checked_table import CheckedTable
 from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys, write_toml
 from tendon_newton.data.files.values import are_tables
 from tendon_newton.data.formats.any_file import read_recording_file
@@ -226,6 +226,7 @@ def read_recording(path: Path, entry: Entry) -> Recording:
     except TendonNewtonError as error:
         raise InvalidDataset(f"{where}: {error}") from error
     start: Literal["equilibrium", "first_row"] = entry.get("start", "equilibrium")
+    stated = CheckedTable({"actuator_overrides": {}, **entry}, where, InvalidDataset)
     try:
         return read_recording_file(
             file,
@@ -236,36 +237,12 @@ def read_recording(path: Path, entry: Entry) -> Recording:
             else None,
             start=start,
             bench_overrides=overrides,
-            actuator_overrides=read_numbers(entry.get("actuator_overrides", {}), where),
-            load_cell_rate=read_rate(entry, where),
+            actuator_overrides=stated.numbers("actuator_overrides"),
+            load_cell_rate=stated.number("load_cell_rate") if "load_cell_rate" in entry else None,
             **{key: entry[key] for key in ("obstacle",) if key in entry},
         )
     except OSError as error:
         raise InvalidDataset(f"{where}: cannot be read: {error.strerror or error}") from error
-
-
-def read_rate(entry: Entry, where: str) -> float | None:
-    """Read the load cell's rate [Hz], where an entry gives one."""
-    if "load_cell_rate" not in entry:
-        return None
-    rate = finite_number(entry["load_cell_rate"])
-    if rate is None:
-        raise InvalidDataset(
-            f"{where}: load_cell_rate must be a finite number; it is "
-            f"{shown(entry['load_cell_rate'])}"
-        )
-    return rate
-
-
-def read_numbers(table: dict[str, Any], where: str) -> dict[str, float]:
-    """Read actuator numbers; which keys an actuator knows is checked where it is built."""
-    for key, value in table.items():
-        if finite_number(value) is None:
-            raise InvalidDataset(
-                f"{where}: actuator override {shown(key)} must be a finite number; "
-                f"it is {shown(value)}"
-            )
-    return {key: float(value) for key, value in table.items()}
 
 
 def entry_of(recording: Recording, split: str) -> Entry:

@@ -7,9 +7,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from tendon_newton.data.files.picture import new_figure, save, tidy
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
-from tendon_newton.errors import InvalidOutput, InvalidParameter, unknown_name
+from tendon_newton.errors import InvalidParameter, unknown_name
 from tendon_newton.exports import EXPORTS
 from tendon_newton.exports.departure import Departure, departure, replayed
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
@@ -117,11 +118,7 @@ def plot_comparison(path: Path, comparison: Comparison) -> None:
     Raises:
         InvalidOutput: The file cannot be written.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(10.5, 6.5), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(10.5, 6.5)
     angle, force = figure.subplots(2, 1, sharex=True)
     run = comparison.recordings[0]
     if run.command is not None:
@@ -135,11 +132,7 @@ def plot_comparison(path: Path, comparison: Comparison) -> None:
     force.set_xlabel("time [s]")
     angle.legend(loc="upper right", frameon=False)
     for axes in (angle, force):
-        axes.grid(color="#e4e6ea", linewidth=0.8)
-        axes.spines[["top", "right"]].set_visible(False)
+        tidy(axes)
         axes.margins(x=0.0)
-    figure.suptitle(f"{run.bench}: {run.name}", parse_math=False)  # names are no formulas
-    try:
-        figure.savefig(path, dpi=110)
-    except OSError as error:
-        raise InvalidOutput(f"{path}: {error.strerror or error}") from error
+    figure.suptitle(f"{run.bench}: {run.name}")
+    save(figure, path)

@@ -9,14 +9,15 @@ from typing import Any
 
 import numpy as np
 
+from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.simulation.hosts.rollout import Trajectory
 from tendon_newton.simulation.hosts.timeline import make_timeline
 
 
 def load_program(path: Path) -> Any:
-    """Return a written program as a module; Warp finds its source by its name."""
-    name = f"{path.stem}_{abs(hash(path.read_text('utf-8'))):x}"
+    """Return a written program as a module, whose kernels Warp keeps compiled under its name."""
+    name = f"{path.stem}_{file_hash(path)[:16]}"
     spec: Any = importlib.util.spec_from_file_location(name, path)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)

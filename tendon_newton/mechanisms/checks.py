@@ -11,7 +11,7 @@ from typing import Any
 from tendon_newton.errors import InvalidAsset
 from tendon_newton.mechanisms.asset_library import asset_path
 from tendon_newton.mechanisms.loading import load_mechanism
-from tendon_newton.mechanisms.rules.findings import AssetFinding
+from tendon_newton.mechanisms.rules.findings import STAGE, AssetFinding, about
 from tendon_newton.mechanisms.rules.mechanism_rules import mechanism_findings
 from tendon_newton.mechanisms.rules.stage_rules import stage_findings
 from tendon_newton.mechanisms.usd.stage_file import open_stage, usd_errors
@@ -50,12 +50,11 @@ def validator_findings(stage: Any, path: Path) -> list[AssetFinding]:
             errors = UsdValidation.ValidationContext(validators).Validate(stage)
     except InvalidAsset as error:
         return [
-            AssetFinding(
-                prim="/",
-                rule="usd:Validate",
-                message=f"USD's validators must come to an end; {str(error).rstrip('.')}",
-                remedy="Mend the value that they name",
-                severity="error",
+            about(
+                STAGE,
+                "usd:Validate",
+                f"USD's validators must come to an end; {str(error).rstrip('.')}",
+                "Mend the value that they name",
             )
         ]
     return [_from_validator(error) for error in errors]
@@ -67,10 +66,10 @@ def _from_validator(error: Any) -> AssetFinding:
     prims = [site.GetPrim() for site in error.GetSites()]
     paths = [str(prim.GetPath()) for prim in prims if prim]
     fatal = error.GetType() == UsdValidation.ValidationErrorType.Error
-    return AssetFinding(
-        prim=paths[0] if paths else "/",
-        rule=f"usd:{error.GetName()}",
-        message=" ".join(error.GetMessage().split()).rstrip("."),
-        remedy="Mend what USD's own validator objects to",
-        severity="error" if fatal else "warning",
+    return about(
+        paths[0] if paths else STAGE,
+        f"usd:{error.GetName()}",
+        " ".join(error.GetMessage().split()).rstrip("."),
+        "Mend what USD's own validator objects to",
+        "error" if fatal else "warning",
     )

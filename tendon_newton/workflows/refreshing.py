@@ -13,8 +13,8 @@ from hardware.control.operator import Operator
 from hardware.control.policy_runner import load_policy
 from hardware.deployment.deploy_log import policy_span, step_table
 from tendon_newton import __version__
+from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.files.result_folder import make_folder
-from tendon_newton.data.files.trust import content_hash
 from tendon_newton.data.formats.mcap_file import read_session
 from tendon_newton.data.model_file import load_model, write_model
 from tendon_newton.diagnosis.reporting.report import Origin, write_report
@@ -28,7 +28,7 @@ from train.policy.scoring.bench_climb import climb_on_bench
 from train.policy.scoring.evaluation import Climb, RunnablePolicy, climb_stairs, reachable_error
 from train.policy.scoring.evaluation_figure import draw_climbs
 from train.policy.scoring.evaluation_scores import ClimbScore, score
-from train.policy.worlds.force_model import file_hash
+from train.policy.worlds.force_model import hashes
 from train.refresh.drift import SUSPECTS, find_drift, growth, model_error
 from train.refresh.fit_all_numbers import tune
 from train.refresh.ledger import Ledger
@@ -89,13 +89,13 @@ def refresh(options: RefreshOptions, operator: Operator) -> Drift:
 def open_ledger(options: RefreshOptions, out: Path) -> Ledger:
     """Return how far an earlier call came; other inputs are refused."""
 
-    def hashes(paths: tuple[Path, ...]) -> dict[str, str]:
-        return {str(path): content_hash(path.read_bytes()) for path in log_files(paths)}
+    def by_path(paths: tuple[Path, ...]) -> dict[str, str]:
+        return {str(path): file_hash(path) for path in log_files(paths)}
 
     inputs = {
-        "logs": hashes(options.logs),
-        "reference": hashes(options.reference),
-        "model": file_hash(options.model),
+        "logs": by_path(options.logs),
+        "reference": by_path(options.reference),
+        "model": hashes(options.model)[options.model.name],
         "policy": file_hash(find_training(options.policy).checkpoint),
         "suspects": options.suspects,
         "port": options.port,

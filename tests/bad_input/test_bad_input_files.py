@@ -205,11 +205,11 @@ DATASETS: dict[str, tuple[Damage, tuple[str, ...]]] = {
     ),
     "an actuator number beyond floats": (
         entry(f"actuator_overrides = {{gain = 1{400 * '0'}}}"),
-        ("actuator override 'gain' must be a finite number",),
+        ("actuator_overrides must be an object of finite numbers", "gain"),
     ),
     "an actuator number that is none": (
         entry("actuator_overrides = {gain = nan}"),
-        ("actuator override 'gain' must be a finite number; it is nan",),
+        ("actuator_overrides must be an object of finite numbers; it is {'gain': nan}",),
     ),
     "CSV in UTF-16": (
         junk("train.csv", (HEADER + "0,0,0,0\n").encode("utf-16")),

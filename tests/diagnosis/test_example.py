@@ -1,11 +1,10 @@
 """The bundled example is what its README says that it is."""
 
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from tendon_newton.data.dataset import load_dataset
 from tests.planted.generator import main
@@ -34,14 +33,14 @@ def test_the_example_stays_small() -> None:
     assert sum(file.stat().st_size for file in EXAMPLE.iterdir()) < 1_000_000
 
 
-def test_the_readmes_example_runs_and_names_the_cause() -> None:
+def test_the_readmes_example_runs_and_names_the_cause(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     """The Python block of the README, run as it stands, finds what the bundled dataset hides."""
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     (block,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    run = subprocess.run(
-        [sys.executable, "-c", block], cwd=ROOT, capture_output=True, text=True, check=False
-    )
-    assert run.returncode == 0, run.stderr
-    lines = run.stdout.splitlines()
+    monkeypatch.chdir(ROOT)
+    exec(compile(block, "README.md", "exec"), {})
+    lines = capsys.readouterr().out.splitlines()
     assert "explained" in lines
     assert any(line.startswith("viscous_friction coefficient") for line in lines)

@@ -79,7 +79,7 @@ def test_bags_and_mcap_files_become_one_dataset(bags: Path) -> None:
         ('clock = "log"', 'files = "*.txt"', "no ROS 2 recording"),
         ('clock = "log"', 'files = "../*"', "pattern inside the folder"),
         ("bag_2*", "bag_3*", "no log matches logs.'bag_3*'"),
-        ("gain = 3.0", "gain = true", "must be a table of numbers"),
+        ("gain = 3.0", "gain = true", "must be an object of finite numbers"),
     ],
 )
 def test_a_wrong_mapping_of_topics_is_one_line(

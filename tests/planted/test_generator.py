@@ -23,6 +23,7 @@ from tests.planted.physics.sensors import (
 from tests.planted.sets.draws import EFFECTS, MIX_OF, OUTSIDE
 
 ROOT = Path(__file__).parents[2]
+SHORT = (4.0, 5.0)  # [s] of each recording, where length proves nothing
 FORBIDDEN = (
     "tendon_newton.simulation",
     "tendon_newton.effects",
@@ -45,7 +46,8 @@ def test_the_same_seed_gives_the_same_files(tmp_path: Path) -> None:
     chosen = {"a": 1, "b": 1, "c": 2}
     truths = {
         name: make_dataset(
-            tmp_path / name, Recipe(effects=("coulomb_friction",), seed=seed, mix="F")
+            tmp_path / name,
+            Recipe(effects=("coulomb_friction",), seed=seed, mix="F", duration=SHORT),
         )
         for name, seed in chosen.items()
     }
@@ -105,7 +107,9 @@ def test_two_causes_are_both_in_the_plant(tmp_path: Path) -> None:
 def test_a_tenth_of_the_size_is_about_a_tenth_of_the_strength(tmp_path: Path) -> None:
     """The same seed draws the same command, so only the cause is smaller."""
     whole, tenth = (
-        make_dataset(tmp_path / str(s), Recipe(effects=("gain_error",), seed=4, size=s))
+        make_dataset(
+            tmp_path / str(s), Recipe(effects=("gain_error",), seed=4, size=s, duration=SHORT)
+        )
         for s in (1.0, 0.1)
     )
     assert tenth.strength / whole.strength == pytest.approx(0.1, rel=0.3)

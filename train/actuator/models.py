@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tendon_newton.actuators.networks.artifact import NetworkFile, load_network
+from tendon_newton.data.files.origin import file_hash
 from tendon_newton.errors import InvalidNetworkFile
 from tendon_newton.force_networks.weights_file import SUFFIX
 from train.actuator.ideal import PAPER_GAIN, SERVO_LIMIT, ideal_force, refitted_gain
 from train.actuator.prediction import Prediction, predict
-from train.actuator.samples.folds import file_hash
 
 if TYPE_CHECKING:
     from tendon_newton.data.dataset import Dataset

@@ -11,8 +11,8 @@ import numpy as np
 
 from tendon_newton import __version__
 from tendon_newton.data.files.json_file import write_json
+from tendon_newton.data.files.origin import git_commit
 from tendon_newton.data.files.text_file import write_text
-from train.actuator.fitting.export import git_commit
 from train.reproduction.outcome import Outcome, Row
 from train.reproduction.reproduction import BEST, MODELS, Reproduction
 from train.reproduction.steps.stages import REPRODUCTION_STAGES

@@ -15,11 +15,12 @@ from shutil import rmtree
 from typing import Any
 
 from tendon_newton.data.files.json_file import read_json
+from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.model_file import Model, load_model, write_model
 from tendon_newton.errors import InvalidDataset, InvalidOutput
 from train.actuator.ideal import PAPER_GAIN, SERVO_LIMIT, refitted_gain
-from train.actuator.samples.folds import file_hash, usable
+from train.actuator.samples.folds import usable
 from train.reproduction.bench import ReproductionBench
 from train.reproduction.physical import with_ideal
 from train.reproduction.settings import ReproductionSettings

@@ -9,11 +9,11 @@ from functools import cached_property, lru_cache
 from pathlib import Path
 
 from tendon_newton.data.dataset import FILE_NAME, Dataset, load_dataset
+from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.files.toml_file import read_toml
 from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidDataset
 from tendon_newton.identification.cutting import beginning
-from train.actuator.samples.folds import file_hash
 from train.actuator.samples.protocol import experiment_of, step_hold
 
 RECORDINGS, EXPERIMENTS = "recordings", "experiments"

@@ -25,6 +25,7 @@ from hardware.stop_request import StopRequest
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.excitations import DESIGNED, LARGEST_COMMAND
 from tendon_newton.data.files.json_file import read_json, write_json
+from tendon_newton.data.files.picture import new_figure, save
 from tendon_newton.diagnosis.explanation import Setting
 from tendon_newton.diagnosis.next_experiment.expected_run import Expected, plan_of, posterior_of
 from tendon_newton.diagnosis.next_experiment.run_design import design
@@ -199,11 +200,7 @@ def limits_table(searched: Sequence[int], peaks: Sequence[Peak]) -> str:
 
 def draw_limits(peaks: Sequence[Peak], path: Path) -> None:
     """Draw how many commands stay below a tension, in the three ways of looking."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(6.0, 3.2), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(6.0, 3.2)
     axes = figure.subplots()
     ways = (
         ("designed", BEFORE, "worst model of the search"),
@@ -216,4 +213,4 @@ def draw_limits(peaks: Sequence[Peak], path: Path) -> None:
     axes.axvline(TENSION, color=GREY, linestyle="--", label="limit")
     dress(axes, "largest tension [N]", "commands")
     path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=120)
+    save(figure, path, dpi=120)

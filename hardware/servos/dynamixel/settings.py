@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from hardware.serial_ports import latency_timer
-from hardware.servos.base import PositionGains, ServoConfiguration, ServoSettings, ServoSpec
+from hardware.servos.base import PositionGains, ServoSettings, ServoSpec
 from hardware.servos.control_table import WATCHDOG_PERIOD
 from hardware.servos.dynamixel import registers as r
 from hardware.servos.family import Reader
 from hardware.servos.serial_bus.register import Register
 
 
-def targets(configuration: ServoConfiguration, spec: ServoSpec) -> tuple[tuple[Register, int], ...]:
+def targets(spec: ServoSpec) -> tuple[tuple[Register, int], ...]:
     """Return each register that must be set before the motor runs, with its counts.
 
     The position loop runs on the host, which sends duties. In a position mode the watchdog only
@@ -18,10 +18,10 @@ def targets(configuration: ServoConfiguration, spec: ServoSpec) -> tuple[tuple[R
     """
     gains = PositionGains(proportional=spec.position_gain)
     return (
-        (r.RETURN_DELAY, round(configuration.return_delay / r.RETURN_DELAY_UNIT)),
+        (r.RETURN_DELAY, 0),  # the factory's 0.5 ms wastes half of a read
         (r.DRIVE_MODE, 0),  # positive winds in; profiles by velocity
         (r.OPERATING_MODE, r.PWM_MODE),
-        (r.PWM_LIMIT, round(configuration.duty_limit * spec.duty_counts)),
+        (r.PWM_LIMIT, spec.duty_counts),
         (r.CURRENT_LIMIT, round(spec.current_limit / spec.current_unit)),
         (r.TEMPERATURE_LIMIT, round(spec.temperature_limit)),
         (r.POSITION_P_GAIN, gains.proportional),

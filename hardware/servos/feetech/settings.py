@@ -6,7 +6,6 @@ from hardware.serial_ports import latency_timer
 from hardware.servos.base import (
     OverloadProtection,
     PositionGains,
-    ServoConfiguration,
     ServoSettings,
     ServoSpec,
 )
@@ -18,7 +17,7 @@ COARSE = 50.0
 """Counts of position a second in a count of speed, where Phase (18) does not ask for one [1]."""
 
 
-def targets(configuration: ServoConfiguration, spec: ServoSpec) -> tuple[tuple[Register, int], ...]:
+def targets(spec: ServoSpec) -> tuple[tuple[Register, int], ...]:
     """Return each register that must be set before the motor runs, with its counts.
 
     The lock comes first. Behind it the mode lasts as long as the supply: an arm that somebody else
@@ -26,9 +25,9 @@ def targets(configuration: ServoConfiguration, spec: ServoSpec) -> tuple[tuple[R
     """
     return (
         (r.LOCK, 1),
-        (r.RETURN_DELAY, round(configuration.return_delay / r.RETURN_DELAY_UNIT)),
+        (r.RETURN_DELAY, 0),  # the factory's 0.5 ms wastes half of a read
         (r.OPERATING_MODE, r.PWM_MODE),
-        (r.TORQUE_LIMIT, round(configuration.duty_limit * spec.duty_counts)),
+        (r.TORQUE_LIMIT, spec.duty_counts),
         (r.ACCELERATION, r.TABLE.marked),
     )
 

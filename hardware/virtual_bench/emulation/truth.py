@@ -35,7 +35,8 @@ def write_plant_file(path: Path, unit: Unit) -> None:
             table[f"{part}_{place}"] = listed_values(getattr(line, part))
     effects = actuator_effects(unit) + transmission_effects(unit)
     effects += mechanism_effects(unit) + sensor_effects(unit)
-    write_toml(path, table, effects=[{"name": name, **values} for name, values in effects])
+    rows = [{"name": n, **({"parameters": values} if values else {})} for n, values in effects]
+    write_toml(path, table, effects=rows)
 
 
 def listed_values(constants: Any) -> dict[str, Any]:
@@ -44,7 +45,7 @@ def listed_values(constants: Any) -> dict[str, Any]:
     return {k: [*v] if isinstance(v, tuple) else v for k, v in values.items()}
 
 
-Effect = tuple[str, dict[str, Any]]
+Effect = tuple[str, dict[str, float]]
 
 
 def actuator_effects(unit: Unit) -> list[Effect]:
@@ -63,18 +64,16 @@ def actuator_effects(unit: Unit) -> list[Effect]:
         (
             "stribeck_friction",
             {
-                "parameters": {
-                    "coulomb_force": dry,
-                    "static_force": dry * (1.0 + c.stick_excess),
-                    "stribeck_velocity": c.stribeck_speed,
-                }
+                "coulomb_force": dry,
+                "static_force": dry * (1.0 + c.stick_excess),
+                "stribeck_velocity": c.stribeck_speed,
             },
         ),
-        ("viscous_friction", {"parameters": {"coefficient": damping / c.spool_radius}}),
-        ("load_dependent_friction", {"parameters": {"coefficient": coefficient}}),
+        ("viscous_friction", {"coefficient": damping / c.spool_radius}),
+        ("load_dependent_friction", {"coefficient": coefficient}),
         ("holding_friction", {}),
         ("voltage_sag", {}),
-        ("gain_error", {"parameters": {"scale": gain}}),  # beside the unit's own motor constants
+        ("gain_error", {"scale": gain}),  # beside the unit's own motor constants
     ]
 
 
@@ -83,16 +82,10 @@ def transmission_effects(unit: Unit) -> list[Effect]:
     t = unit.tendon
     stiffness = 1.0 / (1.0 / t.spool_side_stiffness + 1.0 / t.mechanism_side_stiffness)
     return [
-        ("tendon_slack", {"parameters": {"length": t.slack}}),
-        ("tendon_compliance", {"parameters": {"stiffness": stiffness}}),
-        (
-            "routing_friction",
-            {"parameters": {"exponent": t.guide_friction + t.routing_friction}},
-        ),
-        (
-            "spool_radius_error",
-            {"parameters": {"scale": unit.servo.spool_radius / NOMINAL_SPOOL}},
-        ),
+        ("tendon_slack", {"length": t.slack}),
+        ("tendon_compliance", {"stiffness": stiffness}),
+        ("routing_friction", {"exponent": t.guide_friction + t.routing_friction}),
+        ("spool_radius_error", {"scale": unit.servo.spool_radius / NOMINAL_SPOOL}),
     ]
 
 
@@ -102,28 +95,23 @@ def mechanism_effects(unit: Unit) -> list[Effect]:
     if isinstance(c, SliderConstants) and isinstance(nominal, SliderConstants):
         dry = c.rail_friction / (nominal.stiffness * nominal.travel)
         return [
-            ("joint_stiffness_error", {"parameters": {"scale": c.stiffness / nominal.stiffness}}),
-            ("joint_damping_error", {"parameters": {"scale": c.damping / nominal.damping}}),
-            ("inertia_error", {"parameters": {"scale": c.mass / nominal.mass}}),
-            ("joint_dry_friction", {"parameters": {"fraction": dry}}),
+            ("joint_stiffness_error", {"scale": c.stiffness / nominal.stiffness}),
+            ("joint_damping_error", {"scale": c.damping / nominal.damping}),
+            ("inertia_error", {"scale": c.mass / nominal.mass}),
+            ("joint_dry_friction", {"fraction": dry}),
         ]
     assert isinstance(c, FingerConstants | AntagonistConstants)
     assert isinstance(nominal, FingerConstants | AntagonistConstants)
     return [
-        ("joint_stiffness_error", {"parameters": {"scale": ratio(c.stiffness, nominal.stiffness)}}),
-        ("joint_damping_error", {"parameters": {"scale": ratio(c.damping, nominal.damping)}}),
-        ("inertia_error", {"parameters": {"scale": ratio(c.masses, nominal.masses)}}),
+        ("joint_stiffness_error", {"scale": ratio(c.stiffness, nominal.stiffness)}),
+        ("joint_damping_error", {"scale": ratio(c.damping, nominal.damping)}),
+        ("inertia_error", {"scale": ratio(c.masses, nominal.masses)}),
         (
             "viscoelastic_spring",
-            {
-                "parameters": {
-                    "stiffness_ratio": c.maxwell_ratio,
-                    "relaxation_time": c.maxwell_time,
-                }
-            },
+            {"stiffness_ratio": c.maxwell_ratio, "relaxation_time": c.maxwell_time},
         ),
         ("spring_stiffening", {}),
-        ("gravity_misalignment", {"parameters": {"angle": c.tilt}}),
+        ("gravity_misalignment", {"angle": c.tilt}),
     ]
 
 
@@ -131,8 +119,8 @@ def sensor_effects(unit: Unit) -> list[Effect]:
     """Return what the sensors add, once the cell is calibrated."""
     late = CELL_PERIOD * (0.5 + sum(k * weight for k, weight in enumerate(FILTER)))
     return [
-        ("load_cell_delay", {"parameters": {"delay": late}}),
-        ("load_cell_drift", {"parameters": {"rate": unit.load_cell.drift}}),
+        ("load_cell_delay", {"delay": late}),
+        ("load_cell_drift", {"rate": unit.load_cell.drift}),
         ("position_offset", {}),
     ]
 

@@ -30,10 +30,12 @@ TAPE_ROLL = Grip(start=0.0, end=FOREVER, place=0.87, stiffness=3000.0, damping=2
 """Met at half closure: half of the finger's 1.736 rad."""
 HAND = Grip(start=0.0, end=FOREVER, place=0.0, stiffness=900.0, damping=15.0)
 """Blocks from the start; flesh is softer than tape."""
+HAND_STAYS = 3600.0
+"""Time for which a perturbing hand comes and goes [s]."""
 OBSTACLES = ("free", "tape_roll", "hand", "hand_perturbation")
 
 
-def grips(name: str, seed: int, duration: float = 3600.0) -> tuple[Grip, ...]:
+def grips(name: str, seed: int) -> tuple[Grip, ...]:
     """Return an obstacle's stays.
 
     A perturbing hand comes about every 2.5 s for 0.3 to 1.2 s, at a drawn place with a drawn
@@ -52,7 +54,7 @@ def grips(name: str, seed: int, duration: float = 3600.0) -> tuple[Grip, ...]:
         return (HAND,)
     rng, time = random.Random(f"hand {seed}"), 0.0
     stays: list[Grip] = []
-    while time < duration:
+    while time < HAND_STAYS:
         time += rng.expovariate(1.0 / 1.7) + 0.3
         length = rng.uniform(0.3, 1.2)
         stays.append(

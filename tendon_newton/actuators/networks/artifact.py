@@ -22,9 +22,10 @@ from torch import Tensor, nn
 from tendon_newton.data.cards.force_network_card import INPUTS, ForceNetworkCard
 from tendon_newton.data.cards.policy_card import PolicyCard
 from tendon_newton.data.files.guarded import TooMuch, guarded
+from tendon_newton.data.files.origin import content_hash
 from tendon_newton.data.files.text_file import read_bytes, write_bytes
 from tendon_newton.data.files.torchscript_archive import START, read_extra, refuse_damage
-from tendon_newton.data.files.trust import VARIABLE, content_hash, is_trusted, trust_content
+from tendon_newton.data.files.trust import VARIABLE, is_trusted, trust_content
 from tendon_newton.errors import InvalidNetworkFile, UntrustedNetworkFile
 from tendon_newton.force_networks import FORCE_NETWORKS, find_force_network
 from tendon_newton.force_networks.weights_file import (

@@ -2,11 +2,11 @@
 
 import json
 from collections.abc import Callable, Iterable, Mapping
-from math import isfinite
 from typing import Any, TypeVar
 
+from tendon_newton.data.files.checked_table import CheckedTable
 from tendon_newton.data.files.json_file import refuse_constant
-from tendon_newton.data.files.values import is_list, is_table
+from tendon_newton.data.files.values import is_table
 from tendon_newton.errors import TendonNewtonError, shown
 
 Card = TypeVar("Card")
@@ -18,7 +18,7 @@ REASON_LENGTH = 200
 
 def read_card_json(
     text: str,
-    build: Callable[[Mapping[str, Any]], Card],
+    build: Callable[[CheckedTable], Card],
     first: Mapping[str, Any],
     fault: type[TendonNewtonError],
 ) -> Card:
@@ -41,7 +41,7 @@ def read_card_json(
         fault,
     )
     try:
-        return build(table)
+        return build(CheckedTable(table, "card", fault))
     except KeyError as error:
         raise fault(f"card: key {error.args[0]!r} is missing") from error
     except (TypeError, ValueError, AttributeError, IndexError, OverflowError) as error:
@@ -62,32 +62,3 @@ def refuse_broken(
     for name, came, kept, promised in promises:
         if not kept:
             raise fault(f"card: {name}{owner} must be {promised}; it is {shown(came)}")
-
-
-def pair(value: Any) -> tuple[float, float]:
-    """Return two numbers."""
-    if not is_list(value) or len(value) != 2:
-        raise TypeError(f"two numbers are needed; there is {shown(value)}")
-    return number(value[0]), number(value[1])
-
-
-def number(value: Any) -> float:
-    """Return a finite number; words that look like one are none."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
-        raise TypeError(f"a number is needed; there is {shown(value)}")
-    return float(value)
-
-
-def whole(table: Mapping[str, Any], key: str) -> int:
-    """Return the value of a key that must be a whole number."""
-    value = table[key]
-    if isinstance(value, bool) or not isinstance(value, int):
-        raise TypeError(f"{key} must be a whole number; it is {shown(value)}")
-    return value
-
-
-def word(value: Any) -> str:
-    """Return a word."""
-    if not isinstance(value, str):
-        raise TypeError(f"a word is needed; there is {shown(value)}")
-    return value

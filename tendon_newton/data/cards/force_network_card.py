@@ -7,11 +7,12 @@ It is the JSON text ``card.json`` among the extra files of a TorchScript file, a
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from math import isfinite
-from typing import Any, Literal
+from typing import Literal
 
-from tendon_newton.data.cards.card_json import read_card_json, refuse_broken, whole
+from tendon_newton.data.cards.card_json import read_card_json, refuse_broken
+from tendon_newton.data.files.checked_table import CheckedTable
 from tendon_newton.errors import InvalidNetworkFile
 
 SCHEMA = 1
@@ -170,29 +171,38 @@ HOLD_KEYS = {"stiffness": "stiffness_n_per_rad", "damping": "damping_n_s_per_rad
 """The same of a `HoldLaw`."""
 
 
-def read_card(table: Mapping[str, Any]) -> ForceNetworkCard:
+def read_card(table: CheckedTable) -> ForceNetworkCard:
     """Build a card from the table that JSON gives."""
-    training, held_out = table["training"], table.get("held_out")
-    hold = table.get("hold", {})
+    training, bounds = table.table("training"), table.table("bounds")
+    hold = PLAIN_HOLD
+    if "hold" in table:
+        stated = table.table("hold", **dict.fromkeys(HOLD_KEYS.values(), 0.0))
+        hold = HoldLaw(**{name: stated.number(key) for name, key in HOLD_KEYS.items()})
+    held_out = table.values.get("held_out")
     return ForceNetworkCard(
-        schema=table["schema"],
-        kind=table["kind"],
-        network_set=str(table.get("network_set", "")),
-        parameter_count=int(table.get("parameter_count", 0)),
-        inputs=tuple(table["inputs"]),
-        units=tuple(table["units"]),
-        window=whole(table, "window"),
-        rate=float(table["rate_hz"]),
-        force_limit=float(table["force_limit_n"]),
-        streaming=bool(table["streaming"]),
-        bounds={str(k): (float(v[0]), float(v[1])) for k, v in table["bounds"].items()},
+        schema=table.whole("schema"),
+        kind=table.values["kind"],
+        network_set=str(table.values.get("network_set", "")),
+        parameter_count=int(table.values.get("parameter_count", 0)),
+        inputs=table.words("inputs"),
+        units=table.words("units"),
+        window=table.whole("window"),
+        rate=table.number("rate_hz"),
+        force_limit=table.number("force_limit_n"),
+        streaming=bool(table.values["streaming"]),
+        bounds={name: bounds.pair(name) for name in bounds.values},
         training=Training(
-            recordings=tuple(TrainingRecording(**row) for row in training["recordings"]),
-            **{f.name: training[f.name] for f in fields(Training) if f.name != "recordings"},
+            recordings=tuple(
+                TrainingRecording(**row.values) for row in training.tables("recordings")
+            ),
+            split=training.word("split"),
+            seed=training.whole("seed"),
+            git_commit=training.word_or_none("git_commit"),
+            version=training.word("version"),
         ),
         held_out=None
         if held_out is None
         else HeldOut(**held_out | {"recordings": tuple(held_out["recordings"])}),
-        purpose=table.get("purpose", "prediction"),
-        hold=HoldLaw(**{name: float(hold.get(key, 0.0)) for name, key in HOLD_KEYS.items()}),
+        purpose=table.values.get("purpose", "prediction"),
+        hold=hold,
     )

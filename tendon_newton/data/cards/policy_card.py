@@ -13,16 +13,9 @@ from pathlib import PurePath
 from types import MappingProxyType
 from typing import Any, Literal
 
-from tendon_newton.data.cards.card_json import (
-    Promise,
-    number,
-    pair,
-    read_card_json,
-    refuse_broken,
-    whole,
-    word,
-)
+from tendon_newton.data.cards.card_json import Promise, read_card_json, refuse_broken
 from tendon_newton.data.cards.policy_observation import HISTORY, RATE, SAMPLE, SERVO_RATE, sample_of
+from tendon_newton.data.files.checked_table import CheckedTable
 from tendon_newton.errors import InvalidPolicyFile
 
 SCHEMA = 1
@@ -241,12 +234,8 @@ class PolicyCard:
                 "clip": self.action_clip,
                 "meaning": self.action_meaning,
             },
-            "command_range_rad": list(self.command_range),
-            **({} if self.pay_out is None else {"pay_out_rad": list(self.pay_out)}),
+            **drive_table(self),
             "goal_range_rad": list(self.goal_range),
-            "spool_radius_m": self.spool_radius,
-            "servo": self.servo,
-            "force_limit_n": self.force_limit,
             "normalisation": self.normalisation,
             "model": self.model,
             **(
@@ -268,50 +257,51 @@ class PolicyCard:
         return read_card_json(text, read_card, {"schema": SCHEMA}, InvalidPolicyFile)
 
 
-def read_card(table: Mapping[str, Any]) -> PolicyCard:
+def read_card(table: CheckedTable) -> PolicyCard:
     """Build a card from the table that JSON gives."""
-    training, action = table["training"], table["action"]
-    goals = table.get("goal_range_rad")
+    training = table.table("training", samples=0, force="", randomisation={}, files={})
+    ranges, files = training.table("randomisation"), training.table("files")
+    action = table.table("action")
+    goals = {"goal_range": table.pair("goal_range_rad")} if "goal_range_rad" in table else {}
+    further = table.tables("further_servos") if "further_servos" in table else []
     return PolicyCard(
-        schema=table["schema"],
-        observation=tuple((word(name), word(unit)) for name, unit in table["observation"]),
-        history=whole(table, "history"),
-        rate=number(table["rate_hz"]),
-        servo_rate=number(table["servo_rate_hz"]),
-        action_unit=word(action["unit"]),
-        action_clip=number(action["clip"]),
-        action_meaning=word(action["meaning"]),
-        normalisation=table["normalisation"],
-        model=None if table["model"] is None else word(table["model"]),
+        schema=table.whole("schema"),
+        observation=tuple((name, unit) for name, unit in table.values["observation"]),
+        history=table.whole("history"),
+        rate=table.number("rate_hz"),
+        servo_rate=table.number("servo_rate_hz"),
+        action_unit=action.word("unit"),
+        action_clip=action.number("clip"),
+        action_meaning=action.word("meaning"),
+        normalisation=table.values["normalisation"],
+        model=table.word_or_none("model"),
         training=PolicyTraining(
-            seed=whole(training, "seed"),
-            git_commit=None if training["git_commit"] is None else word(training["git_commit"]),
-            version=word(training["version"]),
-            samples=whole({"samples": 0, **training}, "samples"),
-            force=word(training.get("force", "")),
-            randomisation={k: pair(v) for k, v in training.get("randomisation", {}).items()},
-            files={k: word(v) for k, v in training.get("files", {}).items()},
+            seed=training.whole("seed"),
+            git_commit=training.word_or_none("git_commit"),
+            version=training.word("version"),
+            samples=training.whole("samples"),
+            force=training.word("force"),
+            randomisation={name: ranges.pair(name) for name in ranges.values},
+            files={name: files.word(name) for name in files.values},
         ),
-        further_servos=tuple(
-            FurtherServo(**drive_values(each)) for each in table.get("further_servos", [])
-        ),
-        **({} if goals is None else {"goal_range": pair(goals)}),
+        further_servos=tuple(FurtherServo(**drive_values(each)) for each in further),
+        **goals,
         **drive_values(table),
     )
 
 
-def drive_values(table: Mapping[str, Any]) -> dict[str, Any]:
+def drive_values(table: CheckedTable) -> dict[str, Any]:
     """Return what JSON says of one servo, by the names of our attributes."""
     return {
-        "command_range": pair(table["command_range_rad"]),
-        "spool_radius": number(table["spool_radius_m"]),
-        "servo": word(table["servo"]),
-        "force_limit": number(table["force_limit_n"]),
-        "pay_out": pair(table["pay_out_rad"]) if "pay_out_rad" in table else None,
+        "command_range": table.pair("command_range_rad"),
+        "spool_radius": table.number("spool_radius_m"),
+        "servo": table.word("servo"),
+        "force_limit": table.number("force_limit_n"),
+        "pay_out": table.pair("pay_out_rad") if "pay_out_rad" in table else None,
     }
 
 
-def drive_table(servo: FurtherServo) -> dict[str, Any]:
+def drive_table(servo: PolicyCard | FurtherServo) -> dict[str, Any]:
     """Return what JSON says of one servo."""
     return {
         "command_range_rad": list(servo.command_range),

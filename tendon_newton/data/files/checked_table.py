@@ -8,7 +8,7 @@ from typing import Any, NoReturn
 
 from tendon_newton.data.files.json_file import read_json
 from tendon_newton.data.files.text_file import finite_number
-from tendon_newton.data.files.values import are_tables, are_words, is_table
+from tendon_newton.data.files.values import are_tables, are_words, is_list, is_table
 from tendon_newton.errors import TendonNewtonError, listed, shown
 
 
@@ -37,6 +37,25 @@ class CheckedTable:
         number = finite_number(self.values.get(key))
         return self.refuse(key, "a finite number") if number is None else number
 
+    def whole(self, key: str) -> int:
+        """Return the whole number under a key."""
+        number = self.values.get(key)
+        if isinstance(number, bool) or not isinstance(number, int):
+            self.refuse(key, "a whole number")
+        return number
+
+    def pair(self, key: str) -> tuple[float, float]:
+        """Return the two finite numbers under a key."""
+        pair = self.values.get(key)
+        numbers = [finite_number(value) for value in pair] if is_list(pair) else []
+        if len(numbers) != 2 or numbers[0] is None or numbers[1] is None:
+            self.refuse(key, "two finite numbers")
+        return numbers[0], numbers[1]
+
+    def word_or_none(self, key: str) -> str | None:
+        """Return the text under a key, None where null stands there."""
+        return None if key in self and self.values[key] is None else self.word(key)
+
     def word(self, key: str) -> str:
         """Return the text under a key."""
         word = self.values.get(key)
@@ -58,12 +77,17 @@ class CheckedTable:
                 return known
         self.refuse(key, "an object of finite numbers")
 
-    def table(self, key: str) -> CheckedTable:
-        """Return the object under a key."""
+    def table(self, key: str, **absent: Any) -> CheckedTable:
+        """Return the object under a key.
+
+        Args:
+            key: The key.
+            **absent: What holds for keys that the object does not have.
+        """
         table = self.values.get(key)
         if not is_table(table):
             self.refuse(key, "an object")
-        return CheckedTable(table, f"{self.where}: {key}", self._fault)
+        return CheckedTable(absent | table, f"{self.where}: {key}", self._fault)
 
     def tables(self, key: str, *, hint: str = "") -> list[CheckedTable]:
         """Return the objects in the list under a key.

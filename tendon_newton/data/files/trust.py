@@ -8,20 +8,15 @@ process, separated by commas.
 
 from __future__ import annotations
 
-import hashlib
 import os
 import re
 from pathlib import Path
 
+from tendon_newton.data.files.origin import content_hash
 from tendon_newton.errors import InvalidOutput
 
 VARIABLE = "TENDON_NEWTON_TRUST"
 HASH = re.compile(r"[0-9a-f]{64}")
-
-
-def content_hash(content: bytes) -> str:
-    """Return the SHA-256 of a file's bytes, in hexadecimal."""
-    return hashlib.sha256(content).hexdigest()
 
 
 def trust_file() -> Path:

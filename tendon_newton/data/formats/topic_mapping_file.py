@@ -56,11 +56,16 @@ def read_topics(path: Path, mapped: Columns, clock: Any) -> TopicMapping | None:
             f"{path}: the time of a ROS 2 recording is that of its messages, by their stamps or "
             'by when they were recorded (clock = "log"); leave t out'
         )
-    if clock is not None and not (isinstance(clock, str) and clock):
-        raise InvalidMapping(f"{path}: clock must be a word; it is {shown(clock)}")
     return TopicMapping(
         sources=sources,
         differentiate="theta_dot" in mapped and "theta_dot" not in sources,
-        clock=clock or "header",
+        clock=word(path, "clock", clock) or "header",
         path=path,
     )
+
+
+def word(path: Path, key: str, value: Any) -> str | None:
+    """Return a word, None where it is not given."""
+    if value is not None and not (isinstance(value, str) and value):
+        raise InvalidMapping(f"{path}: {key} must be a word; it is {shown(value)}")
+    return value

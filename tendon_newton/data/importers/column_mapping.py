@@ -16,6 +16,7 @@ from tendon_newton.data.formats.topic_mapping_file import (
     Columns,
     read_columns,
     read_topics,
+    word,
 )
 from tendon_newton.data.importers.csv_dialect import CsvDialect
 from tendon_newton.data.importers.stated_numbers import STATED_KEYS, StatedNumbers, read_stated
@@ -140,10 +141,3 @@ def positive(path: Path, key: str, value: Any) -> float:
     if number is None or number <= 0.0:
         raise InvalidMapping(f"{path}: {key} must be a positive number; it is {shown(value)}")
     return number
-
-
-def word(path: Path, key: str, value: Any) -> str | None:
-    """Return a word, None where it is not given."""
-    if value is not None and not (isinstance(value, str) and value):
-        raise InvalidMapping(f"{path}: {key} must be a word; it is {shown(value)}")
-    return value

@@ -1,6 +1,5 @@
 """Anybody's CSV, JSON and ROS 2 logs, by a mapping file (see ``docs/recordings_mapping.md``)."""
 
-import hashlib
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -8,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from tendon_newton.data.checks.finding import Finding
-from tendon_newton.data.files.text_file import BLOCK
+from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.formats.any_file import read_recording_file
 from tendon_newton.data.formats.rosbag import METADATA_FILE
 from tendon_newton.data.importers.column_mapping import ColumnMapping, read_mapping
@@ -107,20 +106,9 @@ def read_log(folder: Path, path: Path, mapping: ColumnMapping) -> tuple[Imported
         recording=recording,
         conditions={"file": stem, **{f"part{k}": p for k, p in enumerate(stem.split("_"))}},
         source=path,
-        sha256=digest(path),
+        sha256=file_hash(path),
     )
     return log, found
-
-
-def digest(path: Path) -> str:
-    """Return the digest of a file, or of all files in a folder."""
-    files = sorted(file for file in path.rglob("*") if file.is_file()) if path.is_dir() else [path]
-    digest = hashlib.sha256()
-    for each in files:
-        with each.open("rb") as file:
-            while block := file.read(BLOCK):
-                digest.update(block)
-    return digest.hexdigest()
 
 
 def messages_recording(path: Path, name: str, mapping: ColumnMapping) -> Recording:

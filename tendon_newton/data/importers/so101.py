@@ -9,7 +9,6 @@ brackets lists one number per joint. Every joint of every motion becomes one rec
 from __future__ import annotations
 
 import csv
-import hashlib
 import json
 from array import array
 from collections.abc import Sequence
@@ -17,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tendon_newton.data.files.origin import content_hash
 from tendon_newton.data.files.text_file import (
     LOG_SIZE_LIMIT,
     SIZE_LIMIT,
@@ -105,7 +105,7 @@ def read_motion(folder: Path) -> list[ImportedLog]:
             f"{folder}: control.csv and state_motor.csv must have the same timestamps; they have "
             f"{len(control['timestamp'])} and {len(state['timestamp'])} rows that differ"
         )
-    digest = hashlib.sha256(b"".join((folder / name).read_bytes() for name in FILES)).hexdigest()
+    digest = content_hash(b"".join((folder / name).read_bytes() for name in FILES))
     return [
         ImportedLog(
             recording=joint_recording(folder.name, joint, j, control, state),

@@ -5,9 +5,9 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from tendon_newton.data.bench_overrides import BenchOverrides, read_bench_overrides
+from tendon_newton.data.files.checked_table import CheckedTable
 from tendon_newton.data.files.text_file import finite_number
 from tendon_newton.data.files.toml_file import refuse_unknown_keys
-from tendon_newton.data.files.values import is_table
 from tendon_newton.data.recording import no_overrides
 from tendon_newton.errors import InvalidMapping, TendonNewtonError, shown
 
@@ -66,21 +66,11 @@ def read_stated(where: str, pattern: str, table: Mapping[str, Any]) -> StatedNum
         overrides = read_bench_overrides(table.get("bench_overrides", {}))
     except TendonNewtonError as error:
         raise InvalidMapping(f"{where}: {error}") from error
+    stated = CheckedTable({"actuator_overrides": {}, **table}, where, InvalidMapping)
     return StatedNumbers(
         pattern=pattern,
         start=start,
         bench_overrides=overrides,
-        actuator_overrides=read_numbers(where, table.get("actuator_overrides", {})),
+        actuator_overrides=stated.numbers("actuator_overrides"),
         load_cell_rate=rate if "load_cell_rate" in table else None,
     )
-
-
-def read_numbers(where: str, table: Any) -> dict[str, float]:
-    """Read numbers of the actuator; which it knows is checked where it is built."""
-    numbers = table if is_table(table) else {"": table}
-    for key, value in numbers.items():
-        if not key or finite_number(value) is None:
-            raise InvalidMapping(
-                f"{where}: actuator_overrides must be a table of numbers; it is {shown(table)}"
-            )
-    return {key: float(value) for key, value in numbers.items()}

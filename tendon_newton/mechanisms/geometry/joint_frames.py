@@ -79,13 +79,13 @@ def way_between(parents: tuple[int, ...], seen_from: int, body: int) -> tuple[tu
         seen_from: The link that looks; -1 is the base.
         body: The link that is looked at.
     """
-    looking, carrying = _line(parents, seen_from), _line(parents, body)
+    looking, carrying = ancestors(parents, seen_from), ancestors(parents, body)
     up = [(joint, -1) for joint in looking if joint not in carrying]
     down = [(joint, 1) for joint in reversed(carrying) if joint not in looking]
     return (*up, *down)
 
 
-def _line(parents: tuple[int, ...], body: int) -> list[int]:
+def ancestors(parents: tuple[int, ...], body: int) -> list[int]:
     """Return the joints that move a link: its own and all before it."""
     line = []
     while body >= 0:

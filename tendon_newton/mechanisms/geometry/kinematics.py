@@ -28,15 +28,6 @@ def tip_position(mechanism: Mechanism, joint_position: Array) -> Array | None:
     return frames.place(tip.body, tip.point)
 
 
-def ancestors(mechanism: Mechanism, index: int) -> list[int]:
-    """Return the joints that move a link: its own and all before it."""
-    chain = []
-    while index >= 0:
-        chain.append(index)
-        index = mechanism.joints[index].parent
-    return chain
-
-
 def chain_points(mechanism: Mechanism, joint_position: Array) -> list[Array]:
     """Return the ends of every bone of a posture [m]: where it starts, and what it carries."""
     frames = posture(mechanism, joint_position)

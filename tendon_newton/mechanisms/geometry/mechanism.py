@@ -52,6 +52,11 @@ class Mechanism:
         return tuple(joint.kind for joint in self.joints)
 
     @property
+    def parents(self) -> tuple[int, ...]:
+        """Parent of each joint, -1 for the base."""
+        return tuple(joint.parent for joint in self.joints)
+
+    @property
     def joint_limits(self) -> tuple[tuple[float, float], ...]:
         """Ends of each joint's range [rad]."""
         return tuple(joint.limits for joint in self.joints)

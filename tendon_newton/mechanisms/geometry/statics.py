@@ -16,9 +16,9 @@ import numpy as np
 
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidParameter
-from tendon_newton.mechanisms.geometry.joint_frames import cross
+from tendon_newton.mechanisms.geometry.joint_frames import ancestors, cross
 from tendon_newton.mechanisms.geometry.joints import freeze_arrays
-from tendon_newton.mechanisms.geometry.kinematics import ancestors, posture, tip_position
+from tendon_newton.mechanisms.geometry.kinematics import posture, tip_position
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import arm_slope, excursion, moment_arms
 
@@ -61,7 +61,7 @@ def gravity_torque(
     torque = np.zeros(len(mechanism.joints))
     for link, joint in enumerate(mechanism.joints):
         center = frames.position[link] + frames.rotation[link] @ joint.center_of_mass
-        for j in ancestors(mechanism, link):
+        for j in ancestors(mechanism.parents, link):
             if mechanism.joints[j].kind == "prismatic":
                 direction = frames.axis[j]
             else:

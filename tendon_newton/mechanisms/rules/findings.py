@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Literal
 
+STAGE = "/"
+"""Stands in the place of a prim for the whole stage."""
 Severity = Literal["error", "warning", "note"]
 
 
@@ -13,7 +15,7 @@ class AssetFinding:
     """One thing that is wrong, doubtful or worth knowing about an asset."""
 
     prim: str
-    """Path of the prim, or ``/`` for the stage."""
+    """Path of the prim, or `STAGE`."""
     rule: str
     """Name of the rule."""
     message: str
@@ -27,7 +29,6 @@ class AssetFinding:
 def about(
     prim: Any, rule: str, message: str, remedy: str, severity: Severity = "error"
 ) -> AssetFinding:
-    """Build the finding about a prim of a stage."""
-    return AssetFinding(
-        prim=str(prim.GetPath()), rule=rule, message=message, remedy=remedy, severity=severity
-    )
+    """Build the finding about a prim of a stage, or about the path of one."""
+    path = prim if isinstance(prim, str) else str(prim.GetPath())
+    return AssetFinding(prim=path, rule=rule, message=message, remedy=remedy, severity=severity)

@@ -15,7 +15,7 @@ from tendon_newton.mechanisms.rules.chain import (
     moved_joints,
     relationship_targets,
 )
-from tendon_newton.mechanisms.rules.findings import AssetFinding, about
+from tendon_newton.mechanisms.rules.findings import STAGE, AssetFinding, about
 from tendon_newton.mechanisms.rules.link_rules import is_link
 from tendon_newton.mechanisms.rules.spring_rules import check_losses, check_spring, check_stops
 from tendon_newton.mechanisms.rules.tendon_rules import joint_tendons
@@ -30,12 +30,11 @@ FRAME_GAP = 1.0e-4
 def joint_findings(stage: Any) -> Iterator[AssetFinding]:
     """Apply every rule for joints to a stage."""
     if not moved_joints(stage):
-        yield AssetFinding(
-            prim="/",
-            rule="joint",
-            message="a mechanism needs a revolute or prismatic joint; there is none",
-            remedy="Add a PhysicsRevoluteJoint or PhysicsPrismaticJoint",
-            severity="error",
+        yield about(
+            STAGE,
+            "joint",
+            "a mechanism needs a revolute or prismatic joint; there is none",
+            "Add a PhysicsRevoluteJoint or PhysicsPrismaticJoint",
         )
     for prim in all_joints(stage):
         if prim.GetTypeName() not in (*JOINT_TYPES, "PhysicsFixedJoint"):

@@ -16,7 +16,7 @@ from tendon_newton.mechanisms.geometry.statics import (
     closing_tension,
     equilibrium,
 )
-from tendon_newton.mechanisms.rules.findings import AssetFinding, Severity
+from tendon_newton.mechanisms.rules.findings import STAGE, AssetFinding, about
 from tendon_newton.mechanisms.rules.routed_rules import routed_findings
 
 TURN_LIMIT = 2.0
@@ -51,8 +51,8 @@ def mechanism_findings(mechanism: Mechanism) -> Iterator[AssetFinding]:
             yield from _check_slack(mechanism, tendon)
             yield from _check_closing(mechanism, index)
         except InvalidParameter as error:
-            yield _finding(
-                tendon,
+            yield about(
+                tendon.prim,
                 "equilibrium",
                 "a mechanism comes to rest at every tension; " + str(error).rstrip("."),
                 "Give every joint a spring or stop that holds it",
@@ -79,20 +79,12 @@ def arm_errors(mechanism: Mechanism, tendon: Tendon, count: int = 9) -> Array:
     return moment_arms(tendon, positions) - np.stack(slopes, axis=-1)
 
 
-def _finding(
-    tendon: Tendon, rule: str, message: str, remedy: str, severity: Severity
-) -> AssetFinding:
-    return AssetFinding(
-        prim=tendon.prim, rule=rule, message=message, remedy=remedy, severity=severity
-    )
-
-
 def _check_arms(mechanism: Mechanism, tendon: Tendon) -> Iterator[AssetFinding]:
     worst = float(np.max(np.abs(arm_errors(mechanism, tendon))))
     arms = moment_arms(tendon, range_positions(mechanism, RANGE_STEPS))
     if worst > ARM_TOLERANCE * float(np.max(np.abs(arms))):
-        yield _finding(
-            tendon,
+        yield about(
+            tendon.prim,
             "moment_arm",
             f"moment arms must be the slope of the excursion; they differ by up to {worst:.3g} m",
             "Mend the tendon's path",
@@ -102,13 +94,13 @@ def _check_arms(mechanism: Mechanism, tendon: Tendon) -> Iterator[AssetFinding]:
 
 def _check_tip(mechanism: Mechanism) -> Iterator[AssetFinding]:
     if mechanism.tip is None and "prismatic" not in mechanism.joint_kinds:
-        yield AssetFinding(
-            prim="/",
-            rule="tip",
-            message="a finger has a tip; there is no site named tip, so that recordings cannot be "
+        yield about(
+            STAGE,
+            "tip",
+            "a finger has a tip; there is no site named tip, so that recordings cannot be "
             "compared with tip_x and tip_z",
-            remedy="Add a Sphere named tip with MjcSiteAPI to the last link",
-            severity="note",
+            "Add a Sphere named tip with MjcSiteAPI to the last link",
+            "note",
         )
 
 
@@ -118,8 +110,8 @@ def _check_slack(mechanism: Mechanism, tendon: Tendon) -> Iterator[AssetFinding]
     still = equilibrium(mechanism, np.zeros(len(mechanism.tendons)))
     share = float((excursion(tendon, still) - opened) / (closed - opened))
     if share > SLACK_NOTE:
-        yield _finding(
-            tendon,
+        yield about(
+            tendon.prim,
             "slack",
             f"a slack tendon leaves the mechanism open; here it rests {100.0 * share:.0f} % closed "
             f"at {np.array2string(still, precision=3)}, and the string hangs in what lies before",
@@ -132,8 +124,8 @@ def _check_spool(mechanism: Mechanism, tendon: Tendon) -> Iterator[AssetFinding]
     ends = excursion(tendon, range_positions(mechanism, 2))
     turns = float(np.ptp(ends)) / (2.0 * np.pi * tendon.spool_radius)
     if turns > TURN_LIMIT:
-        yield _finding(
-            tendon,
+        yield about(
+            tendon.prim,
             "spool",
             f"a spool keeps its radius for {TURN_LIMIT:g} turns; the range winds {turns:.1f}",
             "Check tendon:spoolRadius [m] and the moment arms [m]",
@@ -151,8 +143,8 @@ def _check_closing(mechanism: Mechanism, index: int) -> Iterator[AssetFinding]:
     wound = float(np.interp(tendon.force_limit, path.tension, path.excursion))
     share = (wound - path.excursion[0]) / (path.excursion[-1] - path.excursion[0])
     drives = share >= REACH_LIMIT
-    yield _finding(
-        tendon,
+    yield about(
+        tendon.prim,
         "closing_force",
         f"closing takes {needed:.3g} N at rest; the servo's {tendon.force_limit:g} N reach "
         f"{100.0 * share:.0f} % of the range",

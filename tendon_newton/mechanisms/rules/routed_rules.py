@@ -10,7 +10,7 @@ from tendon_newton.data.recording import Array
 from tendon_newton.mechanisms.geometry.joint_frames import frames_of
 from tendon_newton.mechanisms.geometry.parts import Tendon, moment_arms
 from tendon_newton.mechanisms.geometry.routing import Pulley, Route, Span, seen_ends
-from tendon_newton.mechanisms.rules.findings import AssetFinding
+from tendon_newton.mechanisms.rules.findings import AssetFinding, about
 from tendon_newton.mechanisms.usd.usd_route import turned_span
 
 NO_ARM = 1.0e-6
@@ -42,22 +42,22 @@ def _check_signs(
     for j, name in enumerate(joint_names):
         low, high = float(arms[:, j].min()), float(arms[:, j].max())
         if low < -NO_ARM and high > NO_ARM:
-            yield AssetFinding(
-                prim=tendon.prim,
-                rule="moment_arm_sign",
-                message=f"a tendon closes a joint or opens it over the whole range; about {name} "
+            yield about(
+                tendon.prim,
+                "moment_arm_sign",
+                f"a tendon closes a joint or opens it over the whole range; about {name} "
                 f"its moment arm goes from {1e3 * low:.3g} to {1e3 * high:.3g} mm",
-                remedy="Move its sites to one side of the axis, or shorten the range",
-                severity="warning",
+                "Move its sites to one side of the axis, or shorten the range",
+                "warning",
             )
     if np.all(arms < NO_ARM) and np.any(arms < -NO_ARM):
-        yield AssetFinding(
-            prim=tendon.prim,
-            rule="moment_arm_sign",
-            message="a tendon closes a joint where its moment arm is positive; this one opens all "
+        yield about(
+            tendon.prim,
+            "moment_arm_sign",
+            "a tendon closes a joint where its moment arm is positive; this one opens all "
             "that it moves",
-            remedy="Nothing, if that is meant",
-            severity="note",
+            "Nothing, if that is meant",
+            "note",
         )
 
 
@@ -78,21 +78,21 @@ def _check_pulley(
         again = turned_span(span, route.joints, q).pulley
         turned = turned or (again is not None and again.turn != pulley.turn)
     if nearest <= pulley.radius:
-        yield AssetFinding(
-            prim=tendon.prim,
-            rule="pulley",
-            message=f"the sites beside a pulley stay outside it; one comes within "
+        yield about(
+            tendon.prim,
+            "pulley",
+            f"the sites beside a pulley stay outside it; one comes within "
             f"{1e3 * nearest:.3g} mm of the axis of {pulley.prim}, whose radius is "
             f"{1e3 * pulley.radius:.3g} mm",
-            remedy="Move the site away from it, or make the pulley smaller",
-            severity="error",
+            "Move the site away from it, or make the pulley smaller",
+            "error",
         )
     elif turned:
-        yield AssetFinding(
-            prim=tendon.prim,
-            rule="pulley",
-            message=f"a string stays on one side of a pulley; around {pulley.prim} it changes "
+        yield about(
+            tendon.prim,
+            "pulley",
+            f"a string stays on one side of a pulley; around {pulley.prim} it changes "
             "sides within the range",
-            remedy="Move the side site to where the string is at every angle",
-            severity="warning",
+            "Move the side site to where the string is at every angle",
+            "warning",
         )

@@ -14,7 +14,7 @@ from typing import Any
 
 from tendon_newton.mechanisms.rules.attribute_rules import attribute_findings
 from tendon_newton.mechanisms.rules.chain import chain_findings
-from tendon_newton.mechanisms.rules.findings import AssetFinding, Severity
+from tendon_newton.mechanisms.rules.findings import STAGE, AssetFinding, about
 from tendon_newton.mechanisms.rules.joint_rules import joint_findings
 from tendon_newton.mechanisms.rules.link_rules import link_findings
 from tendon_newton.mechanisms.rules.tendon_rules import tendon_findings
@@ -46,36 +46,36 @@ def stage_findings(stage: Any) -> list[AssetFinding]:
     ]
 
 
-def _finding(
-    rule: str, message: str, remedy: str, severity: Severity = "error", prim: str = "/"
-) -> AssetFinding:
-    return AssetFinding(prim=prim, rule=rule, message=message, remedy=remedy, severity=severity)
-
-
 def _check_units(stage: Any) -> Iterator[AssetFinding]:
     from pxr import UsdGeom, UsdPhysics
 
     meters = UsdGeom.GetStageMetersPerUnit(stage)
     if meters != 1.0:
-        yield _finding(
+        yield about(
+            STAGE,
             "units",
             f"lengths must be in metres; metersPerUnit is {meters:g}",
             "Write lengths in metres and metersPerUnit = 1",
         )
     kilograms = UsdPhysics.GetStageKilogramsPerUnit(stage)
     if kilograms != 1.0:
-        yield _finding(
+        yield about(
+            STAGE,
             "units",
             f"masses must be in kilograms; kilogramsPerUnit is {kilograms:g}",
             "Write masses in kilograms and kilogramsPerUnit = 1",
         )
     up = UsdGeom.GetStageUpAxis(stage)
     if up != "Z":
-        yield _finding(
-            "up_axis", f"z must point up; upAxis is {up}", 'Turn the asset and write upAxis = "Z"'
+        yield about(
+            STAGE,
+            "up_axis",
+            f"z must point up; upAxis is {up}",
+            'Turn the asset and write upAxis = "Z"',
         )
     if not stage.GetDefaultPrim():
-        yield _finding(
+        yield about(
+            STAGE,
             "default_prim",
             "the layer must name the asset's root; defaultPrim is missing or names no prim",
             'Write defaultPrim = "<name of the root prim>"',
@@ -86,7 +86,8 @@ def _check_composition(stage: Any) -> Iterator[AssetFinding]:
     for error in stage.GetCompositionErrors():
         words = " ".join(str(error).split()).removesuffix("; skipping.").rstrip(".: ")
         cycle = "ycle" in words
-        yield _finding(
+        yield about(
+            STAGE,
             "composition",
             (
                 "layers must not lead back to themselves; "
@@ -103,7 +104,8 @@ def _check_composition(stage: Any) -> Iterator[AssetFinding]:
 def _check_gravity(stage: Any) -> Iterator[AssetFinding]:
     scenes = [prim for prim in stage.Traverse() if prim.GetTypeName() == "PhysicsScene"]
     if not scenes:
-        yield _finding(
+        yield about(
+            STAGE,
             "gravity",
             "an asset says how gravity acts on it; there is no PhysicsScene, "
             "and Newton's default is used",
@@ -114,18 +116,18 @@ def _check_gravity(stage: Any) -> Iterator[AssetFinding]:
         strength = float(authored(prim, "physics:gravityMagnitude", float("-inf")))
         low, high = GRAVITY_RANGE
         if strength > 0.0 and not low <= strength <= high:
-            yield _finding(
+            yield about(
+                prim,
                 "gravity",
                 f"gravity is 9.81 m/s^2 on Earth; it is {strength:g}",
                 "Check the unit of physics:gravityMagnitude: m/s^2",
                 "warning",
-                str(prim.GetPath()),
             )
     for prim in scenes[1:]:
-        yield _finding(
+        yield about(
+            prim,
             "gravity",
             f"a mechanism has one PhysicsScene; {scenes[0].GetPath()} is one too",
             "Take one of them out",
             "warning",
-            str(prim.GetPath()),
         )

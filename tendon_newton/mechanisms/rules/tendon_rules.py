@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from tendon_newton.mechanisms.rules.chain import JOINT_TYPES, joints_below, relationship_targets
-from tendon_newton.mechanisms.rules.findings import AssetFinding, about
+from tendon_newton.mechanisms.rules.findings import STAGE, AssetFinding, about
 from tendon_newton.mechanisms.rules.route_rules import route_findings
 from tendon_newton.mechanisms.usd.usd_route import is_routed
 from tendon_newton.mechanisms.usd.usd_tendon import authored
@@ -30,12 +30,11 @@ def tendon_findings(stage: Any) -> Iterator[AssetFinding]:
     """Apply every rule for tendons to a stage."""
     tendons = _tendons(stage)
     if not tendons:
-        yield AssetFinding(
-            prim="/",
-            rule="tendon",
-            message="a mechanism needs a tendon; there is no MjcTendon prim",
-            remedy="Add a prim of type MjcTendon",
-            severity="error",
+        yield about(
+            STAGE,
+            "tendon",
+            "a mechanism needs a tendon; there is no MjcTendon prim",
+            "Add a prim of type MjcTendon",
         )
     for prim in tendons:
         yield from route_findings(stage, prim) if is_routed(prim) else _check_path(stage, prim)

@@ -79,10 +79,10 @@ BAD_CARDS: dict[str, tuple[Any, str]] = {
     "command_range_rad": ([1.0, 0.0], "command_range_rad must be"),
     "spool_radius_m": (12.5, "spool_radius_m must be 1e-4 to 1 m"),
     "servo": ("", "the name of a servo"),
-    "force_limit_n": ("21", "wrong type"),
+    "force_limit_n": ("21", "force_limit_n must be a finite number; it is '21'"),
     "normalisation": ("outside", "normalisation must be one of"),
     "model": ("latest", "SHA-256"),
-    "training": (None, "wrong type"),
+    "training": (None, "training must be an object; it is None"),
 }
 
 

@@ -15,6 +15,7 @@ from hardware.servos import SERVOS
 from hardware.servos.bus_servo import BusServo
 from hardware.virtual_bench import LockstepBench
 from hardware.virtual_bench.emulation.emulations import SERVO_MODELS
+from tendon_newton.errors import InvalidParameter
 from tests.hardware.servos.virtual_servo import LOOP, VirtualServo
 
 TORQUE, WATCHDOG, MODE, P_GAIN = 64, 98, 11, 84
@@ -111,6 +112,13 @@ def test_every_servo_in_the_table_is_driven(name: str) -> None:
         bench.clock.sleep_until(bench.clock.now() + 0.0125)
     assert servo.read_state().position == pytest.approx(1.0, abs=0.3)
     assert servo.close()
+
+
+@pytest.mark.parametrize("watchdog", [0.0, 3.0])
+def test_a_configuration_without_watchdog_is_refused(watchdog: float) -> None:
+    """Nothing else stops the motor of a program that is gone."""
+    with pytest.raises(InvalidParameter, match=r"0\.02 to 2\.54 s"):
+        VirtualServo().servo.configure(watchdog_s=watchdog)
 
 
 def test_a_servo_that_another_program_left_is_taken_over() -> None:

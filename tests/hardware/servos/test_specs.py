@@ -7,9 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hardware.servos import SERVOS
-from hardware.servos.base import ServoConfiguration, alert_words
+from hardware.servos.base import alert_words
 from hardware.servos.dynamixel import registers as r
-from tendon_newton.errors import InvalidParameter
 
 # rows of the data sheets: model number, no-load speed [rev/min], stall torque [N m], voltage,
 # greatest speed [counts] after a reset, which the data sheet sets just beyond the no-load speed
@@ -83,18 +82,3 @@ def test_alerts_have_words() -> None:
     assert alert_words(0x20) == ("overload",)
     assert alert_words(0x05) == ("input voltage outside its limits", "overheating")
     assert alert_words(0x40) == ("unknown alert, bit 6",)
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        ({"watchdog": 0.0}, "0.02 to 2.54 s"),
-        ({"watchdog": 3.0}, "0.02 to 2.54 s"),
-        ({"return_delay": 1.0}, "0 to 508 us"),
-        ({"duty_limit": 0.0}, "above 0, up to 1"),
-    ],
-)
-def test_a_configuration_without_watchdog_or_limits_is_refused(words: dict, said: str) -> None:
-    """Mode PWM knows no limits of its own, so there is no servo without ours."""
-    with pytest.raises(InvalidParameter, match=said):
-        ServoConfiguration(**words)

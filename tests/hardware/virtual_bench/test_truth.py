@@ -1,7 +1,6 @@
 """What a plant file says of the gear, against the gear itself."""
 
 from dataclasses import replace
-from typing import Any
 
 import pytest
 
@@ -34,8 +33,7 @@ def forces(servo: ServoConstants, duty: float, direction: float) -> tuple[float,
 
 def true_effects() -> dict[str, dict[str, float]]:
     """Return what the plant file of unit 0 says of the servo."""
-    effects: list[tuple[str, dict[str, Any]]] = actuator_effects(draw_unit("finger", 0))
-    return {name: values.get("parameters", {}) for name, values in effects}
+    return dict(actuator_effects(draw_unit("finger", 0)))
 
 
 def test_the_load_friction_of_a_plant_file_is_what_a_model_of_one_load_would_find() -> None:

@@ -3,7 +3,8 @@
 import numpy as np
 
 from tendon_newton.data.recording import Array
-from tendon_newton.mechanisms.geometry.kinematics import ancestors, posture
+from tendon_newton.mechanisms.geometry.joint_frames import ancestors
+from tendon_newton.mechanisms.geometry.kinematics import posture
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.obstacles import (
     FRICTION,
@@ -79,7 +80,7 @@ def ball_torque(mechanism: Mechanism, sphere: Sphere, q: Array) -> tuple[Array, 
         distance = float(np.linalg.norm(away))
         force = sphere.stiffness * max(0.0, sphere.radius + radius - distance)
         push.append(force)
-        for joint in ancestors(mechanism, link):
+        for joint in ancestors(mechanism.parents, link):
             move = np.cross(frames.axis[joint], nearest - frames.anchor[joint])
             torque[joint] += force * float(move @ away) / distance
     return torque, np.array(push)

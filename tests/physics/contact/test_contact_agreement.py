@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from tendon_newton.data.recording import Array
-from tendon_newton.mechanisms.geometry.kinematics import ancestors, posture
+from tendon_newton.mechanisms.geometry.joint_frames import ancestors
+from tendon_newton.mechanisms.geometry.kinematics import posture
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.obstacles import Obstacle, Plane, Sphere
 from tendon_newton.mechanisms.geometry.parts import moment_arms
@@ -59,7 +60,7 @@ def held_force(mechanism: Mechanism, run: Trajectory, row: int, direction: Array
     assert tip is not None
     point = frames.place(tip.body, tip.point)
     arms = np.zeros(len(q))
-    for j in ancestors(mechanism, tip.body):
+    for j in ancestors(mechanism.parents, tip.body):
         arms[j] = float(np.cross(frames.axis[j], point - frames.anchor[j]) @ direction)
     torque = held_torque(mechanism, run, row)
     return float(arms @ torque / (arms @ arms))

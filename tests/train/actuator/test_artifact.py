@@ -12,7 +12,8 @@ from torch import Tensor, nn
 
 from tendon_newton.actuators.networks.artifact import load_network, read_card
 from tendon_newton.data.cards.force_network_card import PLAIN_HOLD, ForceNetworkCard
-from tendon_newton.data.files.trust import content_hash, trust_content, trust_file, trusted_hashes
+from tendon_newton.data.files.origin import content_hash
+from tendon_newton.data.files.trust import trust_content, trust_file, trusted_hashes
 from tendon_newton.errors import InvalidNetworkFile, UntrustedNetworkFile
 from tendon_newton.mechanisms.asset_library import asset_folder
 from tests.train.actuator.network_files import card_of, with_card, write_file, write_foreign
@@ -172,18 +173,18 @@ def test_a_foreign_file_is_refused(
         ("kind", "../mlp", "kind must be a name in small letters"),
         ("window", 20, "must take windows of 20 samples"),
         ("window", 0, "window must be 1 to 10000 samples"),
-        ("window", 29.5, "must be a whole number"),
+        ("window", 29.5, "window must be a whole number; it is 29.5"),
         ("rate_hz", 0.0, "rate_hz must be"),
-        ("rate_hz", "fast", "wrong type"),
+        ("rate_hz", "fast", "rate_hz must be a finite number; it is 'fast'"),
         ("force_limit_n", -1.0, "force_limit_n must be"),
         ("purpose", "fun", "purpose must be one of prediction, simulation; it is 'fun'"),
         ("hold", {"damping_n_s_per_rad": -1.0}, "damping of hold must be 0 to 1000; it is -1.0"),
-        ("hold", [], "wrong type"),
+        ("hold", [], "hold must be an object"),
         ("bounds", {}, "bounds must hold theta_d"),
-        ("bounds", {"theta_d": [1.0, None]}, "wrong type"),
-        ("bounds", {"theta_d": [1.0]}, "wrong type"),
-        ("force_limit_n", 10**400, "wrong type"),
-        ("training", None, "wrong type"),
+        ("bounds", {"theta_d": [1.0, None]}, "bounds: theta_d must be two finite numbers"),
+        ("bounds", {"theta_d": [1.0]}, "bounds: theta_d must be two finite numbers"),
+        ("force_limit_n", 10**400, "force_limit_n must be a finite number"),
+        ("training", None, "training must be an object; it is None"),
         ("held_out", {"force_rmse": 1.0}, "wrong type|missing"),
     ],
 )
@@ -210,7 +211,7 @@ def test_a_missing_key_is_named(tmp_path: Path) -> None:
     table = json.loads(card_of().to_json())
     del table["rate_hz"]
     path = with_card(write_file(tmp_path / "network.pt"), json.dumps(table))
-    with pytest.raises(InvalidNetworkFile, match="key 'rate_hz' is missing"):
+    with pytest.raises(InvalidNetworkFile, match="rate_hz must be a finite number; it is missing"):
         read_card(path)
 
 

@@ -10,10 +10,10 @@ import torch
 from tendon_newton.cli import main
 from tendon_newton.cli.train_policy import show_forecast
 from tendon_newton.data.cards.policy_card import PolicyCard
+from tendon_newton.data.files.origin import file_hash
 from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tests.physics.learned.networks import force_network, write_force_network
 from train.policy.runs.forecast import Forecast
-from train.policy.worlds.force_model import file_hash
 
 SHORT = (
     "--worlds",

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 import torch
 
-from tendon_newton.data.files.trust import content_hash
+from tendon_newton.data.files.origin import content_hash
 from tendon_newton.data.model_file import write_model
 from tendon_newton.errors import InvalidPolicyFile
 from tests.physics.runs import ideal_model

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import fcntl
+import os
 from pathlib import Path
 
 import pytest
@@ -19,9 +21,14 @@ def own_trust(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.Monk
 
 @pytest.fixture(scope="session")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of a virtual bench with two minutes of recordings."""
-    folder = tmp_path_factory.mktemp("bench") / "unit_0"
-    TinyBench().record(0, folder, seed=0, most=None)
+    """The folder of a virtual bench with two minutes of recordings, made once for all processes."""
+    base = tmp_path_factory.getbasetemp()
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "bench" / "unit_0"
+    folder.parent.mkdir(exist_ok=True)
+    with (folder.parent / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not folder.exists():
+            TinyBench().record(0, folder, seed=0, most=None)
     return folder
 
 

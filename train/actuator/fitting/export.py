@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,6 +11,7 @@ import numpy as np
 
 from tendon_newton import __version__
 from tendon_newton.data.cards.force_network_card import INPUTS, ForceNetworkCard, HeldOut, Training
+from tendon_newton.data.files.origin import git_commit
 from tendon_newton.data.root_mean_square import rms
 from tendon_newton.force_networks.force_network import parameter_count
 from train.actuator.ideal import SERVO_LIMIT
@@ -106,15 +106,3 @@ def measure(network: ForceNetwork, card: ForceNetworkCard, data: ForceData) -> H
         rows=errors.size,
         recordings=tuple(r.name for r in data.test),
     )
-
-
-def git_commit() -> str | None:
-    """Return the commit that the program runs from, marked where files differ from it."""
-    command = ["git", "describe", "--always", "--abbrev=40", "--dirty", "--exclude=*"]
-    try:
-        result = subprocess.run(
-            command, cwd=Path(__file__).parent, capture_output=True, text=True, timeout=10
-        )
-    except (OSError, subprocess.TimeoutExpired):
-        return None
-    return result.stdout.strip() or None if result.returncode == 0 else None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tendon_newton.data.cards.force_network_card import TrainingRecording
+from tendon_newton.data.files.origin import file_hash
 from tendon_newton.errors import InvalidDataset
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ class Fold:
     """These say when to stop."""
 
 
-def split_train(dataset: Dataset, *, seed: int = 0, share: float = VALIDATION_SHARE) -> Fold:
+def split_train(dataset: Dataset, *, seed: int = 0) -> Fold:
     """Hold out some whole train recordings of every bench that has several.
 
     Raises:
@@ -51,7 +51,7 @@ def split_train(dataset: Dataset, *, seed: int = 0, share: float = VALIDATION_SH
     held: set[str] = set()
     for bench in sorted({r.bench for r in recordings}):
         names = sorted(r.name for r in recordings if r.bench == bench)
-        count = max(1, round(share * len(names))) if len(names) > 1 else 0
+        count = max(1, round(VALIDATION_SHARE * len(names))) if len(names) > 1 else 0
         held.update(rng.permutation(names)[:count].tolist())
     if not held:
         held.add(recordings[int(rng.integers(len(recordings)))].name)
@@ -81,15 +81,3 @@ def recorded_fold(path: Path, fold: Fold) -> tuple[TrainingRecording, ...]:
         )
         for recording in (*fold.fit, *fold.validation)
     )
-
-
-def file_hash(path: Path) -> str:
-    """Return the SHA-256 of a file, or of the names and bytes of all files in a folder."""
-    digest = hashlib.sha256()
-    if path.is_dir():
-        for file in sorted(p for p in path.rglob("*") if p.is_file()):
-            digest.update(file.relative_to(path).as_posix().encode())
-            digest.update(file.read_bytes())
-    else:
-        digest.update(path.read_bytes())
-    return digest.hexdigest()

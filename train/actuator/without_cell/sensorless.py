@@ -6,7 +6,7 @@ force at its spool, and a network learns that force as it would learn a measurem
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -37,12 +37,7 @@ class ImpliedForces:
     """Line of each bench."""
 
 
-def imply_forces(
-    dataset: Dataset,
-    config: LineFit | None = None,
-    *,
-    report: Callable[[int, float], None] = lambda step, loss: None,
-) -> ImpliedForces:
+def imply_forces(dataset: Dataset, config: LineFit | None = None) -> ImpliedForces:
     """Replace the force of every train recording by the one that its motion implies.
 
     What a load cell read is dropped first and has no part in it. Test recordings stay as they are:
@@ -51,13 +46,12 @@ def imply_forces(
     Args:
         dataset: Recordings, split.
         config: Length of the fit of the lines.
-        report: Called now and then with steps done and loss.
 
     Raises:
         InvalidDataset: No train recording tells anything without a force.
     """
     motions = motions_of(dataset.train)
-    lines = fit_lines(motions, config or LineFit(), report=report)
+    lines = fit_lines(motions, config or LineFit())
     return ImpliedForces(dataset=replace(dataset, train=with_tension(motions, lines)), lines=lines)
 
 

@@ -7,7 +7,7 @@ gives by an unknown amount is so weighed against a soft one, where that hardly m
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import torch
@@ -64,18 +64,12 @@ class Witness(nn.Module):
         return TENSION[0] + TENSION[1] * (self.line(servo) + self.bends(servo))[:, 0]
 
 
-def fit_lines(
-    motions: Sequence[Motion],
-    config: LineFit,
-    *,
-    report: Callable[[int, float], None] = lambda step, loss: None,
-) -> tuple[Line, ...]:
+def fit_lines(motions: Sequence[Motion], config: LineFit) -> tuple[Line, ...]:
     """Find one line per bench.
 
     Args:
         motions: Recordings without force.
         config: Length of the fit.
-        report: Called now and then with steps done and loss.
 
     Raises:
         InvalidDataset: Recordings of a bench disagree about it, or no servo turns.
@@ -93,7 +87,7 @@ def fit_lines(
         ]
     )
     scheduler = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, config.steps)
-    for step in range(1, config.steps + 1):
+    for _ in range(config.steps):
         errors = bench_errors(witness, rows, numbers) / torch.exp(spread)[rows.unwinds]
         misfit = nn.functional.huber_loss(
             errors, torch.zeros_like(errors), delta=SURE, reduction="none"
@@ -104,8 +98,6 @@ def fit_lines(
         loss.backward()
         optimizer.step()
         scheduler.step()
-        if step % max(1, config.steps // 8) == 0:
-            report(step, float(loss.detach()))
     return numbers.lines()
 
 

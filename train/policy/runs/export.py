@@ -21,8 +21,8 @@ from tendon_newton.data.cards.policy_card import (
 )
 from tendon_newton.data.cards.policy_observation import sample_of
 from tendon_newton.data.files.json_file import write_json
+from tendon_newton.data.files.origin import git_commit
 from tendon_newton.data.files.text_file import write_bytes
-from train.actuator.fitting.export import git_commit
 from train.policy.config.training_config import PolicyTrainingConfig
 from train.policy.runs.curve import CurvePoint, curve_table
 from train.policy.runs.training import Trained, files_of

@@ -9,7 +9,8 @@ from types import MappingProxyType
 
 from tendon_newton.actuators.networks.artifact import load_network
 from tendon_newton.actuators.networks.query import network_file
-from tendon_newton.data.files.trust import content_hash
+from tendon_newton.data.files.origin import content_hash
+from tendon_newton.data.files.text_file import read_bytes
 from tendon_newton.data.model_file import Model, NamedValues, load_model
 from tendon_newton.effects import Stage, find_effect
 from tendon_newton.errors import InvalidModelFile
@@ -61,13 +62,13 @@ def open_force_model(force: str, mechanism: Mechanism) -> ForceModel:
         model = Model(actuator=NamedValues(name="learned", values=values))
         return ForceModel(name=path.name, model=model, sha256=None, files=hashes(path))
     model = load_model(path)
-    files = [path, *([network_file(model)] if "file" in model.actuator.values else [])]
+    files = hashes(path, *([network_file(model)] if "file" in model.actuator.values else []))
     kept = tuple(effect for effect in model.effects if moves_finger(effect.name))
     return ForceModel(
         name=path.name,
         model=replace(model, effects=kept),
-        sha256=file_hash(path),
-        files=hashes(*files),
+        sha256=files[path.name],
+        files=files,
     )
 
 
@@ -90,20 +91,10 @@ def moves_finger(effect: str) -> bool:
 
 
 def hashes(*paths: Path) -> dict[str, str]:
-    """Return the SHA-256 of files by name."""
-    return {path.name: file_hash(path) for path in paths}
-
-
-def file_hash(path: Path) -> str:
-    """Return the SHA-256 of a file.
+    """Return the SHA-256 of files by name.
 
     Raises:
-        InvalidModelFile: There is no such file.
+        InvalidModelFile: One cannot be read.
     """
-    try:
-        return content_hash(path.read_bytes())
-    except OSError as error:
-        raise InvalidModelFile(
-            f"{path}: the force of a training must be a file that can be read; "
-            f"{error.strerror or error}"
-        ) from error
+    promise = "the force of a training must be a file that can be read"
+    return {p.name: content_hash(read_bytes(p, InvalidModelFile, promise)) for p in paths}

@@ -6,7 +6,6 @@ A file states ``mass`` kg, ``length`` m, ``kp`` (firmware units), ``vin`` V, ``m
 Source of the format: Rhoban/bam, ``bam/*/record.py``.
 """
 
-import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -18,6 +17,7 @@ import numpy as np
 from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.checks.finding import Finding
 from tendon_newton.data.checks.registers import unwrap_register, wrap_period
+from tendon_newton.data.files.origin import content_hash
 from tendon_newton.data.files.text_file import finite_number, read_bytes
 from tendon_newton.data.files.values import is_list, is_table
 from tendon_newton.data.importers.bam.failed_reads import without_failed_reads
@@ -143,7 +143,7 @@ def read_log(path: Path, kind: LogKind) -> tuple[ImportedLog, BamMotor, list[Fin
         recording=recording,
         conditions=conditions_of(table, path),
         source=path,
-        sha256=hashlib.sha256(content).hexdigest(),
+        sha256=content_hash(content),
     )
     told = [*kept_back, *log_findings(log, wraps), *unmeasured_load(log.recording, columns)]
     if motor.load_is_duty:

@@ -1,6 +1,5 @@
 """From a LeRobotDataset's folder to recordings, joint by joint and episode by episode."""
 
-import hashlib
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -8,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from tendon_newton.data.checks.finding import Finding
+from tendon_newton.data.files.origin import content_hash
 from tendon_newton.data.importers.imported import Imported, ImportedLog
 from tendon_newton.data.importers.lerobot.info import INFO, JointPlace, LeRobotInfo, read_info
 from tendon_newton.data.importers.lerobot.rows import LeRobotRows, read_rows
@@ -57,7 +57,7 @@ def read_lerobot(
         for place in joints
     }
     sizes = sizes_of(units, numbers)
-    digest = hashlib.sha256((folder / INFO).read_bytes() + rows.state.tobytes()).hexdigest()
+    digest = content_hash((folder / INFO).read_bytes() + rows.state.tobytes())
     kept = [place for place in joints if place.name in sizes]
     if not kept:
         raise InvalidRecording(
