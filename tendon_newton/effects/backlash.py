@@ -26,6 +26,7 @@ class Backlash(Effect):
 
     name = "backlash"
     side = "transmission"
+    undamped = True
     parameters = (
         Parameter(
             name="width",

@@ -77,6 +77,8 @@ class Effect:
     parameters: ClassVar[tuple[Parameter, ...]]
     dry: ClassVar[tuple[str, ...]] = ()
     """Parameters that make a tendon stick where they are not zero."""
+    undamped: ClassVar[bool] = False
+    """Whether the law leaves out what damps its contact or its string."""
     includes: ClassVar[tuple[str, ...]] = ()
     """Effects that are special cases of this one: the simpler is named if both explain the data."""
     needs_string: ClassVar[bool] = False

@@ -24,6 +24,7 @@ class Obstruction(Effect):
 
     name = "obstruction"
     side = "mechanism"
+    undamped = True
     parameters = (
         Parameter(
             name="stiffness",

@@ -33,6 +33,7 @@ class TendonCompliance(Effect):
 
     name = "tendon_compliance"
     side = "transmission"
+    undamped = True
     needs_string = True
     memory = Stage.TENSION
     spool_stages = (Stage.STRETCH, Stage.TENSION)

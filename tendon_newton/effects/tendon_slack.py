@@ -29,6 +29,7 @@ class TendonSlack(Effect):
 
     name = "tendon_slack"
     side = "transmission"
+    undamped = True
     needs_string = True
     spool_stages = (Stage.ENCODER,)
     parameters = (

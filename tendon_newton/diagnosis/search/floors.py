@@ -33,7 +33,8 @@ def floors_of(worlds: Worlds, names: Sequence[str], *, jumping: bool = True) -> 
 def form_of(worlds: Worlds, names: Sequence[str]) -> Scales:
     """Return by how much a model's laws miss where nothing jumps, some causes in the model."""
     form = form_scales(worlds.study.scale)
-    share = 1.0 if is_dry((*worlds.study.known, *names)) else 1.0 / LADDER
+    laws = (*worlds.study.known, *names)
+    share = 1.0 if is_dry(laws) or any(find_effect(n).undamped for n in laws) else 1.0 / LADDER
     return Scales(theta=share * form.theta, force=share * form.force)
 
 

@@ -131,6 +131,7 @@ def test_only_where_something_sticks_is_a_law_that_sticks_expected_to_miss(world
     plain, dry = form_of(worlds, ("viscous_friction",)), form_of(worlds, ("coulomb_friction",))
     assert dry.theta == pytest.approx(FORM_THETA * worlds.study.scale.turn)
     assert (plain.theta, plain.force) == pytest.approx((dry.theta / LADDER, dry.force / LADDER))
+    assert form_of(worlds, ("tendon_slack",)) == dry  # it leaves out what damps the string
 
 
 def parts(*benches: str) -> list[set[int]]:
