@@ -117,6 +117,11 @@ def effects() -> str:
         "## Effects\n",
         "Each `[[effects]]` table has the effect's `name` and all its keys. At its **null value** "
         "an effect does nothing, as if its table were left out.\n",
+        "On a bench of several servos `servo = 1` makes an effect that of servo 1 alone: that of "
+        "the columns `theta_d_1`, `theta_1` and `force_1`. Without this key an effect is of all "
+        "servos. What a file says of one servo counts there before what it says of all. Effects "
+        "of the mechanism and `sample_period_error` take no such key. Neither does a hand, whose "
+        "fingers share nothing, nor an export.\n",
     ]
     for side, heading in SIDES.items():
         table = rows(

@@ -182,6 +182,7 @@ VERDICTS = {
 def summary(diagnosis: Diagnosis) -> str:
     """Return the result as a table for a terminal."""
     from tendon_newton.data.parameters import with_unit
+    from tendon_newton.diagnosis.owner import with_owner
     from tendon_newton.diagnosis.reporting.report_doubts import doubts
 
     force = diagnosis.scale
@@ -193,7 +194,7 @@ def summary(diagnosis: Diagnosis) -> str:
             f"{name} = {with_unit(f'{p.value:.4g}', p.unit)} [{p.ci95[0]:.4g}, {p.ci95[1]:.4g}]"
             for name, p in effect.parameters.items()
         )
-        lines.append(f"  {effect.name:26s} {numbers}")
+        lines.append(f"  {with_owner(effect.name, diagnosis.servos):26s} {numbers}")
         if effect.indistinguishable_from:
             lines.append(
                 f"  {'':26s} or {', '.join(effect.indistinguishable_from)}: not told apart; "

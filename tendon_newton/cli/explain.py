@@ -60,6 +60,7 @@ def overview(accounts: Accounts) -> str:
 
 def account(accounts: Accounts, name: str) -> str:
     """Return the account of one cause."""
+    from tendon_newton.data.servo_names import effect_of
     from tendon_newton.diagnosis.accounts.account_words import not_tried, sentences
     from tendon_newton.effects import EFFECTS
     from tendon_newton.errors import unknown_name
@@ -67,7 +68,7 @@ def account(accounts: Accounts, name: str) -> str:
     cause = accounts.find(name)
     if cause is not None:
         told = sentences(cause)
-    elif name in EFFECTS:
+    elif effect_of(name) in EFFECTS:
         told = not_tried(name, has_force=accounts.has_force)
     else:
         raise unknown_name("cause", name, [c.name for c in accounts.causes])

@@ -6,7 +6,7 @@ packages that build them.
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import isfinite
 from pathlib import Path
 from types import MappingProxyType
@@ -19,10 +19,13 @@ from tendon_newton.data.bench_overrides import (
 )
 from tendon_newton.data.files.text_file import finite_number
 from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys, write_toml
-from tendon_newton.data.files.values import are_tables, are_words, is_table
+from tendon_newton.data.files.values import are_tables, are_words, is_count, is_table
+from tendon_newton.data.servo_names import name_of
 from tendon_newton.errors import InvalidModelFile, TendonNewtonError, listed, shown
 
 KNOWN_KEYS = ("actuator", "effects", "bench_overrides", "fit")
+SERVO = "servo"
+"""Key of an effect that is about one servo."""
 
 
 def no_benches() -> Mapping[str, BenchOverrides]:
@@ -38,6 +41,8 @@ class NamedValues:
     """Key in the table of actuators or effects."""
     values: Mapping[str, float | str]
     """Its parameters in SI units; words only where a parameter is a file."""
+    servo: int | None = None
+    """Servo that an effect is about, counted from 0; None where it is about all."""
 
     def __post_init__(self) -> None:
         """Refuse numbers that are not finite; protect the rest."""
@@ -50,6 +55,11 @@ class NamedValues:
                 )
         object.__setattr__(self, "values", MappingProxyType(dict(self.values)))
 
+    @property
+    def cause(self) -> str:
+        """Name of an effect with its servo, as in ``gain_error of servo 1``."""
+        return name_of(self.name, self.servo)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Model:
@@ -58,7 +68,7 @@ class Model:
     actuator: NamedValues
     """The actuator model and its numbers."""
     effects: tuple[NamedValues, ...] = ()
-    """Effects already in the model, each once."""
+    """Effects already in the model, each once; that of one servo stands there for that of all."""
     bench_overrides: Mapping[str, BenchOverrides] = field(default_factory=no_benches)
     """Nominal numbers that differ, by bench."""
     fit: tuple[str, ...] = ()
@@ -66,7 +76,7 @@ class Model:
 
     def __post_init__(self) -> None:
         """Refuse doubled entries; protect the rest."""
-        refuse_doubles([effect.name for effect in self.effects], "effect")
+        refuse_doubles([effect.cause for effect in self.effects], "effect")
         refuse_doubles(self.fit, "fit entry")
         object.__setattr__(self, "bench_overrides", MappingProxyType(dict(self.bench_overrides)))
 
@@ -97,7 +107,14 @@ def write_model(path: str | Path, model: Model) -> None:
         "fit": list(model.fit),
         "actuator": {"kind": model.actuator.name, **model.actuator.values},
     }
-    effects = [{"name": effect.name, **effect.values} for effect in model.effects]
+    effects = [
+        {
+            "name": effect.name,
+            **({} if effect.servo is None else {SERVO: effect.servo}),
+            **effect.values,
+        }
+        for effect in model.effects
+    ]
     write_toml(Path(path), table, effects=effects)
 
 
@@ -125,9 +142,19 @@ def read_effects(tables: Any) -> tuple[NamedValues, ...]:
     """Read the ``[[effects]]`` tables."""
     if not are_tables(tables):
         raise InvalidModelFile("effects must be an array of tables, [[effects]]")
-    return tuple(
-        read_named(table, "name", f"[[effects]] {index}") for index, table in enumerate(tables)
-    )
+    return tuple(read_effect(table, f"[[effects]] {index}") for index, table in enumerate(tables))
+
+
+def read_effect(table: Mapping[str, Any], where: str) -> NamedValues:
+    """Read one of the ``[[effects]]`` tables; a servo is a whole number from 0 on."""
+    servo = table.get(SERVO)
+    if servo is not None and not is_count(servo):
+        raise InvalidModelFile(
+            f"{where}: {SERVO} must be the number of a servo, 0 for that of theta_0; "
+            f"it is {shown(servo)}"
+        )
+    rest = {key: value for key, value in table.items() if key != SERVO}
+    return replace(read_named(rest, "name", where), servo=servo)
 
 
 def read_named(table: Mapping[str, Any], key: str, where: str) -> NamedValues:

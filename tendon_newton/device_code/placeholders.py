@@ -109,6 +109,10 @@ class TendonVector(Placeholder):
     """One number per tendon, shape (D,)."""
 
 
+class TendonRows(Placeholder):
+    """One row of a recording per tendon, shape (D,)."""
+
+
 class ArmMatrix(Placeholder):
     """Moment arms [m] or [1], shape (D, J)."""
 
@@ -181,6 +185,8 @@ FUNCTIONS: tuple[Any, ...] = constant()
 """Device functions of the effects of a stage."""
 OFFSETS: tuple[int, ...] = constant()
 """Where their parameters start."""
+STRIDES: tuple[int, ...] = constant()
+"""How much further those of the next tendon start; 0 where all tendons have the same."""
 MEMORIES: tuple[int, ...] = constant()
 """Where their memories start, -1 for none."""
 SECOND_MEMORIES: tuple[int, ...] = constant()
@@ -209,7 +215,7 @@ HAS_MEMORY: bool = constant()
 MEMORY_SIZE: int = constant()
 """Numbers S in a world's memory."""
 MEMORY_OFFSETS: tuple[int, ...] = constant()
-"""Where the first parameters of the effects with memory stand."""
+"""Where the first parameters of the effects with memory stand, those of each tendon."""
 MEMORY_NULLS: tuple[float, ...] = constant()
 """Their null values."""
 HOLDS_FORCE: bool = constant()

@@ -47,26 +47,26 @@ def period_effects(scale: real, p: ParameterVector) -> real:
 
 
 @slot
-def clock_effects(time: real, p: ParameterVector) -> real:
-    """The instant [s] at which the servo reads the command."""
+def clock_effects(time: real, d: int, p: ParameterVector) -> real:
+    """The instant [s] at which servo d reads the command."""
     ...
 
 
 @slot
-def radius_effects(radius: real, p: ParameterVector) -> real:
-    """The spool's radius [m]."""
+def radius_effects(radius: real, d: int, p: ParameterVector) -> real:
+    """The radius of spool d [m]."""
     ...
 
 
 @slot
-def string_effects(stiffness: real, p: ParameterVector) -> real:
-    """The string's stiffness [N/m], where its spool has a coordinate of its own."""
+def string_effects(stiffness: real, d: int, p: ParameterVector) -> real:
+    """The stiffness of string d [N/m], where its spool has a coordinate of its own."""
     ...
 
 
 @slot
-def speed_effects(limit: real, p: ParameterVector) -> real:
-    """The motor's greatest speed [rad/s]."""
+def speed_effects(limit: real, d: int, p: ParameterVector) -> real:
+    """The greatest speed of motor d [rad/s]."""
     ...
 
 
@@ -89,20 +89,20 @@ def joint_friction_effects(limit: real, joint: Joint, p: ParameterVector) -> rea
 
 
 @slot
-def cell_clock_effects(time: real, p: ParameterVector) -> real:
-    """The instant [s] whose force the load cell reports."""
+def cell_clock_effects(time: real, d: int, p: ParameterVector) -> real:
+    """The instant [s] whose force load cell d reports."""
     ...
 
 
 @slot
-def cell_lag_effects(time_constant: real, p: ParameterVector) -> real:
-    """The load cell's own lag [s]."""
+def cell_lag_effects(time_constant: real, d: int, p: ParameterVector) -> real:
+    """The own lag of load cell d [s]."""
     ...
 
 
 @slot
-def cell_effects(force: real, time: real, p: ParameterVector) -> real:
-    """What the load cell makes of a force [N]."""
+def cell_effects(force: real, time: real, d: int, p: ParameterVector) -> real:
+    """What load cell d makes of a force [N]."""
     ...
 
 

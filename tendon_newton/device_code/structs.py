@@ -34,6 +34,7 @@ from tendon_newton.device_code.placeholders import (
     RowMatrix,
     RowVector,
     SpaceMatrix,
+    TendonRows,
     TendonVector,
     TurnMatrix,
     Vec3,
@@ -513,7 +514,7 @@ class Drive:
     """Greatest speeds of the motors at their strings [m/s]."""
     slack: TendonVector
     """What was decided at the start of a step: 0 nothing, 1 taut, 2 slack."""
-    string: real
+    string: TendonVector
     """Stiffness of the strings of spools that move on their own [N/m]."""
     carried: TendonVector
     """What the gears of shafts carry [N]; 0 where that is not known."""
@@ -701,8 +702,8 @@ class Cell:
 
     force: TendonVector
     """What they would show now [N]."""
-    due: int
-    """Row whose reading is due next."""
+    due: TendonRows
+    """Rows whose readings are due next."""
     before: TendonVector
     """True tensions at the start of a substep [N]."""
     after: TendonVector

@@ -10,6 +10,7 @@ import numpy as np
 
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.servo_names import effect_of, servo_of
 from tendon_newton.diagnosis.accounts.next_steps import next_steps
 from tendon_newton.diagnosis.accounts.suspect_data import plainly_wrong
 from tendon_newton.diagnosis.evaluation import (
@@ -44,8 +45,8 @@ from tendon_newton.diagnosis.time_left import (
 )
 from tendon_newton.diagnosis.unblocked import unblocked
 from tendon_newton.diagnosis.unexplained.structure import find_structure
-from tendon_newton.effects import EFFECTS, find_effect
-from tendon_newton.identification.study import Study, refuse_several_tendons
+from tendon_newton.effects import EFFECTS, law_of
+from tendon_newton.identification.study import Study, benches_of, servo_count
 from tendon_newton.identification.testable import testable_effects, untested_sides
 from tendon_newton.simulation.model.bench_numbers import OWNER, TOLERANCE
 
@@ -94,7 +95,8 @@ def diagnose(
     """
     start = time.monotonic()
     rng = np.random.default_rng(SEED)
-    refuse_several_tendons((*dataset.train, *dataset.test))
+    every = (*dataset.train, *dataset.test)
+    servo_count(every, benches_of(every, model))
     dataset, blocked = unblocked(dataset)
     for text in blocked:
         progress(text)
@@ -169,7 +171,8 @@ def conclude(
         fitted=estimates(train, final or findings.baseline, train.fit_columns(model)),
         confounded=confounded_numbers(train, final or findings.baseline),
         scale=train.scale,
-        recorded=settings_of(train.recordings),
+        servos=train.servos,
+        recorded=settings_of(train.wholes),
         notes=(
             *notes(train),
             *as_built(train, final or findings.baseline),
@@ -200,11 +203,13 @@ def named_effects(
         described.append(
             NamedEffect(
                 name=effect,
-                side=find_effect(effect).side,
+                side=law_of(effect).side,
                 parameters=estimates(study, final, study.table.columns(effect)),
                 without=errors.pooled(),
                 indistinguishable_from=tuple(name for name, _ in rivals),
-                separating_experiment=propose(question)[0].text() if question else None,
+                separating_experiment=propose(question)[0].text()
+                if question and study.servos == 1
+                else None,
                 explanations=question.explanations if question else (),
                 criteria=findings.criteria.get(effect, ()),
                 probability=findings.probabilities.get(effect),
@@ -221,7 +226,7 @@ def open_class(
     return OpenClass(
         explanations=tuple(explain(study, fit, cause) for cause, fit in ((effect, final), *rivals)),
         without=model_without(extended, effect),
-        settings=settings_of(study.recordings),
+        settings=settings_of(study.wholes),
         noise=study.noise,
         scale=study.scale,
     )
@@ -308,13 +313,13 @@ def extended_model(
     none. Any other infinite number is written as the end of its range: a file holds none.
     """
     table = study.table
-    kept = [effect for effect in model.effects if effect.name not in effects]
+    kept = [effect for effect in model.effects if effect.cause not in effects]
     added = []
     for name in effects:
         numbers = [(table.owners[c][1], values[c]) for c in table.columns(name)]
         if numbers[0][1] != numbers[0][0].null:
             finite = {p.name: value if np.isfinite(value) else p.upper for p, value in numbers}
-            added.append(NamedValues(name=name, values=finite))
+            added.append(NamedValues(name=effect_of(name), servo=servo_of(name), values=finite))
     return replace(study.with_fitted(model, values), effects=(*kept, *added))
 
 

@@ -120,6 +120,6 @@ def model_without(model: Model, name: str) -> Model:
     """Return a model less one effect."""
     return Model(
         actuator=model.actuator,
-        effects=tuple(effect for effect in model.effects if effect.name != name),
+        effects=tuple(effect for effect in model.effects if effect.cause != name),
         bench_overrides=model.bench_overrides,
     )

@@ -67,9 +67,9 @@ def found_numbers(diagnosis: Diagnosis) -> dict[str, dict[str, FoundNumber]]:
     estimates = {effect.name: effect.parameters for effect in diagnosis.effects}
     table: dict[str, dict[str, FoundNumber]] = {}
     for effect in diagnosis.model.effects:
-        own = estimates.get(effect.name, {})
+        own = estimates.get(effect.cause, {})
         units = {p.name: p.unit for p in find_effect(effect.name).parameters}
-        table[effect.name] = {
+        table[effect.cause] = {
             name: FoundNumber(
                 value=float(value),
                 ci95=own[name].ci95 if name in own else None,

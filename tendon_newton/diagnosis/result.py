@@ -11,6 +11,7 @@ from typing import Any, Literal
 from tendon_newton.data.files.json_file import write_json
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.parameters import BenchScale
+from tendon_newton.data.servo_names import servo_of
 from tendon_newton.diagnosis.explanation import Estimate, Explanation, Setting
 from tendon_newton.diagnosis.identifiability import Confounded
 from tendon_newton.diagnosis.unexplained.structure import Structure
@@ -152,6 +153,8 @@ class Diagnosis:
     """Benches of the training data, as they were set up."""
     notes: tuple[str, ...] = ()
     """What the reader must know: sides that could not be tested, defects of the data."""
+    servos: int = 1
+    """Servos of each bench."""
     finished: bool = True
     """Whether the search came to its end; else causes may be missing."""
     next_steps: tuple[str, ...] = ()
@@ -175,6 +178,7 @@ class Diagnosis:
             "fitted": {name: value.to_json() for name, value in self.fitted.items()},
             "identifiability": self.identifiability(),
             "scale": asdict(self.scale),
+            **({} if self.servos == 1 else {"servos": self.servos}),
             "recorded": [setting.to_json() for setting in self.recorded],
             "notes": list(self.notes),
             "next_steps": list(self.next_steps),
@@ -213,6 +217,7 @@ def effect_json(effect: NamedEffect, extended: Errors) -> dict[str, Any]:
         gain["force_rmse"] = [effect.without.force_rmse, extended.force_rmse]
     return {
         "name": effect.name,
+        **({} if (servo := servo_of(effect.name)) is None else {"servo": servo}),
         "side": effect.side,
         "parameters": {name: value.to_json() for name, value in effect.parameters.items()},
         "gain": gain,

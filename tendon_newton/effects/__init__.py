@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from tendon_newton.data.servo_names import effect_of, name_of, servo_of
 from tendon_newton.effects.acceleration_limit import AccelerationLimit
 from tendon_newton.effects.actuator_lag import ActuatorLag
 from tendon_newton.effects.asymmetric_friction import AsymmetricFriction
@@ -99,4 +100,42 @@ def find_effect(name: str) -> type[Effect]:
     return look_up("effect", name, EFFECTS)
 
 
-__all__ = ["EFFECTS", "Effect", "Stage", "find_effect"]
+def law_of(cause: str) -> type[Effect]:
+    """Return the effect that a cause is, be it of one servo or of all."""
+    return find_effect(effect_of(cause))
+
+
+def special_cases(cause: str) -> tuple[str, ...]:
+    """Return the special cases of a cause's law, of the same servo."""
+    servo = servo_of(cause)
+    return tuple(name_of(special, servo) for special in law_of(cause).includes)
+
+
+def overlap(one: str, other: str) -> bool:
+    """Tell whether two causes have a servo in common."""
+    servos = {servo_of(one), servo_of(other)}
+    return len(servos) == 1 or None in servos
+
+
+def are_one_law(one: str, other: str) -> bool:
+    """Tell whether two causes are one effect, of a servo and of all: only one of them may act."""
+    return one != other and effect_of(one) == effect_of(other) and overlap(one, other)
+
+
+def are_related(one: str, other: str) -> bool:
+    """Tell whether one of two causes is a special case of the other, or both are one effect."""
+    includes = effect_of(other) in law_of(one).includes or effect_of(one) in law_of(other).includes
+    return are_one_law(one, other) or (includes and overlap(one, other))
+
+
+__all__ = [
+    "EFFECTS",
+    "Effect",
+    "Stage",
+    "are_one_law",
+    "are_related",
+    "find_effect",
+    "law_of",
+    "overlap",
+    "special_cases",
+]

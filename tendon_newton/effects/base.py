@@ -108,6 +108,11 @@ class Effect:
         return tuple(getattr(cls, name) for name in names if hasattr(cls, name))
 
     @classmethod
+    def is_of_servo(cls) -> bool:
+        """Tell whether it is about a servo, its string or its sensors: each may have its own."""
+        return cls.side != "mechanism" and cls.hook(Stage.PERIOD) is None
+
+    @classmethod
     def acts_on_cell_only(cls) -> bool:
         """Tell whether the effect changes nothing but what the load cell reads."""
         cell = {Stage.CELL_CLOCK, Stage.CELL_LAG, Stage.CELL}

@@ -39,7 +39,16 @@ def refuse_kinematic(model: Model, target: str) -> None:
 
 
 def refuse_damaged(model: Model) -> None:
-    """Refuse a number that is missing or out of range, before anything is written."""
+    """Refuse a number that is missing or out of range, before anything is written.
+
+    An effect of one servo is refused too: exported servos are all alike.
+    """
+    for effect in model.effects:
+        if effect.servo is not None:
+            raise InvalidModelFile(
+                f"an exported model has the same effects at all servos; {effect.name!r} is of "
+                f"servo {effect.servo} alone: simulate it here, or leave its key servo out"
+            )
     names = in_catalogue_order(tuple(effect.name for effect in model.effects))
     table = ParameterTable(actuator=model.actuator.name, effects=names)
     if not find_actuator(model.actuator.name).held:  # a network's card fills in what is missing

@@ -9,6 +9,7 @@ import numpy as np
 
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
+from tendon_newton.data.servo_names import effect_of
 from tendon_newton.effects import Stage
 from tendon_newton.errors import InvalidParameter, SimulationDiverged
 from tendon_newton.gradients.adjoint import Adjoint
@@ -82,8 +83,10 @@ class DifferentiableRollout:
         adjoint: Adjoint = ONE_WALK,
         device: Any = None,
     ) -> None:
-        every = (*effects, *(e.name for e in model.effects if e.name not in effects))
-        refuse_stages(every, (Stage.CELL_CLOCK, Stage.CELL_LAG), "DifferentiableRollout")
+        every = (*effects, *(e.cause for e in model.effects if e.cause not in effects))
+        refuse_stages(
+            map(effect_of, every), (Stage.CELL_CLOCK, Stage.CELL_LAG), "DifferentiableRollout"
+        )
         if network is not None and adjoint.segments != 1:
             raise InvalidParameter("a run with a network inside has one segment")
         self._rollout = Rollout(
@@ -158,5 +161,5 @@ class DifferentiableRollout:
         return self.inputs
 
     def gradient(self, owner: str, parameter: str) -> Array:
-        """Return the last gradient by one number of an actuator or effect, shape (W,)."""
+        """Return the last gradient by one number of an actuator or a cause, shape (W,)."""
         return self.inputs.parameters.grad.numpy()[:, self.table.column(owner, parameter)]

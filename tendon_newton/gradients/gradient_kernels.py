@@ -277,7 +277,7 @@ def reading_kernel(
             speed = speed + here.v[LINKS + d]
         angle[d] = flow.angle[0]
         rate[d] = flow.angle[1] * speed
-        tension[d] = cell_effects(pulled[d], here.time, p)
+        tension[d] = cell_effects(pulled[d], here.time, d, p)
     readout.joint_position[out] = here.q
     readout.motor_position[out] = angle
     readout.motor_velocity[out] = rate

@@ -44,7 +44,7 @@ def scale_of(
 
     Args:
         benches: Mechanism of each recording, with all its numbers.
-        recordings: What was measured there; the first tendon counts.
+        recordings: What was measured there, of one servo each.
         model: Its actuator tells what drives where no force was measured.
     """
     pairs = sorted(zip(benches, recordings, strict=True), key=lambda pair: pair[1].bench)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -31,13 +32,25 @@ class Layout:
     """Where each entry of a residual vector comes from, shape (M,) each."""
 
     recording: Indices
-    """Index of the recording."""
+    """Index of the whole recording."""
     block: Indices
     """Index of the block of time, counted through all recordings."""
     is_force: Mask
     """Whether the entry is a force (or else an angle)."""
+    servo: Indices
+    """Number of its servo."""
     block_count: int
     """Number of blocks B."""
+
+    @cached_property
+    def signals(self) -> tuple[tuple[bool, Mask], ...]:
+        """Angle and force of each servo: whether it is a force, and its entries, shape (M,)."""
+        servos = range(int(self.servo.max(initial=0)) + 1)
+        return tuple(
+            (force, (self.is_force == force) & (self.servo == servo))
+            for servo in servos
+            for force in (False, True)
+        )
 
 
 def stack(residuals: Sequence[Residual], scales: Scales) -> Array:
@@ -52,20 +65,22 @@ def stack(residuals: Sequence[Residual], scales: Scales) -> Array:
 
 def layout(study: Study) -> Layout:
     """Describe the vectors that `stack` makes of a study's residuals."""
-    recording, block, is_force = [], [], []
+    recording, block, is_force, servo = [], [], [], []
     count = 0
-    for index, source in enumerate(study.recordings):
-        trusted = study.timeline(index).trusted
+    for index, (whole, own) in enumerate(study.sources):
+        source, trusted = study.recordings[index], study.timeline(index).trusted
         place = ((source.time - source.time[0]) / BLOCK).astype(int)
         for force in (False, True) if compares_force(source) else (False,):
-            recording.append(np.full(int(trusted.sum()), index))
+            recording.append(np.full(int(trusted.sum()), whole))
             block.append(count + place[trusted])
             is_force.append(np.full(int(trusted.sum()), force))
-        count += int(place[-1]) + 1
+            servo.append(np.full(int(trusted.sum()), own))
+        count += int(place[-1]) + 1 if own == study.servos - 1 else 0
     return Layout(
         recording=np.concatenate(recording),
         block=np.concatenate(block),
         is_force=np.concatenate(is_force),
+        servo=np.concatenate(servo),
         block_count=count,
     )
 

@@ -12,6 +12,8 @@ from tendon_newton.data.bench_overrides import BENCH_OVERRIDE_RANGES
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.parameters import BenchScale, Parameter
 from tendon_newton.data.recording import Array, Indices, Mask, Recording
+from tendon_newton.data.servo_names import name_of
+from tendon_newton.effects import find_effect
 from tendon_newton.errors import InvalidDataset, unknown_name
 from tendon_newton.identification.bench_scale import scale_of
 from tendon_newton.identification.load_cell import (
@@ -33,7 +35,7 @@ from tendon_newton.simulation.model.bench_numbers import (
     with_estimates,
     without_estimates,
 )
-from tendon_newton.simulation.model.parameter_table import ParameterTable
+from tendon_newton.simulation.model.parameter_table import ParameterTable, check_servo
 
 SEED = 0
 """Of the noise on forces that drive a mechanism: the same data have the same noise floor."""
@@ -60,9 +62,9 @@ class Study:
     """A dataset's recordings, ready to be compared with any number of candidate models.
 
     Args:
-        recordings: Recordings of one or several benches, one tendon each.
+        recordings: Recordings of one or several benches, all with as many tendons.
         model: The model to start from.
-        effects: Effects that candidates may use.
+        effects: Effects that candidates may use, of all servos or of one.
         time_step: Step of the simulation [s].
         in_pieces: Whether recordings of mechanisms that forget nothing are cut; see `pieces`.
         scale: Of the benches, in place of what the recordings show: planned runs show nothing.
@@ -70,7 +72,7 @@ class Study:
         like: A study of the same model, whose columns this one shall have.
 
     Raises:
-        InvalidDataset: A recording has several tendons.
+        InvalidDataset: The recordings have different numbers of tendons, or not their bench's.
     """
 
     def __init__(
@@ -85,38 +87,44 @@ class Study:
         tolerant: bool = False,
         like: Study | None = None,
     ) -> None:
-        refuse_several_tendons(recordings)
-        benches = {
-            bench: bench_of(bench, model) for bench in dict.fromkeys(r.bench for r in recordings)
-        }
-        whole = [override_mechanism(benches[r.bench], r.bench_overrides) for r in recordings]
-        self.scale = scale_of(whole, recordings, model) if scale is None else scale
+        benches = benches_of(recordings, model)
+        self.servos = servo_count(recordings, benches)
+        """Servos D of every recording."""
+        self._model = model = for_servos(model, self.servos)
+        self.scale = self._scale_of(recordings, benches) if scale is None else scale
         """How large the benches are; ranges, units and floors follow it."""
         if in_pieces:
             recordings = all_pieces([benches[r.bench] for r in recordings], recordings)
-        self.recordings = tuple(without_estimates(r, model) for r in recordings)
-        self._model = model
+        self.wholes = tuple(without_estimates(r, model) for r in recordings)
+        """Recordings as they are simulated, R."""
+        views = [(i, d) for i in range(len(self.wholes)) for d in range(self.servos)]
+        self.sources = tuple(views)
+        """Whole recording and servo of each of those that are compared."""
+        self.recordings = tuple(of_servo(self.wholes[i], d) for i, d in views)
+        """Recordings as they are compared: those of one servo after the other, R D."""
         self.time_step = time_step
         """Step of its simulations unless another is asked for [s]."""
-        self.unknown = like.unknown if like else unknown_numbers(model, benches, self.recordings)
+        self.unknown = like.unknown if like else unknown_numbers(model, benches, self.wholes)
         """Numbers of benches that the model declares unknown."""
         if like is not None:
             self.tolerated = like.tolerated
         else:
-            self.tolerated = tolerated_numbers(model, benches, self.recordings) if tolerant else ()
+            self.tolerated = tolerated_numbers(model, benches, self.wholes) if tolerant else ()
         """Numbers of benches that may differ a little from what is stated."""
         self.table = ParameterTable(actuator=model.actuator.name, effects=())
         self.noise = estimate_noise_floor(self.recordings)
         self.mechanisms: list[Mechanism] = []
         self._groups: list[tuple[Rollout, tuple[int, ...]]] = []
-        for members in rollout_groups(self.recordings):
-            mechanism = benches[self.recordings[members[0]].bench]
+        causes, shared = causes_of(effects, self.servos)
+        for members in rollout_groups(self.wholes):
+            mechanism = benches[self.wholes[members[0]].bench]
             self.mechanisms.append(mechanism)
             rollout = rollout_of(
                 mechanism,
-                [self.recordings[i] for i in members],
+                [self.wholes[i] for i in members],
                 model,
-                effects=effects,
+                effects=causes,
+                shared=shared,
                 unknown=(*self.unknown, *self.tolerated),
                 time_step=time_step,
                 device=DEVICE,
@@ -127,17 +135,29 @@ class Study:
         self.noise = self._with_driving_noise(self.noise)
         self._cells = [find_cell(r, self.timeline(i)) for i, r in enumerate(self.recordings)]
 
+    def _scale_of(
+        self, recordings: Sequence[Recording], benches: Mapping[str, Mechanism]
+    ) -> BenchScale:
+        """Return how large the benches are."""
+        pairs = [
+            (override_mechanism(benches[r.bench], r.bench_overrides), of_servo(r, servo))
+            for r in recordings
+            for servo in range(self.servos)
+        ]
+        return scale_of([m for m, _ in pairs], [r for _, r in pairs], self._model)
+
     def timeline(self, index: int) -> Timeline:
-        """Return the simulated rows of one recording."""
+        """Return the simulated rows of one of the recordings that are compared."""
+        whole, _ = self.sources[index]
         for rollout, members in self._groups:
-            if index in members:
-                return rollout.timelines[members.index(index)]
+            if whole in members:
+                return rollout.timelines[members.index(whole)]
         raise IndexError(index)
 
     @property
     def known(self) -> tuple[str, ...]:
-        """Effects of the starting model."""
-        return tuple(effect.name for effect in self._model.effects)
+        """Causes of the starting model."""
+        return tuple(effect.cause for effect in self._model.effects)
 
     @property
     def kinematic(self) -> bool:
@@ -202,7 +222,7 @@ class Study:
     def parameter(self, column: int) -> Parameter:
         """Return a parameter on these benches; its range holds what the model states of it."""
         owner, parameter = self.table.owners[column]
-        states = owner in {self._model.actuator.name, *(e.name for e in self._model.effects)}
+        states = owner in {self._model.actuator.name, *(e.cause for e in self._model.effects)}
         return parameter.holding(self.base_value(column)) if states else parameter
 
     def base_value(self, column: int) -> float:
@@ -217,10 +237,10 @@ class Study:
         Args:
             columns: Parameters that each candidate replaces, shape (N, F); -1 for none.
             values: Values in place of the model's own, shape (N, F), or (N, R, F) where each
-                recording has its own.
+                whole recording has its own.
             time_step: Step of the simulation [s] in place of the study's.
         """
-        out: dict[int, Residual] = {}
+        out: dict[tuple[int, int], Residual] = {}
         per_recording = values.ndim == 3
         for (rollout, members), base in zip(self._groups, self._vectors, strict=True):
             vectors = np.repeat(base[None], len(values), axis=0)
@@ -228,18 +248,19 @@ class Study:
                 for f in np.flatnonzero(row >= 0):
                     vectors[n, :, row[f]] = values[n, members, f] if per_recording else values[n, f]
             rows = rollout.run_rows(vectors, time_step)
-            for place, index in enumerate(members):
-                out[index] = self._compare(index, rollout, place, rows)
-        return [out[index] for index in range(len(self.recordings))]
+            for place, whole in enumerate(members):
+                for servo in range(self.servos):
+                    out[whole, servo] = self._compare((whole, servo), rollout, place, rows)
+        return [out[source] for source in self.sources]
 
     def trajectories(self, values: Mapping[int, float]) -> list[Trajectory]:
-        """Simulate every recording with some of the model's numbers replaced (column -> value)."""
+        """Simulate all whole recordings with some numbers replaced (column -> value)."""
         out: dict[int, Trajectory] = {}
         for (rollout, members), base in zip(self._groups, self._vectors, strict=True):
             vectors = base[None].copy()
             vectors[:, :, list(values)] = list(values.values())
             out.update(zip(members, rollout.run(vectors)[0], strict=True))
-        return [out[index] for index in range(len(self.recordings))]
+        return [out[index] for index in range(len(self.wholes))]
 
     def _with_driving_noise(self, noise: NoiseFloor) -> NoiseFloor:
         """Add to the encoder's noise what that of the load cell does to a mechanism it drives."""
@@ -259,14 +280,15 @@ class Study:
         return NoiseFloor(theta=float(np.sqrt(noise.theta**2 + moved)), force=noise.force)
 
     def _compare(
-        self, index: int, rollout: Rollout, place: int, rows: dict[str, Array]
+        self, source: tuple[int, int], rollout: Rollout, place: int, rows: dict[str, Array]
     ) -> Residual:
+        index, (_, servo) = self.sources.index(source), source
         recording, timeline = self.recordings[index], rollout.timelines[place]
         span = rollout.rows_of(place)
-        theta = finite(rows["angle"][:, span, 0])[:, timeline.measured]
+        theta = finite(rows["angle"][:, span, servo])[:, timeline.measured]
         force = None
         if compares_force(recording) and recording.force is not None:
-            simulated = finite(rows["force"][:, span, 0])
+            simulated = finite(rows["force"][:, span, servo])
             if (cell := self._cells[index]) is not None:
                 simulated = fill_between_readings(simulated, *cell)
             force = recording.force[None, :, 0] - simulated[:, timeline.measured]
@@ -277,18 +299,62 @@ class Study:
         )
 
 
-def refuse_several_tendons(recordings: Sequence[Recording]) -> None:
-    """Refuse recordings of which only a part would be compared.
+def benches_of(recordings: Sequence[Recording], model: Model) -> dict[str, Mechanism]:
+    """Return the benches of recordings with the numbers that a model states of them."""
+    return {bench: bench_of(bench, model) for bench in dict.fromkeys(r.bench for r in recordings)}
+
+
+def servo_count(recordings: Sequence[Recording], benches: Mapping[str, Mechanism]) -> int:
+    """Return how many servos all recordings have.
 
     Raises:
-        InvalidDataset: A recording has several tendons.
+        InvalidDataset: One has not those of its bench, or they differ: a part would be compared.
     """
+    count = recordings[0].tendon_count
     for recording in recordings:
-        if recording.tendon_count > 1:
+        own, tendons = recording.tendon_count, len(benches[recording.bench].tendons)
+        if own != tendons:
             raise InvalidDataset(
-                f"{recording.name}: a recording to be diagnosed or fitted has one tendon; this one "
-                f"of {recording.bench} has {recording.tendon_count}"
+                f"{recording.name}: a recording has the servos of its bench; {recording.bench} "
+                f"has {tendons}, and this one {own}"
             )
+        if own != count:
+            raise InvalidDataset(
+                f"{recording.name}: recordings to be diagnosed or fitted together have as many "
+                f"servos; this one of {recording.bench} has {own}, and {recordings[0].name} of "
+                f"{recordings[0].bench} has {count}"
+            )
+    return count
+
+
+def for_servos(model: Model, servos: int) -> Model:
+    """Return a model for benches of so many servos: what is said of an only one is said of all."""
+    for effect in model.effects:
+        check_servo(effect, servos)
+    if servos > 1:
+        return model
+    return replace(model, effects=tuple(replace(effect, servo=None) for effect in model.effects))
+
+
+def causes_of(effects: Sequence[str], servos: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return what candidates may be made of, and which effects may be of all servos or of one."""
+    if servos == 1:
+        return tuple(effects), ()
+    shared = tuple(name for name in effects if find_effect(name).is_of_servo())
+    own = [name_of(name, servo) for name in shared for servo in range(servos)]
+    return (*effects, *own), shared
+
+
+def of_servo(recording: Recording, servo: int) -> Recording:
+    """Return a recording with the signals of one of its servos alone."""
+    if recording.tendon_count == 1:
+        return recording
+    own = slice(servo, servo + 1)
+    signals = {
+        name: None if (signal := getattr(recording, name)) is None else signal[:, own]
+        for name in ("command", "motor_position", "motor_velocity", "force")
+    }
+    return replace(recording, name=f"{recording.name}, servo {servo}", **signals)
 
 
 def compares_force(recording: Recording) -> bool:

@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
+from tendon_newton.data.servo_names import name_of
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.study import Study, compares_force
 
 
 def testable_effects(study: Study) -> tuple[str, ...]:
-    """Return the effects that could show: no load cell's without one, no string's on a shaft."""
+    """Return the causes that could show: no load cell's without one, no string's on a shaft.
+
+    Of several servos each may have its own, and what is about servo or string all of them together.
+    """
     has_cell = any(recording.force is not None for recording in study.recordings)
     has_string = any(not tendon.direct for m in study.mechanisms for tendon in m.tendons)
-    return tuple(
-        name
-        for name, effect in EFFECTS.items()
-        if study.shows(name)
-        and (has_cell or not effect.acts_on_cell_only())
-        and (has_string or not effect.needs_string)
-    )
+    out: list[str] = []
+    for name, effect in EFFECTS.items():
+        unseen = effect.acts_on_cell_only() and not has_cell
+        if unseen or not study.shows(name) or (effect.needs_string and not has_string):
+            continue
+        is_own = study.servos > 1 and effect.is_of_servo()
+        if not is_own or effect.side != "sensor" or name in study.known:
+            out.append(name)
+        if is_own:
+            out += [name_of(name, servo) for servo in range(study.servos)]
+    return tuple(out)
 
 
 def untested_sides(study: Study) -> tuple[str, ...]:

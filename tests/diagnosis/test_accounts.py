@@ -196,10 +196,13 @@ def test_the_verb_lists_all_and_explains_one(
 
 def test_a_cause_acts_where_it_moves_a_signal_beyond_what_is_left_over() -> None:
     """Two recordings: the angle moves by ten floors in the one, by a tenth in the other."""
+    is_force = np.array([False, False, True] * 2)
     where = SimpleNamespace(
-        recording=np.array([0, 0, 0, 1, 1, 1]), is_force=np.array([False, False, True] * 2)
+        recording=np.array([0, 0, 0, 1, 1, 1]),
+        is_force=is_force,
+        signals=((False, ~is_force), (True, is_force)),
     )
-    study = SimpleNamespace(recordings=[SimpleNamespace(name=n) for n in ("a.csv", "b.csv")])
+    study = SimpleNamespace(wholes=[SimpleNamespace(name=n) for n in ("a.csv", "b.csv")])
     pool: Any = SimpleNamespace(
         worlds=SimpleNamespace(where=where, study=study),
         floors=SimpleNamespace(theta=0.001, force=0.1),

@@ -1,29 +1,160 @@
-"""A diagnosis is that of one tendon, and says so before it begins."""
+"""Recordings of several tendons are diagnosed with all their signals, or refused at once."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import write_dataset
+from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.recording import Recording
+from tendon_newton.diagnosis.owner import with_owner
+from tendon_newton.effects import EFFECTS, are_one_law, are_related, special_cases
+from tendon_newton.errors import InvalidModelFile
+from tendon_newton.identification import testable
+from tendon_newton.identification.objective import layout
+from tendon_newton.identification.study import Study, replacements
 from tests.importers.logs import model, recording
+
+TWO = {"bench": "finger_antagonist", "force": np.full((20, 2), 2.0)} | {
+    name: np.full((20, 2), 0.5) for name in ("command", "motor_position", "motor_velocity")
+}
+NARROW: dict[str, Any] = {
+    name: TWO[name][:, :1] for name in ("force", "command", "motor_position", "motor_velocity")
+}
+
+
+def diagnose(tmp_path: Path, train: Recording, test: Recording) -> int:
+    """Diagnose two recordings from the command line; return its exit status."""
+    write_dataset(tmp_path / "data", [train], [test])
+    words = ["--model", str(model(tmp_path / "model.toml")), "--out", str(tmp_path / "out")]
+    return main(["diagnose", str(tmp_path / "data"), *words])
 
 
 @pytest.mark.parametrize("several", ["train", "test"])
-def test_a_recording_of_two_tendons_is_refused(
+def test_recordings_with_different_numbers_of_tendons_are_refused(
     several: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """In either split: one line that names it, its bench and how many there are."""
-    both = {"bench": "finger_antagonist", "force": np.full((20, 2), 2.0)} | {
-        name: np.full((20, 2), 0.5) for name in ("command", "motor_position", "motor_velocity")
-    }
+    """One line names both benches and how many servos each has, before anything is compiled."""
     train, test = (
-        recording(f"{name}.csv", **(both if name == several else {})) for name in ("train", "test")
+        recording(f"{name}.csv", **(TWO if name == several else {})) for name in ("train", "test")
     )
-    write_dataset(tmp_path / "data", [train], [test])
-    words = ["--model", str(model(tmp_path / "model.toml")), "--out", str(tmp_path / "out")]
-    assert main(["diagnose", str(tmp_path / "data"), *words]) == 2
+    assert diagnose(tmp_path, train, test) == 2
     (line,) = capsys.readouterr().err.splitlines()
-    assert f"{several}.csv: a recording to be diagnosed or fitted has one tendon" in line
-    assert line.endswith("of finger_antagonist has 2")
+    assert "test.csv: recordings to be diagnosed or fitted together have as many servos" in line
+    assert {"finger_antagonist has 2", "finger has 1"} == {
+        f"{bench} has {n}" for bench, n in (("finger_antagonist", 2), ("finger", 1))
+        if f"{bench} has {n}" in line
+    }  # fmt: skip
+
+
+def test_a_recording_of_one_of_two_servos_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Half of a bench is no recording of it."""
+    train, test = (recording(f"{name}.csv", **(TWO | NARROW)) for name in ("train", "test"))
+    assert diagnose(tmp_path, train, test) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.endswith("has the servos of its bench; finger_antagonist has 2, and this one 1")
+
+
+def study_of(recordings: list[Recording], effects: tuple[str, ...], *known: NamedValues) -> Study:
+    """Compare recordings with the ideal servo."""
+    actuator = NamedValues(name="ideal", values={"gain": 4.2})
+    start = Model(actuator=actuator, effects=known)
+    return Study(recordings, start, effects, time_step=1e-3)
+
+
+EFFECTS_HERE = ("gain_error", "load_cell_bias", "joint_stiffness_error")
+
+
+def test_every_servo_has_signals_and_causes_of_its_own() -> None:
+    """Angle and force of each count apart, in the same blocks of the same whole recording."""
+    study = study_of([recording(f"{n}.csv", **TWO) for n in "ab"], EFFECTS_HERE)
+    assert [r.name for r in study.recordings] == [
+        f"{name}.csv, servo {servo}" for name in "ab" for servo in (0, 1)
+    ]
+    where = layout(study)
+    assert [(force, int(rows.sum())) for force, rows in where.signals] == [
+        (force, 40) for _ in (0, 1) for force in (False, True)
+    ]
+    assert where.block_count == 2  # a quarter of a second each
+    for _, rows in where.signals:
+        assert where.recording[rows].tolist() == [0] * 20 + [1] * 20
+        assert where.block[rows].tolist() == [0] * 20 + [1] * 20
+    names = testable.testable_effects(study)
+    assert {n for n in names if n.startswith("gain_error")} == {
+        "gain_error", "gain_error of servo 0", "gain_error of servo 1",
+    }  # fmt: skip
+    # a cell is one servo's; joints are nobody's
+    assert {n for n in names if n.startswith("load_cell_bias")} == {
+        "load_cell_bias of servo 0", "load_cell_bias of servo 1",
+    }  # fmt: skip
+    assert [n for n in names if n.startswith("joint")] == [
+        name for name in EFFECTS if name.startswith("joint")
+    ]
+
+
+def test_a_residual_is_that_of_its_own_servo() -> None:
+    """A bias of one cell moves that cell's residual and no other signal, by what it is."""
+    study = study_of([recording("a.csv", **TWO)], EFFECTS_HERE)
+    column = study.table.column("load_cell_bias of servo 1", "offset")
+    first, second = study.residuals(*replacements([{}, {column: 0.3}]))
+    for residual, moved in ((first, 0.0), (second, -0.3)):
+        assert np.array_equal(residual.theta[0], residual.theta[1])
+        assert residual.force is not None
+        assert residual.force[1] - residual.force[0] == pytest.approx(moved, abs=1e-12)
+
+
+def test_what_is_said_of_all_servos_is_said_of_each_that_has_none_of_its_own() -> None:
+    """One column for both, two columns, and one beside the other give the same simulation."""
+    study = study_of([recording("a.csv", **TWO)], EFFECTS_HERE)
+    both, *own = (
+        study.table.column(name, "scale")
+        for name in ("gain_error", "gain_error of servo 0", "gain_error of servo 1")
+    )
+    models = [{both: 0.7}, dict.fromkeys(own, 0.7), {both: 0.7, own[1]: 1.3}]
+    found = study.residuals(*replacements([*models, {own[0]: 0.7, own[1]: 1.3}]))
+    for residual in found:
+        assert np.array_equal(residual.theta[0], residual.theta[1])
+        assert np.array_equal(residual.theta[2], residual.theta[3])
+        assert not np.array_equal(residual.theta[0], residual.theta[2])
+
+
+def test_a_starting_model_may_say_what_one_servo_has() -> None:
+    """Its numbers stand in that servo's columns, and it counts as known."""
+    known = NamedValues(name="gain_error", servo=1, values={"scale": 0.8})
+    study = study_of([recording("a.csv", **TWO)], EFFECTS_HERE, known)
+    assert study.known == ("gain_error of servo 1",)
+    values = [
+        study.base_value(study.table.column(f"gain_error of servo {d}", "scale")) for d in (0, 1)
+    ]
+    assert values == [1.0, 0.8]
+    with pytest.raises(InvalidModelFile, match=r"servo of effect 'gain_error'.*0 to 1; it is 2"):
+        study_of(
+            [recording("a.csv", **TWO)], EFFECTS_HERE,
+            NamedValues(name="gain_error", servo=2, values={"scale": 0.8}),
+        )  # fmt: skip
+
+
+def test_only_one_of_a_law_may_act_at_a_servo() -> None:
+    """A law of all servos and that of one exclude each other; those of two servos do not."""
+    one, other = "coulomb_friction of servo 0", "coulomb_friction of servo 1"
+    assert are_one_law("coulomb_friction", one)
+    assert not are_one_law(one, other)
+    assert not are_one_law(one, one)
+    assert are_related("stribeck_friction", other)
+    assert are_related("stribeck_friction of servo 1", other)
+    assert not are_related("stribeck_friction of servo 1", one)
+    assert special_cases("stribeck_friction of servo 1") == (other,)
+
+
+def test_a_cause_is_told_with_its_owner() -> None:
+    """One servo's says so itself; that of all says so where there are several."""
+    assert with_owner("gain_error of servo 1", 2) == "gain_error of servo 1"
+    assert with_owner("gain_error", 2) == "gain_error of both servos"
+    assert with_owner("gain_error", 5) == "gain_error of all 5 servos"
+    assert with_owner("gain_error", 1) == "gain_error"
+    assert with_owner("joint_stiffness_error", 2) == "joint_stiffness_error"

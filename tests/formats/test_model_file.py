@@ -11,7 +11,7 @@ from tendon_newton.data.model_file import Model, NamedValues, load_model, write_
 from tendon_newton.errors import InvalidModelFile
 
 names = st.from_regex(r"[a-z][a-z_]{0,12}", fullmatch=True).filter(
-    lambda name: name not in ("name", "kind")
+    lambda name: name not in ("name", "kind", "servo")
 )
 numbers = st.floats(allow_nan=False, allow_infinity=False)
 values = st.dictionaries(names, numbers, max_size=4)
@@ -85,3 +85,37 @@ def test_every_reference_model_loads(shared: Path) -> None:
     """All model files of the reference folder are read."""
     for path in sorted((shared / "challenges").glob("*/model.toml")):
         assert load_model(path).actuator.name == "ideal"
+
+
+def test_an_effect_may_be_of_one_servo(tmp_path: Path) -> None:
+    """Beside that of all servos and that of another; the key is absent where it is of all."""
+    path = tmp_path / "model.toml"
+    effects = tuple(
+        NamedValues(name="gain_error", servo=servo, values={"scale": 0.8}) for servo in (None, 0, 1)
+    )
+    model = Model(actuator=NamedValues(name="ideal", values={"gain": 4.2}), effects=effects)
+    write_model(path, model)
+    assert load_model(path) == model
+    assert path.read_text(encoding="utf-8").count("servo = ") == 2
+    assert [effect.cause for effect in model.effects] == [
+        "gain_error", "gain_error of servo 0", "gain_error of servo 1",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("servo", ["-1", "1.5", "true", '"flexor"'])
+def test_a_servo_is_a_number_from_zero_on(servo: str, tmp_path: Path) -> None:
+    """Anything else is refused with what is asked."""
+    path = tmp_path / "model.toml"
+    path.write_text(
+        '[actuator]\nkind = "ideal"\n[[effects]]\nname = "gain_error"\nscale = 0.8\n'
+        f"servo = {servo}\n"
+    )
+    with pytest.raises(InvalidModelFile, match="servo must be the number of a servo"):
+        load_model(path)
+
+
+def test_an_effect_of_one_servo_stands_once() -> None:
+    """Twice is refused by its whole name."""
+    twice = NamedValues(name="gain_error", servo=1, values={"scale": 0.8})
+    with pytest.raises(InvalidModelFile, match="'gain_error of servo 1' is there 2 times"):
+        Model(actuator=NamedValues(name="ideal", values={}), effects=(twice, twice))

@@ -13,6 +13,7 @@ WHERE = Layout(
     recording=np.arange(ROWS) // (RATE * SECONDS),
     block=np.arange(ROWS) // RATE,
     is_force=np.zeros(ROWS, dtype=bool),
+    servo=np.zeros(ROWS, dtype=np.intp),
     block_count=SECONDS * RECORDINGS,
 )
 TRUTH = np.array([2.0, -0.5])
@@ -72,6 +73,7 @@ def test_one_recording_has_the_interval_of_its_blocks() -> None:
         recording=np.zeros_like(WHERE.recording),
         block=WHERE.block,
         is_force=WHERE.is_force,
+        servo=WHERE.servo,
         block_count=WHERE.block_count,
     )
     least = WIDENING * half_width(point, WHERE.block)

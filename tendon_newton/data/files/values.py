@@ -21,3 +21,8 @@ def are_tables(value: Any) -> TypeGuard[list[dict[str, Any]]]:
 def are_words(value: Any) -> TypeGuard[list[str]]:
     """Tell whether a value is an array of strings, which may be empty."""
     return is_list(value) and all(isinstance(word, str) for word in value)
+
+
+def is_count(value: Any) -> TypeGuard[int]:
+    """Tell whether a value is a whole number from 0 on."""
+    return isinstance(value, int) and not isinstance(value, bool) and value >= 0

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+from tendon_newton.data.servo_names import effect_of
 from tendon_newton.diagnosis.accounts.account_file import Account
 from tendon_newton.diagnosis.reporting.report_words import docstring_part, quantity
 from tendon_newton.diagnosis.result import Criterion
@@ -20,7 +21,7 @@ from tendon_newton.diagnosis.search.decide.account import (
     LOSS,
     TOGETHER,
 )
-from tendon_newton.effects import EFFECTS
+from tendon_newton.effects import EFFECTS, law_of
 
 MANY = 3
 """Recordings that are told by name."""
@@ -46,7 +47,7 @@ def line(cause: Account) -> str:
 
 def what(cause: Account) -> str:
     """Return a cause with its numbers."""
-    known = EFFECTS[cause.name].parameters if cause.name in EFFECTS else ()
+    known = law_of(cause.name).parameters if effect_of(cause.name) in EFFECTS else ()
     units = {parameter.name: parameter.on(cause.scale).unit for parameter in known}
     numbers = [quantity(value, units.get(name, "1")) for name, value in cause.values.items()]
     if len(numbers) > 1:
@@ -105,7 +106,7 @@ def what_would_tell(cause: Account) -> list[str]:
         return [f"To tell them apart, {cause.experiment}."]
     if cause.rival_of:
         return ["To tell them apart, record what the verb experiment proposes."]
-    if cause.named or cause.name not in EFFECTS:
+    if cause.named or effect_of(cause.name) not in EFFECTS:
         return []
     out: list[str] = []
     signature = docstring_part(cause.name, "Signature")
@@ -121,7 +122,7 @@ def what_would_tell(cause: Account) -> list[str]:
 
 def not_tried(name: str, *, has_force: bool) -> list[str]:
     """Say why an effect of the catalogue stands in no account."""
-    effect = EFFECTS[name]
+    effect = law_of(name)
     if effect.acts_on_cell_only() and not has_force:
         why = "It changes only what a load cell reads, and the recordings have no force."
     elif effect.needs_string:

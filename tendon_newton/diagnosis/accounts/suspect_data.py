@@ -129,8 +129,9 @@ def ratio_of(measured: Array, simulated: Array) -> float | None:
 
 def contradictions(study: Study) -> Iterator[Suspect]:
     """Find runs with the same command on the same bench that gave different motions."""
-    for one, other in combinations(study.recordings, 2):
-        if not same_run(one, other):
+    views = zip(study.recordings, study.sources, strict=True)
+    for (one, (_, servo)), (other, (_, another)) in combinations(views, 2):
+        if servo != another or not same_run(one, other):
             continue
         apart = one.motor_position[:, 0] - other.motor_position[:, 0]
         size = rms(apart)
@@ -174,7 +175,8 @@ def strangers(
             f"{recording.name} stands apart: its error is {sizes[index] / max(others, 1.0):.2g} "
             "times that of the other recordings. "
         )
-        others_of = [bench for bench in benches if bench != recording.bench]
+        # one servo's signals are no recording of another bench
+        others_of = [b for b in benches if b != recording.bench and study.servos == 1]
         fits = {b: size_on(b, study, model, values, recording) for b in others_of}
         bench = min(fits, key=lambda name: fits[name], default=None)
         if bench is not None and BETTER * fits[bench] < sizes[index]:

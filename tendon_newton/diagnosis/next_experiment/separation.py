@@ -15,7 +15,9 @@ from tendon_newton.diagnosis.explanation import OpenClass, Setting
 from tendon_newton.diagnosis.imitation import Likeness, Trial, find_likenesses
 from tendon_newton.diagnosis.search.floors import form_scales
 from tendon_newton.effects import EFFECTS
+from tendon_newton.errors import InvalidParameter
 from tendon_newton.identification.study import Residual, Study, replacements
+from tendon_newton.mechanisms.loading import load_mechanism
 
 DURATION = 12.0
 """Length of a proposed run [s]."""
@@ -124,6 +126,7 @@ def propose(
         seeds: Runs drawn of each excitation; the best one stands for it.
         duration: Length of each run [s].
     """
+    refuse_several_servos([setting.bench for setting in question.settings])
     plans = library_plans(settings_to_try(question.settings, benches), seeds, duration)
     predictions = predict(question, play(question, plans))
     own = {setting.bench for setting in question.settings}
@@ -131,6 +134,16 @@ def propose(
     for p in sorted(predictions, key=lambda p: rank(p, own)):
         ranked.setdefault((bench_text(p.plan.setting), p.plan.excitation), p)
     return tuple(ranked.values())
+
+
+def refuse_several_servos(benches: Sequence[str]) -> None:
+    """Refuse benches of several servos: the runs of the library move one."""
+    for bench in dict.fromkeys(benches):
+        servos = len(load_mechanism(bench).tendons)
+        if servos > 1:
+            raise InvalidParameter(
+                f"runs that separate causes are designed for one servo; {bench} has {servos}"
+            )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,7 +10,7 @@ from tendon_newton.diagnosis.next_experiment.investigation_log import Investigat
 from tendon_newton.diagnosis.reporting.inline_svg import AFTER, BEFORE, INK, svg
 from tendon_newton.diagnosis.reporting.page import write_page
 from tendon_newton.diagnosis.reporting.report_words import number
-from tendon_newton.effects import find_effect
+from tendon_newton.effects import law_of
 
 TEMPLATE = "path.html.jinja"
 SIZE = (3.6, 1.9)
@@ -89,7 +89,7 @@ def numbers_of(steps: Sequence[Step]) -> list[tuple[str, str]]:
 
 def panel(steps: Sequence[Step], cause: str, name: str) -> str:
     """Draw one number with its interval after each run; a run without it leaves a gap."""
-    unit = next(p.unit for p in find_effect(cause).parameters if p.name == name)
+    unit = next(p.unit for p in law_of(cause).parameters if p.name == name)
     places = [
         (k, step.causes[cause][name], any(cause in names for names in step.open))
         for k, step in enumerate(steps, start=1)

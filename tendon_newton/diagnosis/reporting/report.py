@@ -75,7 +75,7 @@ def write_report(
 def content(diagnosis: Diagnosis, evidence: Evidence, origin: Origin) -> dict[str, Any]:
     """Return what the template shows."""
     comparisons = compare(evidence)
-    train = evidence.train.recordings
+    train = evidence.train.wholes
     benches = ", ".join(dict.fromkeys(r.bench.replace("_", " ") for r in train))
     name = origin.dataset.resolve().name if origin.dataset else benches
     return {
@@ -90,7 +90,7 @@ def content(diagnosis: Diagnosis, evidence: Evidence, origin: Origin) -> dict[st
         "quotation": origin.quotation(),
         **pictures(diagnosis, evidence, comparisons),
         **captions(diagnosis),
-        **finding_rows(train, evidence.test.recordings),
+        **finding_rows(train, evidence.test.wholes),
         "notes": [*doubts(diagnosis), *diagnosis.notes],
         "model": model_rows(diagnosis, evidence),
         "details": detail_rows(diagnosis, evidence, origin.command),

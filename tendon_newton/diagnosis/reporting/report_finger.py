@@ -43,7 +43,7 @@ def moving_fingers(
     for window in windows:
         recording = window.comparison.recording
         mechanism = override_mechanism(bench_of(recording.bench, model), recording.bench_overrides)
-        if mechanism.tip is not None:
+        if mechanism.tip is not None and len(mechanism.tendons) == 1:
             return fingers_of(evidence, window, ClosingPostures(mechanism), found=found)
     return None
 

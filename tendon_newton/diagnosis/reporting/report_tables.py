@@ -10,7 +10,9 @@ from tendon_newton.data.checks.finding import SEVERITIES, Finding
 from tendon_newton.data.checks.lint import lint_dataset, lint_recording
 from tendon_newton.data.parameters import BenchScale
 from tendon_newton.data.recording import Recording
+from tendon_newton.data.servo_names import effect_of
 from tendon_newton.diagnosis.diagnose import Evidence
+from tendon_newton.diagnosis.owner import with_owner
 from tendon_newton.diagnosis.reporting.report_words import (
     cause_sentence,
     docstring_part,
@@ -33,7 +35,7 @@ def cause_rows(diagnosis: Diagnosis) -> list[Row]:
     for effect in diagnosis.effects:
         parameters: list[Row] = []
         for name, estimate in effect.parameters.items():
-            value, interval = estimate_text(effect.name, name, estimate)
+            value, interval = estimate_text(effect_of(effect.name), name, estimate)
             label = name.replace("_", " ")
             parameters.append(
                 {
@@ -45,7 +47,7 @@ def cause_rows(diagnosis: Diagnosis) -> list[Row]:
             )
         rows.append(
             {
-                "name": effect.name,
+                "name": with_owner(effect.name, diagnosis.servos),
                 "side": effect.side,
                 "sentence": cause_sentence(effect),
                 "parameters": parameters,
@@ -200,8 +202,8 @@ def detail_rows(
         ("verdict", diagnosis.verdict.replace("_", " ")),
         ("effects tried", str(len(diagnosis.candidates))),
         ("mean absolute error of the angle", f"{mean} mrad"),
-        ("recordings to learn from", ", ".join(r.name for r in evidence.train.recordings)),
-        ("recordings held out", ", ".join(r.name for r in evidence.test.recordings)),
+        ("recordings to learn from", ", ".join(r.name for r in evidence.train.wholes)),
+        ("recordings held out", ", ".join(r.name for r in evidence.test.wholes)),
         ("wall time", f"{diagnosis.wall_time_s:.0f} s"),
         ("versions", ", ".join(packages)),
     ]

@@ -6,9 +6,11 @@ import inspect
 import math
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 
+from tendon_newton.data.servo_names import servo_of
 from tendon_newton.diagnosis.result import Diagnosis, Estimate, NamedEffect
-from tendon_newton.effects import find_effect
+from tendon_newton.effects import law_of
 
 SENTENCES: dict[str, str] = {
     # {parameter} is the number with its unit, {parameter:size} without its sign, {parameter:loss}
@@ -125,7 +127,14 @@ def comparison(scale: float) -> str:
 
 def cause_sentence(effect: NamedEffect) -> str:
     """Return one cause as a sentence without its full stop."""
-    declared = find_effect(effect.name)
+    declared, servo = law_of(effect.name), servo_of(effect.name)
+    owner = "" if servo is None else f"Servo {servo}: "
+    return owner + law_sentence(replace(effect, name=declared.name))
+
+
+def law_sentence(effect: NamedEffect) -> str:
+    """Return what an effect is as a sentence, whosever it is."""
+    declared = law_of(effect.name)
     if effect.name not in SENTENCES:
         return f"{docstring_part(effect.name).rstrip('.')} ({effect.name.replace('_', ' ')})"
     first = declared.parameters[0]
@@ -151,7 +160,7 @@ def field(effect: NamedEffect, parameter: str, form: str | None) -> str:
 
 def docstring_part(effect: str, heading: str | None = None) -> str:
     """Return the first line of an effect's docstring, or what follows ``heading:``, on one line."""
-    text = inspect.getdoc(find_effect(effect)) or effect
+    text = inspect.getdoc(law_of(effect)) or effect
     if heading is None:
         return text.splitlines()[0]
     found = re.search(rf"^{heading}: (.*?)(?=^[A-Z][\w ]+: |\Z)", text, re.DOTALL | re.MULTILINE)

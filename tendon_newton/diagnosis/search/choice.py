@@ -10,7 +10,7 @@ import numpy as np
 from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.search.quadratic import bounded
 from tendon_newton.diagnosis.search.survey import Survey
-from tendon_newton.effects import EFFECTS, find_effect
+from tendon_newton.effects import are_related, law_of
 
 CLOSER = 6
 """Directions that are solved for, of those that promise most to one step of a set."""
@@ -88,15 +88,12 @@ class Chooser:
 
     def _variances(self, left: Array) -> Array:
         rows = np.maximum(self.survey.rows, 1.0e-9)
-        floors = np.array([self.survey.floors.theta, self.survey.floors.force])
-        return np.maximum(left, 0.0) / rows / floors**2 + 1.0
+        return np.maximum(left, 0.0) / rows / self.survey.floors**2 + 1.0
 
     def _weights(self, left: Array) -> Array:
         rows = np.maximum(self.survey.rows, 1.0e-9)
-        floors = np.array([self.survey.floors.theta, self.survey.floors.force])
-        return np.where(
-            self.survey.rows > 0.0, 1.0 / (rows * floors**2 * self._variances(left)), 0.0
-        )
+        weight = 1.0 / (rows * self.survey.floors**2 * self._variances(left))
+        return np.where(self.survey.rows > 0.0, weight, 0.0)
 
     def score(self, left: Array) -> float:
         """Return the score of squared residuals by signal [nat per row]."""
@@ -104,7 +101,7 @@ class Chooser:
 
     def cost(self, trial: Trial) -> float:
         """Return a set's score with the price of all numbers of its causes."""
-        numbers = sum(len(find_effect(name).parameters) for name in self.names(trial))
+        numbers = sum(len(law_of(name).parameters) for name in self.names(trial))
         return trial.score + self.price * numbers
 
     def names(self, trial: Trial) -> tuple[str, ...]:
@@ -136,10 +133,11 @@ class Chooser:
         step = np.clip(-b_own / np.maximum(size, 1e-30), 0.0, self._high[self.atoms])
         gain = -(b_own * step + 0.5 * size * step**2)
         present = {s.columns[i].name for i in trial.added} | barred
-        present |= {name for own in self.names(trial) for name in relatives(own)}
+        names = self.names(trial)
         allowed = [
             (g, i) for g, i in zip(gain, self.atoms, strict=True)
-            if s.columns[i].name not in present and g > 0.0
+            if g > 0.0 and s.columns[i].name not in present
+            and not is_relative(s.columns[i].name, names)
         ]  # fmt: skip
         allowed.sort(reverse=True)
         out: list[int] = []
@@ -244,13 +242,13 @@ def exchanges(chooser: Chooser, count: int) -> list[Trial]:
     out: list[Trial] = []
     columns, start = chooser.survey.columns, chooser.solve((), ())
     for name in chooser.survey.fit.names:
-        others = {r for n in chooser.survey.fit.names if n != name for r in relatives(n)}
+        others = [n for n in chooser.survey.fit.names if n != name]
         less = chooser.solve((), [name])
         bar = less.score - PROMISE * max(0.0, less.score - start.score)
         ranked: dict[str, Trial] = {}
         for atom in chooser.atoms:
             rival = columns[atom].name
-            if rival in others:
+            if is_relative(rival, others):
                 continue
             trial = chooser.solve([atom], [name])
             if rival not in ranked or trial.score < ranked[rival].score:
@@ -261,7 +259,6 @@ def exchanges(chooser: Chooser, count: int) -> list[Trial]:
     return out
 
 
-def relatives(name: str) -> set[str]:
-    """Return the special cases of an effect, and the laws that it is one of."""
-    special = set(find_effect(name).includes)
-    return special | {other for other, law in EFFECTS.items() if name in law.includes}
+def is_relative(name: str, others: Iterable[str]) -> bool:
+    """Tell whether a cause is a special case of another, or the other way round."""
+    return any(are_related(name, other) for other in others)

@@ -9,7 +9,7 @@ import numpy as np
 
 from tendon_newton.data.parameters import Parameter
 from tendon_newton.data.recording import Array
-from tendon_newton.effects import find_effect
+from tendon_newton.effects import law_of
 from tendon_newton.identification.study import Study
 
 SIZES = (0.5, 2.0)
@@ -102,7 +102,7 @@ def atoms(study: Study, effect: str) -> list[dict[int, float]]:
     parameters = [study.parameter(c) for c in columns]
     if len(parameters) == 1:
         return [{columns[0]: v} for v in sizes(study, columns[0])]
-    law = find_effect(effect)
+    law = law_of(effect)
     named = {p.name: (c, p) for c, p in zip(columns, parameters, strict=True)}
     grids: list[list[float]] = []
     for parameter in parameters:

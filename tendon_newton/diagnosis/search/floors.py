@@ -9,7 +9,7 @@ import numpy as np
 from tendon_newton.data.parameters import BenchScale
 from tendon_newton.diagnosis.search.decide.rule import FORM_FORCE, FORM_THETA, LADDER, REST
 from tendon_newton.diagnosis.search.worlds import Floors, Worlds
-from tendon_newton.effects import find_effect
+from tendon_newton.effects import law_of, special_cases
 from tendon_newton.identification.objective import Scales
 
 
@@ -48,10 +48,10 @@ def form_scales(scale: BenchScale) -> Scales:
 
 def is_dry(names: Sequence[str]) -> bool:
     """Tell whether some effects make a tendon or a joint stick, or stand for what does."""
-    laws = {law for name in names for law in (name, *find_effect(name).includes)}
-    return any(find_effect(law).dry or law == "joint_dry_friction" for law in laws)
+    laws = {law for name in names for law in (name, *special_cases(name))}
+    return any(law_of(law).dry or law == "joint_dry_friction" for law in laws)
 
 
 def breaks_away(name: str) -> bool:
     """Tell whether an effect's friction at rest is another than in motion: it jumps."""
-    return any(number.startswith("static") for number in find_effect(name).dry)
+    return any(number.startswith("static") for number in law_of(name).dry)

@@ -28,8 +28,8 @@ def folds(worlds: Worlds) -> Indices:
     Conditions are left out whole where there are enough, else recordings. What is all of its bench,
     and few recordings, are cut in time: a bench that nobody saw has numbers that nobody can know.
     """
-    groups = groups_of(worlds.study.recordings)
-    bench = {g: r.bench for g, r in zip(groups, worlds.study.recordings, strict=True)}
+    groups = groups_of(worlds.study.wholes)
+    bench = {g: r.bench for g, r in zip(groups, worlds.study.wholes, strict=True)}
     turn = {g: i for i, g in enumerate(sorted(bench, key=lambda g: bench[g]))}
     owns_bench = [list(bench.values()).count(bench[g]) == 1 for g in groups]
     whole = np.array([turn[g] for g in groups])[worlds.where.recording]
@@ -76,25 +76,23 @@ def held_out_terms(worlds: Worlds, fit: Fit, floors: Floors, until: float = np.i
             worlds, [fit], floors, iterations=STEPS, coarse=0, rows=seen, jacobians=jacobians
         )
         residual = found.residual[None]
-        scales = worlds.score(residual, floors, rows=seen)
-        (own,) = terms(worlds, residual, scales.theta, scales.force, floors)
+        score = worlds.score(residual, floors, rows=seen)
+        (own,) = terms(worlds, residual, score.scales, floors)
         total += np.where(seen, 0.0, own)
     return total
 
 
-def terms(worlds: Worlds, residuals: Array, theta: Array, force: Array, floors: Floors) -> Array:
+def terms(worlds: Worlds, residuals: Array, scales: Array, floors: Floors) -> Array:
     """Return each row's share of the score at given scales of the signals, shape (N, M)."""
-    weight, is_force = worlds.weights(floors), worlds.where.is_force
-    scale = np.where(is_force, force[:, None], theta[:, None])
-    floor = np.where(is_force, floors.force, floors.theta)
-    scale = np.maximum(scale, floor)
-    value = np.log(scale / floor) + 0.5 * TAIL**2 * np.log1p((residuals / scale / TAIL) ** 2)
-    share = np.zeros(len(is_force))
-    for kind in (False, True):
-        chosen = is_force == kind
-        if chosen.any():
-            share[chosen] = weight[chosen] / weight[chosen].sum()
-    return value * share
+    weight, out = worlds.weights(floors), np.zeros_like(residuals)
+    for (force, rows), own in zip(worlds.where.signals, scales.T, strict=True):
+        if rows.any():
+            floor = floors.of(force)
+            scale = np.maximum(own, floor)[:, None]
+            tail = 0.5 * TAIL**2 * np.log1p((residuals[:, rows] / scale / TAIL) ** 2)
+            share = weight[rows] / weight[rows].sum()
+            out[:, rows] = (np.log(scale / floor) + tail) * share
+    return out
 
 
 def by_block(worlds: Worlds, values: Array) -> Array:

@@ -12,7 +12,7 @@ from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.search.floors import floors_of, form_of, is_dry
 from tendon_newton.diagnosis.search.refit import Fit, refit, rescored, values_of
 from tendon_newton.diagnosis.search.worlds import QUIET, Floors, Worlds
-from tendon_newton.effects import find_effect
+from tendon_newton.effects import law_of
 
 Log = Callable[[str], None]
 Allows = Callable[[tuple[str, ...], Mapping[int, float]], bool]
@@ -85,7 +85,7 @@ class Pool:
 
     def bar(self, name: str) -> float:
         """Return the gain in score that a cause must bring: each of its numbers has a price."""
-        return self.price * len(find_effect(name).parameters)
+        return self.price * len(law_of(name).parameters)
 
     def change(self, fit: Fit, less: Fit) -> float:
         """Return how much smaller residuals a fit has than another [errors of form of the other].
@@ -106,13 +106,12 @@ class Pool:
         return self._above(fit.residual**2, floor**2, fit.names, floors)
 
     def _above(self, more: Array, less: Array, names: Sequence[str], floors: Floors) -> float:
-        weight, is_force = self.worlds.weights(floors), self.worlds.where.is_force
-        form = form_of(self.worlds, names)
+        weight, form = self.worlds.weights(floors), form_of(self.worlds, names)
         gain, out = weight * (more - less), 0.0
-        for force, unit in ((False, form.theta), (True, form.force)):
-            rows = is_force == force
+        for force, rows in self.worlds.where.signals:
             if rows.any():
                 mean = float(gain[rows].sum() / weight[rows].sum())
+                unit = form.force if force else form.theta
                 out = max(out, float(np.sqrt(max(0.0, mean))) / unit)
         return out
 
@@ -148,8 +147,7 @@ class Pool:
 
         Rows at which something acts at times count in their tails.
         """
-        is_force = self.worlds.where.is_force
-        return fit.score - QUIET * (int(is_force.any()) + int(not is_force.all()))
+        return fit.score - QUIET * sum(bool(rows.any()) for _, rows in self.worlds.where.signals)
 
     def describe(self, fit: Fit) -> str:
         """Say a fit in one line."""
@@ -158,7 +156,8 @@ class Pool:
             f"{owners[c][0]}.{owners[c][1].name}={v:.4g}"
             for c, v in values_of(self.worlds, fit.columns, fit.place).items()
         )
-        return (
-            f"{fit.score:.3f} theta {1e3 * fit.scales.theta:.2f} mrad, force "
-            f"{fit.scales.force:.3f}: {numbers or 'nothing'}"
+        scales = ", ".join(
+            f"force {scale:.3f}" if force else f"theta {1e3 * scale:.2f} mrad"
+            for (force, _), scale in zip(self.worlds.where.signals, fit.scales, strict=True)
         )
+        return f"{fit.score:.3f} {scales}: {numbers or 'nothing'}"

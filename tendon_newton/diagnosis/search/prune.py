@@ -13,7 +13,7 @@ from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, without
 from tendon_newton.diagnosis.search.starts import new_starts, related_starts
 from tendon_newton.diagnosis.search.strategy import RIVALS, follow, note_singles
 from tendon_newton.diagnosis.search.survey import survey
-from tendon_newton.effects import find_effect
+from tendon_newton.effects import special_cases
 
 FAR, CLEAR = 20.0, 6.0
 """Score lost without a cause [prices] from which it is clear. A set without it is followed if it
@@ -101,7 +101,7 @@ def simplest(pool: Pool, fit: Fit) -> Fit:
     residuals smaller by less than the error of form of the model with the special case.
     """
     for name in fit.names:
-        for special in find_effect(name).includes:
+        for special in special_cases(name):
             key = (frozenset(fit.names) - {name}) | {special}
             other = pool.fits.get(key)
             if other is None:
@@ -114,8 +114,8 @@ def simplest(pool: Pool, fit: Fit) -> Fit:
 def is_sharper(pool: Pool, fit: Fit, other: Fit) -> bool:
     """Tell whether a signal's mean squares differ by that of the other model's error of form."""
     form = form_of(pool.worlds, other.names)
+    signals = zip(pool.worlds.where.signals, other.scales, fit.scales, strict=True)
     return any(
-        max(0.0, getattr(other.scales, signal) ** 2 - getattr(fit.scales, signal) ** 2)
-        >= getattr(form, signal) ** 2
-        for signal in ("theta", "force")
+        max(0.0, less**2 - own**2) >= (form.force if force else form.theta) ** 2
+        for (force, _), less, own in signals
     )

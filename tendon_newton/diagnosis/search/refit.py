@@ -12,9 +12,9 @@ from tendon_newton.data.recording import Array, Mask
 from tendon_newton.diagnosis.search.floors import is_dry
 from tendon_newton.diagnosis.search.quadratic import bounded
 from tendon_newton.diagnosis.search.worlds import Floors, Worlds
-from tendon_newton.effects import find_effect
+from tendon_newton.effects import law_of
 from tendon_newton.effects.base import Stage
-from tendon_newton.identification.objective import Scales, loss_terms, loss_weights
+from tendon_newton.identification.objective import loss_terms, loss_weights
 
 DAMPINGS = (1.0e-3, 0.1, 3.0)
 """Marquardt factors that are tried side by side."""
@@ -49,8 +49,8 @@ class Fit:
     """Of the simulation that gave the residual [s]."""
     score: float
     """Negative log likelihood per row [nat], see `Worlds.score`."""
-    scales: Scales
-    """Most likely scale of each signal."""
+    scales: Array
+    """Most likely scale of each signal [rad, N], shape (S,)."""
     stride: Array
     """Steps of the next finite differences, as shares of the coordinates, shape (F,)."""
     slopes: Mapping[int, Array] = field(default_factory=dict)
@@ -107,7 +107,7 @@ def start_fits(
                 residual=residuals[n],
                 time_step=time_step,
                 score=float(score.value[n]),
-                scales=Scales(theta=float(score.theta[n]), force=float(score.force[n])),
+                scales=score.scales[n],
                 stride=np.full(len(columns), strides(worlds, names)[0 if near else 1]),
                 slopes={c: s for c, s in (slopes or {}).items() if c in columns},
             )
@@ -220,11 +220,10 @@ def mean_loss(residual: Array, unit: Array) -> float:
 def row_units(worlds: Worlds, fit: Fit, floors: Floors, share: float, rows: Mask | None) -> Array:
     """Return one unit of residual for each row, infinite where a fit may not look, shape (M,)."""
     unit = np.full(len(fit.residual), np.inf)
-    for force, floor in ((False, floors.theta), (True, floors.force)):
-        chosen = worlds.where.is_force == force
-        chosen = chosen if rows is None else chosen & rows
+    for force, own in worlds.where.signals:
+        chosen = own if rows is None else own & rows
         if chosen.any():
-            unit[chosen] = max(floor, trimmed_size(fit.residual[chosen], share))
+            unit[chosen] = max(floors.of(force), trimmed_size(fit.residual[chosen], share))
     return unit / np.sqrt(worlds.weights(floors))
 
 
@@ -306,7 +305,7 @@ def without(fit: Fit, name: str, worlds: Worlds) -> tuple[tuple[str, ...], dict[
     own = worlds.study.table.columns(name)
     values = values_of(worlds, fit.columns, fit.place)
     rest = {c: v for c, v in values.items() if c not in own}
-    if find_effect(name).hook(Stage.PERIOD):
+    if law_of(name).hook(Stage.PERIOD):
         for c in rest:
             number = worlds.study.parameter(c)
             value = rest[c] * values[own[0]] ** -TIME_POWERS.get(number.unit, 0)
@@ -319,9 +318,7 @@ def rescored(worlds: Worlds, fits: Sequence[Fit], floors: Floors) -> list[Fit]:
     score = worlds.score(np.stack([f.residual for f in fits]), floors)
     return [
         replace(
-            f, score=float(score.value[n]),
-            scales=Scales(theta=float(score.theta[n]), force=float(score.force[n])),
-            settled=False,
+            f, score=float(score.value[n]), scales=score.scales[n], settled=False,
         )
         for n, f in enumerate(fits)
     ]  # fmt: skip

@@ -11,7 +11,7 @@ from tendon_newton.diagnosis.search.coordinates import atoms, is_shape
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.refit import Fit, values_of
 from tendon_newton.diagnosis.search.survey import Survey
-from tendon_newton.effects import find_effect
+from tendon_newton.effects import are_one_law, special_cases
 
 Start = tuple[tuple[str, ...], dict[int, float]]
 """Causes and the values to start from, column -> value."""
@@ -61,6 +61,7 @@ def related_starts(pool: Pool, fit: Fit, allowed: Sequence[str]) -> list[Start]:
     of its special cases. The first of them that fits a little better need not be the right one. A
     relative starts where it does the same: its numbers of a unit are the cause's first of that
     unit, and others have each of their typical values. One that fits no worse already is left.
+    An effect of one servo and that of all are relatives too.
     """
     study, out = pool.worlds.study, list[Start]()
     place = values_of(pool.worlds, fit.columns, fit.place)
@@ -68,9 +69,10 @@ def related_starts(pool: Pool, fit: Fit, allowed: Sequence[str]) -> list[Start]:
         own = study.table.columns(name)
         by_unit = {study.parameter(c).unit: place[c] for c in reversed(own) if c in place}
         rest = {c: v for c, v in place.items() if c not in own}
-        alike = {name, *find_effect(name).includes}
+        out += starts_of_servos(pool, fit, name, allowed)
+        alike = {name, *special_cases(name)}
         for relative in allowed:
-            if alike.isdisjoint({relative, *find_effect(relative).includes}):
+            if alike.isdisjoint({relative, *special_cases(relative)}):
                 continue
             names = (*(n for n in fit.names if n != name), relative)
             known = pool.fits.get(frozenset(names))
@@ -82,3 +84,22 @@ def related_starts(pool: Pool, fit: Fit, allowed: Sequence[str]) -> list[Start]:
                         if p.unit in by_unit and not is_shape(p)}  # fmt: skip
                 out.append((names, {**rest, **atom, **same}))
     return list({(n, *v.items()): (n, v) for n, v in out}.values())
+
+
+def starts_of_servos(pool: Pool, fit: Fit, name: str, allowed: Sequence[str]) -> list[Start]:
+    """Return starts of sets in which all servos share an effect of one, or each has its own."""
+    table, out = pool.worlds.study.table, list[Start]()
+    place = values_of(pool.worlds, fit.columns, fit.place)
+    own = tuple(cause for cause in allowed if are_one_law(cause, name))
+    sets: list[tuple[str, ...]] = [(cause,) for cause in own]
+    for causes in [*sets, own] if len(own) > 1 else sets:
+        names = [n for n in fit.names if not any(n == c or are_one_law(n, c) for c in causes)]
+        known = pool.fits.get(frozenset((*names, *causes)))
+        if known is None or known.score > fit.score:
+            gone = {c for n in fit.names if n not in names for c in table.columns(n)}
+            values = {c: v for c, v in place.items() if c not in gone}
+            for cause in causes:
+                pairs = zip(table.columns(cause), table.columns(name), strict=True)
+                values |= {new: place[old] for new, old in pairs}
+            out.append(((*names, *causes), values))
+    return out

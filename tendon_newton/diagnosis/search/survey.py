@@ -49,14 +49,15 @@ class Survey:
     fit: Fit
     columns: tuple[Column, ...]
     gram: Array
-    """Products of all directions, for angle and force, shape (2, C, C)."""
+    """Products of all directions, for each signal, shape (S, C, C)."""
     slope: Array
-    """Products of the directions with the residual, shape (2, C)."""
+    """Products of the directions with the residual, shape (S, C)."""
     square: Array
-    """Squared residual, shape (2,)."""
+    """Squared residual, shape (S,)."""
     rows: Array
-    """Rows that count, by weight, shape (2,)."""
-    floors: Floors
+    """Rows that count, by weight, shape (S,)."""
+    floors: Array
+    """Least scale of each signal, shape (S,)."""
     directions: Array
     """Changes of the residual, shape (C, M)."""
 
@@ -130,8 +131,8 @@ def assemble(
 ) -> Survey:  # fmt: skip
     """Reduce directions to the products that a choice needs."""
     gram, slope, square, rows = [], [], [], []
-    for force, floor in ((False, floors.theta), (True, floors.force)):
-        chosen = worlds.where.is_force == force
+    least = np.array([floors.of(force) for force, _ in worlds.where.signals])
+    for (_, chosen), floor in zip(worlds.where.signals, least, strict=True):
         if not chosen.any():
             zero = np.zeros(len(directions))
             gram.append(np.outer(zero, zero))
@@ -149,5 +150,5 @@ def assemble(
         rows.append(float(weight.sum()))
     return Survey(
         fit=fit, columns=columns, gram=np.array(gram), slope=np.array(slope),
-        square=np.array(square), rows=np.array(rows), floors=floors, directions=directions,
+        square=np.array(square), rows=np.array(rows), floors=least, directions=directions,
     )  # fmt: skip

@@ -46,6 +46,10 @@ class Floors:
     rest: float = 1.0
     """Weight of a row at rest [1]: a stuck tendon repeats one error in all of them."""
 
+    def of(self, force: bool) -> float:
+        """Return the least scale of a force [N] or else of an angle [rad]."""
+        return self.force if force else self.theta
+
 
 @dataclass(frozen=True, kw_only=True)
 class Score:
@@ -53,10 +57,8 @@ class Score:
 
     value: Array
     """Negative log likelihood per row, summed over signals [nat], shape (N,)."""
-    theta: Array
-    """Scale of the angle's residuals [rad], shape (N,)."""
-    force: Array
-    """The same of the force [N]; zero without a load cell, shape (N,)."""
+    scales: Array
+    """Scale of each signal's residuals [rad, N]; zero without a load cell, shape (N, S)."""
 
 
 class Worlds:
@@ -134,9 +136,8 @@ class Worlds:
             rows: Rows that count, shape (M,); all by default.
         """
         value, scales, weights = np.zeros(len(residuals)), [], self.weights(floors)
-        for force, floor in ((False, floors.theta), (True, floors.force)):
-            chosen = self.where.is_force == force
-            chosen = chosen if rows is None else chosen & rows
+        for force, own in self.where.signals:
+            floor, chosen = floors.of(force), own if rows is None else own & rows
             if not chosen.any():
                 scales.append(np.zeros(len(residuals)))
                 continue
@@ -145,7 +146,7 @@ class Worlds:
             tail = 0.5 * TAIL**2 * np.log1p(square / (TAIL * scale[:, None]) ** 2)
             value += np.log(scale / floor) + tail @ weight
             scales.append(scale)
-        return Score(value=value, theta=scales[0], force=scales[1])
+        return Score(value=value, scales=np.stack(scales, axis=1))
 
 
 def likely_scale(square: Array, weight: Array, floor: float) -> Array:

@@ -65,7 +65,7 @@ def joint_grip(limit: real, joint: Joint, kept: Kept, bench: Bench) -> real:
 @device_template
 def outrun_by(before: real, tendon: Tendon, p: ParameterVector, bench: Bench) -> real:
     """Return how far a tendon has outrun its motor [m], which without a rotor has no speed."""
-    most = speed_effects(real(UNBOUNDED), p) * tendon.spool_radius
+    most = speed_effects(real(UNBOUNDED), 0, p) * tendon.spool_radius
     after = real(0.0)
     if before > real(0.0) or tendon.velocity > most:
         after = wp.max(before + (tendon.velocity - most) * bench.step, real(0.0))
@@ -77,7 +77,7 @@ def outrun_by(before: real, tendon: Tendon, p: ParameterVector, bench: Bench) ->
 @device_template
 def held_back(outrun: real, tendon: Tendon, p: ParameterVector, bench: Bench) -> real:
     """Return what holds a tendon back that has outrun its motor [N]."""
-    most = speed_effects(real(UNBOUNDED), p) * tendon.spool_radius
+    most = speed_effects(real(UNBOUNDED), 0, p) * tendon.spool_radius
     force = real(0.0)
     if outrun != real(0.0):
         pace = real(GRIP) / bench.step

@@ -185,7 +185,7 @@ def stage_text(code: CarriedCode, stage: Stage, slot: Any, places: Places) -> st
     """Return the function that lets the effects of a stage act one after the other."""
     first, arguments = header(slot)
     signal, *others = arguments
-    owner = others[0] if len(others) > 1 else None
+    owner = next((name for name in others if name in ("tendon", "joint")), None)
     lines = [first, f"    out = {signal}"]
     for name in places.names:
         hook = places.hook(find_effect(name), stage)

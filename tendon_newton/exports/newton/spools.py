@@ -34,7 +34,7 @@ def string_stiffness(p: ParameterVector, bench: Bench) -> real:
     """Return how stiff the string of a rotor is [N/m]; one without end is as stiff as may be."""
     pace = real(GRIP) / bench.step
     lighter = bench.inertia * bench.rotor / (bench.inertia + bench.rotor)
-    return wp.min(string_effects(real(UNBOUNDED), p), lighter * pace * pace)
+    return wp.min(string_effects(real(UNBOUNDED), 0, p), lighter * pace * pace)
 
 
 @device_template
@@ -42,7 +42,7 @@ def string_tension(lead: real, rate: real, p: ParameterVector, bench: Bench) -> 
     """Return the tension [N] of a rotor's string whose spool leads by some string [m]."""
     stiffness = string_stiffness(p, bench)
     damping = real(0.0)
-    if string_effects(real(UNBOUNDED), p) > stiffness:
+    if string_effects(real(UNBOUNDED), 0, p) > stiffness:
         lighter = bench.inertia * bench.rotor / (bench.inertia + bench.rotor)
         damping = real(GRIP_DAMPING) * lighter / bench.step
     tension = real(0.0)
@@ -56,7 +56,7 @@ def seen(tendon: Tendon, wound: real, rate: real, p: ParameterVector, bench: Ben
     """Return a tendon as its rotor sees it; a string without end does not stretch for it."""
     out = tendon
     lead = wound - tendon.length
-    if string_effects(real(UNBOUNDED), p) >= real(UNBOUNDED):
+    if string_effects(real(UNBOUNDED), 0, p) >= real(UNBOUNDED):
         lead = wp.min(lead, real(0.0))
     out.wound = tendon.length + lead
     out.velocity = rate
@@ -99,7 +99,7 @@ def spool_speed(tendon: Tendon, p: ParameterVector, tension: real, bench: Bench)
         after = wp.max(real(0.0), (inward - speed) * outward / (outward - speed))
     if inward == outward:
         after = inward
-    most = speed_effects(real(UNBOUNDED), p) * tendon.spool_radius
+    most = speed_effects(real(UNBOUNDED), 0, p) * tendon.spool_radius
     return real(wp.clamp(after, -most, most))
 
 

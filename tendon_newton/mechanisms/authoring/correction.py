@@ -106,7 +106,7 @@ def correct(asset: Mechanism, model: Model) -> Correction:
     """
     own = model.bench_overrides.get(asset.name)
     corrected = asset if own is None else override_mechanism(asset, own)
-    effects = {effect.name: effect.values for effect in model.effects}
+    effects = {effect.cause: effect.values for effect in model.effects}
     applied = tuple(name for name in HOMES if name in effects)
     for name in applied:
         numbers = {key: float(value) for key, value in effects[name].items()}

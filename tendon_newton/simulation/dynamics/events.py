@@ -221,7 +221,7 @@ def caught(
     """Tell whether a spool has wound in all the slack of a string that does not stretch."""
     c = LINKS + d
     loose = contact.joint_held[c] == real(0.0)
-    one_way = is_string(mechanism, here.world, d) and is_rigid(here)
+    one_way = is_string(mechanism, here.world, d) and is_rigid(here, d)
     return loose and one_way and q[c] > real(0.0)
 
 

@@ -100,20 +100,24 @@ def read_sensors(mechanism: Mechanism, p: ParameterVector, here: Drive) -> Readi
 
 
 @device_template
-def cell_is_slow(p: ParameterVector) -> bool:
-    """Tell whether the load cell is late or lags: its readings need the force between rows."""
-    lag = cell_lag_effects(real(0.0), p)
-    return lag > real(0.0) or cell_clock_effects(real(0.0), p) != real(0.0)
+def cells_are_slow(p: ParameterVector) -> bool:
+    """Tell whether a load cell is late or lags: its readings need the force between rows."""
+    slow = bool(False)
+    for d in range(TENDONS):
+        lags = cell_lag_effects(real(0.0), d, p) > real(0.0)
+        if lags or cell_clock_effects(real(0.0), d, p) != real(0.0):
+            slow = True
+    return slow
 
 
 @device_template
-def first_due(commands: Commands, log: Log, p: ParameterVector, begin: int) -> int:
-    """Return the first row whose reading belongs to what follows the instant of row `begin`."""
+def first_due(commands: Commands, log: Log, p: ParameterVector, d: int, begin: int) -> int:
+    """Return the first row whose reading of cell d belongs to what follows that of `begin`."""
     due = int(0)
     if begin > 0:
-        now = commands.time[log.first + begin] * log.scale
+        now = commands.time[log.first + begin] * log.scale - real(INSTANT)
         while due < log.count and (
-            cell_clock_effects(commands.time[log.first + due] * log.scale, p) < now - real(INSTANT)
+            cell_clock_effects(commands.time[log.first + due] * log.scale, d, p) < now
         ):
             due = due + 1
     return due
@@ -131,24 +135,41 @@ def report(
     force: DeviceArray[TendonVector],
 ) -> Cell:
     """Write the readings that belong to a substep of h [s], in which the tension moves evenly."""
-    lag = cell_lag_effects(real(0.0), p)
-    rate = (cell.after - cell.before) / h
+    for d in range(TENDONS):
+        cell.due[d] = reported(commands, log, p, cell, d, now, h, out, force)
+        rate = (cell.after[d] - cell.before[d]) / h
+        lag = cell_lag_effects(real(0.0), d, p)
+        cell.force[d] = lagged(cell.force[d], cell.after[d], rate, h, lag)
+    return cell
+
+
+@device_template
+def reported(
+    commands: Commands,
+    log: Log,
+    p: ParameterVector,
+    cell: Cell,
+    d: int,
+    now: real,
+    h: real,
+    out: int,
+    force: DeviceArray[TendonVector],
+) -> int:
+    """Write what cell d shows in a substep of h [s]; return its row that is due next."""
+    lag = cell_lag_effects(real(0.0), d, p)
+    rate = (cell.after[d] - cell.before[d]) / h
+    due = int(cell.due[d])
     waiting = bool(True)
     while waiting:
         waiting = False
-        if cell.due < log.count:
-            row_time = commands.time[log.first + cell.due] * log.scale
-            at = cell_clock_effects(row_time, p) - now
+        if due < log.count:
+            row_time = commands.time[log.first + due] * log.scale
+            at = cell_clock_effects(row_time, d, p) - now
             if at < h - real(INSTANT):
                 waiting = True
                 passed = wp.max(at, real(0.0))
-                shown = TendonVector()
-                for d in range(TENDONS):
-                    true = cell.before[d] + rate[d] * passed
-                    value = lagged(cell.force[d], true, rate[d], passed, lag)
-                    shown[d] = cell_effects(value, row_time, p)
-                force[out + cell.due] = shown
-                cell.due = cell.due + 1
-    for d in range(TENDONS):
-        cell.force[d] = lagged(cell.force[d], cell.after[d], rate[d], h, lag)
-    return cell
+                true = cell.before[d] + rate * passed
+                value = lagged(cell.force[d], true, rate, passed, lag)
+                force[out + due][d] = cell_effects(value, row_time, d, p)
+                due = due + 1
+    return due

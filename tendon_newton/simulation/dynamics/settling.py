@@ -79,7 +79,7 @@ def rests_on_string(mechanism: Mechanism, p: ParameterVector, here: Drive, d: in
     tendon = tendon_state(mechanism, p, here, d, real(0.0))
     flow = servo_flow(tendon, p)
     pulls = here.q[LINKS + d] >= -real(SNUG) and flow.motor_force[0] >= real(0.0)
-    return is_rigid(here) and (pulls or not is_string(mechanism, here.world, d))
+    return is_rigid(here, d) and (pulls or not is_string(mechanism, here.world, d))
 
 
 @device_template
@@ -88,7 +88,7 @@ def not_beyond_strings(mechanism: Mechanism, drive: Drive, q: JointVector) -> Jo
     out = q
     if wp.static(FREE_SPOOL):
         for d in range(TENDONS):
-            if is_rigid(drive) and is_string(mechanism, drive.world, d):
+            if is_rigid(drive, d) and is_string(mechanism, drive.world, d):
                 out[LINKS + d] = wp.min(q[LINKS + d], real(0.0))
     return out
 
@@ -136,7 +136,7 @@ def measured_speed(
     arms = tendon_arms(mechanism, here)
     speed = JointVector()
     for d in range(TENDONS):
-        radius = radius_effects(mechanism.spool_radius[here.world][d], p)
+        radius = radius_effects(mechanism.spool_radius[here.world][d], d, p)
         speed = speed + arms[d] * (rate[d] * radius / wp.dot(arms[d], arms[d]))
     return speed
 

@@ -33,6 +33,7 @@ def rollout_of(
     model: Model,
     *,
     effects: Sequence[str] | None = None,
+    shared: Sequence[str] = (),
     unknown: Sequence[BenchNumber] = (),
     time_step: float = TIME_STEP,
     network: str = "torchscript",
@@ -46,7 +47,9 @@ def rollout_of(
         mechanism: The bench of all recordings.
         recordings: Recordings that one rollout may hold.
         model: Actuator and effects with their numbers.
-        effects: Effects that the kernels hold; by default those of the model.
+        effects: Effects that the kernels hold, and effects of one servo; by default those of the
+            model.
+        shared: As for `Rollout`.
         unknown: Numbers of benches that candidates may replace.
         time_step: Longest step [s].
         network: How a force network runs, ``torchscript`` or ``fused``.
@@ -54,7 +57,7 @@ def rollout_of(
         free_spools: As for `Rollout`.
         device: Warp device.
     """
-    effects = [effect.name for effect in model.effects] if effects is None else effects
+    effects = [effect.cause for effect in model.effects] if effects is None else effects
     radius = spool_radius_of(model)
     held = find_actuator(model.actuator.name).held and recordings[0].command is not None
     return Rollout(
@@ -62,6 +65,7 @@ def rollout_of(
         recordings,
         actuator=model.actuator.name,
         effects=effects,
+        shared=shared,
         force=network_source(model, network, device, trust=trust) if held else None,
         by_chain=not held,
         spool_radius=radius,

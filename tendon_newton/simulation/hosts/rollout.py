@@ -13,9 +13,11 @@ from tendon_newton.actuators import find_actuator
 from tendon_newton.data.checks.lint_checks import blocked_rows
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
+from tendon_newton.data.servo_names import effect_of
 from tendon_newton.device_code.placeholders import ParameterVector, TendonVector, real
 from tendon_newton.device_code.structs import Commands, Readout, Rows, States, Worlds
 from tendon_newton.device_code.structs import Mechanism as MechanismNumbers
+from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import (
     InvalidModelFile,
     InvalidParameter,
@@ -33,7 +35,7 @@ from tendon_newton.simulation.hosts.timeline import Timeline, make_timeline
 from tendon_newton.simulation.kernels.position_kernels import POSITION_EFFECTS, POSITION_STEP
 from tendon_newton.simulation.model.assembly import KernelSet, kernel_set
 from tendon_newton.simulation.model.bench_numbers import WRITTEN, BenchNumber, write_numbers
-from tendon_newton.simulation.model.chain_copies import chain_copies
+from tendon_newton.simulation.model.chain_copies import chain_copies, refuse_copies
 from tendon_newton.simulation.model.kernel_arrays import struct_of, zeros
 from tendon_newton.simulation.model.mechanism_arrays import (
     PUSH_FORCE,
@@ -43,13 +45,8 @@ from tendon_newton.simulation.model.mechanism_arrays import (
     read_topology,
     spools_are_free,
 )
-from tendon_newton.simulation.model.parameter_table import ParameterTable
-from tendon_newton.simulation.model.structure import (
-    DrivenBy,
-    Precision,
-    Structure,
-    in_catalogue_order,
-)
+from tendon_newton.simulation.model.parameter_table import table_of
+from tendon_newton.simulation.model.structure import DrivenBy, Precision, Structure
 from tendon_newton.simulation.tendons.measured_force import acts, has_spring
 
 TIME_STEP = 1.25e-4
@@ -85,7 +82,9 @@ class Rollout:
         mechanism: The bench that all recordings were made on.
         recordings: R recordings, all with commands or all without.
         actuator: Kind of the actuator.
-        effects: Effects that the kernels hold; a model may leave any of them out.
+        effects: Effects that the kernels hold, and effects of one servo, such as ``gain_error of
+            servo 1``; a model may leave any of them out.
+        shared: Effects among those of single servos that candidates may also give to all at once.
         spool_radius: Spool radius [m] in place of the asset's.
         unknown: Numbers of this and other benches that candidates may replace.
         force: Where the actuator's force comes from; by default its equation.
@@ -107,6 +106,7 @@ class Rollout:
         *,
         actuator: str,
         effects: Sequence[str] = (),
+        shared: Sequence[str] = (),
         spool_radius: float | None = None,
         stiffness: float = 0.0,
         unknown: Sequence[BenchNumber] = (),
@@ -130,11 +130,10 @@ class Rollout:
             self.force.timeline(timeline_of(recording, stiffness if spring else 0.0, actuator))
             for recording, spring in zip(recordings, self._has_spring, strict=True)
         )
-        self.table = ParameterTable(
-            actuator=actuator,
-            effects=in_catalogue_order(tuple(effects)),
+        self.table = table_of(
+            actuator, effects, len(mechanism.tendons), shared=tuple(shared),
             bench=tuple(number.parameter for number in unknown),
-        )
+        )  # fmt: skip
         self._unknown = tuple(unknown)
         self.time_step = time_step
         model = build_model(
@@ -151,8 +150,10 @@ class Rollout:
         own_unknown = any(number.bench == mechanism.name for number in unknown)
         copies = 1
         topology = whole
-        if by_chain and not own_unknown:
-            divided = chain_copies(whole, moment_arms(model, whole))
+        divided = chain_copies(whole, moment_arms(model, whole))
+        if self.table.by_servo:
+            refuse_copies(divided, self.table.by_servo)
+        elif by_chain and not own_unknown:
             topology, copies = divided.topology, divided.count
         counts = np.array([len(timeline.time) for timeline in self.timelines])
         self._chains = ChainLayout(count=copies, rows=counts)
@@ -165,6 +166,7 @@ class Rollout:
                 touch=topology.touch,
                 actuator=actuator,
                 effects=self.table.effects,
+                by_servo=self.table.by_servo,
                 planar=plane_of(model, whole) is not None,
                 precision=precision,
                 driven_by=self.driven_by,
@@ -200,13 +202,13 @@ class Rollout:
     def _silence(self, vector: Array, spring: bool) -> None:
         """Put those effects at null that have no place where the force is measured."""
         null = self.table.null_vector()
-        for name in self.table.effects:
-            if not acts(name, has_spring=spring):
-                columns = list(self.table.columns(name))
+        for cause in dict.fromkeys(owner for owner, _ in self.table.owners):
+            if effect_of(cause) in EFFECTS and not acts(effect_of(cause), has_spring=spring):
+                columns = list(self.table.columns(cause))
                 vector[columns] = null[columns]
 
     def shows(self, effect: str) -> bool:
-        """Tell whether an effect can act in any of the recordings."""
+        """Tell whether an effect of the catalogue can act in any of the recordings."""
         if self._kinematic:
             return effect in POSITION_EFFECTS
         if self.driven_by == "command":

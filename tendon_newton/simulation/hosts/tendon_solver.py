@@ -33,7 +33,12 @@ from tendon_newton.errors import InvalidParameter, unknown_name
 from tendon_newton.simulation.hosts.rollout import set_spool_radius
 from tendon_newton.simulation.kernels import contact_kernels, control_kernels
 from tendon_newton.simulation.model.assembly import assemble, kernel_set
-from tendon_newton.simulation.model.chain_copies import chain_copies, gather_kernel, spread_kernel
+from tendon_newton.simulation.model.chain_copies import (
+    chain_copies,
+    gather_kernel,
+    refuse_copies,
+    spread_kernel,
+)
 from tendon_newton.simulation.model.joint_places import joint_places
 from tendon_newton.simulation.model.kernel_arrays import samples_of, struct_of, zeros
 from tendon_newton.simulation.model.mechanism_arrays import (
@@ -43,8 +48,8 @@ from tendon_newton.simulation.model.mechanism_arrays import (
     read_topology,
     spools_are_free,
 )
-from tendon_newton.simulation.model.parameter_table import ParameterTable
-from tendon_newton.simulation.model.structure import Precision, Structure, in_catalogue_order
+from tendon_newton.simulation.model.parameter_table import table_of
+from tendon_newton.simulation.model.structure import Precision, Structure
 from tendon_newton.simulation.model.supported_effects import LOG_STAGES, refuse_stages
 
 LONGEST_STEP = 5.0e-4
@@ -105,15 +110,17 @@ class TendonSolver(SolverBase):
                 f"TendonSolver needs an actuator with a force; {description.actuator.name!r} "
                 "gives a position: replay its recordings with Rollout"
             )
-        every = in_catalogue_order((*effects, *(effect.name for effect in description.effects)))
-        refuse_stages(every, LOG_STAGES, "TendonSolver")
-        self.table = ParameterTable(actuator=description.actuator.name, effects=every)
+        causes = (*effects, *(effect.cause for effect in description.effects))
+        whole = read_topology(model)
+        self.table = table_of(description.actuator.name, causes, whole.tendon_count)
+        refuse_stages(self.table.effects, LOG_STAGES, "TendonSolver")
         self.max_step = max_step
         self.update_bodies = update_bodies
         if "spool_radius" in description.actuator.values:
             set_spool_radius(model, float(description.actuator.values["spool_radius"]))
-        whole = read_topology(model)
         copies = chain_copies(whole, moment_arms(model, whole))
+        if self.table.by_servo:
+            refuse_copies(copies, self.table.by_servo)
         topology, self.chain_count = copies.topology, copies.count
         """Equal chains K of each world; kernels see W K worlds of one."""
         self._kernels = kernel_set(
@@ -125,6 +132,7 @@ class TendonSolver(SolverBase):
                 touch=topology.touch,
                 actuator=self.table.actuator,
                 effects=self.table.effects,
+                by_servo=self.table.by_servo,
                 planar=plane_of(model, whole) is not None,
                 precision=precision,
                 free_spool=spools_are_free(model, self.table.actuator),

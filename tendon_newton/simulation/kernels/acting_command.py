@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from tendon_newton.device_code.placeholders import (
+    TENDONS,
     MemoryVector,
     ParameterVector,
     TendonVector,
@@ -45,12 +46,26 @@ def find_row(commands: Commands, log: Log, instant: real, guess: int) -> int:
 
 
 @device_template
-def acting_row(commands: Commands, log: Log, p: ParameterVector, time: real, guess: int) -> int:
-    """Return the row whose command the servo acts on just after an instant [s] of the simulation.
+def acting_row(
+    commands: Commands, log: Log, p: ParameterVector, d: int, time: real, guess: int
+) -> int:
+    """Return the row whose command servo d acts on just after an instant [s] of the simulation.
 
     A row's own instant belongs to it, however its product with the log's clock is rounded.
     """
-    return find_row(commands, log, clock_effects(time, p) / log.scale + real(INSTANT), guess)
+    return find_row(commands, log, clock_effects(time, d, p) / log.scale + real(INSTANT), guess)
+
+
+@device_template
+def acting_command(
+    commands: Commands, log: Log, p: ParameterVector, time: real, guess: int
+) -> TendonVector:
+    """Return the commands [rad] that the servos act on just after an instant [s]."""
+    command = TendonVector()
+    for d in range(TENDONS):
+        acting = acting_row(commands, log, p, d, time, guess)
+        command[d] = commands.angle[log.first + acting][d]
+    return command
 
 
 @device_template
@@ -58,14 +73,17 @@ def mean_command(
     commands: Commands, log: Log, p: ParameterVector, time: real, h: real, guess: int
 ) -> TendonVector:
     """Return the mean command [rad] over h [s] from an instant on, in which at most one comes."""
-    start = clock_effects(time, p) / log.scale
-    end = clock_effects(time + h, p) / log.scale
-    before = find_row(commands, log, start - real(EARLY), guess)
-    after = find_row(commands, log, end, before)
-    command = commands.angle[log.first + after]
-    if after > before:
-        share = (commands.time[log.first + after] - start) / (end - start)
-        command = command + share * (commands.angle[log.first + before] - command)
+    command = TendonVector()
+    for d in range(TENDONS):
+        start = clock_effects(time, d, p) / log.scale
+        end = clock_effects(time + h, d, p) / log.scale
+        before = find_row(commands, log, start - real(EARLY), guess)
+        after = find_row(commands, log, end, before)
+        angle = commands.angle[log.first + after][d]
+        if after > before:
+            share = (commands.time[log.first + after] - start) / (end - start)
+            angle = angle + share * (commands.angle[log.first + before][d] - angle)
+        command[d] = angle
     return command
 
 
@@ -91,7 +109,6 @@ def just_after_row(
 ) -> Drive:
     """Return what acts on a world in a row, just after its command took effect."""
     drive = in_row(world_drive(mechanism, world, p), commands, log, row)
-    acting = acting_row(commands, log, p, drive.time, row)
-    drive.command = commands.angle[log.first + acting]
+    drive.command = acting_command(commands, log, p, drive.time, row)
     drive.memory = memory
     return drive

@@ -131,11 +131,12 @@ def just_asked(
     p = servo.parameters[i]
     drive = resumed(servo_drive(mechanism, p, servo, i), servo, given, i)
     log = past_of(history, i)
-    instant = clock_effects(drive.time, p)
-    acting = find_row(history, log, instant, log.count - 1)
-    command = history.angle[log.first + acting]
-    if instant >= drive.time:
-        command = tendon_command(servo, i)
+    command = tendon_command(servo, i)
+    for d in range(TENDONS):
+        instant = clock_effects(drive.time, d, p)
+        if instant < drive.time:
+            acting = find_row(history, log, instant, log.count - 1)
+            command[d] = history.angle[log.first + acting][d]
     drive.command = command
     return located(mechanism, drive, drive.q, drive.v)
 
@@ -298,4 +299,4 @@ def read_kernel(
     for d in range(TENDONS):
         angle[i, d] = wp.float32(reading.angle[d])
         angle_rate[i, d] = wp.float32(reading.angle_rate[d])
-        force[i, d] = wp.float32(cell_effects(reading.force[d], here.time, p))
+        force[i, d] = wp.float32(cell_effects(reading.force[d], here.time, d, p))

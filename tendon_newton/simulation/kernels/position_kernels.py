@@ -86,7 +86,7 @@ def followed(
     tendon.memory = MemoryVector(position)
     reached = motor_force_effects(target, tendon, p)
     way = reached[0] - position
-    bound = speed_effects(real(UNBOUNDED), p)
+    bound = speed_effects(real(UNBOUNDED), 0, p)
     if bound < real(UNBOUNDED):
         way = wp.clamp(way, -bound * elapsed, bound * elapsed)
     return position + way
@@ -151,7 +151,7 @@ def position_kernel(
     for row in range(begin, wp.min(rows.end[recording], log.count)):
         now = commands.time[log.first + row] * log.scale
         enabled = commands.enabled[log.first + row] > real(0.0)
-        acting = acting_row(commands, log, p, now, acting)
+        acting = acting_row(commands, log, p, 0, now, acting)
         if enabled and row > 0:
             drive = followed(p, drive, commands.angle[log.first + acting][0], real(0.0), memory)
             shaft = carried(p, shaft, drive)

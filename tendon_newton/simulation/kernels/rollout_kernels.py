@@ -25,13 +25,19 @@ from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.dynamics.integrator import step
 from tendon_newton.simulation.dynamics.sensors import (
     INSTANT,
-    cell_is_slow,
+    cells_are_slow,
     first_due,
     read_sensors,
     report,
     tensions,
 )
-from tendon_newton.simulation.kernels.acting_command import acting_row, in_row, log_of, mean_command
+from tendon_newton.simulation.kernels.acting_command import (
+    acting_command,
+    acting_row,
+    in_row,
+    log_of,
+    mean_command,
+)
 from tendon_newton.simulation.tendons.routes import located, placed
 from tendon_newton.simulation.tendons.world_drive import at_start, world_drive
 
@@ -58,19 +64,19 @@ def rollout_kernel(
     log = log_of(commands, recording, p)
     drive = placed(world_drive(mechanism, worlds.mechanism[i], p), states.q[i], states.v[i])
     drive.memory = states.memory[i]
-    slow = wp.static(HAS_SLOW_CELL) and cell_is_slow(p)
+    slow = wp.static(HAS_SLOW_CELL) and cells_are_slow(p)
     cell = Cell()
     if wp.static(HAS_SLOW_CELL):
-        cell.due = first_due(commands, log, p, begin)
         for d in range(TENDONS):
+            cell.due[d] = first_due(commands, log, p, d, begin)
             cell.force[d] = drive.memory[wp.static(CELL_MEMORY) + d]
     acting = int(begin)
     out = rows.out[i]
     for row in range(begin, wp.min(rows.end[recording], log.count)):
         drive = in_row(drive, commands, log, row)
         now = drive.time
-        acting = acting_row(commands, log, p, now, acting)
-        drive.command = commands.angle[log.first + acting]
+        acting = acting_row(commands, log, p, 0, now, acting)
+        drive.command = acting_command(commands, log, p, now, acting)
         reading = read_sensors(mechanism, p, located(mechanism, drive, drive.q, drive.v))
         readout.joint_position[out + row] = drive.q
         readout.motor_position[out + row] = reading.angle
@@ -78,7 +84,7 @@ def rollout_kernel(
         if not slow:
             felt = TendonVector()
             for d in range(TENDONS):
-                felt[d] = cell_effects(reading.force[d], now, p)
+                felt[d] = cell_effects(reading.force[d], now, d, p)
             readout.force[out + row] = felt
         interval = real(0.0)
         if row + 1 < log.count:

@@ -26,9 +26,9 @@ from tendon_newton.simulation.tendons import measured_force, pipeline, routes, s
 
 STAGES: dict[Stage, tuple[Any, Any]] = {
     Stage.PERIOD: (slots.period_effects, stages.scalar_stage),
-    Stage.CLOCK: (slots.clock_effects, stages.scalar_stage),
-    Stage.RADIUS: (slots.radius_effects, stages.scalar_stage),
-    Stage.STRING: (slots.string_effects, stages.scalar_stage),
+    Stage.CLOCK: (slots.clock_effects, stages.tendon_number_stage),
+    Stage.RADIUS: (slots.radius_effects, stages.tendon_number_stage),
+    Stage.STRING: (slots.string_effects, stages.tendon_number_stage),
     Stage.STRETCH: (slots.stretch_effects, stages.tendon_stage),
     Stage.ANGLE: (slots.angle_effects, stages.tendon_stage),
     Stage.ERROR: (slots.error_effects, stages.tendon_stage),
@@ -37,14 +37,14 @@ STAGES: dict[Stage, tuple[Any, Any]] = {
     Stage.TENSION: (slots.tension_effects, stages.tendon_stage),
     Stage.ENCODER: (slots.encoder_effects, stages.tendon_stage),
     Stage.TRANSMISSION: (slots.transmission_effects, stages.tendon_stage),
-    Stage.SPEED: (slots.speed_effects, stages.scalar_stage),
+    Stage.SPEED: (slots.speed_effects, stages.tendon_number_stage),
     Stage.SPRING: (slots.spring_effects, stages.joint_stage),
     Stage.DAMPING: (slots.damping_effects, stages.joint_stage),
     Stage.JOINT_FRICTION: (slots.joint_friction_effects, stages.joint_number_stage),
     Stage.INERTIA: (slots.inertia_effects, stages.scalar_stage),
     Stage.TILT: (slots.tilt_effects, stages.scalar_stage),
-    Stage.CELL_CLOCK: (slots.cell_clock_effects, stages.scalar_stage),
-    Stage.CELL_LAG: (slots.cell_lag_effects, stages.scalar_stage),
+    Stage.CELL_CLOCK: (slots.cell_clock_effects, stages.tendon_number_stage),
+    Stage.CELL_LAG: (slots.cell_lag_effects, stages.tendon_number_stage),
     Stage.CELL: (slots.cell_effects, stages.timed_stage),
 }
 """Where each stage is called, and the template that applies its effects."""
@@ -262,6 +262,7 @@ def stage_function(
     child = specialiser.child()
     child.bind(placeholders.FUNCTIONS, tuple(child.function(hook) for _, hook in hooks))
     child.bind(placeholders.OFFSETS, tuple(structure.offsets[name] for name, _ in hooks))
+    child.bind(placeholders.STRIDES, tuple(structure.stride(name) for name, _ in hooks))
     own = [(*structure.memories.get(name, ()), -1, -1) for name, _ in hooks]
     child.bind(placeholders.MEMORIES, tuple(first for first, *_ in own))
     child.bind(placeholders.SECOND_MEMORIES, tuple(second for _, second, *_ in own))

@@ -7,6 +7,7 @@ all its joints, chain by chain, is in memory what its chains have of theirs.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,7 @@ import warp as wp
 
 from tendon_newton.data.recording import Array
 from tendon_newton.device_code.placeholders import DeviceArray
+from tendon_newton.errors import InvalidModelFile, listed
 from tendon_newton.simulation.model.mechanism_arrays import Topology
 from tendon_newton.simulation.model.route_plan import NO_PULLEY, RoutePlan, SpanPlan
 
@@ -111,3 +113,20 @@ def gather_kernel(count: int, chains: DeviceArray[wp.bool], worlds: DeviceArray[
     if chains[i]:
         worlds[i // count] = wp.bool(True)
         chains[i] = wp.bool(False)
+
+
+def refuse_copies(copies: ChainCopies, effects: Sequence[str]) -> None:
+    """Refuse effects of one servo on a mechanism of equal chains.
+
+    The kernels of a chain have its numbers once for all chains, and those of a whole hand take
+    minutes and gigabytes to compile.
+
+    Raises:
+        InvalidModelFile: There are several chains.
+    """
+    if copies.count > 1:
+        raise InvalidModelFile(
+            f"effects of one servo need fingers that share a joint; this mechanism is "
+            f"{copies.count} equal ones apart. Those of one servo are {listed(effects)}: give "
+            "them to all servos, and diagnose each finger's recordings on a bench of its own"
+        )

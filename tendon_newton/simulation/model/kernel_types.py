@@ -80,6 +80,7 @@ def vector_types(structure: Structure) -> dict[Any, Any]:
         d.TurnMatrix: matrix(3 * joints, 3),
         d.CapsuleMatrix: matrix(max(capsules, 1), 3),
         d.TendonVector: vector(tendons),
+        d.TendonRows: vector(tendons, wp.int32),
         d.ArmMatrix: matrix(tendons, joints),
         d.BendMatrix: matrix(tendons * joints, joints),
         d.WayVector: vector(joints, wp.int32),
@@ -112,13 +113,19 @@ def code_constants(structure: Structure) -> dict[Any, Any]:
 def memory_constants(structure: Structure) -> dict[Any, Any]:
     """Return what a world remembers, and where."""
     effects = [effect for effect in structure.declarations if structure.remembers(effect)]
-    own = [(bit, p.null) for bit, e in enumerate(structure.declarations) for p in e.parameters]
+    own = [
+        (bit, p.null)
+        for bit, e in enumerate(structure.declarations)
+        for p in e.parameters * structure.copies(e.name)
+    ]
     slow_cell = structure.uses(Stage.CELL_LAG) or structure.uses(Stage.CELL_CLOCK)
     return {
         d.HAS_MEMORY: bool(effects) or bool(structure.touch.contacts),
         d.MEMORY_SIZE: structure.memory_count,
-        d.MEMORY_OFFSETS: tuple(structure.offsets[effect.name] for effect in effects),
-        d.MEMORY_NULLS: tuple(effect.parameters[0].null for effect in effects),
+        d.MEMORY_OFFSETS: tuple(at for effect in effects for at in structure.starts(effect.name)),
+        d.MEMORY_NULLS: tuple(
+            e.parameters[0].null for e in effects for _ in structure.starts(e.name)
+        ),
         d.HAS_EFFECTS: bool(structure.effects),
         d.EFFECT_COUNT: len(structure.effects),
         d.FIRST_OWN: min(structure.offsets.values(), default=0),

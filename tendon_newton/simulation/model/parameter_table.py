@@ -1,9 +1,14 @@
-"""Where each number of a model stands in the parameter vector of a kernel."""
+"""Where each number of a model stands in the parameter vector of a kernel.
+
+Each servo may have numbers of its own of some effects (`ParameterTable.by_servo`). A search sees
+them as causes of their own, beside the effect of all servos.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -11,9 +16,11 @@ from tendon_newton.actuators import find_actuator
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.parameters import BenchScale, Parameter, with_unit
 from tendon_newton.data.recording import Array
-from tendon_newton.effects import find_effect
+from tendon_newton.data.servo_names import effect_of, name_of, servo_of
+from tendon_newton.effects import find_effect, law_of
 from tendon_newton.errors import InvalidModelFile, unknown_name
 from tendon_newton.simulation.model.bench_numbers import OWNER
+from tendon_newton.simulation.model.structure import in_catalogue_order
 
 SPOOL_RADII = (1.0e-3, 1.0)
 """Radii [m] that a spool may have; a direct drive's angle is its excursion, so that it has 1."""
@@ -29,6 +36,13 @@ class ParameterTable:
     """Kind of the actuator."""
     effects: tuple[str, ...]
     """Effects in the order of the catalogue."""
+    by_servo: tuple[str, ...] = ()
+    """Those of which each servo has numbers of its own."""
+    servos: int = 1
+    """Number of servos D."""
+    shared: tuple[str, ...] = ()
+    """Those of them that may be said of all servos at once. Kernels do not read such numbers; they
+    stand for those of each servo that has none of its own."""
     bench: tuple[Parameter, ...] = ()
     """Unknown numbers of benches; `bench_numbers` has them."""
     scale: BenchScale = field(default_factory=BenchScale)
@@ -41,11 +55,18 @@ class ParameterTable:
 
     @property
     def owners(self) -> tuple[tuple[str, Parameter], ...]:
-        """(actuator, effect or bench, parameter) of each place, shape (P - 2,)."""
+        """(actuator, cause or bench, parameter) of each place, shape (P - 2,)."""
         rows = [(self.actuator, p.on(self.scale)) for p in find_actuator(self.actuator).parameters]
-        for name in self.effects:
-            rows += [(name, p.on(self.scale)) for p in find_effect(name).parameters]
+        causes = [cause for name in self.effects for cause in self.causes(name)]
+        for cause in (*causes, *self.shared):
+            rows += [(cause, p.on(self.scale)) for p in law_of(cause).parameters]
         return (*rows, *((OWNER, p) for p in self.bench))
+
+    def causes(self, effect: str) -> tuple[str, ...]:
+        """Return what kernels read of an effect: its numbers, or those of each servo."""
+        if effect not in self.by_servo:
+            return (effect,)
+        return tuple(name_of(effect, servo) for servo in range(self.servos))
 
     def columns(self, owner: str) -> tuple[int, ...]:
         """Return the places of an actuator's or effect's parameters."""
@@ -67,16 +88,30 @@ class ParameterTable:
 
     def kernel_vectors(self, vectors: Array) -> Array:
         """Return what the kernels read of parameter vectors, shape (..., P)."""
+        out, null = vectors, self.null_vector()
+        for effect in self.shared:
+            whole = list(self.columns(effect))
+            given = (vectors[..., whole] != null[whole]).any(axis=-1, keepdims=True)
+            if not given.any():
+                continue
+            out = vectors.copy() if out is vectors else out
+            for cause in self.causes(effect):
+                own = list(self.columns(cause))
+                none = (vectors[..., own] == null[own]).all(axis=-1, keepdims=True)
+                out[..., own] = np.where(given & none, vectors[..., whole], vectors[..., own])
         span = self.bench_columns
-        return np.concatenate([vectors[..., : span.start], vectors[..., span.stop :]], axis=-1)
+        start = span.start - sum(len(find_effect(name).parameters) for name in self.shared)
+        return np.concatenate([out[..., :start], out[..., span.stop :]], axis=-1)
 
     def vector(self, model: Model, actuator_overrides: Mapping[str, float] | None = None) -> Array:
         """Return a model's numbers with one recording's own actuator numbers, shape (P,).
 
-        Effects that the model does not have are at null.
+        Effects that the model does not have are at null. What it says of one servo counts there
+        before what it says of all.
 
         Raises:
-            InvalidModelFile: A parameter is missing, unknown or outside its range.
+            InvalidModelFile: A parameter is missing, unknown or outside its range, or an effect is
+                about a servo that is not there, or cannot be about one.
             UnknownName: An effect is not in the catalogue.
         """
         out = self.null_vector()
@@ -84,21 +119,68 @@ class ParameterTable:
         actuator = NamedValues(
             name=model.actuator.name, values={**given, **(actuator_overrides or {})}
         )
-        for entry, kind in [(actuator, "actuator"), *((e, "effect") for e in model.effects)]:
-            declared = (
-                find_actuator(entry.name) if kind == "actuator" else find_effect(entry.name)
-            ).parameters
-            check_values(entry, declared, f"{kind} {entry.name!r}")
-            for parameter in declared:
-                value = entry.values.get(parameter.name, parameter.null)
-                out[self.column(entry.name, parameter.name)] = float(value)
+        declared = find_actuator(actuator.name).parameters
+        check_values(actuator, declared, f"actuator {actuator.name!r}")
+        self._write(out, actuator.name, actuator, declared)
+        own = {effect.name for effect in model.effects if effect.servo is not None}
+        for entry in sorted(model.effects, key=lambda effect: effect.servo is not None):
+            declared = find_effect(entry.name).parameters
+            check_values(entry, declared, f"effect {entry.name!r}")
+            check_servo(entry, self.servos)
+            is_one = entry.servo is not None or (
+                entry.name in self.shared and entry.name not in own
+            )
+            for cause in (entry.cause,) if is_one else self.causes(entry.name):
+                self._write(out, cause, entry, declared)
         return out
+
+    def _write(
+        self, out: Array, owner: str, entry: NamedValues, declared: Sequence[Parameter]
+    ) -> None:
+        """Put the numbers of one entry of a model where its owner's stand."""
+        for parameter in declared:
+            value = entry.values.get(parameter.name, parameter.null)
+            out[self.column(owner, parameter.name)] = float(value)
 
     def values(self, owner: str, vector: Array) -> dict[str, float]:
         """Return one owner's numbers by name."""
         return {
             p.name: float(vector[i]) for i, (name, p) in enumerate(self.owners) if name == owner
         }
+
+
+def table_of(actuator: str, causes: Iterable[str], servos: int, **more: Any) -> ParameterTable:
+    """Return the table of a structure: each servo has its own of what is said of one servo.
+
+    Args:
+        actuator: Kind of the actuator.
+        causes: Effects, and effects of one servo.
+        servos: Number of servos.
+        **more: Further fields of the table.
+    """
+    chosen = tuple(causes)
+    owned = {effect_of(cause) for cause in chosen if servo_of(cause) is not None}
+    effects = in_catalogue_order(chosen)
+    by_servo = tuple(name for name in effects if name in owned)
+    return ParameterTable(
+        actuator=actuator, effects=effects, by_servo=by_servo, servos=servos, **more
+    )
+
+
+def check_servo(entry: NamedValues, servos: int) -> None:
+    """Refuse an effect of a servo that is not there, and of one servo what is about no servo."""
+    if entry.servo is None:
+        return
+    if not find_effect(entry.name).is_of_servo():
+        raise InvalidModelFile(
+            f"effect {entry.name!r} is not about a servo: it takes no key servo; "
+            f"it has servo = {entry.servo}"
+        )
+    if entry.servo >= servos:
+        raise InvalidModelFile(
+            f"servo of effect {entry.name!r} must be one of the bench's: "
+            f"{'0 alone' if servos == 1 else f'0 to {servos - 1}'}; it is {entry.servo}"
+        )
 
 
 def spool_radius_of(model: Model) -> float | None:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, Literal
 
 from tendon_newton.actuators import find_actuator
-from tendon_newton.effects import EFFECTS, Effect, Stage, find_effect
+from tendon_newton.effects import EFFECTS, Effect, Stage, find_effect, law_of
 from tendon_newton.simulation.contact.contact_plan import NO_CONTACTS, ContactPlan
 from tendon_newton.simulation.model.route_plan import NO_ROUTES, RoutePlan
 
@@ -30,6 +30,8 @@ class Structure:
     actuator: str
     effects: tuple[str, ...]
     """Names in the order of the catalogue."""
+    by_servo: tuple[str, ...] = ()
+    """Those of which each servo has numbers of its own."""
     planar: bool = True
     """Whether the chain moves in one plane, which costs a third of the general equations."""
     precision: Precision = "float64"
@@ -73,21 +75,35 @@ class Structure:
         table = {}
         for effect in self.declarations:
             table[effect.name] = at
-            at += len(effect.parameters)
+            at += len(effect.parameters) * self.copies(effect.name)
         return table
+
+    def copies(self, effect: str) -> int:
+        """Return how often an effect's numbers stand in a world's parameter vector."""
+        return self.tendon_count if effect in self.by_servo else 1
+
+    def stride(self, effect: str) -> int:
+        """Return how much further the next servo's numbers stand; 0 where all have the same."""
+        return len(find_effect(effect).parameters) if effect in self.by_servo else 0
+
+    def starts(self, effect: str) -> tuple[int, ...]:
+        """Return where each copy of an effect's numbers starts."""
+        first, stride = self.offsets[effect], self.stride(effect)
+        return tuple(first + stride * copy for copy in range(self.copies(effect)))
 
     @property
     def parameter_count(self) -> int:
         """Length P of a world's parameter vector, two zeros of padding included."""
-        effects = sum(len(effect.parameters) for effect in self.declarations)
+        effects = sum(len(e.parameters) * self.copies(e.name) for e in self.declarations)
         return len(find_actuator(self.actuator).parameters) + effects + 2
 
     @property
     def dry_offsets(self) -> tuple[int, ...]:
         """Where the parameters stand that make a tendon stick."""
         return tuple(
-            self.offsets[effect.name] + index
+            start + index
             for effect in self.declarations
+            for start in self.starts(effect.name)
             for index, parameter in enumerate(effect.parameters)
             if parameter.name in effect.dry
         )
@@ -170,8 +186,7 @@ class Structure:
         return tuple(map(tuple, table))
 
 
-def in_catalogue_order(effects: tuple[str, ...]) -> tuple[str, ...]:
-    """Sort effects by the catalogue, which is the order in which they act within a stage."""
-    for name in effects:
-        find_effect(name)
+def in_catalogue_order(causes: Iterable[str]) -> tuple[str, ...]:
+    """Return the effects of causes as the catalogue has them: so they act within a stage."""
+    effects = {law_of(cause).name for cause in causes}
     return tuple(name for name in EFFECTS if name in effects)

@@ -37,6 +37,7 @@ from tendon_newton.device_code.structs import (
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.dynamics.memory import remembered
 from tendon_newton.simulation.kernels.acting_command import (
+    acting_command,
     acting_row,
     find_row,
     just_after_row,
@@ -147,7 +148,7 @@ def push_kernel(
     q = here.q
     v = here.v
     arms = tendon_arms(mechanism, here)
-    row = find_row(commands, log, clock_effects(here.time, p), track.row[i])
+    row = find_row(commands, log, clock_effects(here.time, 0, p), track.row[i])
     here.voltage = commands.voltage[log.first + row]
     here.enabled = commands.enabled[log.first + row]
     if wp.static(HAS_MEMORY):
@@ -230,7 +231,7 @@ def track_reading_kernel(
         angle[d] = flow.angle[0]
         speed[d] = flow.angle[1] * excursion(arms, d, v)
         least = mechanism.least_tension[i][d]
-        felt[d] = cell_effects(real(wp.max(tension[0], least)), now, p)
+        felt[d] = cell_effects(real(wp.max(tension[0], least)), now, d, p)
     readout.joint_position[out] = q
     readout.motor_position[out] = angle
     readout.motor_velocity[out] = speed
@@ -253,10 +254,10 @@ def track_sense_kernel(
     p = track.parameters[i]
     log = log_of(commands, i, p)
     here = tracked(mechanism, track, given, i)
-    row = acting_row(commands, log, p, here.time, track.row[i])
+    row = acting_row(commands, log, p, 0, here.time, track.row[i])
     here.voltage = commands.voltage[log.first + row]
     here.enabled = commands.enabled[log.first + row]
-    here.command = commands.angle[log.first + row]
+    here.command = acting_command(commands, log, p, here.time, row)
     arms = tendon_arms(mechanism, here)
     reading = Reading()
     for d in range(TENDONS):

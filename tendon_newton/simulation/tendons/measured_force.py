@@ -28,8 +28,8 @@ COMMANDED = ("tendon_slack", "backlash")
 @device_template
 def true_tension(error: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
     """Return the tension [N] at which the cell reads what it read (`tendon.command`)."""
-    zero = cell_effects(real(0.0), tendon.time, p)
-    slope = cell_effects(real(1.0), tendon.time, p) - zero
+    zero = cell_effects(real(0.0), tendon.time, tendon.index, p)
+    slope = cell_effects(real(1.0), tendon.time, tendon.index, p) - zero
     return Jet((tendon.command - zero) / slope, real(0.0), real(0.0))
 
 
@@ -40,9 +40,9 @@ def no_armature(p: ParameterVector) -> real:
 
 
 @device_template
-def reading_instant(time: real, p: ParameterVector) -> real:
-    """Return the instant [s] whose reading belongs to the force at a time."""
-    return time + (time - cell_clock_effects(time, p))
+def reading_instant(time: real, d: int, p: ParameterVector) -> real:
+    """Return the instant [s] whose reading of cell d belongs to the force at a time."""
+    return time + (time - cell_clock_effects(time, d, p))
 
 
 def acts(effect: str, *, has_spring: bool) -> bool:

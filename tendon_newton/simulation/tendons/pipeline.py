@@ -110,7 +110,7 @@ def tendon_state(
     tendon.least_tension = mechanism.least_tension[here.world][d]
     tendon.command = here.command[d]
     tendon.nominal_radius = mechanism.spool_radius[here.world][d]
-    tendon.spool_radius = radius_effects(tendon.nominal_radius, p)
+    tendon.spool_radius = radius_effects(tendon.nominal_radius, d, p)
     if wp.static(ROUTED):
         tendon.length = here.length[d]
     else:

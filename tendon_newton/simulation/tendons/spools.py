@@ -54,7 +54,7 @@ LEAST_ROTOR = 1.0e-8
 @device_template
 def rotor_inertia(mechanism: Mechanism, world: int, p: ParameterVector, d: int) -> real:
     """Return the inertia of a rotor as felt at its string, J / r^2 [kg]."""
-    radius = radius_effects(mechanism.spool_radius[world][d], p)
+    radius = radius_effects(mechanism.spool_radius[world][d], d, p)
     return wp.max(armature(p), real(LEAST_ROTOR)) / (radius * radius)
 
 
@@ -65,21 +65,20 @@ def is_string(mechanism: Mechanism, world: int, d: int) -> bool:
 
 
 @device_template
-def is_rigid(drive: Drive) -> bool:
-    """Tell whether strings do not stretch."""
-    return drive.string >= real(UNBOUNDED)
+def is_rigid(drive: Drive, d: int) -> bool:
+    """Tell whether string d does not stretch."""
+    return drive.string[d] >= real(UNBOUNDED)
 
 
 @device_template
 def taut_spools(mechanism: Mechanism, here: Drive) -> JointVector:
     """Mark the spools that may be held by strings that do not stretch, shape (J,)."""
     held = JointVector()
-    if is_rigid(here):
-        for d in range(TENDONS):
-            c = LINKS + d
-            snug = here.q[c] >= -real(SNUG) and wp.abs(here.v[c]) <= real(SNUG_RATE)
-            if snug or not is_string(mechanism, here.world, d):
-                held[c] = real(1.0)
+    for d in range(TENDONS):
+        c = LINKS + d
+        snug = here.q[c] >= -real(SNUG) and wp.abs(here.v[c]) <= real(SNUG_RATE)
+        if is_rigid(here, d) and (snug or not is_string(mechanism, here.world, d)):
+            held[c] = real(1.0)
     return held
 
 
@@ -94,8 +93,8 @@ def spool_at(
     tendon.error = tendon.command - flow.angle[0]
     lead = here.q[LINKS + d]
     one_way = is_string(mechanism, here.world, d)
-    stiffness = here.string
-    if is_rigid(here) or (one_way and lead <= real(0.0)):
+    stiffness = here.string[d]
+    if is_rigid(here, d) or (one_way and lead <= real(0.0)):
         stiffness = real(0.0)
     tension = stiffness * lead
     gear = gear_line(tension, tendon, p)

@@ -12,6 +12,7 @@ from tendon_newton.device_code.placeholders import (
     PLACES,
     SECOND_MEMORIES,
     SKIPS,
+    STRIDES,
     Flags,
     Jet,
     MemoryVector,
@@ -47,10 +48,25 @@ def scalar_stage(signal: real, p: ParameterVector) -> real:
 
 
 @device_template
-def timed_stage(signal: real, time: real, p: ParameterVector) -> real:
-    """Apply effects to a number at an instant [s]."""
+def tendon_number_stage(signal: real, d: int, p: ParameterVector) -> real:
+    """Apply effects to a number of tendon d that neither position nor speed decides."""
     for i in range(wp.static(len(FUNCTIONS))):
-        values = own_values(p, wp.static(OFFSETS[i]), real(0.0), real(0.0))
+        place = wp.static(OFFSETS[i])
+        if wp.static(STRIDES[i] > 0):  # else a constant, so that numbers stay in registers
+            place = wp.static(OFFSETS[i]) + wp.static(STRIDES[i]) * d
+        values = own_values(p, place, real(0.0), real(0.0))
+        signal = wp.static(FUNCTIONS[i])(signal, values)
+    return signal
+
+
+@device_template
+def timed_stage(signal: real, time: real, d: int, p: ParameterVector) -> real:
+    """Apply effects to a number of tendon d at an instant [s]."""
+    for i in range(wp.static(len(FUNCTIONS))):
+        place = wp.static(OFFSETS[i])
+        if wp.static(STRIDES[i] > 0):  # else a constant, so that numbers stay in registers
+            place = wp.static(OFFSETS[i]) + wp.static(STRIDES[i]) * d
+        values = own_values(p, place, real(0.0), real(0.0))
         signal = wp.static(FUNCTIONS[i])(signal, time, values)
     return signal
 
@@ -90,7 +106,10 @@ def tendon_stage(signal: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
         second = real(0.0)
         if wp.static(SECOND_MEMORIES[i] >= 0):
             second = tendon.memory[wp.static(SECOND_MEMORIES[i]) + tendon.index]
-        values = own_values(p, wp.static(OFFSETS[i]), remembered, second)
+        place = wp.static(OFFSETS[i])
+        if wp.static(STRIDES[i] > 0):  # else a constant, so that numbers stay in registers
+            place = wp.static(OFFSETS[i]) + wp.static(STRIDES[i]) * tendon.index
+        values = own_values(p, place, remembered, second)
         if is_awake(tendon.asleep, wp.static(BITS[i])):
             signal = wp.static(FUNCTIONS[i])(signal, tendon, values)
     return signal
@@ -124,7 +143,10 @@ def tendon_memory(
         second = real(0.0)
         if wp.static(SECOND_MEMORIES[i] >= 0):
             second = tendon.memory[wp.static(SECOND_MEMORIES[i]) + tendon.index]
-        values = own_values(p, wp.static(OFFSETS[i]), remembered, second)
+        place = wp.static(OFFSETS[i])
+        if wp.static(STRIDES[i] > 0):  # else a constant, so that numbers stay in registers
+            place = wp.static(OFFSETS[i]) + wp.static(STRIDES[i]) * tendon.index
+        values = own_values(p, place, remembered, second)
         if is_awake(tendon.asleep, wp.static(BITS[i])):
             out[wp.static(PLACES[i]) + tendon.index] = wp.static(FUNCTIONS[i])(
                 signal, tendon, values

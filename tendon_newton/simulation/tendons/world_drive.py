@@ -59,8 +59,8 @@ def world_drive(mechanism: Mechanism, world: int, p: ParameterVector) -> Drive:
         joint = joint_state(mechanism, drive, j)
         friction[j] = joint_friction_effects(mechanism.friction[world][j], joint, p)
     for d in range(TENDONS):
-        radius = radius_effects(mechanism.spool_radius[world][d], p)
-        speed = speed_effects(real(UNBOUNDED), p)
+        radius = radius_effects(mechanism.spool_radius[world][d], d, p)
+        speed = speed_effects(real(UNBOUNDED), d, p)
         greatest_speed[d] = wp.min(speed * radius, real(UNBOUNDED))
     for i in range(wp.static(len(DRY_OFFSETS))):
         dry = dry + wp.abs(p[wp.static(DRY_OFFSETS[i])])
@@ -72,7 +72,10 @@ def world_drive(mechanism: Mechanism, world: int, p: ParameterVector) -> Drive:
     if wp.static(TOUCHES):
         drive.remembers = real(1.0)
     if wp.static(FREE_SPOOL):
-        drive.string = string_effects(real(UNBOUNDED), p)
+        string = TendonVector()
+        for d in range(TENDONS):
+            string[d] = string_effects(real(UNBOUNDED), d, p)
+        drive.string = string
     drive.friction = friction
     drive.greatest_speed = greatest_speed
     drive.dry = dry

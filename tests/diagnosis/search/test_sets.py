@@ -23,7 +23,6 @@ from tendon_newton.diagnosis.search.starts import new_starts, related_starts
 from tendon_newton.diagnosis.search.survey import Column, Survey, survey
 from tendon_newton.diagnosis.search.worlds import Floors, Worlds
 from tendon_newton.effects import EFFECTS
-from tendon_newton.identification.objective import Scales
 from tendon_newton.identification.study import Study
 from tendon_newton.simulation.hosts.replay import replay, simulated_recording
 from tests.effect_bench import commanded, steps_and_waves
@@ -78,7 +77,8 @@ def orthogonal(names: tuple[str, ...], inside: int) -> Survey:
     return Survey(
         fit=fit, columns=columns, gram=np.stack([gram, 0.0 * gram]),
         slope=np.stack([slope, 0.0 * slope]), square=np.array([square, 0.0]),
-        rows=np.array([10.0, 0.0]), floors=FLOORS, directions=np.zeros((len(names), 1)),
+        rows=np.array([10.0, 0.0]), floors=np.array([FLOORS.theta, FLOORS.force]),
+        directions=np.zeros((len(names), 1)),
     )  # fmt: skip
 
 
@@ -99,14 +99,16 @@ def residuals(acting: float, size: float) -> tuple[Any, Any, Any]:
     rng = np.random.default_rng(0)
     calm = 0.3 * rng.standard_normal(1000)
     moved = calm + np.where(np.arange(1000) < 1000 * acting, size, 0.0)
-    where = SimpleNamespace(is_force=np.zeros(1000, dtype=bool))
+    angle = np.ones(1000, dtype=bool)
+    where = SimpleNamespace(is_force=~angle, signals=((False, angle), (True, ~angle)))
     study = SimpleNamespace(known=("coulomb_friction",), scale=BenchScale(turn=1.0 / FORM_THETA))
     rows: Any = SimpleNamespace(where=where, weights=lambda _: np.ones(1000), study=study)
     score = [float(np.mean(4.5 * np.log1p(r**2 / 9.0))) for r in (calm, moved)]
+    scales = np.array([1.0, 0.0])
     fits: list[Any] = [
-        SimpleNamespace(residual=r, score=s, names=("speed_limit",), scales=Scales(theta=1.0,
-                        force=0.0)) for r, s in zip((calm, moved), score, strict=True)
-    ]  # fmt: skip
+        SimpleNamespace(residual=r, score=s, names=("speed_limit",), scales=scales)
+        for r, s in zip((calm, moved), score, strict=True)
+    ]
     return rows, fits[0], fits[1]
 
 
@@ -139,7 +141,7 @@ def parts(*benches: str) -> list[set[int]]:
     recordings = [replace(log(0), bench=bench) for bench in benches]
     rows = np.arange(60 * len(benches))
     where = SimpleNamespace(recording=rows // 60, block=rows)
-    stand_in: Any = SimpleNamespace(study=SimpleNamespace(recordings=recordings), where=where)
+    stand_in: Any = SimpleNamespace(study=SimpleNamespace(wholes=recordings), where=where)
     part = folds(stand_in)
     return [set(part[rows // 60 == i].tolist()) for i in range(len(benches))]
 

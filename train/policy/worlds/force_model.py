@@ -12,7 +12,7 @@ from tendon_newton.actuators.networks.query import network_file
 from tendon_newton.data.files.origin import content_hash
 from tendon_newton.data.files.text_file import read_bytes
 from tendon_newton.data.model_file import Model, NamedValues, load_model
-from tendon_newton.effects import Stage, find_effect
+from tendon_newton.effects import Stage, law_of
 from tendon_newton.errors import InvalidModelFile
 from tendon_newton.force_networks.weights_file import SUFFIX
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
@@ -86,7 +86,7 @@ def trust_force(force: str) -> None:
 
 def moves_finger(effect: str) -> bool:
     """Tell whether an effect changes more than what a load cell or a log's clock reads."""
-    found = find_effect(effect)
+    found = law_of(effect)
     return not found.acts_on_cell_only() and found.hook(Stage.PERIOD) is None
 
 

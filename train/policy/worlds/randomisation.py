@@ -12,7 +12,7 @@ from torch import Tensor
 
 from tendon_newton.data.model_file import Model
 from tendon_newton.diagnosis.diagnosis_file import read_diagnosis
-from tendon_newton.effects import EFFECTS, find_effect
+from tendon_newton.effects import EFFECTS, find_effect, law_of
 from tendon_newton.errors import InvalidDiagnosis, InvalidParameter, unknown_name
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from train.policy.config.environment_config import EnvironmentConfig
@@ -90,7 +90,7 @@ def effect_ranges(effect: str, model: Model, spread: float) -> list[NumberRange]
         model: Force model with the effect's numbers.
         spread: Most that a number differs, as a share of it.
     """
-    own = next((e.values for e in model.effects if e.name == effect), {})
+    own = next((e.values for e in model.effects if e.cause == effect), {})
     ranges = []
     for known in find_effect(effect).parameters:
         middle = float(own.get(known.name, known.null))
@@ -112,7 +112,7 @@ def diagnosed_ranges(path: Path) -> list[NumberRange]:
     for cause in read_diagnosis(path).effects:
         if not moves_finger(cause.name):
             continue
-        declared = {p.name: p for p in find_effect(cause.name).parameters}
+        declared = {p.name: p for p in law_of(cause.name).parameters}
         for name, estimate in cause.parameters.items():
             if name not in declared:
                 raise unknown_name(f"parameter of {cause.name!r}", name, declared)

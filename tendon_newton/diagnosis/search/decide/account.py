@@ -24,8 +24,9 @@ TOGETHER = "share of the squared error above the noise that the found causes lea
 def explained_share(pool: Pool, before: Fit, after: Fit) -> float:
     """Return the share of the squared error above the floors that is gone, gaps counting alike."""
     shares = []
-    for signal in ("theta", "force"):
-        top, left, floor = (getattr(x, signal) for x in (before.scales, after.scales, pool.floors))
+    signals = zip(pool.worlds.where.signals, before.scales, after.scales, strict=True)
+    for (force, _), top, left in signals:
+        floor = pool.floors.of(force)
         if top > floor:
             shares.append((top**2 - left**2) / (top**2 - floor**2))
     return float(np.clip(np.mean(shares), -1.0, 1.0)) if shares else 0.0
@@ -71,9 +72,9 @@ def acts_in(pool: Pool, before: Fit | None, after: Fit | None) -> tuple[str, ...
     floor = np.where(worlds.where.is_force, pool.floors.force, pool.floors.theta)
     square = ((after.residual - before.residual) / floor) ** 2
     found = []
-    for index, recording in enumerate(worlds.study.recordings):
+    for index, recording in enumerate(worlds.study.wholes):
         own = worlds.where.recording == index
-        sizes = [square[own & (worlds.where.is_force == kind)] for kind in (False, True)]
+        sizes = [square[own & rows] for _, rows in worlds.where.signals]
         if any(len(size) and size.mean() > 1.0 for size in sizes):
             found.append(recording.name)
     return tuple(dict.fromkeys(found))
@@ -124,7 +125,7 @@ def candidates(
                 criteria=criteria,
                 probability=decided.probabilities.get(name),
                 acts_in=places,
-                looked_at=0 if places is None else len({r.name for r in looked.recordings}),
+                looked_at=0 if places is None else len({r.name for r in looked.wholes}),
             )
         )
     return tuple(sorted(out, key=lambda c: -c.score))

@@ -15,7 +15,7 @@ from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.prune import CLEAR, FAR, leave_out, prune, simplest
 from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, values_of, without
 from tendon_newton.diagnosis.search.worlds import Floors
-from tendon_newton.effects import find_effect
+from tendon_newton.effects import special_cases
 
 SURE = 3.0
 """Worth [bars] of a cause on all parts that makes refits without each part needless. The set
@@ -139,7 +139,7 @@ def decide(pool: Pool, fit: Fit, fine: Pool, rng: np.random.Generator) -> Decide
 def special_case_or_without(fine: Pool, fit: Fit, name: str) -> Fit:
     """Return a set with a special case in the place of a law; where none is known, without it."""
     rest = frozenset(fit.names) - {name}
-    sets = [rest | {special} for special in find_effect(name).includes]
+    sets = [rest | {special} for special in special_cases(name)]
     known = [fine.fits[key] for key in sets if key in fine.fits]
     return min(known, key=fine.cost) if known else leave_out(fine, fit)[name]
 
@@ -176,7 +176,7 @@ def held_out_gains(fine: Pool, fit: Fit, names: Sequence[str]) -> dict[str, Arra
     assert own is not None  # without a limit of time
     residuals = np.stack([f.residual for f in less.values()])
     score = worlds.score(residuals, floors)
-    rows = dict(zip(less, terms(worlds, residuals, score.theta, score.force, floors), strict=True))
+    rows = dict(zip(less, terms(worlds, residuals, score.scales, floors), strict=True))
     bounds = {n: float((t - own).sum()) / fine.bar(n) for n, t in rows.items()}
     gains = {n: by_block(worlds, rows[n] - own) for n in rows if bounds[n] >= SURE}
     for name in sorted((n for n in rows if n not in gains), key=lambda n: bounds[n]):
