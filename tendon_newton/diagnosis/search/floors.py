@@ -34,7 +34,7 @@ def form_of(worlds: Worlds, names: Sequence[str]) -> Scales:
     """Return by how much a model's laws miss where nothing jumps, some causes in the model."""
     form = form_scales(worlds.study.scale)
     laws = (*worlds.study.known, *names)
-    share = 1.0 if is_dry(laws) or any(find_effect(n).undamped for n in laws) else 1.0 / LADDER
+    share = 1.0 if is_dry(laws) or any(law_of(n).undamped for n in laws) else 1.0 / LADDER
     return Scales(theta=share * form.theta, force=share * form.force)
 
 
