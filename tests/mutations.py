@@ -64,8 +64,8 @@ MUTATIONS: tuple[Mutation, ...] = (
     Mutation(
         name="inner-folds-see-everything",
         file="tendon_newton/diagnosis/search/refit.py",
-        old="chosen = chosen if rows is None else chosen & rows",
-        new="chosen = chosen if rows is None else chosen",
+        old="chosen = own if rows is None else own & rows",
+        new="chosen = own",
         tests="tests/diagnosis/search/test_refit.py",
     ),
     Mutation(

@@ -175,11 +175,7 @@ class Specialiser:
         digest = hashlib.sha256("\n".join([identity, *self._sources]).encode()).hexdigest()[:12]
         name = f"{template.__name__}_{digest}"
         decorator: Any = wp.kernel
-        kernel = decorator(bound, name=name, module="unique", **options)
-        # the name of a CPU's binary, now: what compiling another kernel adds to the functions that
-        # both call would change it, and each kernel would be compiled twice
-        kernel.module.get_module_hash(1)
-        return kernel
+        return decorator(bound, name=name, module="unique", **options)
 
     def _bind(self, template: Callable[..., Any]) -> types.FunctionType:
         """Copy a function with globals in which every declaration and template is bound."""

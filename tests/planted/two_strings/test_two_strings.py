@@ -7,6 +7,7 @@ import pytest
 
 from tendon_newton.data.model_file import Model, NamedValues, load_model
 from tendon_newton.data.recording import Recording
+from tendon_newton.data.servo_names import servo_of
 from tendon_newton.diagnosis.diagnosis_file import StatedDiagnosis, read_diagnosis
 from tendon_newton.exam.exam import ANSWER, answer_one
 from tendon_newton.mechanisms.geometry.parts import excursion
@@ -27,7 +28,7 @@ from tests.planted.two_strings.sets import (
 ENCODER, CELL = 0.44e-3, 0.05  # [rad], [N] floors of the sensors
 FORM = 3e-3  # [rad] by which Coulomb's law misses bristles, and [0.1 N] likewise
 CLOSE = 0.1  # [1] a number's error over its distance from none
-QUICK = (("gain_error", 1), (SILENT, None))
+QUICK = ((SILENT, None),)
 """What is diagnosed whenever tests run; the others take minutes each."""
 
 
@@ -135,6 +136,14 @@ def test_a_fault_is_named_with_its_owner_and_no_other(
     (entry,) = load_model(tmp_path / "model.toml").effects
     assert (entry.name, entry.servo) == (fault, servo)
     assert entry.values[planted.parameter] == found
+
+
+def test_a_fault_of_one_servo_is_never_named_on_the_other(tmp_path: Path) -> None:
+    """Other causes of the finger may stand beside it, but none of the sound servo."""
+    said, truth = diagnosed(tmp_path, "gain_error", 1)
+    names = [cause.name for cause in said.effects]
+    assert truth.recipe.cause in names
+    assert {servo_of(name) for name in names} <= {1, None}
 
 
 def test_commands_leave_a_finger_one_place_to_rest() -> None:
