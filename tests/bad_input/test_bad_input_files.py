@@ -242,6 +242,10 @@ DATASETS: dict[str, tuple[Damage, tuple[str, ...]]] = {
         text("train.csv", "t,theta_0,theta_2,theta_dot,force\n0,0,0,0,0\n1e-2,0,0,0,0\n"),
         ("'theta' must be indexed from 0 without gaps; came theta_0, theta_2",),
     ),
+    "a servo without its angle": (
+        text("train.csv", "t,theta_0,theta_dot_0,theta_dot_1\n0,0,0,0\n1e-2,0,0,0\n"),
+        ("column 'theta_1' is missing; theta_dot is there for 2 servos",),
+    ),
     "tendons counted from one": (
         header("theta,theta_dot", "theta_1,theta_dot_1"),
         ("column 'theta' is missing",),

@@ -41,6 +41,7 @@ def read_csv(path: Path, *, bench: str, name: str | None = None, **entry: Any) -
         for column, field in TENDON_COLUMNS.items()
         if cells_named(there, column)
     }
+    check_servos(known, name)
     for column in SHARED_COLUMNS:
         if (values := shared_column(there, column, name)) is not None:
             known[column] = values if column != "enabled" else switch(values, name)
@@ -100,6 +101,19 @@ def tendon_columns(there: Columns, column: str, name: str) -> Array:
         )
     names = [f"{column}_{place}" for place in indices] or [column]
     return np.column_stack([there.pop(cell) for cell in names])
+
+
+def check_servos(known: Mapping[str, NDArray[Any]], name: str) -> None:
+    """Refuse channels of which some servos have a column and others have none."""
+    counts = {column: known[field].shape[1] for column, field in TENDON_COLUMNS.items()
+              if field in known}  # fmt: skip
+    most = max(counts.values(), default=0)
+    for column, count in counts.items():
+        if count < most:
+            full = next(other for other in counts if counts[other] == most)
+            raise InvalidRecording(
+                f"{name}: column '{column}_{count}' is missing; {full} is there for {most} servos"
+            )
 
 
 def shared_column(there: Columns, column: str, name: str) -> Array | None:

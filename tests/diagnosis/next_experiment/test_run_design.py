@@ -144,7 +144,7 @@ def test_no_run_comes_back_whose_worst_case_was_not_looked_at() -> None:
         assert run.peak_force != own
         assert run.peak_force is not None
         assert run.peak_force < limit
-        assert other < limit  # other draws: the corner is further out than any of them
+        assert other < limit  # of other draws
 
 
 @pytest.mark.parametrize(("limit", "words"), [(0.2, "no run stays within"), (24.0, "")])
