@@ -16,7 +16,7 @@ from tendon_newton.device_code.templates import Bindings, Specialiser
 from tendon_newton.effects import Effect, Stage
 from tendon_newton.simulation.chains import planar_chain, spatial_chain
 from tendon_newton.simulation.contact import contact_distances, contact_poses, contacts
-from tendon_newton.simulation.dynamics import settling
+from tendon_newton.simulation.dynamics import integrator, settling
 from tendon_newton.simulation.kernels import position_kernels, rollout_kernels
 from tendon_newton.simulation.kernels.position_kernels import POSITION_EFFECTS
 from tendon_newton.simulation.model.kernel_types import kernel_types
@@ -176,6 +176,9 @@ def assemble(structure: Structure, *, taped: bool = False) -> Assembly:
         specialiser.bind(slots.contact_pose, pose)
         specialiser.bind(slots.contact_terms, contacts.contact_terms)
         specialiser.bind(slots.contact_memory, contacts.contact_memory)
+    if not taped:
+        # a call would copy 2 KB of a world; inlined, what a world keeps is read once
+        specialiser.function(integrator.step, inline=True)
     return Assembly(structure=structure, types=types, specialiser=specialiser)
 
 
