@@ -164,6 +164,8 @@ class Specialiser:
     def kernel(self, template: Callable[..., Any], identity: str, **options: Any) -> wp.Kernel:
         """Return the Warp kernel of a template, in a module of its own.
 
+        Kernels that share functions are all made before one of them is launched.
+
         Args:
             template: Device code without a result.
             identity: Tells apart kernels whose bindings differ. Warp's cache keys hold neither
@@ -175,7 +177,12 @@ class Specialiser:
         digest = hashlib.sha256("\n".join([identity, *self._sources]).encode()).hexdigest()[:12]
         name = f"{template.__name__}_{digest}"
         decorator: Any = wp.kernel
-        return decorator(bound, name=name, module="unique", **options)
+        kernel = decorator(bound, name=name, module="unique", **options)
+        # Warp names a binary by what the kernel calls, and building one kernel adds to the functions
+        # that another calls too: so the name is taken before any is built. That settles the compiler's
+        # options as well. Warp has done it for the module's own block; a CPU's has one thread.
+        kernel.module.get_module_hash(1)
+        return kernel
 
     def _bind(self, template: Callable[..., Any]) -> types.FunctionType:
         """Copy a function with globals in which every declaration and template is bound."""

@@ -69,6 +69,8 @@ UNROLLED_JOINTS = 6
 """More joints than this [1] are eliminated in loops; six take a compiler a quarter of a minute."""
 WARP_UNROLL = 16
 """Loops longer than this [1] stay loops unless a kernel asks for more: Warp's own number."""
+CUDA_BLOCK = 256
+"""Threads of a block [1] on CUDA unless a launch says otherwise: Warp's own number."""
 MANY_EFFECTS = 20
 """With more effects than this [1] a kernel is one of a search, which runs it for minutes."""
 INLINING_FLAGS = (
@@ -93,6 +95,7 @@ class Assembly:
         *,
         enable_backward: bool = False,
         launch_bounds: tuple[int, int] | None = None,
+        block_dim: int = CUDA_BLOCK,
     ) -> wp.Kernel:
         """Make a kernel; Warp compiles it at first launch and caches it.
 
@@ -101,9 +104,10 @@ class Assembly:
             enable_backward: Whether a tape may walk it back, which takes longer to compile.
             launch_bounds: On CUDA, the threads of a block and the blocks that a multiprocessor
                 must have room for; the registers of a thread follow.
+            block_dim: On CUDA, the threads of a block when it is launched.
         """
         unroll = max(WARP_UNROLL, len(self.structure.routes.spans), self.structure.coordinate_count)
-        options: dict[str, Any] = {"max_unroll": unroll}
+        options: dict[str, Any] = {"max_unroll": unroll, "block_dim": block_dim}
         if self.structure.precision == "float32":
             # on CUDA alone: divisions, roots and angles to some 1e-7, at half the instructions
             options["fast_math"] = True
