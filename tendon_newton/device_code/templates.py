@@ -178,9 +178,9 @@ class Specialiser:
         name = f"{template.__name__}_{digest}"
         decorator: Any = wp.kernel
         kernel = decorator(bound, name=name, module="unique", **options)
-        # Warp names a binary by what the kernel calls, and building one kernel adds to the functions
-        # that another calls too: so the name is taken before any is built. That settles the compiler's
-        # options as well. Warp has done it for the module's own block; a CPU's has one thread.
+        # A binary's name counts what `wp.static` gave inside loops. A function knows that once some
+        # kernel that calls it is built; so names are taken before, and the compiler's options with
+        # them. Warp has done so for the module's own block on CUDA; a CPU's block is one thread.
         kernel.module.get_module_hash(1)
         return kernel
 
