@@ -164,6 +164,8 @@ class Specialiser:
     def kernel(self, template: Callable[..., Any], identity: str, **options: Any) -> wp.Kernel:
         """Return the Warp kernel of a template, in a module of its own.
 
+        Kernels that share functions are all made before one of them is launched.
+
         Args:
             template: Device code without a result.
             identity: Tells apart kernels whose bindings differ. Warp's cache keys hold neither
@@ -175,7 +177,12 @@ class Specialiser:
         digest = hashlib.sha256("\n".join([identity, *self._sources]).encode()).hexdigest()[:12]
         name = f"{template.__name__}_{digest}"
         decorator: Any = wp.kernel
-        return decorator(bound, name=name, module="unique", **options)
+        kernel = decorator(bound, name=name, module="unique", **options)
+        # A binary's name counts what `wp.static` gave inside loops. A function knows that once some
+        # kernel that calls it is built; so names are taken before, and the compiler's options with
+        # them. Warp has done so for the module's own block on CUDA; a CPU's block is one thread.
+        kernel.module.get_module_hash(1)
+        return kernel
 
     def _bind(self, template: Callable[..., Any]) -> types.FunctionType:
         """Copy a function with globals in which every declaration and template is bound."""

@@ -14,6 +14,7 @@ from tendon_newton.gradients import (
     gradient_rules,
     substep_kernels,
 )
+from tendon_newton.gradients.substep_chain import GRADIENT_BLOCK
 from tendon_newton.simulation.dynamics.integrator import rosenbrock
 from tendon_newton.simulation.dynamics.settling import frictionless_forces
 from tendon_newton.simulation.model.assembly import Assembly, assemble
@@ -22,7 +23,7 @@ from tendon_newton.simulation.model.structure import Structure
 
 @contextmanager
 def copied_components() -> Generator[None]:
-    """Let kernels that are compiled inside write vector components by copy.
+    """Let kernels that are made inside write vector components by copy.
 
     In place their adjoint is wrong.
     """
@@ -42,20 +43,25 @@ def gradient_kernel_set(structure: Structure) -> dict[str, wp.Kernel]:
     rare = assemble_with_rules(structure)
     for part in (rosenbrock, frictionless_forces):
         rare.specialiser.function(part, inline=False)
-    return {
-        "start": rare.kernel(gradient_kernels.start_kernel, enable_backward=True),
-        "substep": plain.kernel(substep_kernels.substep_kernel),
-        "list": plain.kernel(substep_kernels.list_kernel),
-        "copy": plain.kernel(substep_kernels.copy_kernel),
-        "gather": plain.kernel(substep_kernels.gather_kernel),
-        "scatter": plain.kernel(substep_kernels.scatter_kernel),
-        "whole": plain.kernel(substep_kernels.whole_kernel, enable_backward=True),
-        "divided": rare.kernel(substep_kernels.divided_kernel, enable_backward=True),
-        "sense": plain.kernel(gradient_history_kernels.taped_sense_kernel, enable_backward=True),
-        "hold": plain.kernel(gradient_history_kernels.taped_hold_kernel, enable_backward=True),
-        "sweep": plain.kernel(substep_kernels.sweep_kernel),
-        "reading": plain.kernel(gradient_kernels.reading_kernel, enable_backward=True),
+    table = {
+        "start": (rare, gradient_kernels.start_kernel, True),
+        "substep": (plain, substep_kernels.substep_kernel, False),
+        "list": (plain, substep_kernels.list_kernel, False),
+        "copy": (plain, substep_kernels.copy_kernel, False),
+        "gather": (plain, substep_kernels.gather_kernel, False),
+        "scatter": (plain, substep_kernels.scatter_kernel, False),
+        "whole": (plain, substep_kernels.whole_kernel, True),
+        "divided": (rare, substep_kernels.divided_kernel, True),
+        "sense": (plain, gradient_history_kernels.taped_sense_kernel, True),
+        "hold": (plain, gradient_history_kernels.taped_hold_kernel, True),
+        "sweep": (plain, substep_kernels.sweep_kernel, False),
+        "reading": (plain, gradient_kernels.reading_kernel, True),
     }
+    with copied_components():
+        return {
+            name: assembly.kernel(template, enable_backward=taped, block_dim=GRADIENT_BLOCK)
+            for name, (assembly, template, taped) in table.items()
+        }
 
 
 def assemble_with_rules(structure: Structure) -> Assembly:

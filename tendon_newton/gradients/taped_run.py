@@ -22,7 +22,7 @@ from tendon_newton.device_code.structs import (
     Worlds,
 )
 from tendon_newton.gradients.adjoint import Adjoint
-from tendon_newton.gradients.gradient_assembly import copied_components, gradient_kernel_set
+from tendon_newton.gradients.gradient_assembly import gradient_kernel_set
 from tendon_newton.gradients.substep_chain import STATE, SubstepChain, launch
 from tendon_newton.gradients.substep_plan import SubstepPlan
 from tendon_newton.simulation.hosts.rollout import Rollout
@@ -164,8 +164,7 @@ class TapedRun:
         The first time one by one, the second time recording, from then on as one graph.
         """
         if name not in self.graphs:
-            with copied_components():
-                work()
+            work()
             self.graphs[name] = None
             return
         if self.graphs[name] is None:

@@ -485,7 +485,9 @@ def control_kernel_set(structure: Structure) -> dict[str, wp.Kernel]:
     return {
         **({"contact": assembly.kernel(contact_kernels.contact_kernel)} if touching else {}),
         "step": assembly.kernel(
-            control_kernels.control_step_kernel, launch_bounds=(BLOCK, BLOCKS_TOGETHER)
+            control_kernels.control_step_kernel,
+            launch_bounds=(BLOCK, BLOCKS_TOGETHER),
+            block_dim=BLOCK,
         ),
         "read": assembly.kernel(control_kernels.read_kernel),
         "forget": assembly.kernel(control_kernels.forget_kernel),

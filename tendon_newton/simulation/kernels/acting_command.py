@@ -58,12 +58,16 @@ def acting_row(
 
 @device_template
 def acting_command(
-    commands: Commands, log: Log, p: ParameterVector, time: real, guess: int
+    commands: Commands, log: Log, p: ParameterVector, time: real, row: int
 ) -> TendonVector:
-    """Return the commands [rad] that the servos act on just after an instant [s]."""
+    """Return the commands [rad] that the servos act on just after an instant [s].
+
+    The row is that of servo 0, from `acting_row`.
+    """
     command = TendonVector()
-    for d in range(TENDONS):
-        acting = acting_row(commands, log, p, d, time, guess)
+    command[0] = commands.angle[log.first + row][0]
+    for d in range(1, TENDONS):
+        acting = acting_row(commands, log, p, d, time, row)
         command[d] = commands.angle[log.first + acting][d]
     return command
 
@@ -109,6 +113,7 @@ def just_after_row(
 ) -> Drive:
     """Return what acts on a world in a row, just after its command took effect."""
     drive = in_row(world_drive(mechanism, world, p), commands, log, row)
-    drive.command = acting_command(commands, log, p, drive.time, row)
+    acting = acting_row(commands, log, p, 0, drive.time, row)
+    drive.command = acting_command(commands, log, p, drive.time, acting)
     drive.memory = memory
     return drive

@@ -71,6 +71,7 @@ STRINGS = (
 )
 FRICTION = (1.0e-3, 5.0e-4)  # N m, at the joints
 DURATION = 1.0  # s
+SHORT = 0.4  # s, with stick, slip and stops: long enough where two ways of one walk are compared
 NUDGE = 1.0e-7
 """Relative step of the difference. float64 leaves 1e-7 of the result; a longer step meets a row's
 stop or start now and then,
@@ -87,14 +88,18 @@ MECHANISM = {
 
 
 def make_rollout(
-    effects: dict[str, dict[str, float]], *, at_once: bool = False, segments: int = 1
+    effects: dict[str, dict[str, float]],
+    *,
+    duration: float = DURATION,
+    at_once: bool = False,
+    segments: int = 1,
 ) -> DifferentiableRollout:
-    """Return two runs of a finger with friction in the tendon and in its joints.
+    """Return two runs [s] of a finger with friction in the tendon and in its joints.
 
     One from rest and one in motion.
     """
     rng = np.random.default_rng(SEED)
-    rows = int(DURATION * ROWS) + 1
+    rows = int(duration * ROWS) + 1
     runs = [
         run_of(stairs(rng, rows, 1.0, 5.0, 20)),
         run_of(stairs(rng, rows, 1.0, 4.0, 33), start="first_row", angle=0.6, speed=0.5),
@@ -254,7 +259,7 @@ def test_repeated_gradients_are_the_same() -> None:
 
     Nothing is left over from run to run.
     """
-    rollout = make_rollout(EFFECTS)
+    rollout = make_rollout(EFFECTS, duration=SHORT)
     seeds = random_seeds(rollout)
     found = [rollout.backward(**seeds).parameters.grad.numpy().copy() for _ in range(3)]
     assert np.array_equal(found[0], found[1])
@@ -276,8 +281,11 @@ def test_many_substeps_at_once_give_the_same(monkeypatch: pytest.MonkeyPatch) ->
 
     In three parts of the run, with effects that remember, to the rounding of another order.
     """
-    monkeypatch.setattr(substep_chain, "TOGETHER", 2 * 700)
-    found = [all_gradients(make_rollout(TIRING, at_once=at_once)) for at_once in (False, True)]
+    monkeypatch.setattr(substep_chain, "TOGETHER", 2 * 280)
+    found = [
+        all_gradients(make_rollout(TIRING, duration=SHORT, at_once=at_once))
+        for at_once in (False, True)
+    ]
     for one_by_one, together in zip(*found, strict=True):
         assert together == pytest.approx(one_by_one, rel=1e-9, abs=1e-9)
 
@@ -285,8 +293,8 @@ def test_many_substeps_at_once_give_the_same(monkeypatch: pytest.MonkeyPatch) ->
 @pytest.mark.parametrize("at_once", [False, True])
 def test_a_run_in_segments_gives_the_same(at_once: bool) -> None:
     """Only a seventh of the states is kept; the others are simulated again, to the same bits."""
-    whole = make_rollout(TIRING, at_once=at_once)
-    parts = make_rollout(TIRING, at_once=at_once, segments=7)
+    whole = make_rollout(TIRING, duration=SHORT, at_once=at_once)
+    parts = make_rollout(TIRING, duration=SHORT, at_once=at_once, segments=7)
     for kept, repeated in zip(all_gradients(whole), all_gradients(parts), strict=True):
         assert repeated == pytest.approx(kept, rel=1e-9, abs=1e-9)
     for name in ("joint_position", "motor_position", "force"):
@@ -296,9 +304,9 @@ def test_a_run_in_segments_gives_the_same(at_once: bool) -> None:
 
 def test_more_divided_substeps_than_there_was_room_for(monkeypatch: pytest.MonkeyPatch) -> None:
     """The list of substeps that events divide grows with them, also after a run was captured."""
-    plenty = all_gradients(make_rollout(EFFECTS))
+    plenty = all_gradients(make_rollout(EFFECTS, duration=SHORT))
     monkeypatch.setattr(substep_chain, "LEAST_ROOM", 1)
-    rollout = make_rollout(EFFECTS)
+    rollout = make_rollout(EFFECTS, duration=SHORT)
     friction = rollout.inputs.mechanism.friction
     friction.zero_()
     all_gradients(rollout)

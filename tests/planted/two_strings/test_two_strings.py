@@ -12,7 +12,7 @@ from tendon_newton.diagnosis.diagnosis_file import StatedDiagnosis, read_diagnos
 from tendon_newton.exam.exam import ANSWER, answer_one
 from tendon_newton.mechanisms.geometry.parts import excursion
 from tendon_newton.mechanisms.loading import load_mechanism
-from tendon_newton.simulation.hosts.replay import replay
+from tendon_newton.simulation.hosts.replay import rollout_of
 from tests.planted.two_strings.finger import GAIN, ROW_RATE, STRINGS, Faults, Motion, Run, simulate
 from tests.planted.two_strings.sets import (
     KINDS,
@@ -51,7 +51,7 @@ def test_the_plant_converges_with_its_step() -> None:
     faults = Faults(
         coulomb=(0.4, 0.2), viscous=(0.2, 0.1), slack=(0.001, 0.002), delay=(0.02, 0.01)
     )
-    run = Run(command=commands(np.random.default_rng(1))[:80], faults=faults)
+    run = Run(command=commands(np.random.default_rng(1))[:40], faults=faults)
     fine, finer = (moved(run, step) for step in (1e-4, 5e-5))
     assert np.sqrt(np.mean((fine.angle - finer.angle) ** 2)) < 0.5 * ENCODER
     assert np.sqrt(np.mean((fine.force - finer.force) ** 2)) < 0.5 * CELL
@@ -89,20 +89,29 @@ def planted_effects() -> tuple[tuple[Faults, tuple[NamedValues, ...]], ...]:
 def test_plant_and_simulator_do_the_same_with_faults_of_one_servo() -> None:
     """Less than the sensors' floors apart in angle and force of both servos."""
     command = commands(np.random.default_rng(4))
-    pairs = planted_effects()
-    motions = simulate([Run(command=command, faults=faults) for faults, _ in pairs])
-    for motion, (_, effects) in zip(motions, pairs, strict=True):
-        recording = Recording(
-            name="run.csv",
-            bench="finger_antagonist",
-            time=np.arange(len(command)) / ROW_RATE,
-            command=command,
-            motor_position=motion.angle,
-            motor_velocity=np.zeros_like(command),
-            force=motion.force,
-        )
-        model = Model(actuator=NamedValues(name="ideal", values={"gain": GAIN}), effects=effects)
-        (own,) = replay([recording], model, time_step=2.5e-4)
+    faults, effects = zip(*planted_effects(), strict=True)
+    motions = simulate([Run(command=command, faults=own) for own in faults])
+    blank = np.zeros_like(command)
+    recording = Recording(
+        name="run.csv",
+        bench="finger_antagonist",
+        time=np.arange(len(command)) / ROW_RATE,
+        command=command,
+        motor_position=blank,
+        motor_velocity=blank,
+        force=blank,
+    )
+    source = NamedValues(name="ideal", values={"gain": GAIN})
+    models = [Model(actuator=source, effects=own) for own in effects]
+    rollout = rollout_of(
+        load_mechanism(recording.bench),
+        [recording],
+        models[0],
+        effects=[effect.cause for own in effects for effect in own],
+        time_step=2.5e-4,
+    )
+    found = rollout.run(np.stack([rollout.base_vectors(model) for model in models]))
+    for motion, (own,) in zip(motions, found, strict=True):
         assert np.sqrt(np.mean((own.motor_position - motion.angle) ** 2)) < 2.0 * ENCODER
         assert np.sqrt(np.mean((own.force - motion.force) ** 2)) < CELL
 
