@@ -15,7 +15,7 @@ from tendon_newton.identification.objective import TAIL, group_sums
 FOLDS = 5
 """Parts that are left out in turn, at most."""
 LEAST_PARTS = 3
-"""Conditions or recordings from which whole ones are left out; fewer are cut in time."""
+"""Recordings from which whole ones are left out; fewer are cut in time."""
 PART = 4
 """Length of the spans of time [blocks] that are left out where recordings are few: every fifth."""
 STEPS = 2
@@ -25,15 +25,15 @@ STEPS = 2
 def folds(worlds: Worlds) -> Indices:
     """Return the part that each row belongs to, shape (M,).
 
-    Conditions are left out whole where there are enough, else recordings. What is all of its bench,
-    and few recordings, are cut in time: a bench that nobody saw has numbers that nobody can know.
+    Conditions are left out whole where there are several, else recordings. What is all of its
+    bench, and few recordings, are cut in time: nobody can know numbers of a bench that nobody saw.
     """
     groups = groups_of(worlds.study.wholes)
     bench = {g: r.bench for g, r in zip(groups, worlds.study.wholes, strict=True)}
     turn = {g: i for i, g in enumerate(sorted(bench, key=lambda g: bench[g]))}
     owns_bench = [list(bench.values()).count(bench[g]) == 1 for g in groups]
     whole = np.array([turn[g] for g in groups])[worlds.where.recording]
-    in_time = np.array(owns_bench)[worlds.where.recording] | (len(bench) < LEAST_PARTS)
+    in_time = np.array(owns_bench)[worlds.where.recording] | (len(groups) < LEAST_PARTS)
     return np.where(in_time, worlds.where.block // PART, whole) % FOLDS
 
 
@@ -46,7 +46,7 @@ def groups_of(recordings: Sequence[Recording]) -> list[int]:
     own = [bool(r.actuator_overrides) or repr(r.bench_overrides) != repr(type(r.bench_overrides)())
            for r in recordings]  # fmt: skip
     different = list(dict.fromkeys(keys))
-    if all(own) and len(different) >= LEAST_PARTS:
+    if all(own) and len(different) > 1:
         return [different.index(key) for key in keys]
     return list(range(len(recordings)))
 

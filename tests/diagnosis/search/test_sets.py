@@ -1,6 +1,7 @@
 """Sets of causes are compared at their best, judged where they act, and do not grow for ever."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -136,9 +137,11 @@ def test_only_where_something_sticks_is_a_law_that_sticks_expected_to_miss(world
     assert form_of(worlds, ("tendon_slack",)) == dry  # it leaves out what damps the string
 
 
-def parts(*benches: str) -> list[set[int]]:
+def parts(*benches: str, gains: Sequence[float] = ()) -> list[set[int]]:
     """Return the parts that the rows of each recording belong to, 60 blocks a recording."""
     recordings = [replace(log(0), bench=bench) for bench in benches]
+    for i, gain in enumerate(gains):
+        recordings[i] = replace(recordings[i], actuator_overrides={"duty_per_rad": gain})
     rows = np.arange(60 * len(benches))
     where = SimpleNamespace(recording=rows // 60, block=rows)
     stand_in: Any = SimpleNamespace(study=SimpleNamespace(wholes=recordings), where=where)
@@ -154,6 +157,14 @@ def test_recordings_are_left_out_whole_but_never_all_of_a_bench() -> None:
     assert [part for part in whole if len(part) > 1] == [{0, 1, 2, 3, 4}] * 2
     assert sorted(min(part) for part in whole if len(part) == 1) == [0, 1, 2, 3, 4]
     assert set.intersection(*parts("spring_weak", "spring_weak", "finger", "finger")) == set()
+
+
+def test_two_conditions_are_left_out_whole() -> None:
+    """What holds at one gain of a servo is asked of the other, not of logs at both."""
+    pendulums = ["pendulum"] * 4
+    assert parts(*pendulums, gains=(0.6, 2.3, 0.6, 2.3)) == [{0}, {1}, {0}, {1}]
+    assert parts(*pendulums, gains=(0.6, 0.6, 0.6, 0.6)) == [{0}, {1}, {2}, {3}]
+    assert parts("pendulum", "pendulum", gains=(0.6, 2.3)) == [{0, 1, 2, 3, 4}] * 2
 
 
 def test_a_fit_that_did_not_settle_goes_on(worlds: Worlds) -> None:
