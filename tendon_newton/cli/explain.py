@@ -69,7 +69,7 @@ def account(accounts: Accounts, name: str) -> str:
     if cause is not None:
         told = sentences(cause)
     elif effect_of(name) in EFFECTS:
-        told = not_tried(name, has_force=accounts.has_force)
+        told = not_tried(name, has_force=accounts.has_force, servos=accounts.servos)
     else:
         raise unknown_name("cause", name, [c.name for c in accounts.causes])
     return "\n".join(textwrap.fill(sentence, WIDTH, subsequent_indent="  ") for sentence in told)

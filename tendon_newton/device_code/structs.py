@@ -227,8 +227,8 @@ class Commands:
     """Supply [V]; 0 stands for the actuator's own."""
     enabled: DeviceArray[real]
     """Whether the servos give torque (1) or hang loose (0)."""
-    starts_measured: DeviceArray[int]
-    """Whether a recording starts as measured (1) or in equilibrium (0)."""
+    start: DeviceArray[int]
+    """Where each recording starts: see `simulation.dynamics.settling`."""
     start_angle: DeviceArray[TendonVector]
     """Shaft angles in the first row [rad]."""
     start_rate: DeviceArray[TendonVector]

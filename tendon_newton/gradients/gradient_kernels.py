@@ -50,6 +50,7 @@ from tendon_newton.simulation.dynamics.forces import free_part, smooth_forces
 from tendon_newton.simulation.dynamics.memory import remembered
 from tendon_newton.simulation.dynamics.sensors import tensions_in
 from tendon_newton.simulation.dynamics.settling import (
+    AS_MEASURED,
     GUIDE_STIFFNESS,
     SETTLED,
     frictionless_forces,
@@ -171,7 +172,7 @@ def start_kernel(
     kept = settled.memory[i]
     row = in_row(world_drive(mechanism, i, p), commands, log, 0)
     drive = with_command(row, commands.angle[log.first], kept)
-    guided = commands.starts_measured[i] > 0
+    guided = commands.start[i] == AS_MEASURED
     x = settled.q[i]
     still = JointVector()
     # Memory and posture depend on each other; each sweep passes the derivative on.

@@ -194,6 +194,24 @@ def test_the_verb_lists_all_and_explains_one(
     assert "obstruction was not tried" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize(
+    ("cause", "servos", "said"),
+    [
+        ("gain_error of servo 5", 2, "no servo 5: they have the servos 0 to 1."),
+        ("gain_error of servo 1", 1, "no servo 1: they have servo 0 alone."),
+        ("gain_error of servo 0", 1, "is of the only servo: ask for gain_error."),
+        ("inertia_error of servo 1", 2, "of the bench, and of no servo: ask for inertia_error."),
+    ],
+)
+def test_a_cause_of_a_servo_that_is_not_there_says_so(
+    cause: str, servos: int, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The servos that are there, or the name to ask for, stand in the answer."""
+    write_diagnosis(tmp_path / "diagnosis.json", told(servos=servos))
+    assert main(["explain", str(tmp_path), cause]) == 0
+    assert " ".join(capsys.readouterr().out.split()).endswith(said)
+
+
 def test_a_cause_acts_where_it_moves_a_signal_beyond_what_is_left_over() -> None:
     """Two recordings: the angle moves by ten floors in the one, by a tenth in the other."""
     is_force = np.array([False, False, True] * 2)

@@ -65,6 +65,8 @@ class Accounts:
     """Every cause that was tried, the named ones first, then by what each explains alone."""
     has_force: bool
     """Whether any recording has a force."""
+    servos: int
+    """Servos of every recording."""
 
     def find(self, name: str) -> Account | None:
         """Return the account of one cause; None where it was not tried."""
@@ -93,7 +95,8 @@ def state_accounts(table: CheckedTable) -> Accounts:
     causes.sort(key=lambda c: (order.index(c.name) if c.named else len(order), -c.share))
     baseline = table.values.get("baseline")
     force = baseline.get("force_rmse") if is_table(baseline) else None
-    return Accounts(stated=stated, causes=tuple(causes), has_force=force is not None)
+    servos = int(finite_number(table.values.get("servos")) or 1)
+    return Accounts(stated=stated, causes=tuple(causes), has_force=force is not None, servos=servos)
 
 
 def state_account(row: CheckedTable, stated: StatedDiagnosis, scale: BenchScale) -> Account:

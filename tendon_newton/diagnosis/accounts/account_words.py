@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from tendon_newton.data.servo_names import effect_of
+from tendon_newton.data.servo_names import effect_of, servo_of
 from tendon_newton.diagnosis.accounts.account_file import Account
 from tendon_newton.diagnosis.reporting.report_words import docstring_part, quantity
 from tendon_newton.diagnosis.result import Criterion
@@ -120,10 +120,22 @@ def what_would_tell(cause: Account) -> list[str]:
     return out
 
 
-def not_tried(name: str, *, has_force: bool) -> list[str]:
-    """Say why an effect of the catalogue stands in no account."""
-    effect = law_of(name)
-    if effect.acts_on_cell_only() and not has_force:
+def not_tried(name: str, *, has_force: bool, servos: int) -> list[str]:
+    """Say why an effect of the catalogue stands in no account.
+
+    Args:
+        name: The effect, or that of one servo.
+        has_force: Whether any recording has a force.
+        servos: Servos of every recording.
+    """
+    effect, servo = law_of(name), servo_of(name)
+    if servo is not None and servo >= servos:
+        there = "servo 0 alone" if servos == 1 else f"the servos 0 to {servos - 1}"
+        why = f"The recordings have no servo {servo}: they have {there}."
+    elif servo is not None and (servos == 1 or not effect.is_of_servo()):
+        whose = "of the only servo" if effect.is_of_servo() else "of the bench, and of no servo"
+        why = f"This effect is {whose}: ask for {effect_of(name)}."
+    elif effect.acts_on_cell_only() and not has_force:
         why = "It changes only what a load cell reads, and the recordings have no force."
     elif effect.needs_string:
         why = "It needs a string, a guide or a spool, or something else that these benches lack."

@@ -126,7 +126,6 @@ def propose(
         seeds: Runs drawn of each excitation; the best one stands for it.
         duration: Length of each run [s].
     """
-    refuse_several_servos([setting.bench for setting in question.settings])
     plans = library_plans(settings_to_try(question.settings, benches), seeds, duration)
     predictions = predict(question, play(question, plans))
     own = {setting.bench for setting in question.settings}
@@ -142,7 +141,9 @@ def refuse_several_servos(benches: Sequence[str]) -> None:
         servos = len(load_mechanism(bench).tendons)
         if servos > 1:
             raise InvalidParameter(
-                f"runs that separate causes are designed for one servo; {bench} has {servos}"
+                f"runs are designed for one servo, and {bench} has {servos}: record one in which "
+                "each servo moves while the others hold, and diagnose it with the recordings at "
+                "hand"
             )
 
 
@@ -158,7 +159,8 @@ class Played:
 
 
 def library_plans(settings: Sequence[Setting], seeds: Sequence[int], duration: float) -> list[Plan]:
-    """Draw runs of every excitation of the library on every bench."""
+    """Draw runs of every excitation of the library on every bench, each of one servo."""
+    refuse_several_servos([setting.bench for setting in settings])
     return [
         plan_run(setting, name, seed, duration)
         for setting in settings

@@ -91,21 +91,29 @@ def survey(worlds: Worlds, fit: Fit, names: Sequence[str], floors: Floors, share
 
 
 def look_around(worlds: Worlds, fit: Fit, names: Sequence[str]) -> tuple[tuple[Column, ...], Array]:
-    """Return the directions around a fit, and how residuals change along each, shape (C, M)."""
+    """Return the directions around a fit, and how residuals change along each, shape (C, M).
+
+    An effect of all servos is not simulated: its direction is the sum of those of each servo, just
+    as that of any set is the sum of its members.
+    """
     values = values_of(worlds, fit.columns, fit.place)
-    found: list[Column] = []
-    models = []
-    for name in names:
-        if name in fit.names:
-            continue
-        for atom in atoms(worlds.study, name):
-            found.append(Column(name=name, kind="atom", values=atom, low=STRETCH[0],
-                                high=STRETCH[1]))  # fmt: skip
-            models.append({**values, **atom})
+    found = [
+        Column(name=name, kind="atom", values=atom, low=STRETCH[0], high=STRETCH[1])
+        for name in names
+        if name not in fit.names
+        for atom in atoms(worlds.study, name)
+    ]
+    parts = parts_of(worlds, found)
+    models = [{**values, **found[i].values} for i, own in enumerate(parts) if own == [i]]
     for name in fit.names:
+        parts.append([len(found)])
         found.append(Column(name=name, kind="removal", values={}, low=1.0, high=1.0))
         models.append(without(fit, name, worlds)[1])
-    changes = worlds.residuals(models, fit.time_step) - fit.residual if models else None
+    changes = None
+    if models:
+        rows = (i for i, own in enumerate(parts) if own == [i])
+        seen = dict(zip(rows, worlds.residuals(models, fit.time_step) - fit.residual, strict=True))
+        changes = np.stack([sum(seen[i] for i in own) for own in parts])
     worlds.bench_slopes = {}
     slopes = linearise(worlds, [replace(fit, slopes={})])[0].T
     low, high = bounds_of(worlds, fit.columns)
@@ -123,6 +131,17 @@ def look_around(worlds: Worlds, fit: Fit, names: Sequence[str]) -> tuple[tuple[C
         )
     directions = slopes if changes is None else np.concatenate([changes, slopes])
     return tuple(found), directions
+
+
+def parts_of(worlds: Worlds, found: Sequence[Column]) -> list[list[int]]:
+    """Return for each atom the places of those whose sum it is: its own, or those of each servo."""
+    place = {(a.name, *a.values.values()): i for i, a in enumerate(found)}
+    parts = []
+    for i, atom in enumerate(found):
+        causes = worlds.study.table.causes(atom.name)
+        keys = [(cause, *atom.values.values()) for cause in causes]
+        parts.append([place[key] for key in keys] if all(key in place for key in keys) else [i])
+    return parts
 
 
 def assemble(

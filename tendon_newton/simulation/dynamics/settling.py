@@ -1,4 +1,9 @@
-"""Where a recording starts: in friction-free equilibrium, or at its first row's angle and speed."""
+"""Where a recording starts: in friction-free equilibrium, or at its first row's angle and speed.
+
+Strings that pull against each other press on the links, and a pressed chain buckles: it may rest in
+several places. A recording of several strings starts in the one to which it goes from its first
+row's angles.
+"""
 
 from __future__ import annotations
 
@@ -50,6 +55,9 @@ OVERSHOOT = 0.5
 STILL = 1.0e-12
 """A step towards equilibrium that is shorter has arrived [rad, m], unless inertia shortened it; one
 that rounding swallows has arrived in any case."""
+FROM_SPRINGS, AS_MEASURED, NEAR_MEASURED = 0, 1, 2
+"""Where a recording starts: in the equilibrium to which it goes from relaxed springs, as its first
+row says, or in the equilibrium to which it goes from there."""
 SETTLED = 1.0e9
 """Time [s] after which every internal state has come to rest."""
 GUIDE_STIFFNESS = 1.0e6
@@ -178,7 +186,8 @@ def settle_kernel(
         for d in range(TENDONS):
             place = wp.static(HELD_MEMORY) + d
             drive.memory[place] = states.memory[i][place]
-    guided = commands.starts_measured[recording] > 0
+    as_measured = commands.start[recording] == AS_MEASURED
+    guided = as_measured or commands.start[recording] == NEAR_MEASURED
     target = commands.start_angle[recording]
     x = JointVector()
     rest = JointVector()
@@ -188,16 +197,22 @@ def settle_kernel(
         )
     pace = real(FIRST_PACE)
     forces = frictionless_forces(mechanism, p, drive, guided, target, x)
-    for _step in range(SETTLING_STEPS):
+    for step in range(2 * SETTLING_STEPS):
         move = inverse(forces.mass_matrix / (pace * pace) - forces.stiffness) * forces.torque
         there = stepped(mechanism, world, x, move)
         there = not_beyond_strings(mechanism, drive, there)
         still = real(STILL)
         if pace < real(1.0):
             still = real(0.0)
-        if wp.max(wp.abs(there - x)) <= still:
+        arrived = wp.max(wp.abs(there - x)) <= still
+        if arrived and (as_measured or not guided):
             x = there
             break
+        if guided and not as_measured and (arrived or step == SETTLING_STEPS):
+            guided = False
+            pace = real(FIRST_PACE)
+            forces = frictionless_forces(mechanism, p, drive, guided, target, x)
+            continue
         ahead = frictionless_forces(mechanism, p, drive, guided, target, there)
         work = wp.dot(forces.torque, there - x)
         if work > real(0.0) and wp.dot(ahead.torque, there - x) >= -real(OVERSHOOT) * work:
@@ -213,6 +228,6 @@ def settle_kernel(
     states.q[i] = x
     states.v[i] = rest
     states.memory[i] = drive.memory
-    if guided:
+    if as_measured:
         end = located(mechanism, drive, x, rest)
         states.v[i] = measured_speed(mechanism, p, end, commands.start_rate[recording])

@@ -26,6 +26,7 @@ from tendon_newton.errors import (
 )
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.worlds import build_model
+from tendon_newton.simulation.dynamics.settling import AS_MEASURED, FROM_SPRINGS, NEAR_MEASURED
 from tendon_newton.simulation.hosts.chain_layout import ChainLayout
 from tendon_newton.simulation.hosts.force_source import Equation, ForceSource
 from tendon_newton.simulation.hosts.launch import Launch
@@ -375,11 +376,13 @@ class Rollout:
         )
         commands.voltage = self.array(voltage, types[real])
         commands.enabled = self.array(enabled, types[real])
+        settles = NEAR_MEASURED if self.kernels.structure.tendon_count > 1 else FROM_SPRINGS
         # without a command there is no equilibrium that it asks for
-        measured = np.array(
-            [r.start == "first_row" or r.command is None for r in self.recordings], dtype=np.int32
-        )
-        commands.starts_measured = self.array(self._chains.by_world(measured), wp.int32)
+        starts = np.array(
+            [AS_MEASURED if r.start == "first_row" or r.command is None else settles
+             for r in self.recordings], dtype=np.int32,
+        )  # fmt: skip
+        commands.start = self.array(self._chains.by_world(starts), wp.int32)
         angles, rates = (
             np.stack([getattr(r, name)[0] for r in self.recordings])
             for name in ("motor_position", "motor_velocity")

@@ -229,7 +229,7 @@ class TendonSolver(SolverBase):
             angle=wp.zeros(rows, dtype=types[TendonVector], device=device),
             voltage=wp.zeros(rows, dtype=types[real], device=device),
             enabled=wp.ones(rows, dtype=types[real], device=device),
-            starts_measured=wp.zeros(worlds, dtype=wp.int32, device=device),
+            start=wp.zeros(worlds, dtype=wp.int32, device=device),
             start_angle=wp.zeros(worlds, dtype=types[TendonVector], device=device),
             start_rate=wp.zeros(worlds, dtype=types[TendonVector], device=device),
         )

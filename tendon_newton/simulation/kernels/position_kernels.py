@@ -37,7 +37,7 @@ from tendon_newton.device_code.structs import (
     Worlds,
 )
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.simulation.dynamics.settling import SETTLED
+from tendon_newton.simulation.dynamics.settling import AS_MEASURED, SETTLED
 from tendon_newton.simulation.kernels.acting_command import acting_row, log_of, mean_command
 from tendon_newton.simulation.tendons.world_drive import UNBOUNDED
 
@@ -116,7 +116,7 @@ def start_kernel(
     i = first_world + wp.tid()  # pyright: ignore[reportOperatorIssue]
     recording = worlds.recording[i]
     shaft = commands.angle[commands.first[recording]][0]
-    if commands.starts_measured[recording] > 0:
+    if commands.start[recording] == AS_MEASURED:
         shaft = commands.start_angle[recording][0] - reported(worlds.parameters[i], real(0.0))
     states.q[i] = JointVector(shaft)
     states.v[i] = JointVector(shaft)

@@ -15,7 +15,7 @@ import warp as wp
 
 from tendon_newton.data.recording import Array
 from tendon_newton.device_code.placeholders import DeviceArray
-from tendon_newton.errors import InvalidModelFile, listed
+from tendon_newton.errors import InvalidModelFile
 from tendon_newton.simulation.model.mechanism_arrays import Topology
 from tendon_newton.simulation.model.route_plan import NO_PULLEY, RoutePlan, SpanPlan
 
@@ -127,6 +127,6 @@ def refuse_copies(copies: ChainCopies, effects: Sequence[str]) -> None:
     if copies.count > 1:
         raise InvalidModelFile(
             f"effects of one servo need fingers that share a joint; this mechanism is "
-            f"{copies.count} equal ones apart. Those of one servo are {listed(effects)}: give "
-            "them to all servos, and diagnose each finger's recordings on a bench of its own"
+            f"{copies.count} equal ones apart: give {effects[0]} to all servos, and diagnose each "
+            "finger's recordings on a bench of its own"
         )

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -53,7 +54,7 @@ class ParameterTable:
         """Places of the benches' numbers, which kernels do not read."""
         return slice(len(self.owners) - len(self.bench), len(self.owners))
 
-    @property
+    @cached_property
     def owners(self) -> tuple[tuple[str, Parameter], ...]:
         """(actuator, cause or bench, parameter) of each place, shape (P - 2,)."""
         rows = [(self.actuator, p.on(self.scale)) for p in find_actuator(self.actuator).parameters]
@@ -70,16 +71,22 @@ class ParameterTable:
 
     def columns(self, owner: str) -> tuple[int, ...]:
         """Return the places of an actuator's or effect's parameters."""
-        return tuple(i for i, (name, _) in enumerate(self.owners) if name == owner)
+        return self._places.get(owner, ())
+
+    @cached_property
+    def _places(self) -> dict[str, tuple[int, ...]]:
+        """The places of each owner."""
+        found: dict[str, tuple[int, ...]] = {}
+        for i, (name, _) in enumerate(self.owners):
+            found[name] = (*found.get(name, ()), i)
+        return found
 
     def column(self, owner: str, parameter: str) -> int:
         """Return the place of one parameter."""
-        for i, (name, p) in enumerate(self.owners):
-            if name == owner and p.name == parameter:
-                return i
-        raise unknown_name(
-            f"parameter of {owner!r}", parameter, [p.name for n, p in self.owners if n == owner]
-        )
+        names = {self.owners[i][1].name: i for i in self.columns(owner)}
+        if parameter not in names:
+            raise unknown_name(f"parameter of {owner!r}", parameter, names)
+        return names[parameter]
 
     def null_vector(self) -> Array:
         """Return the vector without effects, the actuator at its typical values, shape (P,)."""
@@ -144,9 +151,7 @@ class ParameterTable:
 
     def values(self, owner: str, vector: Array) -> dict[str, float]:
         """Return one owner's numbers by name."""
-        return {
-            p.name: float(vector[i]) for i, (name, p) in enumerate(self.owners) if name == owner
-        }
+        return {self.owners[i][1].name: float(vector[i]) for i in self.columns(owner)}
 
 
 def table_of(actuator: str, causes: Iterable[str], servos: int, **more: Any) -> ParameterTable:

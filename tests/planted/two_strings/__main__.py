@@ -1,6 +1,8 @@
 """How often causes are named with their owner: ``python -m tests.planted.two_strings OUT``.
 
-``--cases N --seed S`` draws the sets. OUT keeps sets and answers: a broken-off run goes on.
+``--cases N --seed S`` draws the sets, of some ``--faults`` where these are given. OUT keeps sets
+and answers: a broken-off run goes on with the sets that have no answer yet. ``--jobs N`` shares
+the cores among so many processes.
 """
 
 import argparse
@@ -9,9 +11,20 @@ from pathlib import Path
 
 import numpy as np
 
+from tendon_newton.data.servo_names import servo_of
 from tendon_newton.diagnosis.diagnosis_file import StatedDiagnosis, read_diagnosis
+from tendon_newton.effects import law_of
 from tendon_newton.exam.exam import ANSWER, answer_one
-from tests.planted.two_strings.sets import Recipe, Truth, make_datasets, recipes
+from tendon_newton.scheduler import JobOptions, completed
+from tests.planted.two_strings.sets import (
+    KINDS,
+    OF_MECHANISM,
+    SILENT,
+    Recipe,
+    make_datasets,
+    recipes,
+    truth_of,
+)
 
 NORMAL = 1.96  # half a 95 % interval in standard deviations
 
@@ -22,20 +35,37 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("out", type=Path)
     parser.add_argument("--cases", type=int, default=20)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--faults", nargs="+", choices=sorted({kind for kind, _ in KINDS}))
+    parser.add_argument("--jobs", type=int, default=1)
     chosen = parser.parse_args(arguments)
-    plan = recipes(chosen.cases, chosen.seed)
-    folders = [chosen.out / f"s{recipe.seed}" for recipe in plan]
-    truths = make_datasets(folders, plan)
-    right = 0
-    for folder, truth in zip(folders, truths, strict=True):
-        file = folder / "answer" / ANSWER
-        if not file.is_file():
-            answer_one((folder, file.parent))
-        said = read_diagnosis(file)
-        right += is_right(said, truth.recipe)
-        print(line(said, truth), flush=True)  # noqa: T201 - what it is for
-    low, high = interval(right, len(plan))
-    print(f"{right} of {len(plan)} right, 95 % interval {low:.0%} to {high:.0%}")  # noqa: T201
+    plan = {chosen.out / f"s{recipe.seed}": recipe
+            for recipe in recipes(chosen.cases, chosen.seed, chosen.faults or ())}  # fmt: skip
+    new = {folder: r for folder, r in plan.items() if not (folder / "dataset.toml").is_file()}
+    if new:
+        make_datasets(list(new), list(new.values()))
+    waiting = [folder for folder in plan if not (folder / "answer" / ANSWER).is_file()]
+    right: list[bool] = []
+    sound: list[bool] = []
+    for folder in plan:
+        if folder not in waiting:
+            mark(folder, plan[folder], right, sound)
+    pairs = [(folder, folder / "answer") for folder in waiting]
+    for (folder, _), _ in completed(answer_one, pairs, JobOptions(jobs=chosen.jobs)):
+        mark(folder, plan[folder], right, sound)
+    say(f"right, and nothing besides: {rate(right)}; no fault on a sound servo: {rate(sound)}")
+
+
+def mark(folder: Path, recipe: Recipe, right: list[bool], sound: list[bool]) -> None:
+    """Print one answer beside its truth, and keep what it is worth."""
+    file = folder / "answer" / ANSWER
+    if not file.is_file():
+        say(f"REFUSED  {recipe.cause}: {(file.parent / 'error.txt').read_text().strip()}")
+        right.append(False)
+        return
+    said = read_diagnosis(file)
+    right.append(is_right(said, recipe))
+    sound.append(blamed(said) <= faulty(recipe))
+    say(f"{'right' if right[-1] else 'WRONG'}  {folder.name} {line(said, recipe)}")
 
 
 def is_right(said: StatedDiagnosis, recipe: Recipe) -> bool:
@@ -46,26 +76,44 @@ def is_right(said: StatedDiagnosis, recipe: Recipe) -> bool:
     return names == [recipe.cause]
 
 
-def line(said: StatedDiagnosis, truth: Truth) -> str:
+def blamed(said: StatedDiagnosis) -> set[int | None]:
+    """Return the servos of which a cause is named; None stands for both."""
+    names = [cause.name for cause in said.effects]
+    return {servo_of(name) for name in names if law_of(name).is_of_servo()}
+
+
+def faulty(recipe: Recipe) -> set[int | None]:
+    """Return the servos of which a cause may be named."""
+    if recipe.fault in OF_MECHANISM or recipe.fault == SILENT:
+        return set()
+    return {0, 1, None} if recipe.servo is None else {recipe.servo}
+
+
+def line(said: StatedDiagnosis, recipe: Recipe) -> str:
     """Return one answer beside its truth."""
-    planted = truth.recipe.cause or "nothing"
+    truth = truth_of(recipe)
     value = "" if truth.value is None else f" {truth.value:.3g}"
     found = ", ".join(
         f"{c.name} {' '.join(f'{p.value:.3g}' for p in c.parameters.values())}"
         + (f" (or {', '.join(c.indistinguishable_from)})" if c.indistinguishable_from else "")
         for c in said.effects
     )
-    mark = "right" if is_right(said, truth.recipe) else "WRONG"
     told = f"{said.verdict}, {found or 'nothing'}; {said.wall_time_s:.0f} s"
-    return f"{mark}  {planted}{value}: {told}"
+    return f"{recipe.cause or 'nothing'}{value}: {told}"
 
 
-def interval(hits: int, count: int) -> tuple[float, float]:
-    """Return Wilson's 95 % interval of a rate [1]."""
-    rate, spread = hits / count, NORMAL**2 / count
-    middle = (rate + spread / 2.0) / (1.0 + spread)
-    half = np.sqrt(rate * (1.0 - rate) * spread + spread**2 / 4.0) / (1.0 + spread)
-    return float(middle - half), float(middle + half)
+def rate(hits: Sequence[bool]) -> str:
+    """Return how often something was so, with Wilson's 95 % interval."""
+    count = len(hits)
+    share, spread = sum(hits) / max(1, count), NORMAL**2 / max(1, count)
+    middle = (share + spread / 2.0) / (1.0 + spread)
+    half = np.sqrt(share * (1.0 - share) * spread + spread**2 / 4.0) / (1.0 + spread)
+    return f"{sum(hits)} of {count} [{middle - half:.0%} to {middle + half:.0%}]"
+
+
+def say(text: str) -> None:
+    """Print a line as soon as it is known."""
+    print(text, flush=True)  # noqa: T201 - what it is for
 
 
 if __name__ == "__main__":

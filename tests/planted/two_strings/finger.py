@@ -48,6 +48,8 @@ class Faults:
     """[N s/rad] at the spool."""
     slack: Both = (0.0, 0.0)
     """[m]"""
+    lag: Both = (0.0, 0.0)
+    """Time constant of the motor's force [s]."""
     cell_gain: Both = (1.0, 1.0)
     cell_bias: Both = (0.0, 0.0)
     """[N]"""
@@ -129,18 +131,25 @@ class Batch:
             setattr(self, name, values if values.ndim == 2 else values[:, None])
         self.calm = 1.0
 
-    def pulls(self, q: Array, v: Array, bent: Array, command: Array) -> tuple[Array, ...]:
-        """Return angles [rad], tensions [N], arms [m] and the bristles' bending rates [m/s]."""
+    def pulls(
+        self, q: Array, v: Array, bent: Array, late: Array, command: Array
+    ) -> tuple[Array, ...]:
+        """Return angles [rad], tensions [N], arms [m] and the rates of bristles and late forces.
+
+        They are in [m/s] and [N/s].
+        """
         taken, arm = STRINGS.at(q)
         rate = np.einsum("bdj,bj->bd", arm, v)
         angle = (taken + self.slack) / SPOOL
-        motor = np.clip(self.gain * GAIN * (command - angle), -FORCE_LIMIT, FORCE_LIMIT)
+        asked = np.clip(self.gain * GAIN * (command - angle), -FORCE_LIMIT, FORCE_LIMIT)
+        motor = np.where(self.lag > 0.0, late, asked)
+        following = (asked - late) / np.maximum(self.lag, STEP)
         bending = rate - np.abs(rate) * bent / BRISTLE
         dry = self.coulomb * (bent + BRISTLE_TIME * bending) / BRISTLE
         tension = motor - dry - self.viscous * rate / SPOOL
         loose = np.clip(command, taken / SPOOL, angle)  # a slack string lets its spool turn freely
         angle = np.where((tension <= 0.0) & (self.slack > 0.0), loose, angle)
-        return angle, np.maximum(tension, 0.0), arm, bending
+        return angle, np.maximum(tension, 0.0), arm, bending, following
 
     def accelerations(self, q: Array, v: Array, tension: Array, arm: Array) -> Array:
         """Return what moves the joints [rad/s^2]: Lagrange's equations of a double pendulum."""
@@ -167,13 +176,13 @@ class Batch:
             [(far * first - cross * second) / scale, (near * second - cross * first) / scale], 1
         )
 
-    def step(self, q: Array, v: Array, bent: Array, command: Array, h: float) -> tuple[Array, ...]:
-        """Return joints, rates and bristles a step later, by the midpoint rule."""
-        at = (q, v, bent)
+    def step(self, state: Sequence[Array], command: Array, h: float) -> list[Array]:
+        """Return joints, rates, bristles and late forces a step later, by the midpoint rule."""
+        at = list(state)
         for part in (0.5, 1.0):
-            _, tension, arm, bending = self.pulls(*at, command)
-            speeding = self.accelerations(at[0], at[1], tension, arm)
-            at = (q + part * h * at[1], v + part * h * speeding, bent + part * h * bending)
+            _, tension, arm, *more = self.pulls(*at, command)
+            rates = [at[1], self.accelerations(at[0], at[1], tension, arm), *more]
+            at = [own + part * h * rate for own, rate in zip(state, rates, strict=True)]
         return at
 
 
@@ -184,10 +193,10 @@ def simulate(runs: Sequence[Run], *, step: float = STEP) -> tuple[Motion, ...]:
     quiet = Batch([replace(run.faults, coulomb=(0.0, 0.0)) for run in runs])
     quiet.calm = CALM
     batch = Batch([run.faults for run in runs])
-    state = tuple(np.zeros((len(runs), 2)) for _ in range(3))
+    state = [np.zeros((len(runs), 2)) for _ in range(4)]
     for _ in range(round(REST / step)):
-        state = quiet.step(*state, commands[:, 0], step)
-    state = (state[0], 0.0 * state[1], 0.0 * state[2])
+        state = quiet.step(state, commands[:, 0], step)
+    state = [state[0], 0.0 * state[1], 0.0 * state[2], state[3]]
     late = np.rint(batch.delay / step).astype(np.intp)
     rows: list[tuple[Array, Array, Array]] = []
     which = np.arange(len(runs))[:, None]
@@ -197,7 +206,7 @@ def simulate(runs: Sequence[Run], *, step: float = STEP) -> tuple[Motion, ...]:
         if k % every == 0:
             angle, tension, *_ = batch.pulls(*state, command)
             rows.append((angle, batch.cell_gain * tension + batch.cell_bias, state[0]))
-        state = batch.step(*state, command, step)
+        state = batch.step(state, command, step)
     angle, force, joints = (np.stack(signal, axis=1) for signal in zip(*rows, strict=True))
     return tuple(
         Motion(angle=a, force=f, joints=j) for a, f, j in zip(angle, force, joints, strict=True)

@@ -57,6 +57,7 @@ OF_SERVO: Mapping[str, Fault] = MappingProxyType(
         "coulomb_friction": Fault(field="coulomb", parameter="force", sizes=((0.6, 1.2),)),
         "viscous_friction": Fault(field="viscous", parameter="coefficient", sizes=((0.15, 0.5),)),
         "tendon_slack": Fault(field="slack", parameter="length", sizes=((0.0015, 0.004),)),
+        "actuator_lag": Fault(field="lag", parameter="time_constant", sizes=((0.015, 0.04),)),
         "load_cell_gain": Fault(
             field="cell_gain", parameter="scale", sizes=((0.7, 0.88), (1.15, 1.4))
         ),
@@ -104,23 +105,29 @@ class Truth:
     """Of the fault's number [the effect's unit]."""
 
 
-def recipes(cases: int, seed: int) -> list[Recipe]:
-    """Draw so many recipes; every kind comes once before any comes again."""
+def recipes(cases: int, seed: int, faults: Sequence[str] = ()) -> list[Recipe]:
+    """Draw so many recipes of some faults; every kind comes once before any comes again."""
     rng = np.random.default_rng(seed)
-    drawn = [KINDS[i] for _ in range(-(-cases // len(KINDS))) for i in rng.permutation(len(KINDS))]
+    kinds = [kind for kind in KINDS if not faults or kind[0] in faults]
+    drawn = [kinds[i] for _ in range(-(-cases // len(kinds))) for i in rng.permutation(len(kinds))]
     return [
         Recipe(fault=fault, servo=servo, seed=1000 * seed + number)
         for number, (fault, servo) in enumerate(drawn[:cases])
     ]
 
 
-def make_datasets(folders: Sequence[Path], chosen: Sequence[Recipe]) -> list[Truth]:
-    """Write datasets with their starting models, simulated side by side; return what is in them."""
+def truth_of(recipe: Recipe) -> Truth:
+    """Return what a recipe plants."""
+    return draw(recipe, np.random.default_rng(recipe.seed))[0]
+
+
+def make_datasets(folders: Sequence[Path], chosen: Sequence[Recipe]) -> None:
+    """Write datasets with their starting models, simulated side by side."""
     rngs = [np.random.default_rng(recipe.seed) for recipe in chosen]
-    truths = [draw(recipe, rng) for recipe, rng in zip(chosen, rngs, strict=True)]
+    drawn = [draw(recipe, rng) for recipe, rng in zip(chosen, rngs, strict=True)]
     runs = [
         Run(command=commands(rng), faults=faults)
-        for rng, (_, faults) in zip(rngs, truths, strict=True)
+        for rng, (_, faults) in zip(rngs, drawn, strict=True)
         for _ in range(TRAIN + TEST)
     ]
     motions = simulate(runs)
@@ -133,7 +140,6 @@ def make_datasets(folders: Sequence[Path], chosen: Sequence[Recipe]) -> list[Tru
         write_dataset(folder, recordings[:TRAIN], recordings[TRAIN:])
         source = NamedValues(name="ideal", values={"gain": GAIN})
         write_model(folder / "model.toml", Model(actuator=source))
-    return [truth for truth, _ in truths]
 
 
 def draw(recipe: Recipe, rng: np.random.Generator) -> tuple[Truth, Faults]:

@@ -12,8 +12,17 @@ from tendon_newton.diagnosis.diagnosis_file import StatedDiagnosis, read_diagnos
 from tendon_newton.exam.exam import ANSWER, answer_one
 from tendon_newton.mechanisms.geometry.parts import excursion
 from tendon_newton.mechanisms.loading import load_mechanism
-from tendon_newton.simulation.hosts.replay import rollout_of
-from tests.planted.two_strings.finger import GAIN, ROW_RATE, STRINGS, Faults, Motion, Run, simulate
+from tendon_newton.simulation.hosts.replay import replay, rollout_of
+from tests.planted.two_strings.finger import (
+    GAIN,
+    ROW_RATE,
+    SPOOL,
+    STRINGS,
+    Faults,
+    Motion,
+    Run,
+    simulate,
+)
 from tests.planted.two_strings.sets import (
     KINDS,
     OF_MECHANISM,
@@ -23,6 +32,7 @@ from tests.planted.two_strings.sets import (
     Truth,
     commands,
     make_datasets,
+    truth_of,
 )
 
 ENCODER, CELL = 0.44e-3, 0.05  # [rad], [N] floors of the sensors
@@ -49,7 +59,11 @@ def moved(run: Run, step: float) -> Motion:
 def test_the_plant_converges_with_its_step() -> None:
     """With every fault at once, half the step moves angles by less than half an encoder's floor."""
     faults = Faults(
-        coulomb=(0.4, 0.2), viscous=(0.2, 0.1), slack=(0.001, 0.002), delay=(0.02, 0.01)
+        coulomb=(0.4, 0.2),
+        viscous=(0.2, 0.1),
+        slack=(0.001, 0.002),
+        delay=(0.02, 0.01),
+        lag=(0.02, 0.0),
     )
     run = Run(command=commands(np.random.default_rng(1))[:40], faults=faults)
     fine, finer = (moved(run, step) for step in (1e-4, 5e-5))
@@ -75,8 +89,15 @@ def planted_effects() -> tuple[tuple[Faults, tuple[NamedValues, ...]], ...]:
             ),
         ),
         (
-            Faults(viscous=(0.4, 0.0), slack=(0.0, 0.003), stiffness=1.6, damping=2.0),
+            Faults(
+                viscous=(0.4, 0.0),
+                slack=(0.0, 0.003),
+                lag=(0.02, 0.0),
+                stiffness=1.6,
+                damping=2.0,
+            ),
             (
+                effect("actuator_lag", 0, time_constant=0.02),
                 effect("viscous_friction", 0, coefficient=0.4),
                 effect("tendon_slack", 1, length=0.003),
                 effect("joint_stiffness_error", None, scale=1.6),
@@ -116,11 +137,38 @@ def test_plant_and_simulator_do_the_same_with_faults_of_one_servo() -> None:
         assert np.sqrt(np.mean((own.force - motion.force) ** 2)) < CELL
 
 
-def diagnosed(folder: Path, fault: str, servo: int | None) -> tuple[StatedDiagnosis, Truth]:
+def test_of_two_places_to_rest_a_recording_starts_in_the_one_that_was_measured() -> None:
+    """A strong extensor buckles the finger: both rests have one command, and each is kept."""
+    mechanism = load_mechanism("finger_antagonist")
+    model = Model(
+        actuator=NamedValues(name="ideal", values={"gain": GAIN}),
+        effects=(NamedValues(name="gain_error", servo=1, values={"scale": 1.442}),),
+    )
+    command = np.tile([2.1475, 0.948], (20, 1))
+    for rest in ([0.439, 0.741], [0.0, 1.143]):
+        angle = [float(excursion(tendon, np.array(rest))) / SPOOL for tendon in mechanism.tendons]
+        recording = Recording(
+            name="run.csv",
+            bench="finger_antagonist",
+            time=np.arange(len(command)) / ROW_RATE,
+            command=command,
+            motor_position=np.tile(angle, (len(command), 1)),
+            motor_velocity=np.zeros_like(command),
+            force=None,
+        )
+        (own,) = replay([recording], model, time_step=1e-3)
+        assert own.joint_position[0] == pytest.approx(rest, abs=2e-3)  # rounded to mrad above
+        assert own.joint_position[-1] == pytest.approx(own.joint_position[0], abs=1e-6)
+
+
+def diagnosed(
+    folder: Path, fault: str, servo: int | None, seed: int = 5
+) -> tuple[StatedDiagnosis, Truth]:
     """Make a set and diagnose it."""
-    (truth,) = make_datasets([folder / "set"], [Recipe(fault=fault, servo=servo, seed=5)])
+    recipe = Recipe(fault=fault, servo=servo, seed=seed)
+    make_datasets([folder / "set"], [recipe])
     assert answer_one((folder / "set", folder)) is not None, (folder / "error.txt").read_text()
-    return read_diagnosis(folder / ANSWER), truth
+    return read_diagnosis(folder / ANSWER), truth_of(recipe)
 
 
 @pytest.mark.parametrize(
@@ -145,6 +193,13 @@ def test_a_fault_is_named_with_its_owner_and_no_other(
     (entry,) = load_model(tmp_path / "model.toml").effects
     assert (entry.name, entry.servo) == (fault, servo)
     assert entry.values[planted.parameter] == found
+
+
+@pytest.mark.slow
+def test_a_law_at_the_edge_of_its_range_gives_way_to_its_special_case(tmp_path: Path) -> None:
+    """Bristles of 60 um look like the shortest hysteresis; Coulomb friction stands in its place."""
+    said, truth = diagnosed(tmp_path, "coulomb_friction", 1, seed=7013)
+    assert [cause.name for cause in said.effects] == [truth.recipe.cause]
 
 
 def test_a_fault_of_one_servo_is_never_named_on_the_other(tmp_path: Path) -> None:

@@ -91,6 +91,7 @@ def decide(pool: Pool, fit: Fit, fine: Pool, rng: np.random.Generator) -> Decide
         less = leave_out(pool, fit)
         close = {name: rivals_of(pool, fit, name, CLEAR) for name in fit.names}
         near = [*less.values(), *(r for rs in close.values() for r in rs)]
+        near += [f for name in fit.names for f in with_special_case(pool, fit, name)]
         sets = {frozenset(f.names): f for f in near}
         fine.rescore(floors_of(fine.worlds, fit.names))
         transfer(pool, [fit, *sets.values()], fine)
@@ -138,10 +139,15 @@ def decide(pool: Pool, fit: Fit, fine: Pool, rng: np.random.Generator) -> Decide
 
 def special_case_or_without(fine: Pool, fit: Fit, name: str) -> Fit:
     """Return a set with a special case in the place of a law; where none is known, without it."""
+    known = with_special_case(fine, fit, name)
+    return min(known, key=fine.cost) if known else leave_out(fine, fit)[name]
+
+
+def with_special_case(pool: Pool, fit: Fit, name: str) -> list[Fit]:
+    """Return the known sets in which a special case stands in the place of a law."""
     rest = frozenset(fit.names) - {name}
     sets = [rest | {special} for special in special_cases(name)]
-    known = [fine.fits[key] for key in sets if key in fine.fits]
-    return min(known, key=fine.cost) if known else leave_out(fine, fit)[name]
+    return [pool.fits[key] for key in sets if key in pool.fits]
 
 
 def less_of(fine: Pool, fit: Fit, names: Sequence[str]) -> Fit:
