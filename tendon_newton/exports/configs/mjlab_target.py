@@ -47,9 +47,11 @@ IMPORTS = [
     "from mjlab.actuator import (",
     "    BuiltinDcMotorActuatorCfg,",
     "    BuiltinPositionActuatorCfg,",
+    "    DcMotorInputMode,",
+    "    DcMotorPhysicalParams,",
     "    LearnedMlpActuatorCfg,",
-    "    TransmissionType,",
     ")",
+    "from mjlab.actuator.actuator import TransmissionType",
     "",
     "FOLDER = Path(__file__).resolve().parent",
 ]
@@ -139,11 +141,13 @@ def entry(
         }
     gains = servo_gains(tendon, model)
     if model.actuator.name == "pwm_servo":
+        constant, ohms = values["torque_constant"], values["resistance"]
         return "BuiltinDcMotorActuatorCfg", {
             **numbers,
-            "mode": "position",
-            "motor_const": (values["torque_constant"], values["torque_constant"]),
-            "resistance": values["resistance"],
+            "mode": Expression("DcMotorInputMode.POSITION"),
+            "motor_params": Expression(
+                f"DcMotorPhysicalParams(kt={constant!r}, ke={constant!r}, resistance={ohms!r})"
+            ),
             "stiffness": gains.kp,
             "damping": gains.kd,
             "voltage_limit": values["max_duty"] * values["supply_voltage"],
