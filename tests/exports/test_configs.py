@@ -91,7 +91,7 @@ def configured(path: Path, classes: dict[str, set[str]]) -> tuple[str, dict[str,
     names = ("isaaclab", "isaaclab.actuators", "mjlab", "mjlab.actuator")
     stubs = {**dict.fromkeys(names, module), "mjlab.actuator.actuator": inner}
     with patch.dict(sys.modules, stubs):
-    (config,) = runpy.run_path(str(path))["ACTUATORS"].values()
+        (config,) = runpy.run_path(str(path))["ACTUATORS"].values()
     given = {name: value for name, value in vars(config).items() if value is not None}
     return type(config).__name__, given
 
@@ -169,8 +169,10 @@ def test_mjlab_s_motor_at_the_tendon_rests_where_the_servo_does(bench: str, tmp_
         name=tendon.name, target=tendon.name, trntype=mujoco.mjtTrn.mjTRN_TENDON
     )
     motor.gear[0] = plain["gear"]
-    controller = [plain["stiffness"], 0.0, plain["damping"], 0.0, 0.0, plain["voltage_limit"]]
     given = plain["motor_params"]
+    ampere = given.kt / given.resistance  # MuJoCo 3.17 takes torques where mjlab's 3.11 took volts
+    loop = [ampere * plain["stiffness"], ampere * (plain["damping"] + given.ke)]
+    controller = [loop[0], 0.0, loop[1], 0.0, 0.0, plain["voltage_limit"]]
     motor.set_to_dcmotor([given.kt, given.ke], given.resistance, controller=controller, ctrlspec=1)
     compiled = spec.compile()
     data = mujoco.MjData(compiled)

@@ -73,13 +73,13 @@ def write_isaaclab_target(folder: Path, mechanism: Mechanism, model: Model) -> E
                 f"Isaac Lab's actuators drive a joint each; the tendon {tendon.name!r} of "
                 f"{mechanism.name!r} drives several. Its Newton backend can run --to newton"
             )
-    correction = corrected_bench(mechanism, model)
-    write_bench(folder / BENCH_FILE, correction, model)
     files, note = [folder / BENCH_FILE, folder / CONFIG_FILE], ""
     learned: Scales | None = None
     if find_actuator(model.actuator.name).held:
         learned, note = write_network(folder, mechanism, model)
         files.append(folder / NETWORK_FILE)
+    correction = corrected_bench(mechanism, model)
+    write_bench(folder / BENCH_FILE, correction, model)
     entries = {
         tendon.name: entry(mechanism, tendon, model, learned) for tendon in mechanism.tendons
     }

@@ -70,7 +70,6 @@ def write_mjlab_target(folder: Path, mechanism: Mechanism, model: Model) -> Expo
     signs, offsets = placed_tendons(mechanism)
     spec = mujoco_spec(mechanism)
     change_mechanism(spec, mechanism, model)
-    write_spec(folder / BENCH_FILE, spec)
     files, note = [folder / BENCH_FILE, folder / CONFIG_FILE], ""
     learned: tuple[float, float, float] | None = None
     if find_actuator(model.actuator.name).held:
@@ -81,6 +80,7 @@ def write_mjlab_target(folder: Path, mechanism: Mechanism, model: Model) -> Expo
             )
         learned, note = write_network(folder, mechanism, model)
         files.append(folder / NETWORK_FILE)
+    write_spec(folder / BENCH_FILE, spec)
     rows = list(zip(mechanism.tendons, signs, offsets, strict=True))
     entries = {t.name: entry(t, model, sign, learned) for t, sign, _ in rows}
     title = TITLE.format(bench=mechanism.name, step=PHYSICS_STEP)
@@ -148,8 +148,8 @@ def entry(
             "motor_params": Expression(
                 f"DcMotorPhysicalParams(kt={constant!r}, ke={constant!r}, resistance={ohms!r})"
             ),
-            "stiffness": gains.kp,
-            "damping": gains.kd,
+            "stiffness": gains.kp * ohms / constant,  # [V/rad]
+            "damping": 0.0,
             "voltage_limit": values["max_duty"] * values["supply_voltage"],
             "gear": sign / radius,
             "effort_limit": gains.limit,

@@ -82,8 +82,8 @@ def write_newton_target(folder: Path, mechanism: Mechanism, model: Model) -> Exp
     refuse_shared_joints(mechanism)
     mujoco_spec(mechanism)  # refuses a bench that SolverMuJoCo's own names cannot hold
     correction = corrected_bench(mechanism, model)
-    write_bench(folder / BENCH_FILE, correction, model)
     network, held = exported_network(folder, model)
+    write_bench(folder / BENCH_FILE, correction, model)
     step = longest_step(correction.corrected, held)
     own = own_prims(mechanism)
     write_actuators(folder / DRIVE_FILE, folder / BENCH_FILE, own, own_joints(mechanism, model))
