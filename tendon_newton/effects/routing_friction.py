@@ -5,7 +5,7 @@ from __future__ import annotations
 import warp as wp
 
 from tendon_newton.data.parameters import Parameter
-from tendon_newton.device_code.placeholders import Jet, Values, real
+from tendon_newton.device_code.placeholders import Jet, Values
 from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect

@@ -49,8 +49,8 @@ DRAWN_MASS = 1.0e-6
 STRING_STOP = (5.0e-4, 1.0)
 """Time constant [s] and damping [1] with which a string catches its spool."""
 STRING_SHAPE = (0.98, 0.98, 1.0e-4, 0.5, 2.0)
-"""MuJoCo's `solimp` of that string: it stretches by a micrometre at 5 N. A stiffer one comes loose for
-single steps, and the load cell then reads nothing."""
+"""MuJoCo's `solimp` of that string, which stretches by half a micrometre at 5 N. A stiffer one
+comes loose for single steps, and the load cell reads nothing then."""
 
 COVERAGE = coverage_of(
     (
@@ -60,19 +60,19 @@ COVERAGE = coverage_of(
         "tendon_slack",
         "coulomb_friction",
         "stribeck_friction",
-        "viscous_friction",
-        "joint_stiffness_error",
-    ),
-    (
-        "load_dependent_friction",
         "gear_load_friction",
         "load_stribeck_friction",
+        "viscous_friction",
+        "joint_stiffness_error",
+        "load_dependent_friction",
         "joint_damping_error",
         "joint_dry_friction",
         "inertia_error",
         "gravity_misalignment",
     ),
+    (),
 )
+"""What their program says of each effect."""
 
 
 def write_bam_target(folder: Path, mechanism: Mechanism, model: Model) -> Exported:
@@ -258,7 +258,7 @@ def replay_bam(
 
 
 LOADING = """```sh
-pip install better-actuator-models
+pip install "better-actuator-models[mujoco]"
 python bam_servo.py commands.csv --out replay.csv     # columns t [s] and theta_d [rad]
 ```
 

@@ -41,7 +41,7 @@ DAMAGED = {
 def test_a_damaged_model_is_refused_and_nothing_is_written(
     target: str, damage: str, tmp_path: Path
 ) -> None:
-    """One line says what was expected; a program cannot open a file that is wrong."""
+    """One line says what was expected, and no program opens a file that is wrong."""
     with pytest.raises(TendonNewtonError) as refused:
         EXPORTS[target].write(tmp_path, bench_of(BENCH, SERVO), DAMAGED[damage])
     assert "\n" not in str(refused.value)
@@ -53,7 +53,7 @@ def test_a_network_that_is_missing_leaves_nothing_behind(target: str, tmp_path: 
     """The message names the file."""
     values = {"file": str(tmp_path / "nothing.safetensors"), "spool_radius": 0.0125}
     model = Model(actuator=NamedValues(name="learned", values=values))
-    with pytest.raises(TendonNewtonError, match="nothing.safetensors"):
+    with pytest.raises(TendonNewtonError, match=r"nothing\.safetensors"):
         EXPORTS[target].write(tmp_path, bench_of(BENCH, SERVO), model)
     assert not list(tmp_path.iterdir())
 

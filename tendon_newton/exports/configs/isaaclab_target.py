@@ -147,7 +147,7 @@ def entry(
 
 
 CHECKED = """It was not run: Isaac Lab needs a GPU and versions of Newton and Warp of its own.
-The names of all fields are checked against its classes (Isaac Lab 3.0)."""
+The names of all fields are checked against its classes (Isaac Lab 3.0.0)."""
 LOADING = """```python
 from isaaclab.assets import ArticulationCfg
 import isaaclab.sim as sim_utils

@@ -162,9 +162,8 @@ def entry(
     }
 
 
-CHECKED = """It was not run by mjlab, which needs another version of MuJoCo. The names of all
-fields are checked against its classes (mjlab 1.6). A test gives the numbers of a motor to MuJoCo as
-mjlab does, and finds the servo's force."""
+CHECKED = """It was not run: mjlab needs an environment of its own. The names of all fields are those
+of mjlab 1.6.0, which ran files of the five benches and servos that docs/export.md lists."""
 LOADING = """```python
 import mujoco
 from mjlab.entity import EntityArticulationInfoCfg, EntityCfg
