@@ -83,6 +83,7 @@ def provenance_of(model: Model) -> Provenance:
                 value=float(effect.values[parameter.name]), ci95=None, unit=parameter.unit
             )
             for parameter in find_effect(effect.name).parameters
+            if parameter.name in effect.values
         }
         for effect in model.effects
     }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -45,18 +45,52 @@ class Departure:
 
 
 def departure(
-    mechanism: Mechanism, one: Sequence[Trajectory], other: Sequence[Trajectory]
+    mechanism: Mechanism,
+    one: Sequence[Trajectory],
+    other: Sequence[Trajectory],
+    *,
+    samples: int = 1,
 ) -> Departure:
-    """Return how far runs of the same commands lie apart."""
+    """Return how far runs of the same commands lie apart.
+
+    Args:
+        mechanism: The bench.
+        one: Some runs.
+        other: The same runs of another simulator.
+        samples: Rows over whose mean a load cell shows the force, as `finely` made them.
+    """
     pairs = list(zip(one, other, strict=True))
     tip = None
     if mechanism.tip is not None:
         tip = pooled([tips(mechanism, a) - tips(mechanism, b) for a, b in pairs])
     return Departure(
         angle=pooled([a.motor_position - b.motor_position for a, b in pairs]),
-        force=pooled([a.force - b.force for a, b in pairs]),
+        force=pooled([means(a.force - b.force, samples) for a, b in pairs]),
         tip=tip,
     )
+
+
+def means(values: Array, samples: int) -> Array:
+    """Return the mean of every so many rows, shape (T / samples, D)."""
+    return values.reshape(-1, samples, values.shape[1]).mean(axis=1)
+
+
+def finely(recording: Recording, samples: int) -> Recording:
+    """Return a recording with so many rows for each; every command is held as long as before.
+
+    A load cell shows the mean force of a while. A force that jumps, or that switches in every step,
+    has no value at an instant that two simulators could agree on.
+    """
+    time = recording.time
+    interval = np.diff(time, append=2.0 * time[-1] - time[-2])
+    inside = np.arange(samples) / samples
+    rows = {
+        f.name: np.repeat(values, samples, axis=0)
+        for f in fields(recording)
+        if isinstance(values := getattr(recording, f.name), np.ndarray)
+    }
+    fine = (time[:, None] + interval[:, None] * inside).ravel()
+    return replace(recording, **{**rows, "time": fine, "extra": {}})
 
 
 def pooled(differences: Sequence[Array]) -> float:

@@ -13,7 +13,7 @@ from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array
 from tendon_newton.exports.base import Exported, ExportTarget
-from tendon_newton.exports.model_numbers import coverage_of, not_exact
+from tendon_newton.exports.model_numbers import coverage_of, not_exact, refuse_damaged
 from tendon_newton.mechanisms.authoring.correction import correct
 from tendon_newton.mechanisms.geometry.joints import Joint
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
@@ -30,8 +30,10 @@ def write_urdf_target(folder: Path, mechanism: Mechanism, model: Model) -> Expor
     """Write `bench.urdf`.
 
     Raises:
+        InvalidModelFile: A number is missing or out of range.
         InvalidOutput: The file cannot be written.
     """
+    refuse_damaged(model)
     corrected = correct(mechanism, replace(model, bench_overrides={})).corrected
     robot = ET.Element("robot", name=mechanism.name)
     ET.SubElement(robot, "link", name=BASE)

@@ -10,6 +10,7 @@ from tendon_newton.data.recording import Recording
 from tendon_newton.effects import EFFECTS
 from tendon_newton.exports.base import Coverage, Exported, ExportTarget
 from tendon_newton.exports.bench_file import write_bench
+from tendon_newton.exports.model_numbers import refuse_damaged
 from tendon_newton.mechanisms.authoring.correction import HOMES, correct
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.loading import load_mechanism
@@ -30,9 +31,10 @@ def write_usd_target(folder: Path, mechanism: Mechanism, model: Model) -> Export
     """Write `bench.usda`, which refers to no other file.
 
     Raises:
-        InvalidModelFile: A number of the bench has no place in USD.
+        InvalidModelFile: A number is out of range, or has no place in USD.
         InvalidOutput: The file cannot be written.
     """
+    refuse_damaged(model)
     correction = correct(mechanism, replace(model, bench_overrides={}))
     path = folder / BENCH_FILE
     write_bench(path, replace(correction, asset=load_mechanism(mechanism.asset)), model)

@@ -33,31 +33,42 @@ ISAACLAB = {
         "torque_scale", "input_order", "input_idx",
     },
 }  # fmt: skip
-"""Fields of Isaac Lab 3.0's classes, without those that it calls deprecated."""
+"""Fields of the classes of Isaac Lab 3.0.0, without those that it calls deprecated."""
 MJLAB_BASE = {
-    "target_names_expr", "transmission_type", "armature", "velocity_limit", "frictionloss",
-    "viscous_damping", "delay_min_lag", "delay_max_lag", "delay_hold_prob", "delay_update_period",
+    "target_names_expr", "transmission_type", "armature", "frictionloss", "viscous_damping",
+    "delay_min_lag", "delay_max_lag", "delay_hold_prob", "delay_update_period",
     "delay_per_env_phase",
 }  # fmt: skip
 MJLAB = {
     "BuiltinPositionActuatorCfg": {*MJLAB_BASE, "stiffness", "damping", "effort_limit"},
     "BuiltinDcMotorActuatorCfg": {
-        *MJLAB_BASE, "mode", "nominal", "motor_const", "resistance", "stiffness", "damping",
-        "voltage_limit", "effort_limit", "gear", "cogging", "integral_gain", "integral_limit",
-        "slew_rate", "inductance", "electrical_time_constant", "thermal", "lugre",
+        *MJLAB_BASE, "motor_params", "mode", "stiffness", "damping", "voltage_limit",
+        "integral_gain", "integral_limit", "slew_rate", "effort_limit", "gear", "inductance",
+        "electrical_time_constant", "thermal", "cogging", "lugre",
     },
     "LearnedMlpActuatorCfg": {
         *MJLAB_BASE, "network_file", "pos_scale", "vel_scale", "torque_scale", "input_order",
         "history_length", "stiffness", "damping", "effort_limit", "saturation_effort",
+        "velocity_limit",
     },
+    "DcMotorPhysicalParams": {"kt", "ke", "resistance"},
 }  # fmt: skip
-"""Fields of mjlab 1.6's classes."""
+"""Fields of the classes of mjlab 1.6.0."""
 REQUIRED = {
     "DelayedPDActuatorCfg": {"joint_names_expr", "stiffness", "damping"},
     "DCMotorCfg": {"joint_names_expr", "stiffness", "damping", "saturation_effort"},
+    "ActuatorNetMLPCfg": {
+        "joint_names_expr", "saturation_effort", "network_file", "pos_scale", "vel_scale",
+        "torque_scale", "input_order", "input_idx",
+    },
     "BuiltinPositionActuatorCfg": {"target_names_expr", "stiffness", "damping"},
-    "BuiltinDcMotorActuatorCfg": {"target_names_expr", "motor_const", "resistance"},
-}
+    "BuiltinDcMotorActuatorCfg": {"target_names_expr", "motor_params"},
+    "DcMotorPhysicalParams": {"kt", "ke", "resistance"},
+    "LearnedMlpActuatorCfg": {
+        "target_names_expr", "saturation_effort", "velocity_limit", "network_file", "pos_scale",
+        "vel_scale", "torque_scale",
+    },
+}  # fmt: skip
 """Fields without a default."""
 
 
@@ -74,9 +85,12 @@ def configured(path: Path, classes: dict[str, set[str]]) -> tuple[str, dict[str,
             (f, Any, dataclasses.field(default=None)) for f in fields - REQUIRED.get(name, set())
         ]
         setattr(module, name, dataclasses.make_dataclass(name, [*needed, *others], kw_only=True))
-    module.TransmissionType = Enum("TransmissionType", ["JOINT", "TENDON", "SITE"])
+    module.DcMotorInputMode = Enum("DcMotorInputMode", ["VOLTAGE", "POSITION", "VELOCITY"])
+    inner: Any = ModuleType("inner")
+    inner.TransmissionType = Enum("TransmissionType", ["JOINT", "TENDON", "SITE"])
     names = ("isaaclab", "isaaclab.actuators", "mjlab", "mjlab.actuator")
-    with patch.dict(sys.modules, dict.fromkeys(names, module)):
+    stubs = {**dict.fromkeys(names, module), "mjlab.actuator.actuator": inner}
+    with patch.dict(sys.modules, stubs):
         (config,) = runpy.run_path(str(path))["ACTUATORS"].values()
     given = {name: value for name, value in vars(config).items() if value is not None}
     return type(config).__name__, given
@@ -155,10 +169,11 @@ def test_mjlab_s_motor_at_the_tendon_rests_where_the_servo_does(bench: str, tmp_
         name=tendon.name, target=tendon.name, trntype=mujoco.mjtTrn.mjTRN_TENDON
     )
     motor.gear[0] = plain["gear"]
-    controller = [plain["stiffness"], 0.0, plain["damping"], 0.0, 0.0, plain["voltage_limit"]]
-    motor.set_to_dcmotor(
-        list(plain["motor_const"]), plain["resistance"], controller=controller, ctrlspec=1
-    )
+    given = plain["motor_params"]
+    ampere = given.kt / given.resistance  # MuJoCo 3.17 takes torques where mjlab's 3.11 took volts
+    loop = [ampere * plain["stiffness"], ampere * (plain["damping"] + given.ke)]
+    controller = [loop[0], 0.0, loop[1], 0.0, 0.0, plain["voltage_limit"]]
+    motor.set_to_dcmotor([given.kt, given.ke], given.resistance, controller=controller, ctrlspec=1)
     compiled = spec.compile()
     data = mujoco.MjData(compiled)
     mujoco.mj_forward(compiled, data)

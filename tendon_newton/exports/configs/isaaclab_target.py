@@ -73,13 +73,13 @@ def write_isaaclab_target(folder: Path, mechanism: Mechanism, model: Model) -> E
                 f"Isaac Lab's actuators drive a joint each; the tendon {tendon.name!r} of "
                 f"{mechanism.name!r} drives several. Its Newton backend can run --to newton"
             )
-    correction = corrected_bench(mechanism, model)
-    write_bench(folder / BENCH_FILE, correction, model)
     files, note = [folder / BENCH_FILE, folder / CONFIG_FILE], ""
     learned: Scales | None = None
     if find_actuator(model.actuator.name).held:
         learned, note = write_network(folder, mechanism, model)
         files.append(folder / NETWORK_FILE)
+    correction = corrected_bench(mechanism, model)
+    write_bench(folder / BENCH_FILE, correction, model)
     entries = {
         tendon.name: entry(mechanism, tendon, model, learned) for tendon in mechanism.tendons
     }
@@ -147,7 +147,7 @@ def entry(
 
 
 CHECKED = """It was not run: Isaac Lab needs a GPU and versions of Newton and Warp of its own.
-The names of all fields are checked against its classes (Isaac Lab 3.0)."""
+The names of all fields are checked against its classes (Isaac Lab 3.0.0)."""
 LOADING = """```python
 from isaaclab.assets import ArticulationCfg
 import isaaclab.sim as sim_utils

@@ -47,9 +47,11 @@ IMPORTS = [
     "from mjlab.actuator import (",
     "    BuiltinDcMotorActuatorCfg,",
     "    BuiltinPositionActuatorCfg,",
+    "    DcMotorInputMode,",
+    "    DcMotorPhysicalParams,",
     "    LearnedMlpActuatorCfg,",
-    "    TransmissionType,",
     ")",
+    "from mjlab.actuator.actuator import TransmissionType",
     "",
     "FOLDER = Path(__file__).resolve().parent",
 ]
@@ -68,7 +70,6 @@ def write_mjlab_target(folder: Path, mechanism: Mechanism, model: Model) -> Expo
     signs, offsets = placed_tendons(mechanism)
     spec = mujoco_spec(mechanism)
     change_mechanism(spec, mechanism, model)
-    write_spec(folder / BENCH_FILE, spec)
     files, note = [folder / BENCH_FILE, folder / CONFIG_FILE], ""
     learned: tuple[float, float, float] | None = None
     if find_actuator(model.actuator.name).held:
@@ -79,6 +80,7 @@ def write_mjlab_target(folder: Path, mechanism: Mechanism, model: Model) -> Expo
             )
         learned, note = write_network(folder, mechanism, model)
         files.append(folder / NETWORK_FILE)
+    write_spec(folder / BENCH_FILE, spec)
     rows = list(zip(mechanism.tendons, signs, offsets, strict=True))
     entries = {t.name: entry(t, model, sign, learned) for t, sign, _ in rows}
     title = TITLE.format(bench=mechanism.name, step=PHYSICS_STEP)
@@ -139,13 +141,15 @@ def entry(
         }
     gains = servo_gains(tendon, model)
     if model.actuator.name == "pwm_servo":
+        constant, ohms = values["torque_constant"], values["resistance"]
         return "BuiltinDcMotorActuatorCfg", {
             **numbers,
-            "mode": "position",
-            "motor_const": (values["torque_constant"], values["torque_constant"]),
-            "resistance": values["resistance"],
-            "stiffness": gains.kp,
-            "damping": gains.kd,
+            "mode": Expression("DcMotorInputMode.POSITION"),
+            "motor_params": Expression(
+                f"DcMotorPhysicalParams(kt={constant!r}, ke={constant!r}, resistance={ohms!r})"
+            ),
+            "stiffness": gains.kp * ohms / constant,  # [V/rad]
+            "damping": 0.0,
             "voltage_limit": values["max_duty"] * values["supply_voltage"],
             "gear": sign / radius,
             "effort_limit": gains.limit,
@@ -158,9 +162,8 @@ def entry(
     }
 
 
-CHECKED = """It was not run by mjlab, which needs another version of MuJoCo. The names of all
-fields are checked against its classes (mjlab 1.6). A test gives the numbers of a motor to MuJoCo as
-mjlab does, and finds the servo's force."""
+CHECKED = """It was not run: mjlab needs an environment of its own. The names of all fields are those
+of mjlab 1.6.0, which ran files of the five benches and servos that docs/export.md lists."""
 LOADING = """```python
 import mujoco
 from mjlab.entity import EntityArticulationInfoCfg, EntityCfg

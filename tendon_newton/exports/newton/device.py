@@ -155,9 +155,11 @@ def answered(tendon: Tendon, p: ParameterVector, before: Kept, bench: Bench) -> 
         inward = guide_line(out.tension, on_side(here, real(1.0)), p)
         outward = guide_line(out.tension, on_side(here, real(-1.0)), p)
         half = real(0.5) * (outward[0] - inward[0])
-        kept.share = bent_share(before.bend, tendon.velocity, half, bench.inertia, bench.step)
-        kept.bend = bent_on(before.bend, tendon.velocity, half, bench.inertia, bench.step)
+        bend = rebent(before, inward[0], half, bench)
+        kept.share = bent_share(bend, tendon.velocity, half, bench.inertia, bench.step)
+        kept.bend = bent_on(bend, tendon.velocity, half, bench.inertia, bench.step)
         out.pull = inward[0] + kept.share * (outward[0] - inward[0])
+        kept.pull = out.pull
         out.pull_gain = inward[1] + kept.share * (outward[1] - inward[1])
     else:
         least = tendon_flow(on_side(here, real(1.0)), p)

@@ -1,11 +1,14 @@
 """The DC servo against the text book: stall, no-load speed, the line between them, its rotor."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.rollout import Trajectory
 from tests.physics.runs import RADIUS, run_of, simulate
 
@@ -93,3 +96,21 @@ def test_a_step_of_duty_turns_the_rotor_with_torque_over_inertia() -> None:
     # half a row of back-EMF is missing from the difference
     slope = (first[1] - first[0]) * rate * (1.0 + 0.5 / (rate * constant))
     assert slope == pytest.approx(STALL / INERTIA, rel=1e-3)
+
+
+def test_a_motor_that_drives_out_loses_to_its_guides_what_the_string_carries() -> None:
+    """The slider feels F exp(mu): its string pulls while the motor's own force is negative."""
+    lossy = NamedValues(name="routing_friction", values={"exponent": 0.2})
+    rate = 8000.0  # Hz
+    command = np.where(np.arange(2400) < 1600, 12.0, 0.0)
+    run = run_of(command, bench="spring_weak", rate=rate)
+    (out,) = simulate([run], replace(MODEL, effects=(lossy,)), time_step=STEP)
+    (joint,) = load_mechanism("spring_weak").joints
+    travel, speed = out.joint_position[:, 0], RADIUS * out.motor_velocity[:, 0]
+    felt = joint.stiffness * (travel - joint.rest) + joint.damping * speed
+    felt += joint.mass * np.gradient(speed, 1.0 / rate)
+    rows = slice(1610, 1800)
+    error = command[rows] - out.motor_position[rows, 0]
+    assert (error < 0.0).all()
+    assert (out.force[rows] > 0.1).all()
+    np.testing.assert_allclose(felt[rows] / out.force[rows, 0], np.exp(0.2), rtol=1e-2)

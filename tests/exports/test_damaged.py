@@ -1,0 +1,65 @@
+"""Models that no target may write, and one whose optional number is left out."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from examples.studies.exports import model_of
+from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.errors import TendonNewtonError
+from tendon_newton.exports import EXPORTS
+from tendon_newton.simulation.hosts.replay import bench_of
+
+BENCH = "spring_weak"
+SERVO = model_of(BENCH, "pwm_servo")
+
+
+def with_effect(name: str, servo: int | None = None, **values: float) -> Model:
+    """Return the servo with one effect."""
+    return replace(SERVO, effects=(NamedValues(name=name, values=values, servo=servo),))
+
+
+def with_actuator(kind: str, **values: float) -> Model:
+    """Return the servo as another kind, or with other numbers."""
+    old = SERVO.actuator
+    return replace(SERVO, actuator=replace(old, name=kind, values={**old.values, **values}))
+
+
+DAMAGED = {
+    "an unknown effect": with_effect("stiction", force=1.0),
+    "an effect without its number": with_effect("coulomb_friction"),
+    "a friction that drives": with_effect("coulomb_friction", force=-1.0),
+    "an effect of one servo": with_effect("gain_error", servo=1, scale=1.2),
+    "an unknown actuator": with_actuator("warp_drive"),
+    "a motor without resistance": with_actuator("pwm_servo", resistance=0.0),
+}
+
+
+@pytest.mark.parametrize("target", EXPORTS)
+@pytest.mark.parametrize("damage", DAMAGED)
+def test_a_damaged_model_is_refused_and_nothing_is_written(
+    target: str, damage: str, tmp_path: Path
+) -> None:
+    """One line says what was expected, and no program opens a file that is wrong."""
+    with pytest.raises(TendonNewtonError) as refused:
+        EXPORTS[target].write(tmp_path, bench_of(BENCH, SERVO), DAMAGED[damage])
+    assert "\n" not in str(refused.value)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("target", ["mujoco", "newton", "isaaclab", "mjlab", "networks"])
+def test_a_network_that_is_missing_leaves_nothing_behind(target: str, tmp_path: Path) -> None:
+    """The message names the file."""
+    values = {"file": str(tmp_path / "nothing.safetensors"), "spool_radius": 0.0125}
+    model = Model(actuator=NamedValues(name="learned", values=values))
+    with pytest.raises(TendonNewtonError, match=r"nothing\.safetensors"):
+        EXPORTS[target].write(tmp_path, bench_of(BENCH, SERVO), model)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("target", ["mujoco", "newton", "isaaclab", "mjlab", "usd", "urdf"])
+def test_an_optional_number_may_be_left_out(target: str, tmp_path: Path) -> None:
+    """A limit without a knee goes everywhere."""
+    model = with_effect("force_saturation", limit=3.0)
+    assert EXPORTS[target].write(tmp_path, bench_of(BENCH, model), model).files
