@@ -162,8 +162,8 @@ def entry(
     }
 
 
-CHECKED = """It was not run: mjlab needs an environment of its own. The names of all fields are those
-of mjlab 1.6.0, which ran files of the five benches and servos that docs/export.md lists."""
+CHECKED = """It was not run: mjlab needs an environment of its own. The names of all fields are
+those of mjlab 1.6.0, which ran files of the benches and servos that docs/export.md lists."""
 LOADING = """```python
 import mujoco
 from mjlab.entity import EntityArticulationInfoCfg, EntityCfg
