@@ -199,8 +199,8 @@ BITS: tuple[int, ...] = constant()
 SKIPS: bool = constant()
 """Whether effects whose parameters are all null are passed over. A tape asks for their derivatives
 there."""
-HAS_EFFECTS: bool = constant()
-"""Whether the kernel has any effect."""
+TAPED: bool = constant()
+"""Whether a tape walks the kernel back."""
 EFFECT_COUNT: int = constant()
 """How many it has."""
 FIRST_OWN: int = constant()

@@ -12,7 +12,6 @@ from typing import Annotated
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (
-    HAS_EFFECTS,
     PLANAR,
     ROUTED,
     TOUCHES,
@@ -51,7 +50,7 @@ class Tendon:
 
     index: int
     """Which tendon of its world."""
-    asleep: Annotated[Flags, HAS_EFFECTS]
+    asleep: Flags
     """See `Drive`."""
     time: real
     """Instant [s] of the simulation."""
@@ -108,7 +107,7 @@ class Joint:
 
     index: int
     """Which joint of its world."""
-    asleep: Annotated[Flags, HAS_EFFECTS]
+    asleep: Flags
     """See `Drive`."""
     elapsed: real
     """Time [s] since the memory was current."""
@@ -500,7 +499,7 @@ class Drive:
     """What the world remembered then."""
     remembers: real
     """Whether any effect with memory is awake (1)."""
-    asleep: Annotated[Flags, HAS_EFFECTS]
+    asleep: Flags
     """Effects whose parameters are all null, a bit each."""
     inertia: real
     """How much more than their weight the links resist [1]."""
@@ -558,6 +557,12 @@ class Forces:
     """Whether each string is taut (1) or slack (2)."""
     line: TendonVector
     """Force [N] that a string would carry if it could push."""
+    pull: TendonVector
+    """What the tendons pull the mechanism with [N]; where one is held, what holds it."""
+    tension: TendonVector
+    """What the load cells feel of sliding tendons, less the rotors' part [N]."""
+    felt: TendonVector
+    """How much of the rotors the load cells feel [kg]."""
     arms: Annotated[RowMatrix, ROUTED]
     """Rows of the tendons."""
     bow: Annotated[RowVector, ROUTED]
@@ -584,6 +589,16 @@ class ContactStates:
     """The side with the greatest."""
     hold: RowVector
     """Pull of the rows that are held [N]."""
+
+
+@device_struct
+class Beginning:
+    """What a step begins with."""
+
+    contact: ContactStates
+    """The contact states."""
+    forces: Forces
+    """The forces in them."""
 
 
 @device_struct
@@ -680,8 +695,6 @@ class Spool:
     """What reaches the mechanism [N]."""
     pull_by_lead: real
     """Its derivative by the spool's lead [N/m]."""
-    tension: real
-    """What the string carries [N]."""
 
 
 @device_struct

@@ -270,7 +270,8 @@ def reading_kernel(
     angle = TendonVector()
     rate = TendonVector()
     tension = TendonVector()
-    pulled = tensions_in(mechanism, p, here, contact)
+    forces = smooth_forces(mechanism, p, here, contact)
+    pulled = tensions_in(mechanism, p, here, contact, forces)
     for d in range(TENDONS):
         flow = flow_at(mechanism, p, fresh, d, contact.row_side[d])
         speed = excursion(arms, d, here.v)

@@ -63,8 +63,8 @@ IN_THE_FILE = coverage_of(
 )
 """What MJCF alone says of each effect."""
 NEARLY = ("backlash", "starting_duty")
-"""A rotor in its play meets its edges in the middle of a step, which nothing divides. A servo without
-inertia switches its least duty in every step."""
+"""A rotor in its play meets its edges in the middle of a step, which nothing divides. A servo
+without inertia switches its least duty in every step."""
 COVERAGE = coverage_of(tuple({*EFFECTS} - {*NEARLY}), NEARLY)
 """What the program says of each effect."""
 

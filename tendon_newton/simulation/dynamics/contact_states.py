@@ -29,7 +29,7 @@ from tendon_newton.device_code.placeholders import (
     RowVector,
     real,
 )
-from tendon_newton.device_code.structs import ContactStates, Drive, Mechanism
+from tendon_newton.device_code.structs import Beginning, ContactStates, Drive, Forces, Mechanism
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.dynamics.forces import free_part, smooth_forces, touching
 from tendon_newton.simulation.tendons.pipeline import flow_at
@@ -165,28 +165,43 @@ def choose_contact_states(mechanism: Mechanism, p: ParameterVector, here: Drive)
 
     Those are held whose holding force stays within its limits.
     """
+    begun = begin(mechanism, p, here)
+    return begun.contact
+
+
+@device_template
+def begin(mechanism: Mechanism, p: ParameterVector, here: Drive) -> Beginning:
+    """Return the contact states, and the forces in them, which say whether strings pull.
+
+    Where a string that was taken for taut does not pull, all is decided again without it.
+    """
     contact = ContactStates()
+    forces = Forces()
     if wp.static(FREE_SPOOL):
         contact.joint_held = taut_spools(mechanism, here)
-    contact = choose_held(mechanism, p, here, contact)
-    if wp.static(FREE_SPOOL):
-        taut = pulling_spools(mechanism, p, here, contact)
-        lost = bool(False)
-        for d in range(TENDONS):
-            lost = lost or taut[LINKS + d] != contact.joint_held[LINKS + d]
-        if lost:
-            fresh = ContactStates()
-            fresh.joint_held = taut
-            contact = choose_held(mechanism, p, here, fresh)
-    return contact
+    again = bool(True)
+    while again:
+        again = bool(False)
+        contact = choose_held(mechanism, p, here, contact)
+        forces = smooth_forces(mechanism, p, here, contact)
+        if wp.static(FREE_SPOOL):
+            taut = pulling_spools(mechanism, p, here, contact, forces)
+            for d in range(TENDONS):
+                again = again or taut[LINKS + d] != contact.joint_held[LINKS + d]
+            if again:
+                contact = ContactStates()
+                contact.joint_held = taut
+    out = Beginning()
+    out.contact = contact
+    out.forces = forces
+    return out
 
 
 @device_template
 def pulling_spools(
-    mechanism: Mechanism, p: ParameterVector, here: Drive, contact: ContactStates
+    mechanism: Mechanism, p: ParameterVector, here: Drive, contact: ContactStates, forces: Forces
 ) -> JointVector:
     """Mark those of the held spools whose strings pull; the others go slack. Shape (J,)."""
-    forces = smooth_forces(mechanism, p, here, contact)
     taut = JointVector()
     rows = row_arms(mechanism, here, contact)
     acceleration = constrained_solve(
@@ -195,7 +210,7 @@ def pulling_spools(
     for d in range(TENDONS):
         c = LINKS + d
         if contact.joint_held[c] > real(0.0):
-            tension = tension_now(mechanism, p, here, contact, d, acceleration)
+            tension = tension_now(mechanism, p, here, contact, d, forces, acceleration)
             if tension >= real(0.0) or not is_string(mechanism, here.world, d):
                 taut[c] = real(1.0)
     return taut
@@ -210,6 +225,7 @@ def choose_held(
     arms = row_arms(mechanism, here, contact)
     contact.touch = touching(mechanism, here.world, here.q, here.v)
     held = int(0)
+    sides = int(2)  # not a constant, so that the loop stays one and compiles faster
     least = RowVector()
     most = RowVector()
     for j in range(LINKS):
@@ -225,10 +241,15 @@ def choose_held(
             if row_counts(contact, d):
                 contact = tendon_sides(mechanism, here, contact, d, rate)
                 if contact.row_held[d] > real(0.0):
-                    side = contact.least_side[d]
-                    least[d] = row_force(mechanism, p, here, contact, d, side)
-                    side = contact.most_side[d]
-                    most[d] = row_force(mechanism, p, here, contact, d, side)
+                    for k in range(sides):
+                        side = contact.least_side[d]
+                        if k > 0:
+                            side = contact.most_side[d]
+                        force = row_force(mechanism, p, here, contact, d, side)
+                        if k > 0:
+                            most[d] = force
+                        else:
+                            least[d] = force
                     contact.hold[d] = wp.clamp(real(0.0), least[d], most[d])
                     held = held + 1
     if held > 0:

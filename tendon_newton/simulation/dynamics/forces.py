@@ -38,7 +38,7 @@ from tendon_newton.simulation.tendons.routes import (
     tendon_arms,
     tendon_bow,
 )
-from tendon_newton.simulation.tendons.spools import rotor_inertia, spool_pull, with_spool
+from tendon_newton.simulation.tendons.spools import rotor_inertia, with_spool
 
 
 @device_template
@@ -70,24 +70,29 @@ def smooth_forces(
     if wp.static(HAS_ROTOR and not FREE_SPOOL):
         here = loaded(mechanism, p, here, contact, mass_matrix, torque)
     out = Forces()
-    tension = TendonVector()
     slack = TendonVector()
     line = TendonVector()
+    pulls = TendonVector()
+    tension = TendonVector()
+    felt = TendonVector()
     for d in range(TENDONS):
         pull = Jet(real(0.0), real(0.0), real(0.0))
         inertia = real(0.0)
-        tension[d] = contact.hold[d]
+        pulls[d] = contact.hold[d]
         moves = bool(False)
         if wp.static(FREE_SPOOL):
             moves = contact.joint_held[LINKS + d] == real(0.0)
         if contact.row_held[d] == real(0.0) and not moves:
             flow = flow_at(mechanism, p, here, d, contact.row_side[d])
             pull = flow.pull
-            tension[d] = pull[0]
+            pulls[d] = pull[0]
             slack[d] = flow.slack
             line[d] = flow.line
+            tension[d] = flow.tension[0]
             if wp.static(HAS_ROTOR):
-                inertia = flow.pull_gain * rotor_inertia(mechanism, here.world, p, d)
+                rotor = rotor_inertia(mechanism, here.world, p, d)
+                inertia = flow.pull_gain * rotor
+                felt[d] = flow.tension_gain * rotor
             if wp.static(HAS_ROTOR and not FREE_SPOOL):
                 if flow.tension[0] < mechanism.least_tension[here.world][d]:
                     pull = Jet(real(0.0), real(0.0), real(0.0))  # at rest a string is slack
@@ -102,27 +107,28 @@ def smooth_forces(
                 stiffness[i, j] = stiffness[i, j] + product * pull[1]
                 damping[i, j] = damping[i, j] + product * pull[2]
         if wp.static(FREE_SPOOL):
-            c = LINKS + d
-            if moves:
-                tension[d] = spool_pull(mechanism, p, here, contact, d)
-            else:
+            if not moves:
+                c = LINKS + d
                 # held, and solved for by nobody: any numbers keep the matrices regular
                 mass_matrix[c, c] = real(1.0)
                 stiffness[c, c] = -real(1.0)
-    if wp.static(ROUTED):
-        stiffness = stiffness + route_stiffness(here, tension)
-        out.arms = row_arms(mechanism, here, contact)
-        out.bow = row_bow(here)
     out.mass_matrix = mass_matrix
     out.torque = torque
     out.stiffness = stiffness
     out.damping = damping
     out.slack = slack
     out.line = line
+    out.pull = pulls
+    out.tension = tension
+    out.felt = felt
     if wp.static(FREE_SPOOL):
         for d in range(TENDONS):
             if contact.joint_held[LINKS + d] == real(0.0):
                 out = with_spool(mechanism, p, here, contact, d, out)
+    if wp.static(ROUTED):
+        out.stiffness = out.stiffness + route_stiffness(here, out.pull)
+        out.arms = row_arms(mechanism, here, contact)
+        out.bow = row_bow(here)
     return out
 
 

@@ -22,13 +22,23 @@ import warp as wp
 from tendon_newton.device_code.placeholders import (
     HOLDS_ROUTED,
     ROUTED,
+    TAPED,
     ParameterVector,
     RowVector,
     real,
 )
-from tendon_newton.device_code.structs import ContactStates, Drive, Mechanism, Motion
+from tendon_newton.device_code.structs import (
+    Beginning,
+    ContactStates,
+    Drive,
+    Event,
+    Forces,
+    Mechanism,
+    Motion,
+)
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.dynamics.contact_states import (
+    begin,
     choose_contact_states,
     constrained_solve,
 )
@@ -52,13 +62,18 @@ GAMMA = 1.0 - 0.5**0.5
 
 @device_template
 def rosenbrock(
-    mechanism: Mechanism, p: ParameterVector, here: Drive, contact: ContactStates, h: real
+    mechanism: Mechanism,
+    p: ParameterVector,
+    here: Drive,
+    contact: ContactStates,
+    forces: Forces,
+    h: real,
 ) -> Motion:
-    """Advance by h [s] in frozen contact states with the two stages of ROS2."""
+    """Advance by h [s] in frozen contact states, by the forces there, with ROS2's two stages."""
     g = real(GAMMA) * h
     arms = row_arms(mechanism, here, contact)
     bow = RowVector()
-    f = smooth_forces(mechanism, p, here, contact)
+    f = forces
     if wp.static(ROUTED):
         arms = f.arms
         bow = f.bow
@@ -90,29 +105,59 @@ def rosenbrock(
 
 
 @device_template
+def begun(mechanism: Mechanism, p: ParameterVector, start: Drive) -> Beginning:
+    """Return what a step begins with; a tape does not walk back through the choice."""
+    out = Beginning()
+    if wp.static(TAPED):
+        out.contact = choose_contact_states(mechanism, p, start)
+        out.forces = smooth_forces(mechanism, p, start, out.contact)
+    else:
+        out = begin(mechanism, p, start)
+    return out
+
+
+@device_template
 def step(mechanism: Mechanism, p: ParameterVector, drive: Drive, h: real) -> Motion:
     """Advance a world and its memory by h [s] from where the drive has it; divide at an event."""
     start = located(mechanism, at_start(drive, drive.time, drive.memory), drive.q, drive.v)
-    contact = choose_contact_states(mechanism, p, start)
-    begun = contact
-    end = rosenbrock(mechanism, p, start, contact, h)
+    first = begun(mechanism, p, start)
+    contact = first.contact
+    forces = first.forces
+    end = rosenbrock(mechanism, p, start, contact, forces, h)
     event = first_event(mechanism, p, start, contact, end, h)
     if event.fraction < real(1.0):
-        part = event.fraction * h
-        middle = rosenbrock(mechanism, p, start, contact, part)
-        memory = renewed(mechanism, p, start, contact, middle, part)
-        v = bring_event_row(mechanism, start, event, contact, middle)
-        q = without_lead(event, middle.q)
-        start = after_slack(at_start(drive, drive.time + part, memory), event)
-        start = located(mechanism, start, q, v)
-        chosen = choose_contact_states(mechanism, p, start)
-        contact = after_touch(chosen, event)
-        h = h - part
-        end = rosenbrock(mechanism, p, start, contact, h)
-        end = bring_back(mechanism, p, start, contact, end, h)
-    end = catch_spools(mechanism, start, contact, end)
-    end.memory = renewed(mechanism, p, start, contact, end, h)
-    end.contact = begun
+        end = divided_step(mechanism, p, start, contact, forces, event, h)
+    else:
+        end = catch_spools(mechanism, start, contact, end)
+        end.memory = renewed(mechanism, p, start, contact, end, h)
+    end.contact = contact
+    return end
+
+
+@device_template
+def divided_step(
+    mechanism: Mechanism,
+    p: ParameterVector,
+    start: Drive,
+    contact: ContactStates,
+    forces: Forces,
+    event: Event,
+    h: real,
+) -> Motion:
+    """Advance by h [s]: up to an event in the contact states before it, then in those after it."""
+    part = event.fraction * h
+    middle = rosenbrock(mechanism, p, start, contact, forces, part)
+    memory = renewed(mechanism, p, start, contact, middle, part)
+    v = bring_event_row(mechanism, start, event, contact, middle)
+    q = without_lead(event, middle.q)
+    later = after_slack(at_start(start, start.time + part, memory), event)
+    later = located(mechanism, later, q, v)
+    after = after_touch(choose_contact_states(mechanism, p, later), event)
+    rest = h - part
+    end = rosenbrock(mechanism, p, later, after, smooth_forces(mechanism, p, later, after), rest)
+    end = bring_back(mechanism, p, later, after, end, rest)
+    end = catch_spools(mechanism, later, after, end)
+    end.memory = renewed(mechanism, p, later, after, end, rest)
     return end
 
 
@@ -122,6 +167,7 @@ def whole_step(
 ) -> Motion:
     """Do what `step` does where no event divides it, in the contact states that it has chosen."""
     start = located(mechanism, at_start(drive, drive.time, drive.memory), drive.q, drive.v)
-    end = rosenbrock(mechanism, p, start, contact, h)
+    forces = smooth_forces(mechanism, p, start, contact)
+    end = rosenbrock(mechanism, p, start, contact, forces, h)
     end.memory = renewed(mechanism, p, start, contact, end, h)
     return end

@@ -26,16 +26,16 @@ from tendon_newton.device_code.structs import (
     Commands,
     ContactStates,
     Drive,
+    Forces,
     Log,
     Mechanism,
     Reading,
 )
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.dynamics.contact_states import (
-    choose_contact_states,
+    begin,
     constrained_solve,
 )
-from tendon_newton.simulation.dynamics.forces import smooth_forces
 from tendon_newton.simulation.dynamics.memory import remembered
 from tendon_newton.simulation.tendons.pipeline import servo_flow, tendon_state
 from tendon_newton.simulation.tendons.routes import row_arms, row_bow
@@ -46,27 +46,18 @@ INSTANT = 1.0e-6
 
 
 @device_template
-def accelerations(
-    mechanism: Mechanism, p: ParameterVector, here: Drive, contact: ContactStates
-) -> JointVector:
-    """Return the accelerations [rad/s2, m/s2] that a rotor feels; without one nobody asks."""
-    out = JointVector()
-    if wp.static(HAS_ROTOR):
-        forces = smooth_forces(mechanism, p, here, contact)
-        rows = row_arms(mechanism, here, contact)
-        out = constrained_solve(forces.mass_matrix, forces.torque, contact, rows, row_bow(here))
-    return out
-
-
-@device_template
 def tensions_in(
-    mechanism: Mechanism, p: ParameterVector, here: Drive, contact: ContactStates
+    mechanism: Mechanism, p: ParameterVector, here: Drive, contact: ContactStates, forces: Forces
 ) -> TendonVector:
     """Return the tensions at the load cells [N] in known contact states; a string never pushes."""
-    acceleration = accelerations(mechanism, p, here, contact)
+    acceleration = JointVector()
+    if wp.static(HAS_ROTOR):
+        rows = row_arms(mechanism, here, contact)
+        bow = row_bow(here)
+        acceleration = constrained_solve(forces.mass_matrix, forces.torque, contact, rows, bow)
     out = TendonVector()
     for d in range(TENDONS):
-        tension = tension_now(mechanism, p, here, contact, d, acceleration)
+        tension = tension_now(mechanism, p, here, contact, d, forces, acceleration)
         if wp.static(HAS_ROTOR):
             tension = wp.max(tension, mechanism.least_tension[here.world][d])
         out[d] = tension
@@ -76,19 +67,21 @@ def tensions_in(
 @device_template
 def tensions(mechanism: Mechanism, p: ParameterVector, here: Drive) -> TendonVector:
     """Return the tensions at the load cells [N]."""
-    return tensions_in(mechanism, p, here, choose_contact_states(mechanism, p, here))
+    now = begin(mechanism, p, here)
+    return tensions_in(mechanism, p, here, now.contact, now.forces)
 
 
 @device_template
 def read_sensors(mechanism: Mechanism, p: ParameterVector, here: Drive) -> Reading:
     """Return the encoder's report just after a command took effect, and the true tension then."""
-    contact = choose_contact_states(mechanism, p, here)
+    begun = begin(mechanism, p, here)
+    contact = begun.contact
     reading = Reading()
     now = here
     if wp.static(HAS_MEMORY):
         if here.remembers > real(0.0):
             now.memory = remembered(mechanism, p, here, contact)
-    reading.force = tensions_in(mechanism, p, here, contact)
+    reading.force = tensions_in(mechanism, p, here, contact, begun.forces)
     for d in range(TENDONS):
         tendon = tendon_state(mechanism, p, now, d, contact.row_side[d])
         flow = servo_flow(tendon, p)

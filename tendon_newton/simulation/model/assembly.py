@@ -16,7 +16,7 @@ from tendon_newton.device_code.templates import Bindings, Specialiser
 from tendon_newton.effects import Effect, Stage
 from tendon_newton.simulation.chains import planar_chain, spatial_chain
 from tendon_newton.simulation.contact import contact_distances, contact_poses, contacts
-from tendon_newton.simulation.dynamics import integrator, settling
+from tendon_newton.simulation.dynamics import integrator, sensors, settling
 from tendon_newton.simulation.kernels import position_kernels, rollout_kernels
 from tendon_newton.simulation.kernels.position_kernels import POSITION_EFFECTS
 from tendon_newton.simulation.model.kernel_types import kernel_types
@@ -80,6 +80,15 @@ INLINING_FLAGS = (
 """Compiler flags of such a kernel on a CPU: Warp's own, but what is called is nearly all inlined. A
 call copies 2 KB of a world. With one tendon whose arms are constant it takes 15 % less time to run,
 and 8 s more to compile. With two, or with routes, it would gain at most 4 % for 28 s."""
+
+
+RARE_PARTS = (
+    integrator.divided_step,
+    sensors.read_sensors,
+    sensors.tensions,
+    settling.frictionless_forces,
+)
+"""What such a kernel does seldom, and calls: so it compiles in half the time."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -159,6 +168,7 @@ def assemble(structure: Structure, *, taped: bool = False) -> Assembly:
     """
     types = kernel_types(structure)
     specialiser = Specialiser(types)
+    specialiser.bind(placeholders.TAPED, taped)
     specialiser.bind(placeholders.SKIPS, bool(structure.effects) and not taped)
     if structure.coordinate_count > UNROLLED_JOINTS:
         specialiser.bind(inverse, specialiser.function(looped_inverse))
@@ -183,6 +193,9 @@ def assemble(structure: Structure, *, taped: bool = False) -> Assembly:
         specialiser.bind(slots.contact_terms, contacts.contact_terms)
         specialiser.bind(slots.contact_memory, contacts.contact_memory)
     if not taped:
+        if len(structure.effects) > MANY_EFFECTS:
+            for part in RARE_PARTS:
+                specialiser.function(part, inline=False)
         # a call would copy 2 KB of a world; inlined, what a world keeps is read once
         specialiser.function(integrator.step, inline=True)
     return Assembly(structure=structure, types=types, specialiser=specialiser)

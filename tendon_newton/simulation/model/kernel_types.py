@@ -126,7 +126,6 @@ def memory_constants(structure: Structure) -> dict[Any, Any]:
         d.MEMORY_NULLS: tuple(
             e.parameters[0].null for e in effects for _ in structure.starts(e.name)
         ),
-        d.HAS_EFFECTS: bool(structure.effects),
         d.EFFECT_COUNT: len(structure.effects),
         d.FIRST_OWN: min(structure.offsets.values(), default=0),
         d.OWN_BITS: tuple(bit for bit, _ in own),

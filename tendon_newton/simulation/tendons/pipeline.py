@@ -23,7 +23,6 @@ import warp as wp
 from tendon_newton.device_code.placeholders import (
     FREE_SPOOL,
     HAS_DUTY,
-    HAS_EFFECTS,
     HAS_ROTOR,
     JOINTS,
     LINKS,
@@ -97,8 +96,7 @@ def tendon_state(
     bow = tendon_bow(here)
     tendon = Tendon()
     tendon.index = d
-    if wp.static(HAS_EFFECTS):
-        tendon.asleep = here.asleep
+    tendon.asleep = here.asleep
     tendon.time = here.time
     tendon.elapsed = here.elapsed
     tendon.memory = here.memory
@@ -267,8 +265,7 @@ def joint_state(mechanism: Mechanism, here: Drive, j: int) -> Joint:
     """Describe joint j to the effects."""
     joint = Joint()
     joint.index = j
-    if wp.static(HAS_EFFECTS):
-        joint.asleep = here.asleep
+    joint.asleep = here.asleep
     joint.elapsed = here.elapsed
     joint.memory = here.memory
     joint.position = here.q[j]

@@ -83,6 +83,16 @@ def taut_spools(mechanism: Mechanism, here: Drive) -> JointVector:
 
 
 @device_template
+def string_stiffness(mechanism: Mechanism, here: Drive, d: int) -> real:
+    """Return by how much more a string carries as its spool's lead grows [N/m]; 0 where slack."""
+    stiffness = here.string[d]
+    one_way = is_string(mechanism, here.world, d)
+    if is_rigid(here, d) or (one_way and here.q[LINKS + d] <= real(0.0)):
+        stiffness = real(0.0)
+    return stiffness
+
+
+@device_template
 def spool_at(
     mechanism: Mechanism, p: ParameterVector, here: Drive, d: int, side: real, guide_side: real
 ) -> Spool:
@@ -91,17 +101,12 @@ def spool_at(
     flow = servo_flow(tendon, p)
     motor = flow.motor_force
     tendon.error = tendon.command - flow.angle[0]
-    lead = here.q[LINKS + d]
-    one_way = is_string(mechanism, here.world, d)
-    stiffness = here.string[d]
-    if is_rigid(here, d) or (one_way and lead <= real(0.0)):
-        stiffness = real(0.0)
-    tension = stiffness * lead
+    stiffness = string_stiffness(mechanism, here, d)
+    tension = stiffness * here.q[LINKS + d]
     gear = gear_line(tension, tendon, p)
     taken = tension + (tension - gear[0]) / gear[1]
     out = Spool()
     out.inertia = rotor_inertia(mechanism, here.world, p, d)
-    out.tension = tension
     out.force = Jet(motor[0] - taken, motor[1], motor[2] + gear[2] / gear[1])
     out.force_by_lead = -stiffness / gear[1]
     if side * tendon.direction > real(1.5):
@@ -138,8 +143,12 @@ def with_spool(
     torque = out.torque
     stiffness = out.stiffness
     damping = out.damping
+    pull = out.pull
     driven = contact.row_held[d] == real(0.0)
     guided = contact.row_held[TENDONS + d] == real(0.0)
+    pull[d] = contact.hold[TENDONS + d]
+    if guided:
+        pull[d] = spool.pull[0]
     for i in range(JOINTS):
         torque[i] = torque[i] - whole[i] * spool.inertia * bow[d]
         if driven:
@@ -160,16 +169,5 @@ def with_spool(
     out.torque = torque
     out.stiffness = stiffness
     out.damping = damping
+    out.pull = pull
     return out
-
-
-@device_template
-def spool_pull(
-    mechanism: Mechanism, p: ParameterVector, here: Drive, contact: ContactStates, d: int
-) -> real:
-    """Return the pull [N] on the mechanism of a string whose spool moves on its own."""
-    pull = contact.hold[TENDONS + d]
-    if contact.row_held[TENDONS + d] == real(0.0):
-        spool = spool_at(mechanism, p, here, d, contact.row_side[d], contact.row_side[TENDONS + d])
-        pull = spool.pull[0]
-    return pull

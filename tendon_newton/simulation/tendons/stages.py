@@ -39,6 +39,15 @@ def is_awake(asleep: Flags, bit: int) -> bool:
 
 
 @device_template
+def any_awake(asleep: Flags) -> bool:
+    """Tell whether any effect of a stage is awake."""
+    if wp.static(SKIPS):
+        every = Flags(wp.static(sum(1 << bit for bit in set(BITS))))
+        return asleep & every != every
+    return True
+
+
+@device_template
 def scalar_stage(signal: real, p: ParameterVector) -> real:
     """Apply effects to a number that neither position nor speed decides."""
     for i in range(wp.static(len(FUNCTIONS))):
@@ -83,35 +92,37 @@ def joint_number_stage(signal: real, joint: Joint, p: ParameterVector) -> real:
 @device_template
 def joint_stage(torque: Jet, joint: Joint, p: ParameterVector) -> Jet:
     """Apply effects to a torque of one joint."""
-    for i in range(wp.static(len(FUNCTIONS))):
-        remembered = real(0.0)
-        if wp.static(MEMORIES[i] >= 0):
-            remembered = joint.memory[wp.static(MEMORIES[i]) + joint.index]
-        second = real(0.0)
-        if wp.static(SECOND_MEMORIES[i] >= 0):
-            second = joint.memory[wp.static(SECOND_MEMORIES[i]) + joint.index]
-        values = own_values(p, wp.static(OFFSETS[i]), remembered, second)
-        if is_awake(joint.asleep, wp.static(BITS[i])):
-            torque = wp.static(FUNCTIONS[i])(torque, joint, values)
+    if any_awake(joint.asleep):
+        for i in range(wp.static(len(FUNCTIONS))):
+            remembered = real(0.0)
+            if wp.static(MEMORIES[i] >= 0):
+                remembered = joint.memory[wp.static(MEMORIES[i]) + joint.index]
+            second = real(0.0)
+            if wp.static(SECOND_MEMORIES[i] >= 0):
+                second = joint.memory[wp.static(SECOND_MEMORIES[i]) + joint.index]
+            values = own_values(p, wp.static(OFFSETS[i]), remembered, second)
+            if is_awake(joint.asleep, wp.static(BITS[i])):
+                torque = wp.static(FUNCTIONS[i])(torque, joint, values)
     return torque
 
 
 @device_template
 def tendon_stage(signal: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
     """Apply effects to a signal of one tendon."""
-    for i in range(wp.static(len(FUNCTIONS))):
-        remembered = real(0.0)
-        if wp.static(MEMORIES[i] >= 0):
-            remembered = tendon.memory[wp.static(MEMORIES[i]) + tendon.index]
-        second = real(0.0)
-        if wp.static(SECOND_MEMORIES[i] >= 0):
-            second = tendon.memory[wp.static(SECOND_MEMORIES[i]) + tendon.index]
-        place = wp.static(OFFSETS[i])
-        if wp.static(STRIDES[i] > 0):  # else a constant, so that numbers stay in registers
-            place = wp.static(OFFSETS[i]) + wp.static(STRIDES[i]) * tendon.index
-        values = own_values(p, place, remembered, second)
-        if is_awake(tendon.asleep, wp.static(BITS[i])):
-            signal = wp.static(FUNCTIONS[i])(signal, tendon, values)
+    if any_awake(tendon.asleep):
+        for i in range(wp.static(len(FUNCTIONS))):
+            remembered = real(0.0)
+            if wp.static(MEMORIES[i] >= 0):
+                remembered = tendon.memory[wp.static(MEMORIES[i]) + tendon.index]
+            second = real(0.0)
+            if wp.static(SECOND_MEMORIES[i] >= 0):
+                second = tendon.memory[wp.static(SECOND_MEMORIES[i]) + tendon.index]
+            place = wp.static(OFFSETS[i])
+            if wp.static(STRIDES[i] > 0):  # else a constant, so that numbers stay in registers
+                place = wp.static(OFFSETS[i]) + wp.static(STRIDES[i]) * tendon.index
+            values = own_values(p, place, remembered, second)
+            if is_awake(tendon.asleep, wp.static(BITS[i])):
+                signal = wp.static(FUNCTIONS[i])(signal, tendon, values)
     return signal
 
 
@@ -121,14 +132,17 @@ def joint_memory(
 ) -> MemoryVector:
     """Renew what effects remember of one joint."""
     out = memory
-    for i in range(wp.static(len(FUNCTIONS))):
-        remembered = joint.memory[wp.static(MEMORIES[i]) + joint.index]
-        second = real(0.0)
-        if wp.static(SECOND_MEMORIES[i] >= 0):
-            second = joint.memory[wp.static(SECOND_MEMORIES[i]) + joint.index]
-        values = own_values(p, wp.static(OFFSETS[i]), remembered, second)
-        if is_awake(joint.asleep, wp.static(BITS[i])):
-            out[wp.static(PLACES[i]) + joint.index] = wp.static(FUNCTIONS[i])(torque, joint, values)
+    if any_awake(joint.asleep):
+        for i in range(wp.static(len(FUNCTIONS))):
+            remembered = joint.memory[wp.static(MEMORIES[i]) + joint.index]
+            second = real(0.0)
+            if wp.static(SECOND_MEMORIES[i] >= 0):
+                second = joint.memory[wp.static(SECOND_MEMORIES[i]) + joint.index]
+            values = own_values(p, wp.static(OFFSETS[i]), remembered, second)
+            if is_awake(joint.asleep, wp.static(BITS[i])):
+                out[wp.static(PLACES[i]) + joint.index] = wp.static(FUNCTIONS[i])(
+                    torque, joint, values
+                )
     return out
 
 
@@ -138,17 +152,18 @@ def tendon_memory(
 ) -> MemoryVector:
     """Renew what effects remember of one tendon."""
     out = memory
-    for i in range(wp.static(len(FUNCTIONS))):
-        remembered = tendon.memory[wp.static(MEMORIES[i]) + tendon.index]
-        second = real(0.0)
-        if wp.static(SECOND_MEMORIES[i] >= 0):
-            second = tendon.memory[wp.static(SECOND_MEMORIES[i]) + tendon.index]
-        place = wp.static(OFFSETS[i])
-        if wp.static(STRIDES[i] > 0):  # else a constant, so that numbers stay in registers
-            place = wp.static(OFFSETS[i]) + wp.static(STRIDES[i]) * tendon.index
-        values = own_values(p, place, remembered, second)
-        if is_awake(tendon.asleep, wp.static(BITS[i])):
-            out[wp.static(PLACES[i]) + tendon.index] = wp.static(FUNCTIONS[i])(
-                signal, tendon, values
-            )
+    if any_awake(tendon.asleep):
+        for i in range(wp.static(len(FUNCTIONS))):
+            remembered = tendon.memory[wp.static(MEMORIES[i]) + tendon.index]
+            second = real(0.0)
+            if wp.static(SECOND_MEMORIES[i] >= 0):
+                second = tendon.memory[wp.static(SECOND_MEMORIES[i]) + tendon.index]
+            place = wp.static(OFFSETS[i])
+            if wp.static(STRIDES[i] > 0):  # else a constant, so that numbers stay in registers
+                place = wp.static(OFFSETS[i]) + wp.static(STRIDES[i]) * tendon.index
+            values = own_values(p, place, remembered, second)
+            if is_awake(tendon.asleep, wp.static(BITS[i])):
+                out[wp.static(PLACES[i]) + tendon.index] = wp.static(FUNCTIONS[i])(
+                    signal, tendon, values
+                )
     return out

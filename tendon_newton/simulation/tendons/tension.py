@@ -8,16 +8,15 @@ from tendon_newton.device_code.placeholders import (
     FREE_SPOOL,
     HAS_ROTOR,
     LINKS,
-    TENDONS,
     JointVector,
     ParameterVector,
     real,
 )
-from tendon_newton.device_code.structs import ContactStates, Drive, Mechanism
+from tendon_newton.device_code.structs import ContactStates, Drive, Flow, Forces, Mechanism
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.tendons.pipeline import excursion, flow_at
 from tendon_newton.simulation.tendons.routes import tendon_arms, tendon_bow
-from tendon_newton.simulation.tendons.spools import rotor_inertia, spool_at
+from tendon_newton.simulation.tendons.spools import rotor_inertia, string_stiffness
 
 
 @device_template
@@ -27,9 +26,15 @@ def held_share(
     """Return where between its two sides a held tendon is: 0 at the least pull, 1 at the most."""
     least = flow_at(mechanism, p, here, d, contact.least_side[d])
     most = flow_at(mechanism, p, here, d, contact.most_side[d])
+    return share_between(least, most, contact.hold[d])
+
+
+@device_template
+def share_between(least: Flow, most: Flow, pull: real) -> real:
+    """Return where a pull [N] is between those of two flows [1]; a half where they are one."""
     share = real(0.5)
     if most.pull[0] > least.pull[0]:
-        share = (contact.hold[d] - least.pull[0]) / (most.pull[0] - least.pull[0])
+        share = (pull - least.pull[0]) / (most.pull[0] - least.pull[0])
     return share
 
 
@@ -40,6 +45,7 @@ def tension_now(
     here: Drive,
     contact: ContactStates,
     d: int,
+    forces: Forces,
     acceleration: JointVector,
 ) -> real:
     """Return the tension at the load cell [N]: what gear and rotor leave of the motor's force.
@@ -53,6 +59,7 @@ def tension_now(
         here: What acts on the world, and where it is.
         contact: What slides, sticks and pulls.
         d: The tendon.
+        forces: Forces in these contact states.
         acceleration: Accelerations of the coordinates now [rad/s2, m/s2], for a rotor alone.
     """
     tension = real(0.0)
@@ -60,27 +67,38 @@ def tension_now(
     if wp.static(FREE_SPOOL):
         moves = contact.joint_held[LINKS + d] == real(0.0)
         if moves:
-            guide = contact.row_side[TENDONS + d]
-            spool = spool_at(mechanism, p, here, d, contact.row_side[d], guide)
-            tension = spool.tension
+            tension = string_stiffness(mechanism, here, d) * here.q[LINKS + d]
     if not moves:
         if contact.row_held[d] == real(0.0):
-            sliding = flow_at(mechanism, p, here, d, contact.row_side[d])
-            tension = sliding.tension[0]
+            tension = forces.tension[d]
             if wp.static(HAS_ROTOR):
                 arms = tendon_arms(mechanism, here)
                 bow = tendon_bow(here)
                 rate = excursion(arms, d, acceleration) + bow[d]
-                inertia = rotor_inertia(mechanism, here.world, p, d)
-                tension = tension - sliding.tension_gain * inertia * rate
+                tension = tension - forces.felt[d] * rate
                 if wp.static(not FREE_SPOOL):
-                    loaded = here
-                    loaded.carried[d] = sliding.motor_force[0] - inertia * rate
-                    sliding = flow_at(mechanism, p, loaded, d, contact.row_side[d])
-                    tension = sliding.tension[0] - sliding.tension_gain * inertia * rate
+                    inertia = rotor_inertia(mechanism, here.world, p, d)
+                    tension = tension_of_shaft(mechanism, p, here, contact, d, inertia * rate)
         else:
             least = flow_at(mechanism, p, here, d, contact.least_side[d])
             most = flow_at(mechanism, p, here, d, contact.most_side[d])
-            share = held_share(mechanism, p, here, contact, d)
+            share = share_between(least, most, contact.hold[d])
             tension = least.tension[0] + share * (most.tension[0] - least.tension[0])
     return tension
+
+
+@device_template
+def tension_of_shaft(
+    mechanism: Mechanism,
+    p: ParameterVector,
+    here: Drive,
+    contact: ContactStates,
+    d: int,
+    accelerating: real,
+) -> real:
+    """Return what a gear passes on [N] whose load decides its friction, by the rotor's part [N]."""
+    flow = flow_at(mechanism, p, here, d, contact.row_side[d])
+    loaded = here
+    loaded.carried[d] = flow.motor_force[0] - accelerating
+    flow = flow_at(mechanism, p, loaded, d, contact.row_side[d])
+    return flow.tension[0] - flow.tension_gain * accelerating
