@@ -44,7 +44,8 @@ from tendon_newton.gradients.substep_kernels import with_command
 from tendon_newton.simulation.dynamics.contact_states import (
     SWEEPS,
     choose_contact_states,
-    row_force,
+    row_forces,
+    row_tendon,
 )
 from tendon_newton.simulation.dynamics.forces import free_part, smooth_forces
 from tendon_newton.simulation.dynamics.memory import remembered
@@ -230,6 +231,23 @@ def holding_forces(
                     acceleration = acceleration + response * change
                     hold[d] = hold[d] + change
     return hold
+
+
+@device_template
+def row_force(
+    mechanism: Mechanism,
+    p: ParameterVector,
+    here: Drive,
+    contact: ContactStates,
+    r: int,
+    side: real,
+) -> real:
+    """Return the force [N] along a row on one side."""
+    forces = row_forces(mechanism, p, here, contact, row_tendon(r), side, side)
+    force = forces[0]
+    if r >= TENDONS:
+        force = forces[1]
+    return force
 
 
 @device_template

@@ -27,6 +27,7 @@ from tendon_newton.device_code.placeholders import (
     ParameterVector,
     RowMatrix,
     RowVector,
+    Vec2,
     real,
 )
 from tendon_newton.device_code.structs import Beginning, ContactStates, Drive, Forces, Mechanism
@@ -87,30 +88,31 @@ def row_bound(drive: Drive, r: int) -> real:
 
 
 @device_template
-def row_force(
+def row_forces(
     mechanism: Mechanism,
     p: ParameterVector,
     here: Drive,
     contact: ContactStates,
-    r: int,
+    d: int,
     side: real,
-) -> real:
-    """Return the force [N] along a tendon's row on one side."""
-    force = real(0.0)
+    guide_side: real,
+) -> Vec2:
+    """Return the forces [N] along tendon d's rows on a side each: its gear's and its string's.
+
+    A string whose spool is held has its gear's row alone.
+    """
+    forces = Vec2()
     if wp.static(FREE_SPOOL):
-        d = row_tendon(r)
         if contact.joint_held[LINKS + d] == real(0.0):
-            spool = spool_at(mechanism, p, here, d, side, side)
-            force = spool.pull[0]
-            if r < TENDONS:
-                force = spool.force[0]
+            spool = spool_at(mechanism, p, here, d, side, guide_side)
+            forces = Vec2(spool.force[0], spool.pull[0])
         else:
             held = flow_at(mechanism, p, here, d, side)
-            force = held.pull[0]
+            forces = Vec2(held.pull[0], real(0.0))
     else:
-        flow = flow_at(mechanism, p, here, r, side)
-        force = flow.pull[0]
-    return force
+        flow = flow_at(mechanism, p, here, d, side)
+        forces = Vec2(flow.pull[0], real(0.0))
+    return forces
 
 
 @device_template
@@ -234,24 +236,33 @@ def choose_held(
             contact.joint_direction[j] = real(0.0)
             contact.joint_held[j] = real(1.0)
             held = held + 1
-    for d in range(ROWS):
-        rate = excursion_rate(arms, d, here.v)
-        contact.row_side[d] = sign(rate)
+    for r in range(ROWS):
+        rate = excursion_rate(arms, r, here.v)
+        contact.row_side[r] = sign(rate)
         if wp.static(MAY_HOLD):
-            if row_counts(contact, d):
-                contact = tendon_sides(mechanism, here, contact, d, rate)
-                if contact.row_held[d] > real(0.0):
-                    for k in range(sides):
-                        side = contact.least_side[d]
-                        if k > 0:
-                            side = contact.most_side[d]
-                        force = row_force(mechanism, p, here, contact, d, side)
-                        if k > 0:
-                            most[d] = force
-                        else:
-                            least[d] = force
-                    contact.hold[d] = wp.clamp(real(0.0), least[d], most[d])
-                    held = held + 1
+            if row_counts(contact, r):
+                contact = tendon_sides(mechanism, here, contact, r, rate)
+    if wp.static(MAY_HOLD):
+        for d in range(TENDONS):
+            g = wp.static(ROWS - TENDONS) + d  # the string's row; the gear's where it has none
+            if contact.row_held[d] > real(0.0) or contact.row_held[g] > real(0.0):
+                for k in range(sides):
+                    side = contact.least_side[d]
+                    guide_side = contact.least_side[g]
+                    if k > 0:
+                        side = contact.most_side[d]
+                        guide_side = contact.most_side[g]
+                    found = row_forces(mechanism, p, here, contact, d, side, guide_side)
+                    if k > 0:
+                        most[g] = found[1]
+                        most[d] = found[0]
+                    else:
+                        least[g] = found[1]
+                        least[d] = found[0]
+        for r in range(ROWS):
+            if contact.row_held[r] > real(0.0):
+                contact.hold[r] = wp.clamp(real(0.0), least[r], most[r])
+                held = held + 1
     if held > 0:
         contact = release(mechanism, p, here, contact, least, most, held)
     return contact
@@ -287,7 +298,11 @@ def release(
     sweeps = int(SWEEPS)
     if held == 1:
         sweeps = 1
-    for _sweep in range(sweeps):
+    changed = bool(True)
+    sweep = int(0)
+    while changed and sweep < sweeps:
+        changed = bool(False)
+        sweep = sweep + 1
         for j in range(LINKS):
             if contact.joint_held[j] > real(0.0):
                 force = wp.clamp(hold[j] - acceleration[j] / mobility[j, j], -limit[j], limit[j])
@@ -295,6 +310,7 @@ def release(
                 for i in range(JOINTS):
                     acceleration[i] = acceleration[i] + mobility[i, j] * change
                 hold[j] = force
+                changed = changed or change != real(0.0)
         for d in range(ROWS):
             if contact.row_held[d] > real(0.0):
                 response = mobility * arms[d]
@@ -302,8 +318,10 @@ def release(
                 force = wp.clamp(
                     contact.hold[d] - gain / wp.dot(arms[d], response), least[d], most[d]
                 )
-                acceleration = acceleration + response * (force - contact.hold[d])
+                change = force - contact.hold[d]
+                acceleration = acceleration + response * change
                 contact.hold[d] = force
+                changed = changed or change != real(0.0)
     for j in range(LINKS):
         if contact.joint_held[j] > real(0.0) and wp.abs(hold[j]) >= limit[j]:
             contact.joint_direction[j] = sign(acceleration[j])
