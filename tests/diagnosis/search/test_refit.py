@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 
 from tendon_newton.data.recording import Recording
+from tendon_newton.diagnosis.search.decide.decision import special_case_or_without
+from tendon_newton.diagnosis.search.decide.rule import PRICE
 from tendon_newton.diagnosis.search.fixed_set import fit_set_anew
 from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.held_out_gain import folds, held_out_terms
+from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.refit import Fit, linearise, refit, start_fits, values_of
 from tendon_newton.diagnosis.search.worlds import Worlds
 from tendon_newton.identification.objective import group_sums
@@ -109,6 +112,19 @@ def test_a_fit_stays_in_bounds(worlds: Worlds) -> None:
     clean = Worlds(Study([log(1)], ideal_model(), CAUSES, time_step=STEP))
     found = refit(clean, [start(clean, viscous_friction=0.5)], floors_of(clean, ()), iterations=10)
     assert 0.0 <= numbers(clean, found[0])["viscous_friction"] < 0.01
+
+
+def test_what_a_refused_cause_leaves_is_at_its_optimum(worlds: Worlds) -> None:
+    """A set that was clearly worse, and so never followed, is followed before it stands alone."""
+    floors = floors_of(worlds, ())
+    pool = Pool(worlds=worlds, floors=floors, price=PRICE, most=3)
+    pool.add([start(worlds, viscous_friction=0.05)])
+    far = replace(start(worlds, viscous_friction=9.0, gain_error=0.5), score=-100.0)
+    pool.add([far])
+    left = special_case_or_without(pool, far, "gain_error")
+    (best,) = refit(worlds, [start(worlds, viscous_friction=0.3)], floors, iterations=10)
+    assert left.names == ("viscous_friction",)
+    assert numbers(worlds, left) == pytest.approx(numbers(worlds, best), rel=0.02)
 
 
 def test_a_few_wild_rows_do_not_decide(worlds: Worlds) -> None:

@@ -12,7 +12,14 @@ from tendon_newton.diagnosis.search.decide.rule import LADDER
 from tendon_newton.diagnosis.search.floors import floors_of, form_scales
 from tendon_newton.diagnosis.search.held_out_gain import by_block, held_out_terms, terms
 from tendon_newton.diagnosis.search.pool import Pool
-from tendon_newton.diagnosis.search.prune import CLEAR, FAR, leave_out, prune, simplest
+from tendon_newton.diagnosis.search.prune import (
+    CLEAR,
+    FAR,
+    FOLLOWED,
+    leave_out,
+    prune,
+    simplest,
+)
 from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, values_of, without
 from tendon_newton.diagnosis.search.worlds import Floors
 from tendon_newton.effects import special_cases
@@ -138,9 +145,12 @@ def decide(pool: Pool, fit: Fit, fine: Pool, rng: np.random.Generator) -> Decide
 
 
 def special_case_or_without(fine: Pool, fit: Fit, name: str) -> Fit:
-    """Return a set with a special case in the place of a law; where none is known, without it."""
+    """Return a set with a special case in the place of a law; where none is known, without it.
+
+    It is followed to its optimum.
+    """
     known = with_special_case(fine, fit, name)
-    return min(known, key=fine.cost) if known else leave_out(fine, fit)[name]
+    return followed(fine, min(known, key=fine.cost) if known else leave_out(fine, fit)[name])
 
 
 def with_special_case(pool: Pool, fit: Fit, name: str) -> list[Fit]:
@@ -155,7 +165,12 @@ def less_of(fine: Pool, fit: Fit, names: Sequence[str]) -> Fit:
     for name in names:
         rest, values = without(fit, name, fine.worlds)
         (fit,) = start_fits(fine.worlds, [(rest, values)], fine.floors, fit.time_step, near=True)
-    fine.add(refit(fine.worlds, [fit], fine.floors, iterations=2, coarse=0))
+    return followed(fine, fit)
+
+
+def followed(fine: Pool, fit: Fit) -> Fit:
+    """Return a set at its optimum: while it was clearly worse it was left where it began."""
+    fine.add(refit(fine.worlds, [fit], fine.floors, iterations=FOLLOWED, coarse=0))
     return fine.fits[frozenset(fit.names)]
 
 
