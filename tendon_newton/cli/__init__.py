@@ -39,7 +39,7 @@ VERBS: dict[str, str] = {
     "virtual-bench": "tendon_newton.cli.virtual_bench",
 }
 
-VERBOSE_OPTION = "--verbose"
+VERBOSE_OPTION, VERBOSE_SHORT = "--verbose", "-v"
 VERBOSE_WORDS = "with any verb: also prints what the libraries beneath say of themselves"
 QUIET_OPTION = "--quiet"
 QUIET_WORDS = "with any verb: prints errors and warnings alone; the exit code tells the rest"
@@ -117,9 +117,9 @@ def run_verb(verb: str, words: list[str]) -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     import tyro
 
-    if VERBOSE_OPTION in words:
+    if VERBOSE_OPTION in words or VERBOSE_SHORT in words:
         os.environ["TENDON_NEWTON_VERBOSE"] = "1"  # the processes that a verb starts read it too
-        words = [word for word in words if word != VERBOSE_OPTION]
+        words = [word for word in words if word not in (VERBOSE_OPTION, VERBOSE_SHORT)]
     quiet = QUIET_OPTION in words
     words = [word for word in words if word != QUIET_OPTION]
     module: Any = importlib.import_module(VERBS[verb])
@@ -128,7 +128,7 @@ def run_verb(verb: str, words: list[str]) -> int:
         config_type,
         args=words,
         prog=f"tendon-newton {verb}",
-        description=f"{module.__doc__}\n{VERBOSE_OPTION} {VERBOSE_WORDS}.\n"
+        description=f"{module.__doc__}\n{VERBOSE_SHORT}, {VERBOSE_OPTION} {VERBOSE_WORDS}.\n"
         f"{QUIET_OPTION} {QUIET_WORDS}.",
     )
     try:
@@ -166,8 +166,8 @@ def overview() -> str:
             "",
             "  --version  print the version",
             "  --completion SHELL  print what bash, zsh or tcsh completes verbs and options with",
-            f"  {VERBOSE_OPTION}  {VERBOSE_WORDS}",
-            f"  {QUIET_OPTION}    {QUIET_WORDS}",
+            f"  {VERBOSE_SHORT}, {VERBOSE_OPTION}  {VERBOSE_WORDS}",
+            f"  {QUIET_OPTION}  {QUIET_WORDS}",
         ]
     )
 

@@ -60,11 +60,12 @@ def test_a_diagnosis_from_source_prints_its_answer_and_nothing_else(
     assert (out / "identified.usda").is_file()
 
 
-def test_a_simulation_says_more_if_told(dataset: Path, tmp_path: Path) -> None:
-    """With --verbose Warp names itself and its devices, beside the answer."""
+@pytest.mark.parametrize("option", ["--verbose", "-v"])
+def test_a_simulation_says_more_if_told(dataset: Path, tmp_path: Path, option: str) -> None:
+    """Warp names itself and its devices, beside the answer."""
     words = ["simulate", str(dataset), "--model", str(dataset / "model.toml"), "--no-plots"]
     run = subprocess.run(
-        [sys.executable, "-m", "tendon_newton", *words, "--out", str(tmp_path), "--verbose"],
+        [sys.executable, "-m", "tendon_newton", *words, "--out", str(tmp_path), option],
         cwd=ROOT,
         capture_output=True,
         text=True,

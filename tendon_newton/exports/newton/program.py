@@ -212,9 +212,14 @@ def memory_text(code: CarriedCode, stage: Stage, slot: Any, places: Places) -> s
 
 
 def struct_text(declared: type) -> str:
-    """Return a struct's declaration as Warp takes it, without fields that few kernels have."""
+    """Return a struct's declaration as Warp takes it.
+
+    Fields that few kernels have are left out, and so are the marks of sleeping effects: a drive has
+    those of its model alone.
+    """
     fields = inspect.get_annotations(declared)
-    lines = [f"    {n}: {kind}" for n, kind in fields.items() if not kind.startswith("Annotated")]
+    own = {n: kind for n, kind in fields.items() if not kind.startswith(("Annotated", "Flags"))}
+    lines = [f"    {n}: {kind}" for n, kind in own.items()]
     return "\n".join(["@wp.struct", f"class {declared.__name__}:", *lines])
 
 

@@ -99,19 +99,25 @@ def rollout_kernel(
                 cell = report(commands, log, p, cell, now, last, out, readout.force)
         steps = int(wp.ceil(interval / time_step - real(1.0e-6)))
         h = interval / real(wp.max(steps, 1))
+        tension = reading.force
         for k in range(steps):
             drive.time = now + real(k) * h
-            drive.command = mean_command(commands, log, p, drive.time, h, acting)
+            command = mean_command(commands, log, p, drive.time, h, acting)
+            changed = bool(False)
+            for d in range(TENDONS):
+                changed = changed or command[d] != drive.command[d]
+            drive.command = command
             motion = step(mechanism, p, drive, h)
             if wp.static(HAS_SLOW_CELL):
                 if slow:
+                    cell.before = tension
+                    if changed:
+                        here = located(mechanism, drive, drive.q, drive.v)
+                        cell.before = tensions(mechanism, p, here)
                     after = at_start(drive, drive.time + h, motion.memory)
-                    cell.before = tensions(
-                        mechanism, p, located(mechanism, drive, drive.q, drive.v)
-                    )
-                    cell.after = tensions(
-                        mechanism, p, located(mechanism, after, motion.q, motion.v)
-                    )
+                    there = located(mechanism, after, motion.q, motion.v)
+                    cell.after = tensions(mechanism, p, there)
+                    tension = cell.after
                     cell = report(commands, log, p, cell, drive.time, h, out, readout.force)
             drive.q = motion.q
             drive.v = motion.v
