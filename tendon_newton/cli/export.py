@@ -45,6 +45,10 @@ def main(config: ExportConfig) -> None:
     source = read_source(config.model, config.bench, config.dataset)
     out = make_folder(config.out)
     exported = target.write(out, source.mechanism, source.model)
+    if exported.replays:
+        seconds = sum(run.duration for run in source.runs)
+        ways = " and by ".join(exported.replays)
+        print(f"  replaying {seconds:.0f} s of commands by {ways} ...", flush=True)
     fidelity = measure(target, exported, source, trust=config.trust)
     write_page(out, f"{source.mechanism.name}, for {config.to}", exported, fidelity)
     for way, departure in fidelity.replays.items():

@@ -21,7 +21,7 @@ TRIALS, ROUNDS = 64, 3
 """Candidates that are simulated to see how fast this computer is, and how often."""
 TRIAL_ROWS = 100
 """Rows of a recording on which that is seen."""
-DEARER = 2.0
+SLOWDOWN = 2.0
 """Time that a candidate takes with several causes, dry friction among them, in that of the model as
 it is [1]: 1.3 to 2.6 by `tests.benchmarks.substep`."""
 REPORT = 10.0
@@ -57,7 +57,7 @@ def measured_pace(recordings: Sequence[Recording], model: Model, study: Study) -
     for _ in range(ROUNDS):
         small.residuals(*candidates, ROUGH_STEP)
     taken = (time.monotonic() - start) / (TRIALS * ROUNDS)
-    return DEARER * taken / sum(r.duration for r in parts)
+    return SLOWDOWN * taken / sum(r.duration for r in parts)
 
 
 def expected_times(

@@ -28,7 +28,6 @@ from tendon_newton.device_code.placeholders import (
     real,
 )
 from tendon_newton.device_code.structs import (
-    Beginning,
     ContactStates,
     Drive,
     Event,
@@ -105,24 +104,16 @@ def rosenbrock(
 
 
 @device_template
-def begun(mechanism: Mechanism, p: ParameterVector, start: Drive) -> Beginning:
-    """Return what a step begins with; a tape does not walk back through the choice."""
-    out = Beginning()
-    if wp.static(TAPED):
-        out.contact = choose_contact_states(mechanism, p, start)
-        out.forces = smooth_forces(mechanism, p, start, out.contact)
-    else:
-        out = begin(mechanism, p, start)
-    return out
-
-
-@device_template
 def step(mechanism: Mechanism, p: ParameterVector, drive: Drive, h: real) -> Motion:
     """Advance a world and its memory by h [s] from where the drive has it; divide at an event."""
     start = located(mechanism, at_start(drive, drive.time, drive.memory), drive.q, drive.v)
-    first = begun(mechanism, p, start)
-    contact = first.contact
-    forces = first.forces
+    if wp.static(TAPED):  # a tape does not walk back through the choice of contact states
+        contact = choose_contact_states(mechanism, p, start)
+        forces = smooth_forces(mechanism, p, start, contact)
+    else:
+        first = begin(mechanism, p, start)
+        contact = first.contact
+        forces = first.forces
     end = rosenbrock(mechanism, p, start, contact, forces, h)
     event = first_event(mechanism, p, start, contact, end, h)
     if event.fraction < real(1.0):
