@@ -50,9 +50,16 @@ class Chooser:
     def __init__(self, survey: Survey, price: float, most: int) -> None:
         self.survey, self.price, self.most = survey, price, most
         kinds = [c.kind for c in survey.columns]
-        self.atoms = [i for i, kind in enumerate(kinds) if kind == "atom"]
+        self.atoms = np.array([i for i, kind in enumerate(kinds) if kind == "atom"], dtype=int)
         self.slopes = [i for i, kind in enumerate(kinds) if kind == "slope"]
         self.removals = {c.name: i for i, c in enumerate(survey.columns) if c.kind == "removal"}
+        everything = {*survey.fit.names, *(c.name for c in survey.columns if c.name)}
+        self.numbers = {name: len(law_of(name).parameters) for name in everything}
+        self.relatives = {
+            name: frozenset(other for other in everything if are_related(name, other))
+            for name in everything
+        }
+        """Special cases of each cause, and what it is a special case of."""
         self._low = np.array([c.low for c in survey.columns])
         self._high = np.array([c.high for c in survey.columns])
         self._cache: dict[tuple[tuple[int, ...], tuple[str, ...]], Trial] = {}
@@ -66,25 +73,30 @@ class Chooser:
 
     def _solve(self, added: tuple[int, ...], removed: tuple[str, ...]) -> Trial:
         s = self.survey
-        gone = [self.removals[name] for name in removed]
-        free = [*added, *(i for i in self.slopes if s.columns[i].name not in removed)]
-        slope = s.slope + s.gram[:, :, gone].sum(axis=2)
-        square = (
-            s.square + 2.0 * s.slope[:, gone].sum(axis=1)
-            + s.gram[:, gone][:, :, gone].sum(axis=(1, 2))
-        )  # fmt: skip
-        gram, slope = s.gram[:, free][:, :, free], slope[:, free]
+        free = np.array(
+            [*added, *(i for i in self.slopes if s.columns[i].name not in removed)], dtype=int
+        )
+        slope, left = self._without(removed)
+        square, slope = left, slope[:, free]
+        gram = s.gram[:, free[:, None], free]
         low, high = self._low[free], self._high[free]
         x = np.zeros(len(free))
-        left = square
         for _ in range(ROUNDS):
             weight = self._weights(left)
             x = bounded(np.tensordot(weight, gram, 1), -(weight @ slope), low, high)
-            left = square + 2.0 * slope @ x + np.einsum("i,sij,j->s", x, gram, x)
+            left = square + (2.0 * slope + gram @ x) @ x
         return Trial(
             added=added, removed=removed,
-            coefficients=dict(zip(free, map(float, x), strict=True)), score=self.score(left),
+            coefficients=dict(zip(free.tolist(), x.tolist(), strict=True)), score=self.score(left),
         )  # fmt: skip
+
+    def _without(self, removed: Iterable[str]) -> tuple[Array, Array]:
+        """Return products with the residual, and its squares, once effects of the fit are gone."""
+        s = self.survey
+        gone = np.array([self.removals[name] for name in removed], dtype=int)
+        slope = s.slope + s.gram[:, :, gone].sum(axis=2)
+        square = s.square + (s.slope + slope)[:, gone].sum(axis=1)
+        return slope, square
 
     def _variances(self, left: Array) -> Array:
         rows = np.maximum(self.survey.rows, 1.0e-9)
@@ -101,8 +113,7 @@ class Chooser:
 
     def cost(self, trial: Trial) -> float:
         """Return a set's score with the price of all numbers of its causes."""
-        numbers = sum(len(law_of(name).parameters) for name in self.names(trial))
-        return trial.score + self.price * numbers
+        return trial.score + self.price * sum(self.numbers[name] for name in self.names(trial))
 
     def names(self, trial: Trial) -> tuple[str, ...]:
         """Return the causes of a set."""
@@ -112,24 +123,18 @@ class Chooser:
     def promising(self, trial: Trial, barred: frozenset[str]) -> list[int]:
         """Return the atoms that one step from a set promises most of."""
         s = self.survey
-        gone = [self.removals[name] for name in trial.removed]
-        held = list(trial.coefficients)
-        x = np.array([trial.coefficients[i] for i in held])
-        slope = s.slope + s.gram[:, :, gone].sum(axis=2) + s.gram[:, :, held] @ x
-        left = s.square + 2.0 * s.slope[:, gone].sum(axis=1)
-        left = left + s.gram[:, gone][:, :, gone].sum(axis=(1, 2))
-        left = left + 2.0 * (s.slope + s.gram[:, :, gone].sum(axis=2))[:, held] @ x
-        left = left + np.einsum("i,sij,j->s", x, s.gram[:, held][:, :, held], x)
+        held = np.array([*trial.coefficients], dtype=int)
+        x = np.array([*trial.coefficients.values()])
+        start, square = self._without(trial.removed)
+        slope = start + s.gram[:, :, held] @ x
+        left = square + (start + slope)[:, held] @ x
         weight = self._weights(left)
         gram, b = np.tensordot(weight, s.gram, 1), weight @ slope
-        if held:
-            inner = gram[np.ix_(held, held)] + 1e-9 * np.diag(np.diag(gram)[held] + 1e-30)
-            across = np.linalg.solve(inner, gram[held][:, self.atoms])
-            b_own = b[self.atoms] - across.T @ b[held]
-            size = np.diag(gram)[self.atoms] - np.einsum("ij,ij->j", gram[held][:, self.atoms],
-                                                         across)  # fmt: skip
-        else:
-            b_own, size = b[self.atoms], np.diag(gram)[self.atoms]
+        inner = gram[np.ix_(held, held)] + 1e-9 * np.diag(np.diag(gram)[held] + 1e-30)
+        shared = gram[np.ix_(held, self.atoms)]
+        across = np.linalg.solve(inner, shared)
+        b_own = b[self.atoms] - across.T @ b[held]
+        size = np.diag(gram)[self.atoms] - (shared * across).sum(axis=0)
         step = np.clip(-b_own / np.maximum(size, 1e-30), 0.0, self._high[self.atoms])
         gain = -(b_own * step + 0.5 * size * step**2)
         present = {s.columns[i].name for i in trial.added} | barred
@@ -137,7 +142,7 @@ class Chooser:
         allowed = [
             (g, i) for g, i in zip(gain, self.atoms, strict=True)
             if g > 0.0 and s.columns[i].name not in present
-            and not is_relative(s.columns[i].name, names)
+            and self.relatives[s.columns[i].name].isdisjoint(names)
         ]  # fmt: skip
         allowed.sort(reverse=True)
         out: list[int] = []
@@ -248,7 +253,7 @@ def exchanges(chooser: Chooser, count: int) -> list[Trial]:
         ranked: dict[str, Trial] = {}
         for atom in chooser.atoms:
             rival = columns[atom].name
-            if is_relative(rival, others):
+            if not chooser.relatives[rival].isdisjoint(others):
                 continue
             trial = chooser.solve([atom], [name])
             if rival not in ranked or trial.score < ranked[rival].score:
@@ -257,8 +262,3 @@ def exchanges(chooser: Chooser, count: int) -> list[Trial]:
         near = [rival for rival in best if ranked[rival].score < bar]
         out += [ranked[rival] for rival in near]
     return out
-
-
-def is_relative(name: str, others: Iterable[str]) -> bool:
-    """Tell whether a cause is a special case of another, or the other way round."""
-    return any(are_related(name, other) for other in others)

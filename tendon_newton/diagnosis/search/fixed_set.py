@@ -10,7 +10,7 @@ from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, values_of
 from tendon_newton.diagnosis.search.worlds import Floors, Worlds
 
-ROUGH_STEP = 1.0e-3
+ROUGH_STEP = 2.0e-3
 """Simulation step [s] while starts are compared."""
 STARTS = 3
 """Starts that are followed."""

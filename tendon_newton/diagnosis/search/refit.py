@@ -16,8 +16,11 @@ from tendon_newton.effects import law_of
 from tendon_newton.effects.base import Stage
 from tendon_newton.identification.objective import loss_terms, loss_weights
 
-DAMPINGS = (1.0e-3, 0.1, 3.0)
-"""Marquardt factors that are tried side by side."""
+DAMPING, BOLDER = 0.1, 0.03
+"""First Marquardt factor of a fit, and the share of its factor that is tried beside it [1]. A fit
+goes on with the factor that led further; where neither did, with a greater one."""
+LEAST_DAMPING, MOST_DAMPING = 1.0e-3, 3.0
+"""Least and greatest factor [1]."""
 STRIDES, STICKING = (0.01, 0.03), (0.02, 0.1)
 """The least and the first step of a finite difference, as shares of a coordinate and of a typical
 size besides; and where something sticks. A short difference says where something happened to stick,
@@ -27,7 +30,7 @@ SHORTER = 0.2
 FIRST_SHARE, LAST_SHARE = 1.0, 0.98
 """Share of the residuals whose size is a fit's scale, at first and then: what acts at times must be
 seen before rows at a jump are left out."""
-ROUGH_STEP = 1.0e-3
+ROUGH_STEP = 2.0e-3
 """Simulation step [s] while sets are chosen, and of derivatives."""
 REACH = 2.0
 """Typical sizes by which one step changes a number that is never zero."""
@@ -56,6 +59,8 @@ class Fit:
     slopes: Mapping[int, Array] = field(default_factory=dict)
     """Derivatives of the residual by some columns' coordinates, taken nearby, shape (M,) each: the
     next step makes do with them."""
+    damping: float = DAMPING
+    """Marquardt factor of the next step [1]."""
     settled: bool = False
     """Whether no further step would lower its loss at these floors."""
 
@@ -157,8 +162,11 @@ def refit(
         for i, jacobian in zip(chosen, slopes, strict=True):
             unit = row_units(worlds, current[i], floors, share, rows)
             units.append(unit)
-            owners += [i] * len(DAMPINGS)
-            trials += [damped(worlds, current[i], jacobian, unit, d) for d in DAMPINGS]
+            owners += [i, i]
+            trials += [
+                damped(worlds, current[i], jacobian, unit, part * current[i].damping)
+                for part in (1.0, BOLDER)
+            ]
         moved = start_fits(
             worlds,
             [(current[i].names, values_of(worlds, current[i].columns, u))
@@ -167,14 +175,18 @@ def refit(
         )  # fmt: skip
         for k, i in enumerate(chosen):
             fit, unit = current[i], units[k]
-            span = moved[k * len(DAMPINGS) : (k + 1) * len(DAMPINGS)]
-            best = min(span, key=lambda f: mean_loss(f.residual, unit))
-            gain = mean_loss(fit.residual, unit) - mean_loss(best.residual, unit)
+            calm, bold = moved[2 * k : 2 * k + 2]
+            losses = [mean_loss(f.residual, unit) for f in (fit, calm, bold)]
+            best, part = (bold, BOLDER) if losses[2] < losses[1] else (calm, 1.0)
+            gain = losses[0] - min(losses[1:])
             is_rough = jacobians is None and (bool(fit.slopes) or is_long(worlds, fit))
             active[i] = gain > tolerance or step < coarse or is_rough
             current[i] = (
                 stepped(worlds, fit, best, slopes[k]) if gain > 0.0 else shorter(worlds, fit)
             )
+            part = part if gain > 0.0 else 1.0 / BOLDER
+            factor = float(np.clip(part * fit.damping, LEAST_DAMPING, MOST_DAMPING))
+            current[i] = replace(current[i], damping=factor)
             if not active[i] and rows is None:
                 current[i] = replace(current[i], settled=True)
     return current

@@ -9,12 +9,12 @@ import numpy as np
 from tendon_newton.data.recording import Recording
 from tendon_newton.identification.cutting import beginning
 
-SPAN, MOST_SPANS = 8.0, 10
+SPAN, MOST_SPANS = 8.0, 8
 """Length of a beginning [s] on which sets are chosen, and recordings of which one is looked at."""
-LEAST_SPAN = 5.0
-"""Length of a beginning [s] where time is short."""
-LEAST_SECONDS, MOST_SECONDS = 80.0, 240.0
-"""Length of what decides together [s], where time is short, and at most."""
+LEAST_SPAN, SEARCHED_SECONDS = 5.0, 40.0
+"""Length of a beginning [s] at least, and of all of them together where they are longer."""
+MOST_SECONDS = 80.0
+"""Length of what decides together [s] at most."""
 MOST_DECIDING = 16
 """Recordings of which beginnings decide where all are longer than that together."""
 
@@ -22,19 +22,26 @@ GOLDEN = 0.618034
 """Golden section: multiples of it, less their whole part, fill the range from 0 to 1 evenly."""
 
 
-def beginnings(recordings: Sequence[Recording], span: float = SPAN) -> tuple[Recording, ...]:
-    """Return the first seconds of recordings, spread evenly over a long list, benches in turn."""
-    return tuple(beginning(r, span) for r in spread(recordings, MOST_SPANS))
-
-
-def deciding(
-    recordings: Sequence[Recording], seconds: float = MOST_SECONDS
+def beginnings(
+    recordings: Sequence[Recording], seconds: float = SEARCHED_SECONDS
 ) -> tuple[Recording, ...]:
-    """Return the recordings, or beginnings of some of them where they are longer together [s]."""
-    if sum(r.duration for r in recordings) <= seconds:
+    """Return the first seconds of recordings, spread evenly over a long list, benches in turn.
+
+    Args:
+        recordings: Training recordings as they are.
+        seconds: Length of all beginnings together [s], unless each would be below `LEAST_SPAN`.
+    """
+    chosen = spread(recordings, MOST_SPANS)
+    span = min(SPAN, max(LEAST_SPAN, seconds / len(chosen)))
+    return tuple(beginning(r, span) for r in chosen)
+
+
+def deciding(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
+    """Return the recordings, or beginnings of some of them where they are longer together."""
+    if sum(r.duration for r in recordings) <= MOST_SECONDS:
         return tuple(recordings)
     chosen = spread(recordings, MOST_DECIDING)
-    return tuple(beginning(r, seconds / len(chosen)) for r in chosen)
+    return tuple(beginning(r, MOST_SECONDS / len(chosen)) for r in chosen)
 
 
 def spread(recordings: Sequence[Recording], most: int) -> list[Recording]:

@@ -56,7 +56,7 @@ def find(
 
 
 def grow(pool: Pool, names: Sequence[str], progress: Callable[[str], None]) -> Fit:
-    """Add causes to the best set of a pool as long as something is left."""
+    """Add causes to the best set of a pool as long as a round brings what a number must."""
     current = pool.best()
     for step in range(ROUNDS):
         pool.log(f"round {step}: {pool.describe(current)}; {pool.worlds.count} simulated")
@@ -69,8 +69,11 @@ def grow(pool: Pool, names: Sequence[str], progress: Callable[[str], None]) -> F
         if current is before:
             break
         current = shed(pool, current)
-        pool.renew(current)
+        pool.renew(current, growing=True)
         current = pool.best()
+        (old,) = rescored(pool.worlds, [before], pool.floors)
+        if pool.cost(old) - pool.cost(current) < pool.haste * pool.price:
+            break
     return current
 
 

@@ -74,7 +74,7 @@ def find_causes(
         log: Told every set that is fitted.
     """
     limits = limits_of(budget, pace, study.time_step, recordings)
-    first = recordings if study.kinematic else beginnings(recordings, limits.span)
+    first = recordings if study.kinematic else beginnings(recordings, limits.beginnings)
 
     def pool_of(worlds: Worlds, haste: float, until: float) -> Pool:
         return Pool(
@@ -84,8 +84,8 @@ def find_causes(
 
     pool = pool_of(Worlds(part_of(study, first, model)), HASTE, limits.searched)
     chosen, whole, fine = first, pool, pool
-    if limits.seconds is not None:
-        chosen = deciding(recordings, limits.seconds)
+    if limits.decides_apart:
+        chosen = deciding(recordings)
         is_all = all(own is other for own, other in zip(chosen, recordings, strict=False))
         worlds = Worlds(study if is_all else part_of(study, chosen, model))
         whole = pool_of(worlds, HASTE, limits.searched)

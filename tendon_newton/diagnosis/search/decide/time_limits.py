@@ -10,13 +10,7 @@ import numpy as np
 
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.search.refit import ROUGH_STEP
-from tendon_newton.diagnosis.search.spans import (
-    LEAST_SECONDS,
-    LEAST_SPAN,
-    MOST_SECONDS,
-    MOST_SPANS,
-    SPAN,
-)
+from tendon_newton.diagnosis.search.spans import SEARCHED_SECONDS, deciding
 
 SEARCH_SHARE = 0.5
 """Share of a budget that the search may take; deciding takes the rest [1]."""
@@ -33,11 +27,10 @@ class Limits:
     """Instant of the monotonic clock from which nothing further is looked for [s]."""
     decided: float
     """The same of tests on parts that no number has seen."""
-    span: float
-    """Length of a beginning on which sets are chosen [s]."""
-    seconds: float | None
-    """Length of all that decides together [s], at the finer step; None where the beginnings decide
-    as they were searched."""
+    beginnings: float
+    """Length of all beginnings together, on which sets are chosen [s]."""
+    decides_apart: bool
+    """Whether more than the beginnings decides, at the finer step."""
 
 
 def limits_of(
@@ -45,8 +38,8 @@ def limits_of(
 ) -> Limits:
     """Share a budget of time.
 
-    Where time is short, beginnings are shorter and fewer seconds decide. Where that is not enough,
-    the beginnings decide themselves: their sets are fitted already.
+    Where time is short, beginnings are shorter. Where the decision would take too long, they decide
+    themselves: their sets are fitted already.
 
     Args:
         budget: Time for search and decision [s]; None where it does not matter.
@@ -55,16 +48,19 @@ def limits_of(
         recordings: Training recordings as they are.
     """
     if budget is None:
-        return Limits(searched=np.inf, decided=np.inf, span=SPAN, seconds=MOST_SECONDS)
+        return Limits(
+            searched=np.inf, decided=np.inf, beginnings=SEARCHED_SECONDS, decides_apart=True
+        )
     start = time.monotonic()
-    span, seconds = SPAN, MOST_SECONDS
+    first, is_enough = SEARCHED_SECONDS, True
     if pace is not None:
-        span = SEARCH_SHARE * budget / (SEARCHED * pace * min(MOST_SPANS, len(recordings)))
-        seconds = (1.0 - SEARCH_SHARE) * budget / (DECIDED * pace * ROUGH_STEP / step)
-    least = min(LEAST_SECONDS, sum(r.duration for r in recordings))
+        first = min(first, SEARCH_SHARE * budget / (SEARCHED * pace))
+        seconds = sum(r.duration for r in deciding(recordings))
+        taken = DECIDED * pace * seconds * ROUGH_STEP / step
+        is_enough = taken <= (1.0 - SEARCH_SHARE) * budget
     return Limits(
         searched=start + SEARCH_SHARE * budget,
         decided=start + budget,
-        span=float(np.clip(span, LEAST_SPAN, SPAN)),
-        seconds=min(seconds, MOST_SECONDS) if seconds >= least else None,
+        beginnings=first,
+        decides_apart=is_enough,
     )
