@@ -50,7 +50,7 @@ from tendon_newton.identification.study import Study, benches_of, servo_count
 from tendon_newton.identification.testable import testable_effects, untested_sides
 from tendon_newton.simulation.model.bench_numbers import OWNER, TOLERANCE
 
-SEARCH_STEP = 1.0e-3
+SEARCH_STEP = 2.0e-3
 """Simulation step while searching [s]; the reported errors use the finer default."""
 WORTH_SAYING = 0.1
 """Share of the gap from which a candidate at its bound is told in a sentence, not in the table

@@ -9,7 +9,6 @@ from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.search.spans import beginnings, deciding
-from tendon_newton.diagnosis.search.strategy import ROUGH_STEP
 from tendon_newton.identification.cutting import rows_of
 from tendon_newton.identification.study import Study, replacements
 
@@ -50,12 +49,12 @@ def measured_pace(recordings: Sequence[Recording], model: Model, study: Study) -
     """
     firsts = {r.bench: r for r in reversed(recordings)}.values()
     parts = [rows_of(r, slice(0, TRIAL_ROWS), r.name) for r in firsts]
-    small = Study(parts, model, study.table.effects, scale=study.scale)
+    small = Study(parts, model, study.table.effects, time_step=study.time_step, scale=study.scale)
     candidates = replacements([{}] * TRIALS)
-    small.residuals(*candidates, ROUGH_STEP)  # loads the kernels
+    small.residuals(*candidates)  # loads the kernels
     start = time.monotonic()
     for _ in range(ROUNDS):
-        small.residuals(*candidates, ROUGH_STEP)
+        small.residuals(*candidates)
     taken = (time.monotonic() - start) / (TRIALS * ROUNDS)
     return SLOWDOWN * taken / sum(r.duration for r in parts)
 
@@ -71,7 +70,7 @@ def expected_times(
         pace: Time that a candidate takes for a second of recordings [1].
     """
     first = sum(r.duration for r in (recordings if study.kinematic else beginnings(recordings)))
-    whole = sum(r.duration for r in deciding(recordings)) * ROUGH_STEP / study.time_step
+    whole = sum(r.duration for r in deciding(recordings))
     one, several = (pace * (n * first + m * whole) for n, m in (ONE_CAUSE, SEVERAL_CAUSES))
     return one, several
 

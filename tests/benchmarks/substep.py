@@ -15,7 +15,7 @@ from pathlib import Path
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.model_file import load_model
 from tendon_newton.device_code.quiet import quiet_warp
-from tendon_newton.diagnosis.search.refit import ROUGH_STEP
+from tendon_newton.diagnosis.diagnose import SEARCH_STEP
 from tendon_newton.diagnosis.search.spans import beginnings
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.study import Study, replacements
@@ -27,13 +27,13 @@ WORLDS, ROUNDS = 16, 3
 def nanoseconds(study: Study, numbers: dict[int, float]) -> float:
     """Return the CPU time of all cores that a substep of a candidate takes [ns]."""
     candidates = replacements([numbers] * WORLDS)
-    study.residuals(*candidates, ROUGH_STEP)  # loads the kernels
+    study.residuals(*candidates)  # loads the kernels
     times = []
     for _ in range(ROUNDS):
         start = time.process_time()
-        study.residuals(*candidates, ROUGH_STEP)
+        study.residuals(*candidates)
         times.append(time.process_time() - start)
-    substeps = WORLDS * sum(r.duration for r in study.recordings) / ROUGH_STEP
+    substeps = WORLDS * sum(r.duration for r in study.recordings) / SEARCH_STEP
     return 1.0e9 * min(times) / substeps
 
 
@@ -43,7 +43,7 @@ def main(words: list[str]) -> None:
     folder = Path(words[0])
     recordings = beginnings(load_dataset(folder).train)
     model = load_model(folder / "model.toml")
-    study = Study(recordings, model, tuple(EFFECTS), in_pieces=True)
+    study = Study(recordings, model, tuple(EFFECTS), time_step=SEARCH_STEP, in_pieces=True)
     columns = {f"{owner}.{number.name}": c for c, (owner, number) in enumerate(study.table.owners)}
     for word in ["", *words[1:]]:
         pairs = [pair.split("=") for pair in word.split(",") if pair]

@@ -160,13 +160,12 @@ def test_a_survey_adds_up_what_each_servo_does() -> None:
         worlds,
         [((), {}), ((OWN[1],), {worlds.study.table.column(OWN[1], "scale"): 1.2})],
         floors,
-        1e-3,
     )
     both, *own = (directions(worlds, empty, names)[name] for name in ("gain_error", *OWN))
     assert np.array_equal(both, own[0] + own[1])
     scale = worlds.study.table.column("gain_error", "scale")
     size = atoms(worlds.study, "gain_error")[0]
-    moved = worlds.residuals([{scale: size[scale]}], 1e-3)[0] - empty.residual
+    moved = worlds.residuals([{scale: size[scale]}])[0] - empty.residual
     assert np.linalg.norm(both[0] - moved) < 0.1 * np.linalg.norm(moved)
     beside = directions(worlds, one, names)
     assert OWN[1] not in beside

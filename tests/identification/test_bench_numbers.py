@@ -134,7 +134,7 @@ def test_a_bench_may_differ_a_little_from_its_drawing() -> None:
     worlds = Worlds(study)
     floors = floors_of(worlds, ())
     start = ((), {c: study.base_value(c) for c in study.tolerated_columns})
-    found = start_fits(worlds, [start], floors, STEP)
+    found = start_fits(worlds, [start], floors)
     (fit,) = refit(worlds, found, floors, iterations=8)
     assert fit.score < 0.1 * found[0].score
     better = study.with_fitted(model, values_of(worlds, fit.columns, fit.place))

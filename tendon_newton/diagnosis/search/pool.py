@@ -65,18 +65,14 @@ class Pool:
             new = rescored(self.worlds, list(self.fits.values()), floors)
             self.fits = dict(zip(self.fits, new, strict=True))
 
-    def renew(self, fit: Fit, *, growing: bool = False) -> Fit:
+    def renew(self, fit: Fit) -> Fit:
         """Score all sets at the floors of one and follow that one there; return it.
 
         The floors are first those of laws that do not jump. The larger floors of a law that jumps
         count only if something is left above the first ones. If they always counted, a breakaway
         force that hardly differs from the sliding one would hide other causes.
-
-        Args:
-            fit: The set.
-            growing: Whether causes are still added: the larger floors would end that.
         """
-        for jumping in (False,) if growing else (False, True):
+        for jumping in (False, True):
             floors = floors_of(self.worlds, fit.names, jumping=jumping)
             if floors != self.floors:
                 self.rescore(floors)

@@ -66,7 +66,7 @@ def leave_out(pool: Pool, fit: Fit) -> dict[str, Fit]:
     A smaller set that was fitted before starts anew where the larger one leads to a better place.
     """
     starts = [without(fit, name, pool.worlds) for name in fit.names]
-    less = start_fits(pool.worlds, starts, pool.floors, fit.time_step, near=True)
+    less = start_fits(pool.worlds, starts, pool.floors, near=True)
     gains = np.full(len(less), np.inf)
     for i, new in enumerate(less):
         old = pool.fits.get(frozenset(new.names))

@@ -30,8 +30,6 @@ SHORTER = 0.2
 FIRST_SHARE, LAST_SHARE = 1.0, 0.98
 """Share of the residuals whose size is a fit's scale, at first and then: what acts at times must be
 seen before rows at a jump are left out."""
-ROUGH_STEP = 2.0e-3
-"""Simulation step [s] while sets are chosen, and of derivatives."""
 REACH = 2.0
 """Typical sizes by which one step changes a number that is never zero."""
 
@@ -48,8 +46,6 @@ class Fit:
     """Their coordinates, shape (F,)."""
     residual: Array
     """Measured minus simulated [rad, N], shape (M,)."""
-    time_step: float
-    """Of the simulation that gave the residual [s]."""
     score: float
     """Negative log likelihood per row [nat], see `Worlds.score`."""
     scales: Array
@@ -80,7 +76,6 @@ def start_fits(
     worlds: Worlds,
     starts: Sequence[tuple[tuple[str, ...], Mapping[int, float]]],
     floors: Floors,
-    time_step: float,
     *,
     near: bool = False,
     slopes: Mapping[int, Array] | None = None,
@@ -91,13 +86,12 @@ def start_fits(
         worlds: Simulates candidates.
         starts: Names of causes, and the values of all free numbers.
         floors: Least scale of each signal.
-        time_step: Of the simulation [s].
         near: Whether the starts are near their optima.
         slopes: Derivatives by some columns' coordinates near all starts, shape (M,) each.
     """
     if not starts:
         return []
-    residuals = worlds.residuals([values for _, values in starts], time_step)
+    residuals = worlds.residuals([values for _, values in starts])
     score = worlds.score(residuals, floors)
     out = []
     for n, (names, values) in enumerate(starts):
@@ -110,7 +104,6 @@ def start_fits(
                 columns=columns,
                 place=np.clip(place, low, high),
                 residual=residuals[n],
-                time_step=time_step,
                 score=float(score.value[n]),
                 scales=score.scales[n],
                 stride=np.full(len(columns), strides(worlds, names)[0 if near else 1]),
@@ -138,7 +131,7 @@ def refit(
 
     Args:
         worlds: Simulates candidates.
-        fits: Where to start; their own time steps are kept.
+        fits: Where to start.
         floors: Least scale of each signal.
         iterations: Steps at most.
         tolerance: A step that lowers the loss per row by less [nat] is a fit's last.
@@ -171,7 +164,7 @@ def refit(
             worlds,
             [(current[i].names, values_of(worlds, current[i].columns, u))
              for i, u in zip(owners, trials, strict=True)],
-            floors, current[chosen[0]].time_step,
+            floors,
         )  # fmt: skip
         for k, i in enumerate(chosen):
             fit, unit = current[i], units[k]
@@ -180,7 +173,8 @@ def refit(
             best, part = (bold, BOLDER) if losses[2] < losses[1] else (calm, 1.0)
             gain = losses[0] - min(losses[1:])
             is_rough = jacobians is None and (bool(fit.slopes) or is_long(worlds, fit))
-            active[i] = gain > tolerance or step < coarse or is_rough
+            is_bold = gain <= 0.0 and fit.damping < MOST_DAMPING
+            active[i] = gain > tolerance or step < coarse or is_rough or is_bold
             current[i] = (
                 stepped(worlds, fit, best, slopes[k]) if gain > 0.0 else shorter(worlds, fit)
             )
@@ -252,8 +246,7 @@ def linearise(worlds: Worlds, fits: Sequence[Fit]) -> list[Array]:
     """Return the derivatives of fits' residuals by their coordinates, shape (M, F) each.
 
     They are differences over each fit's own strides, but for those that a fit brings with it, and
-    for those of benches that `Worlds.bench_slopes` has. Their simulation step is `ROUGH_STEP` at
-    least: differences need not be finer.
+    for those of benches that `Worlds.bench_slopes` has.
     """
     ahead = [{**worlds.bench_slopes, **fit.slopes} for fit in fits]
     models, steps, places = [], [], []
@@ -270,13 +263,9 @@ def linearise(worlds: Worlds, fits: Sequence[Fit]) -> list[Array]:
             steps.append(step)
             places.append((n, column))
     if models:
-        bases = [fit.residual for fit in fits]
-        if fits[0].time_step < ROUGH_STEP:
-            models += [values_of(worlds, fit.columns, fit.place) for fit in fits]
-        residuals = worlds.residuals(models, max(ROUGH_STEP, fits[0].time_step))
-        bases = bases if len(models) == len(steps) else list(residuals[len(steps) :])
-        for (n, column), residual, step in zip(places, residuals, steps, strict=False):
-            ahead[n][column] = (residual - bases[n]) / step
+        residuals = worlds.residuals(models)
+        for (n, column), residual, step in zip(places, residuals, steps, strict=True):
+            ahead[n][column] = (residual - fits[n].residual) / step
     for found in ahead:
         new = {c: found[c] for c in worlds.study.tolerated_columns if c in found}
         worlds.bench_slopes = {**new, **worlds.bench_slopes}

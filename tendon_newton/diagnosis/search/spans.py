@@ -9,9 +9,9 @@ import numpy as np
 from tendon_newton.data.recording import Recording
 from tendon_newton.identification.cutting import beginning
 
-SPAN, MOST_SPANS = 8.0, 8
+SPAN, MOST_SPANS = 8.0, 9
 """Length of a beginning [s] on which sets are chosen, and recordings of which one is looked at."""
-LEAST_SPAN, SEARCHED_SECONDS = 5.0, 40.0
+LEAST_SPAN, SEARCHED_SECONDS = 4.5, 40.0
 """Length of a beginning [s] at least, and of all of them together where they are longer."""
 MOST_SECONDS = 80.0
 """Length of what decides together [s] at most."""

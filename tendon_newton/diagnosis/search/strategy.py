@@ -10,7 +10,6 @@ from tendon_newton.diagnosis.search.choice import Chooser, choose, exchanges
 from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.refit import (
-    ROUGH_STEP,
     Fit,
     refit,
     rescored,
@@ -49,7 +48,7 @@ def find(
     """
     study = pool.worlds.study
     start = start_fits(
-        pool.worlds, [((), {c: study.base_value(c) for c in fit_columns})], pool.floors, ROUGH_STEP
+        pool.worlds, [((), {c: study.base_value(c) for c in fit_columns})], pool.floors
     )
     pool.add(refit(pool.worlds, start, pool.floors, iterations=8))
     return grow(pool, names, progress)
@@ -69,7 +68,7 @@ def grow(pool: Pool, names: Sequence[str], progress: Callable[[str], None]) -> F
         if current is before:
             break
         current = shed(pool, current)
-        pool.renew(current, growing=True)
+        pool.renew(current)
         current = pool.best()
         (old,) = rescored(pool.worlds, [before], pool.floors)
         if pool.cost(old) - pool.cost(current) < pool.haste * pool.price:
@@ -98,7 +97,7 @@ def go_on_all_rows(
     starts = [(f.names, values_of(pool.worlds, f.columns, f.place))
               for f in {f.names: f for f in (pool.fits[frozenset()], fit)}.values()]  # fmt: skip
     whole.floors = floors_of(whole.worlds, fit.names)
-    found = start_fits(whole.worlds, starts, whole.floors, ROUGH_STEP, near=True)
+    found = start_fits(whole.worlds, starts, whole.floors, near=True)
     whole.add(refit(whole.worlds, found, whole.floors, iterations=2, coarse=0))
     if whole.leaves_nothing(whole.best()):
         return False
@@ -155,7 +154,7 @@ def shed(pool: Pool, fit: Fit) -> Fit:
     """
     while fit.names:
         without_each = [without(fit, name, pool.worlds) for name in fit.names]
-        less = start_fits(pool.worlds, without_each, pool.floors, fit.time_step, near=True)
+        less = start_fits(pool.worlds, without_each, pool.floors, near=True)
         worths = {n: f.score - fit.score - pool.haste * pool.bar(n)
                   for n, f in zip(fit.names, less, strict=True)}  # fmt: skip
         name = min(worths, key=lambda n: worths[n])
@@ -179,8 +178,7 @@ def follow(
         coarse: First steps at the scale of all residuals.
         last: Steps at most of those that are followed furthest.
     """
-    step = view.fit.time_step
-    fits = start_fits(pool.worlds, starts, pool.floors, step, slopes=view.slopes)
+    fits = start_fits(pool.worlds, starts, pool.floors, slopes=view.slopes)
     for count in FOLLOWED:
         if pool.is_late:
             break

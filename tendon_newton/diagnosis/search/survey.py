@@ -83,7 +83,7 @@ def survey(worlds: Worlds, fit: Fit, names: Sequence[str], floors: Floors, share
         floors: Least scale of each signal.
         share: Share of the residuals whose size decides which rows count less.
     """
-    place = (fit.names, fit.columns, fit.place.tobytes(), fit.time_step, tuple(names))
+    place = (fit.names, fit.columns, fit.place.tobytes(), tuple(names))
     if worlds.last_surveyed is None or worlds.last_surveyed[0] != place:
         worlds.last_surveyed = (place, look_around(worlds, fit, names))
     found, directions = worlds.last_surveyed[1]
@@ -112,7 +112,7 @@ def look_around(worlds: Worlds, fit: Fit, names: Sequence[str]) -> tuple[tuple[C
     changes = None
     if models:
         rows = (i for i, own in enumerate(parts) if own == [i])
-        seen = dict(zip(rows, worlds.residuals(models, fit.time_step) - fit.residual, strict=True))
+        seen = dict(zip(rows, worlds.residuals(models) - fit.residual, strict=True))
         changes = np.stack([sum(seen[i] for i in own) for own in parts])
     worlds.bench_slopes = {}
     slopes = linearise(worlds, [replace(fit, slopes={})])[0].T

@@ -89,27 +89,24 @@ class Worlds:
             self._coordinates[column] = coordinate_of(self.study, column)
         return self._coordinates[column]
 
-    def residuals(self, models: Sequence[Mapping[int, float]], time_step: float) -> Array:
+    def residuals(self, models: Sequence[Mapping[int, float]]) -> Array:
         """Return measured minus simulated [rad, N] of candidates, shape (N, M).
 
         Args:
             models: Column -> value in place of the starting model's, for each candidate.
-            time_step: Of the simulation [s].
         """
         width = max(1, MOST_NUMBERS // len(self.where.is_force))
-        parts = [
-            self._simulate(models[at : at + width], time_step)
-            for at in range(0, len(models), width)
-        ]
+        parts = [self._simulate(models[at : at + width]) for at in range(0, len(models), width)]
         return np.concatenate(parts)
 
-    def _simulate(self, models: Sequence[Mapping[int, float]], time_step: float) -> Array:
-        found = stack(self.study.residuals(*replacements(models), time_step), UNIT)
+    def _simulate(self, models: Sequence[Mapping[int, float]]) -> Array:
+        found = stack(self.study.residuals(*replacements(models)), UNIT)
         self.count += len(models)
         wild = np.flatnonzero(self.is_wild(found))
         if len(wild):
             again = [models[i] for i in wild.tolist()]
-            found[wild] = stack(self.study.residuals(*replacements(again), FINER * time_step), UNIT)
+            step = FINER * self.study.time_step
+            found[wild] = stack(self.study.residuals(*replacements(again), step), UNIT)
             self.count += len(again)
         return found
 

@@ -51,7 +51,7 @@ def start(worlds: Worlds, **values: float) -> Fit:
     """A set of causes at some values."""
     columns = {worlds.study.table.columns(name)[0]: v for name, v in values.items()}
     floors = floors_of(worlds, ())
-    return start_fits(worlds, [(tuple(values), columns)], floors, STEP)[0]
+    return start_fits(worlds, [(tuple(values), columns)], floors)[0]
 
 
 def numbers(worlds: Worlds, fit: Fit) -> dict[str, float]:
@@ -76,14 +76,14 @@ def test_each_set_finds_its_own_optimum(worlds: Worlds) -> None:
 
 
 def test_every_second_step_borrows_its_derivatives(worlds: Worlds) -> None:
-    """Two numbers and three dampings: five simulations for a step, and three for the next."""
+    """Two numbers and two dampings: four simulations for a step, and two for the next."""
     fit = start(worlds, viscous_friction=0.3, gain_error=1.0)
     floors, counts = floors_of(worlds, ()), []
     for _ in range(4):
         before = worlds.count
         (fit,) = refit(worlds, [fit], floors, iterations=1)
         counts.append(worlds.count - before)
-    assert counts == [5, 3, 5, 3]
+    assert counts == [4, 2, 4, 2]
     assert numbers(worlds, fit) == pytest.approx(TRUTH, rel=0.05)
 
 

@@ -61,7 +61,7 @@ def pool_of(worlds: Worlds) -> Pool:
 def started(pool: Pool, **values: float) -> Any:
     """A set of causes with the first number of each at some value."""
     columns = {pool.worlds.study.table.columns(name)[0]: v for name, v in values.items()}
-    return start_fits(pool.worlds, [(tuple(values), columns)], pool.floors, STEP)[0]
+    return start_fits(pool.worlds, [(tuple(values), columns)], pool.floors)[0]
 
 
 def orthogonal(names: tuple[str, ...], inside: int) -> Survey:
@@ -194,7 +194,7 @@ def test_a_law_starts_where_it_is_its_special_case(worlds: Worlds) -> None:
     starts = related_starts(pool, fit, CATALOGUE)
     assert {names for names, _ in starts} == {("stribeck_friction",)}
     assert len(starts) == 3
-    laws = start_fits(worlds, starts, pool.floors, STEP)
+    laws = start_fits(worlds, starts, pool.floors)
     assert [law.score for law in laws] == pytest.approx([fit.score] * 3, abs=1e-9)
     pool.add([replace(laws[0], score=fit.score - 1.0)])
     assert related_starts(pool, fit, CATALOGUE) == []
@@ -252,7 +252,7 @@ def test_a_breakaway_force_hides_nothing_where_nothing_is_left(worlds: Worlds) -
         (("stribeck_friction", "viscous_friction"), {**law, viscous: 1.2}),
         (("stribeck_friction",), law),
     ]
-    fits = start_fits(worlds, starts, plain, STEP)
+    fits = start_fits(worlds, starts, plain)
     pool.add(fits)
     pool.renew(fits[0])
     assert pool.floors == plain

@@ -1,4 +1,4 @@
-"""May a cause be named? One rule, on all rows at the fine step."""
+"""May a cause be named? One rule, on all rows."""
 
 from __future__ import annotations
 
@@ -55,14 +55,13 @@ class Decided:
 
 
 def transfer(pool: Pool, fits: Sequence[Fit], fine: Pool) -> list[Fit]:
-    """Refit sets on all rows at the fine step, from where they were on the beginnings.
+    """Refit sets on all rows, from where they were on the beginnings.
 
     The first, which is to be named, is followed twice as far. Those that are far worse than the
     first there are left as they are.
     """
     starts = [(f.names, values_of(pool.worlds, f.columns, f.place)) for f in fits]
-    step = fine.worlds.study.time_step
-    found = start_fits(fine.worlds, starts, fine.floors, step, near=True)
+    found = start_fits(fine.worlds, starts, fine.floors, near=True)
     fine.worlds.bench_slopes = {}
     found[:1] = refit(fine.worlds, found[:1], fine.floors, iterations=4, coarse=0)
     worst = found[0].score + FAR * fine.price
@@ -164,7 +163,7 @@ def less_of(fine: Pool, fit: Fit, names: Sequence[str]) -> Fit:
     """Return a set refitted without several of its causes."""
     for name in names:
         rest, values = without(fit, name, fine.worlds)
-        (fit,) = start_fits(fine.worlds, [(rest, values)], fine.floors, fit.time_step, near=True)
+        (fit,) = start_fits(fine.worlds, [(rest, values)], fine.floors, near=True)
     return followed(fine, fit)
 
 

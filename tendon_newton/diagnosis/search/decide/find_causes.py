@@ -73,7 +73,7 @@ def find_causes(
         pace: Time that a candidate takes for a second of recordings [1], where it is known.
         log: Told every set that is fitted.
     """
-    limits = limits_of(budget, pace, study.time_step, recordings)
+    limits = limits_of(budget, pace, recordings)
     first = recordings if study.kinematic else beginnings(recordings, limits.beginnings)
 
     def pool_of(worlds: Worlds, haste: float, until: float) -> Pool:
@@ -85,7 +85,7 @@ def find_causes(
     pool = pool_of(Worlds(part_of(study, first, model)), HASTE, limits.searched)
     chosen, whole, fine = first, pool, pool
     if limits.decides_apart:
-        chosen = deciding(recordings)
+        chosen = recordings if study.kinematic else deciding(recordings)
         is_all = all(own is other for own, other in zip(chosen, recordings, strict=False))
         worlds = Worlds(study if is_all else part_of(study, chosen, model))
         whole = pool_of(worlds, HASTE, limits.searched)

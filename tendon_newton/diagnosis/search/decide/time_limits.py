@@ -9,14 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_newton.data.recording import Recording
-from tendon_newton.diagnosis.search.refit import ROUGH_STEP
 from tendon_newton.diagnosis.search.spans import SEARCHED_SECONDS, deciding
 
-SEARCH_SHARE = 0.5
+SEARCH_SHARE = 0.6
 """Share of a budget that the search may take; deciding takes the rest [1]."""
-SEARCHED, DECIDED = 1900, 1000
-"""Candidates that are simulated on beginnings, and on what decides, where there are several causes
-and some are refused: 725 were too few for five causes in 36 minutes of recordings."""
+SEARCHED, DECIDED = 2300, 300
+"""Candidates that are simulated on beginnings, and on what decides, where there are several causes:
+1,900 to 2,600, and 170 to 400, on three planted sets and on 36 minutes of recordings."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,12 +29,10 @@ class Limits:
     beginnings: float
     """Length of all beginnings together, on which sets are chosen [s]."""
     decides_apart: bool
-    """Whether more than the beginnings decides, at the finer step."""
+    """Whether more than the beginnings decides."""
 
 
-def limits_of(
-    budget: float | None, pace: float | None, step: float, recordings: Sequence[Recording]
-) -> Limits:
+def limits_of(budget: float | None, pace: float | None, recordings: Sequence[Recording]) -> Limits:
     """Share a budget of time.
 
     Where time is short, beginnings are shorter. Where the decision would take too long, they decide
@@ -43,8 +40,7 @@ def limits_of(
 
     Args:
         budget: Time for search and decision [s]; None where it does not matter.
-        pace: Time that a candidate takes for a second of recordings at the search's step [1].
-        step: The finer step of a decision [s].
+        pace: Time that a candidate takes for a second of recordings [1].
         recordings: Training recordings as they are.
     """
     if budget is None:
@@ -56,7 +52,7 @@ def limits_of(
     if pace is not None:
         first = min(first, SEARCH_SHARE * budget / (SEARCHED * pace))
         seconds = sum(r.duration for r in deciding(recordings))
-        taken = DECIDED * pace * seconds * ROUGH_STEP / step
+        taken = DECIDED * pace * seconds
         is_enough = taken <= (1.0 - SEARCH_SHARE) * budget
     return Limits(
         searched=start + SEARCH_SHARE * budget,
