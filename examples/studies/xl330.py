@@ -20,11 +20,11 @@ from tendon_newton.data.dataset import Dataset, load_dataset
 from tendon_newton.data.importers.xl330 import read_xl330
 from tendon_newton.data.model_file import Model, load_model
 from tendon_newton.data.recording import Recording
-from tendon_newton.diagnosis.diagnose import SEARCH_STEP, diagnose
+from tendon_newton.diagnosis.diagnose import diagnose
 from tendon_newton.diagnosis.evaluation import evaluate_models
 from tendon_newton.diagnosis.search.fixed_set import fit_set_anew
 from tendon_newton.diagnosis.search.refit import values_of
-from tendon_newton.diagnosis.search.worlds import Worlds
+from tendon_newton.diagnosis.search.worlds import SEARCH_STEP, Worlds
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.study import Study, replacements
 

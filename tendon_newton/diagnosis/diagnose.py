@@ -37,6 +37,7 @@ from tendon_newton.diagnosis.result import (
     Verdict,
 )
 from tendon_newton.diagnosis.search.decide.find_causes import find_causes
+from tendon_newton.diagnosis.search.worlds import SEARCH_STEP
 from tendon_newton.diagnosis.time_left import (
     expectation,
     expected_times,
@@ -50,8 +51,6 @@ from tendon_newton.identification.study import Study, benches_of, servo_count
 from tendon_newton.identification.testable import testable_effects, untested_sides
 from tendon_newton.simulation.model.bench_numbers import OWNER, TOLERANCE
 
-SEARCH_STEP = 2.0e-3
-"""Simulation step while searching [s]; the reported errors use the finer default."""
 WORTH_SAYING = 0.1
 """Share of the gap from which a candidate at its bound is told in a sentence, not in the table
 alone."""

@@ -69,9 +69,9 @@ def expected_times(
         study: The same recordings, all rows.
         pace: Time that a candidate takes for a second of recordings [1].
     """
-    first = sum(r.duration for r in (recordings if study.kinematic else beginnings(recordings)))
-    whole = sum(r.duration for r in deciding(recordings))
-    one, several = (pace * (n * first + m * whole) for n, m in (ONE_CAUSE, SEVERAL_CAUSES))
+    first = sum(r.duration for r in beginnings(recordings, whole=study.kinematic))
+    decisive = sum(r.duration for r in deciding(recordings, whole=study.kinematic))
+    one, several = (pace * (n * first + m * decisive) for n, m in (ONE_CAUSE, SEVERAL_CAUSES))
     return one, several
 
 

@@ -10,6 +10,7 @@ import pytest
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.parameters import Parameter
 from tendon_newton.data.recording import Array, Recording
+from tendon_newton.diagnosis.search.worlds import FINER, SEARCH_STEP
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.bench_scale import bench_scale
 from tendon_newton.mechanisms.loading import load_mechanism
@@ -17,7 +18,7 @@ from tendon_newton.simulation.hosts.rollout import Rollout
 from tests.effect_bench import GAIN, commanded
 
 BENCHES = ("finger", "finger_routed", "thumb", "spring_weak", "spring_strong", "pendulum")
-TIME_STEPS = (1.0e-3, 5.0e-4)
+TIME_STEPS = (SEARCH_STEP, FINER * SEARCH_STEP)
 """[s] Those of a diagnosis."""
 IDEAL = Model(actuator=NamedValues(name="ideal", values={"gain": GAIN}))
 FRICTIONS = (None, "coulomb_friction")

@@ -9,6 +9,7 @@ import pytest
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.model_file import load_model
 from tendon_newton.diagnosis.identifiability import find_confounded, is_flat
+from tendon_newton.diagnosis.search.worlds import SEARCH_STEP
 from tendon_newton.diagnosis.unexplained.equation import find_equation
 from tendon_newton.diagnosis.unexplained.remainder import Remainder, find_remainders
 from tendon_newton.diagnosis.unexplained.structure import (
@@ -25,7 +26,6 @@ from tests.planted.generator import Recipe, make_dataset
 from tests.planted.truth import Truth
 
 SHORT = (5.0, 6.0)  # [s] of each recording
-SEARCH_STEP = 5.0e-4  # [s] as a diagnosis simulates
 
 
 def planted(folder: Path, *effects: str, seed: int, **more: Any) -> tuple[Study, Truth]:

@@ -133,7 +133,7 @@ def test_a_budget_that_is_over_gives_an_answer_that_is_unfinished() -> None:
     assert "budget of time" in " ".join(found.notes)
 
 
-def over_when_deciding(*_: Any) -> Limits:
+def over_when_deciding(*_: Any, **__: Any) -> Limits:
     """Limits of a search that takes all the time there is."""
     return Limits(searched=np.inf, decided=-np.inf, beginnings=SEARCHED_SECONDS, decides_apart=True)
 

@@ -7,10 +7,9 @@ from dataclasses import dataclass, replace
 
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
-from tendon_newton.diagnosis.diagnose import SEARCH_STEP
 from tendon_newton.diagnosis.search.fixed_set import as_stated, fit_set
 from tendon_newton.diagnosis.search.refit import values_of
-from tendon_newton.diagnosis.search.worlds import Worlds
+from tendon_newton.diagnosis.search.worlds import SEARCH_STEP, Worlds
 from tendon_newton.identification.study import Study
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array, Recording
-from tendon_newton.diagnosis.diagnose import SEARCH_STEP
+from tendon_newton.diagnosis.search.worlds import SEARCH_STEP
 from tendon_newton.identification.objective import loss_terms
 from tendon_newton.identification.study import Study, replacements
 from train.refresh.logs import LOOSE

@@ -9,11 +9,11 @@ from typing import Any
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.files.toml_file import read_toml
 from tendon_newton.data.model_file import Model, NamedValues
-from tendon_newton.diagnosis.diagnose import SEARCH_STEP, diagnose, extended_model
+from tendon_newton.diagnosis.diagnose import diagnose, extended_model
 from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.diagnosis.search.fixed_set import fit_set
 from tendon_newton.diagnosis.search.refit import values_of
-from tendon_newton.diagnosis.search.worlds import Worlds
+from tendon_newton.diagnosis.search.worlds import SEARCH_STEP, Worlds
 from tendon_newton.errors import InvalidDataset
 from tendon_newton.identification.study import Study
 

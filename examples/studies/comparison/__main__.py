@@ -24,10 +24,10 @@ from examples.studies.comparison.table import page_with, tables
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.importers.imported import ImportedLog
 from tendon_newton.data.model_file import Model
-from tendon_newton.diagnosis.diagnose import SEARCH_STEP, diagnose
+from tendon_newton.diagnosis.diagnose import diagnose
 from tendon_newton.diagnosis.search.fixed_set import fit_set_anew
 from tendon_newton.diagnosis.search.refit import values_of
-from tendon_newton.diagnosis.search.worlds import Worlds
+from tendon_newton.diagnosis.search.worlds import SEARCH_STEP, Worlds
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.study import Study, replacements
 

@@ -14,6 +14,7 @@ from tendon_newton.data.recording import Array, Recording
 from tendon_newton.diagnosis.explanation import OpenClass, Setting
 from tendon_newton.diagnosis.imitation import Likeness, Trial, find_likenesses
 from tendon_newton.diagnosis.search.floors import form_scales
+from tendon_newton.diagnosis.search.worlds import SEARCH_STEP
 from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.identification.study import Residual, Study, replacements
@@ -25,8 +26,6 @@ TENDON_BENCHES = ("finger", "spring_weak", "spring_strong")
 """Benches on which a run may be proposed for a servo with a tendon; a direct drive stays put."""
 OTHER_MASSES = (0.5, 2.0)
 """Factors on the mass of a direct drive: with one load, gravity and what load does look alike."""
-STEP = 2.0e-3
-"""Simulation step [s]: that at which a search chooses sets."""
 SEEDS = (7, 8, 9)
 """Each draws another run of the same excitation."""
 EQUAL_SHARE = 0.01
@@ -173,7 +172,9 @@ def play(question: OpenClass, plans: Sequence[Plan]) -> Played:
     """Simulate planned runs with every explanation of the data."""
     has_force = question.noise.force is not None
     runs = [blank_recording(plan, has_force) for plan in plans]
-    study = Study(runs, question.without, tuple(EFFECTS), time_step=STEP, scale=question.scale)
+    study = Study(
+        runs, question.without, tuple(EFFECTS), time_step=SEARCH_STEP, scale=question.scale
+    )
     trials = [Trial(study, explanation) for explanation in question.explanations]
     models = [{}, *(model for trial in trials for model in trial.models)]
     return Played(

@@ -15,7 +15,7 @@ from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.explanation import OpenClass
 from tendon_newton.diagnosis.imitation import Trial
 from tendon_newton.diagnosis.next_experiment.expected_run import Expected, Posterior, ranked
-from tendon_newton.diagnosis.next_experiment.separation import STEP, Plan, blank_recording
+from tendon_newton.diagnosis.next_experiment.separation import Plan, blank_recording
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.study import Study, replacements
 
@@ -23,6 +23,8 @@ LOOKED_AT, TOGETHER = 8, 2
 """Runs of a bench that are simulated together while commands are varied, and at the end."""
 FEW_DRAWS, DRAWS = 8, 64
 """Models drawn from the intervals for each of these runs."""
+STEP = 5.0e-4
+"""Simulation step [s]: peaks of force are shorter than a step of the search."""
 WIDER = 2.0
 """How much wider than the intervals models are drawn [1]."""
 CORNER = 3.5

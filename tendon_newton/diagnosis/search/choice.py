@@ -76,8 +76,8 @@ class Chooser:
         free = np.array(
             [*added, *(i for i in self.slopes if s.columns[i].name not in removed)], dtype=int
         )
-        slope, left = self._without(removed)
-        square, slope = left, slope[:, free]
+        slope, square = self._without(removed)
+        slope, left = slope[:, free], square
         gram = s.gram[:, free[:, None], free]
         low, high = self._low[free], self._high[free]
         x = np.zeros(len(free))

@@ -7,8 +7,8 @@ from scipy.linalg import get_lapack_funcs
 
 from tendon_newton.data.recording import Array
 
-(solved,) = get_lapack_funcs(("gesv",), dtype=np.float64)
-"""LAPACK itself: `numpy.linalg.solve` takes several times as long for so few unknowns."""
+(gesv,) = get_lapack_funcs(("gesv",), dtype=np.float64)
+"""LAPACK's solver itself: `numpy.linalg.solve` takes twice as long for 16 unknowns."""
 
 
 def bounded(matrix: Array, vector: Array, low: Array, high: Array) -> Array:
@@ -17,7 +17,7 @@ def bounded(matrix: Array, vector: Array, low: Array, high: Array) -> Array:
     matrix = matrix + 1.0e-9 * np.diag(np.diag(matrix) + 1.0e-30)
     width = np.maximum(high - low, 1.0e-12)
     while len(free):
-        x[free] = solved(matrix[free[:, None], free], right[free])[2]
+        x[free] = gesv(matrix[free[:, None], free], right[free])[2]
         excess = np.maximum(low - x, x - high)[free] / width[free]
         place = int(np.argmax(excess))
         if excess[place] <= 0.0:

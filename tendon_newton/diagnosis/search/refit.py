@@ -170,17 +170,17 @@ def refit(
             fit, unit = current[i], units[k]
             calm, bold = moved[2 * k : 2 * k + 2]
             losses = [mean_loss(f.residual, unit) for f in (fit, calm, bold)]
-            best, part = (bold, BOLDER) if losses[2] < losses[1] else (calm, 1.0)
+            best, change = (bold, BOLDER) if losses[2] < losses[1] else (calm, 1.0)
             gain = losses[0] - min(losses[1:])
             is_rough = jacobians is None and (bool(fit.slopes) or is_long(worlds, fit))
-            is_bold = gain <= 0.0 and fit.damping < MOST_DAMPING
-            active[i] = gain > tolerance or step < coarse or is_rough or is_bold
+            may_shorten = gain <= 0.0 and fit.damping < MOST_DAMPING
+            active[i] = gain > tolerance or step < coarse or is_rough or may_shorten
             current[i] = (
                 stepped(worlds, fit, best, slopes[k]) if gain > 0.0 else shorter(worlds, fit)
             )
-            part = part if gain > 0.0 else 1.0 / BOLDER
-            factor = float(np.clip(part * fit.damping, LEAST_DAMPING, MOST_DAMPING))
-            current[i] = replace(current[i], damping=factor)
+            change = change if gain > 0.0 else 1.0 / BOLDER
+            damping = float(np.clip(change * fit.damping, LEAST_DAMPING, MOST_DAMPING))
+            current[i] = replace(current[i], damping=damping)
             if not active[i] and rows is None:
                 current[i] = replace(current[i], settled=True)
     return current

@@ -23,22 +23,30 @@ GOLDEN = 0.618034
 
 
 def beginnings(
-    recordings: Sequence[Recording], seconds: float = SEARCHED_SECONDS
+    recordings: Sequence[Recording], seconds: float = SEARCHED_SECONDS, *, whole: bool = False
 ) -> tuple[Recording, ...]:
     """Return the first seconds of recordings, spread evenly over a long list, benches in turn.
 
     Args:
         recordings: Training recordings as they are.
         seconds: Length of all beginnings together [s], unless each would be below `LEAST_SPAN`.
+        whole: Whether to return all there is: a shaft that only follows its commands costs little.
     """
+    if whole:
+        return tuple(recordings)
     chosen = spread(recordings, MOST_SPANS)
     span = min(SPAN, max(LEAST_SPAN, seconds / len(chosen)))
     return tuple(beginning(r, span) for r in chosen)
 
 
-def deciding(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
-    """Return the recordings, or beginnings of some of them where they are longer together."""
-    if sum(r.duration for r in recordings) <= MOST_SECONDS:
+def deciding(recordings: Sequence[Recording], *, whole: bool = False) -> tuple[Recording, ...]:
+    """Return the recordings, or beginnings of some of them where they are longer together.
+
+    Args:
+        recordings: Training recordings as they are.
+        whole: As for `beginnings`.
+    """
+    if whole or sum(r.duration for r in recordings) <= MOST_SECONDS:
         return tuple(recordings)
     chosen = spread(recordings, MOST_DECIDING)
     return tuple(beginning(r, MOST_SECONDS / len(chosen)) for r in chosen)

@@ -12,7 +12,15 @@ from tendon_newton.diagnosis.search.fixed_set import fit_set_anew
 from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.held_out_gain import folds, held_out_terms
 from tendon_newton.diagnosis.search.pool import Pool
-from tendon_newton.diagnosis.search.refit import Fit, linearise, refit, start_fits, values_of
+from tendon_newton.diagnosis.search.refit import (
+    LEAST_DAMPING,
+    MOST_DAMPING,
+    Fit,
+    linearise,
+    refit,
+    start_fits,
+    values_of,
+)
 from tendon_newton.diagnosis.search.worlds import Worlds
 from tendon_newton.identification.objective import group_sums
 from tendon_newton.identification.study import Study
@@ -85,6 +93,17 @@ def test_every_second_step_borrows_its_derivatives(worlds: Worlds) -> None:
         counts.append(worlds.count - before)
     assert counts == [4, 2, 4, 2]
     assert numbers(worlds, fit) == pytest.approx(TRUTH, rel=0.05)
+
+
+def test_a_step_that_leads_nowhere_is_tried_shorter(worlds: Worlds) -> None:
+    """Derivatives of the wrong sign lead up: the factor grows to its limit before the fit ends."""
+    fit = replace(start(worlds, viscous_friction=0.3, gain_error=1.0), damping=LEAST_DAMPING)
+    floors = floors_of(worlds, ())
+    (right,) = linearise(worlds, [fit])
+    (after,) = refit(worlds, [fit], floors, iterations=9, jacobians=[-right], coarse=0)
+    assert after.damping == MOST_DAMPING
+    assert np.array_equal(after.place, fit.place)
+    assert after.settled
 
 
 def test_borrowed_derivatives_are_corrected_by_the_last_step(worlds: Worlds) -> None:

@@ -46,6 +46,12 @@ def test_one_long_run_keeps_what_it_may() -> None:
     assert chosen.duration == pytest.approx(MOST_SECONDS, abs=0.1)
 
 
+def test_what_only_follows_its_commands_is_taken_whole() -> None:
+    """Ten minutes of it cost as little as seconds of a finger."""
+    data = runs(4, 150.0, "pendulum")
+    assert beginnings(data, whole=True) == deciding(data, whole=True) == tuple(data)
+
+
 def test_the_same_motions_at_each_gain_are_all_looked_at() -> None:
     """Five motions, the same at each of eight gains: no motion is left out of what chooses sets."""
     data = [

@@ -29,9 +29,9 @@ def worths_of(sets: Path, price: float, name: str) -> list[dict[str, Any]]:
     from tendon_newton.data.dataset import load_dataset
     from tendon_newton.data.model_file import load_model
     from tendon_newton.device_code.quiet import quiet_warp
-    from tendon_newton.diagnosis.diagnose import SEARCH_STEP
     from tendon_newton.diagnosis.search.decide.account import HELD_OUT, LOSS
     from tendon_newton.diagnosis.search.decide.find_causes import find_causes
+    from tendon_newton.diagnosis.search.worlds import SEARCH_STEP
     from tendon_newton.effects import EFFECTS, find_effect
     from tendon_newton.identification.study import Study
     from tendon_newton.identification.testable import testable_effects

@@ -32,10 +32,10 @@ def explained_share(pool: Pool, before: Fit, after: Fit) -> float:
     return float(np.clip(np.mean(shares), -1.0, 1.0)) if shares else 0.0
 
 
-def criteria_of(fine: Pool, fit: Fit, decided: Decided, name: str) -> tuple[Criterion, ...]:
+def criteria_of(decisive: Pool, fit: Fit, decided: Decided, name: str) -> tuple[Criterion, ...]:
     """Return what a cause of the final set had to pass."""
-    loss, gain, edge = decided.losses[name], decided.held_out[name], at_bound(fine, fit, name)
-    bar, change = fine.bar(name), decided.changes[name]
+    loss, gain, edge = decided.losses[name], decided.held_out[name], at_bound(decisive, fit, name)
+    bar, change = decisive.bar(name), decided.changes[name]
     return (
         Criterion(name=LOSS, value=loss, bar=bar, passed=loss >= bar),
         Criterion(name=HELD_OUT, value=gain, bar=bar, passed=gain >= bar),
@@ -44,7 +44,7 @@ def criteria_of(fine: Pool, fit: Fit, decided: Decided, name: str) -> tuple[Crit
     )
 
 
-def refusal_of(pool: Pool, fine: Pool, decided: Decided, name: str) -> tuple[Criterion, ...]:
+def refusal_of(pool: Pool, decisive: Pool, decided: Decided, name: str) -> tuple[Criterion, ...]:
     """Return what kept a cause out of the final set: a survey's promise, then real refits."""
     out, bar = [], pool.bar(name)
     if name in pool.added:  # not where it stood in the set that was looked around last
@@ -54,7 +54,7 @@ def refusal_of(pool: Pool, fine: Pool, decided: Decided, name: str) -> tuple[Cri
         gain, edge = decided.refused[name]
         out.append(Criterion(name=HELD_OUT, value=gain, bar=bar, passed=gain >= bar))
         out.append(Criterion(name=IN_RANGE, value=float(edge), bar=0.0, passed=not edge))
-    for some in (fine, pool):
+    for some in (decisive, pool):
         chosen = some.fits.get(frozenset(decided.fit.names))
         costs = [some.cost(fit) for fit in some.fits.values() if name in fit.names]
         if chosen is not None and costs:
@@ -82,7 +82,7 @@ def acts_in(pool: Pool, before: Fit | None, after: Fit | None) -> tuple[str, ...
 
 def candidates(
     pool: Pool,
-    fine: Pool,
+    decisive: Pool,
     names: Sequence[str],
     final: Fit,
     decided: Decided,
@@ -92,7 +92,7 @@ def candidates(
 
     Args:
         pool: Sets fitted on the beginnings.
-        fine: Sets fitted on all rows.
+        decisive: Sets fitted on all rows.
         names: Effects that were tried.
         final: What was found.
         decided: What that had to pass.
@@ -109,12 +109,12 @@ def candidates(
         else:
             share, values = (0.0, {}) if guess is None else guess
         if name in final.names:
-            criteria = criteria_of(fine, final, decided, name)
+            criteria = criteria_of(decisive, final, decided, name)
             criteria += () if verdict is None else (verdict,)
-            less = fine.fits.get(frozenset(final.names) - {name})
-            places, looked = acts_in(fine, less, final), fine.worlds.study
+            less = decisive.fits.get(frozenset(final.names) - {name})
+            places, looked = acts_in(decisive, less, final), decisive.worlds.study
         else:
-            criteria = refusal_of(pool, fine, decided, name)
+            criteria = refusal_of(pool, decisive, decided, name)
             places, looked = acts_in(pool, start, own), pool.worlds.study
         out.append(
             CandidateScore(

@@ -54,22 +54,24 @@ class Decided:
     """Causes whose worth on such parts was not known when the time was over: they are not named."""
 
 
-def transfer(pool: Pool, fits: Sequence[Fit], fine: Pool) -> list[Fit]:
+def transfer(pool: Pool, fits: Sequence[Fit], decisive: Pool) -> list[Fit]:
     """Refit sets on all rows, from where they were on the beginnings.
 
     The first, which is to be named, is followed twice as far. Those that are far worse than the
     first there are left as they are.
     """
     starts = [(f.names, values_of(pool.worlds, f.columns, f.place)) for f in fits]
-    found = start_fits(fine.worlds, starts, fine.floors, near=True)
-    fine.worlds.bench_slopes = {}
-    found[:1] = refit(fine.worlds, found[:1], fine.floors, iterations=4, coarse=0)
-    worst = found[0].score + FAR * fine.price
+    found = start_fits(decisive.worlds, starts, decisive.floors, near=True)
+    decisive.worlds.bench_slopes = {}
+    found[:1] = refit(decisive.worlds, found[:1], decisive.floors, iterations=4, coarse=0)
+    worst = found[0].score + FAR * decisive.price
     near = [i for i, f in enumerate(found[1:], start=1) if f.score < worst]
-    again = refit(fine.worlds, [found[i] for i in near], fine.floors, iterations=2, coarse=0)
+    again = refit(
+        decisive.worlds, [found[i] for i in near], decisive.floors, iterations=2, coarse=0
+    )
     for i, f in zip(near, again, strict=True):
         found[i] = f
-    fine.add(found)
+    decisive.add(found)
     return found
 
 
@@ -84,53 +86,53 @@ def rivals_of(pool: Pool, fit: Fit, name: str, prices: float = 1.0) -> list[Fit]
     return sorted(near, key=lambda f: f.score)[:FEW_RIVALS]
 
 
-def decide(pool: Pool, fit: Fit, fine: Pool, rng: np.random.Generator) -> Decided:
+def decide(pool: Pool, fit: Fit, decisive: Pool, rng: np.random.Generator) -> Decided:
     """Put causes found on beginnings to the test on all rows.
 
     Args:
         pool: Sets fitted on the beginnings.
         fit: What was found there.
-        fine: Takes the fits of all rows; the same pool where the beginnings decide.
+        decisive: Takes the fits of all rows; the same pool where the beginnings decide.
         rng: Of the draws of blocks.
     """
-    if fine is not pool:
+    if decisive is not pool:
         less = leave_out(pool, fit)
         close = {name: rivals_of(pool, fit, name, CLEAR) for name in fit.names}
         near = [*less.values(), *(r for rs in close.values() for r in rs)]
         near += [f for name in fit.names for f in with_special_case(pool, fit, name)]
         sets = {frozenset(f.names): f for f in near}
-        fine.rescore(floors_of(fine.worlds, fit.names))
-        transfer(pool, [fit, *sets.values()], fine)
-    best = simplest(fine, fine.best())
-    final = prune(fine, best)
+        decisive.rescore(floors_of(decisive.worlds, fit.names))
+        transfer(pool, [fit, *sets.values()], decisive)
+    best = simplest(decisive, decisive.best())
+    final = prune(decisive, best)
     refused: dict[str, tuple[float, bool]] = {}
     undecided: list[str] = []
     while final.names:
-        ended = [n for n in final.names if at_bound(fine, final, n)]
-        gains = held_out_gains(fine, final, ended or final.names)
+        ended = [n for n in final.names if at_bound(decisive, final, n)]
+        gains = held_out_gains(decisive, final, ended or final.names)
         if not gains:
             undecided += final.names
-            final = fine.fits[frozenset()]
+            final = decisive.fits[frozenset()]
             break
-        worst = min(gains, key=lambda n: float(gains[n].sum()) / fine.bar(n))
-        if not ended and gains[worst].sum() >= fine.bar(worst):
+        worst = min(gains, key=lambda n: float(gains[n].sum()) / decisive.bar(n))
+        if not ended and gains[worst].sum() >= decisive.bar(worst):
             if undone := [n for n in final.names if n not in gains]:
                 undecided += undone
-                final = prune(fine, less_of(fine, final, undone))
+                final = prune(decisive, less_of(decisive, final, undone))
                 continue
-            less = leave_out(fine, final)
+            less = leave_out(decisive, final)
             return Decided(
                 fit=final,
                 losses={n: f.score - final.score for n, f in less.items()},
-                changes={n: fine.change(final, f) for n, f in less.items()},
+                changes={n: decisive.change(final, f) for n, f in less.items()},
                 held_out={n: float(g.sum()) for n, g in gains.items()},
-                probabilities={n: probability(g, fine.bar(n), rng) for n, g in gains.items()},
-                rivals={n: close_rivals(fine, final, n) for n in final.names},
+                probabilities={n: probability(g, decisive.bar(n), rng) for n, g in gains.items()},
+                rivals={n: close_rivals(decisive, final, n) for n in final.names},
                 refused=refused,
                 undecided=tuple(undecided),
             )
         refused[worst] = (float(gains[worst].sum()), worst in ended)
-        final = prune(fine, special_case_or_without(fine, final, worst))
+        final = prune(decisive, special_case_or_without(decisive, final, worst))
     return Decided(
         fit=final,
         losses={},
@@ -143,13 +145,15 @@ def decide(pool: Pool, fit: Fit, fine: Pool, rng: np.random.Generator) -> Decide
     )
 
 
-def special_case_or_without(fine: Pool, fit: Fit, name: str) -> Fit:
+def special_case_or_without(decisive: Pool, fit: Fit, name: str) -> Fit:
     """Return a set with a special case in the place of a law; where none is known, without it.
 
     It is followed to its optimum.
     """
-    known = with_special_case(fine, fit, name)
-    return followed(fine, min(known, key=fine.cost) if known else leave_out(fine, fit)[name])
+    known = with_special_case(decisive, fit, name)
+    return followed(
+        decisive, min(known, key=decisive.cost) if known else leave_out(decisive, fit)[name]
+    )
 
 
 def with_special_case(pool: Pool, fit: Fit, name: str) -> list[Fit]:
@@ -159,21 +163,21 @@ def with_special_case(pool: Pool, fit: Fit, name: str) -> list[Fit]:
     return [pool.fits[key] for key in sets if key in pool.fits]
 
 
-def less_of(fine: Pool, fit: Fit, names: Sequence[str]) -> Fit:
+def less_of(decisive: Pool, fit: Fit, names: Sequence[str]) -> Fit:
     """Return a set refitted without several of its causes."""
     for name in names:
-        rest, values = without(fit, name, fine.worlds)
-        (fit,) = start_fits(fine.worlds, [(rest, values)], fine.floors, near=True)
-    return followed(fine, fit)
+        rest, values = without(fit, name, decisive.worlds)
+        (fit,) = start_fits(decisive.worlds, [(rest, values)], decisive.floors, near=True)
+    return followed(decisive, fit)
 
 
-def followed(fine: Pool, fit: Fit) -> Fit:
+def followed(decisive: Pool, fit: Fit) -> Fit:
     """Return a set at its optimum: while it was clearly worse it was left where it began."""
-    fine.add(refit(fine.worlds, [fit], fine.floors, iterations=FOLLOWED, coarse=0))
-    return fine.fits[frozenset(fit.names)]
+    decisive.add(refit(decisive.worlds, [fit], decisive.floors, iterations=FOLLOWED, coarse=0))
+    return decisive.fits[frozenset(fit.names)]
 
 
-def held_out_gains(fine: Pool, fit: Fit, names: Sequence[str]) -> dict[str, Array]:
+def held_out_gains(decisive: Pool, fit: Fit, names: Sequence[str]) -> dict[str, Array]:
     """Return what causes are worth on parts that no number has seen, by block of time.
 
     A set that saw a part does better there than one that did not. Where the set without a cause
@@ -183,28 +187,28 @@ def held_out_gains(fine: Pool, fit: Fit, names: Sequence[str]) -> dict[str, Arra
     the time, which the set itself is not subject to.
 
     Args:
-        fine: Has the fits of all rows.
+        decisive: Has the fits of all rows.
         fit: The set.
         names: Causes of it that are asked for.
 
     Returns:
         Cause -> gain [nat per row], shape (B,); only those that were found out.
     """
-    worlds, floors = fine.worlds, fine.floors
-    less = {n: f for n, f in leave_out(fine, fit).items() if n in names}
+    worlds, floors = decisive.worlds, decisive.floors
+    less = {n: f for n, f in leave_out(decisive, fit).items() if n in names}
     own = held_out_terms(worlds, fit, floors)
     assert own is not None  # without a limit of time
     residuals = np.stack([f.residual for f in less.values()])
     score = worlds.score(residuals, floors)
     rows = dict(zip(less, terms(worlds, residuals, score.scales, floors), strict=True))
-    bounds = {n: float((t - own).sum()) / fine.bar(n) for n, t in rows.items()}
+    bounds = {n: float((t - own).sum()) / decisive.bar(n) for n, t in rows.items()}
     gains = {n: by_block(worlds, rows[n] - own) for n in rows if bounds[n] >= SURE}
     for name in sorted((n for n in rows if n not in gains), key=lambda n: bounds[n]):
-        found = held_out_terms(worlds, less[name], floors, fine.until)
+        found = held_out_terms(worlds, less[name], floors, decisive.until)
         if found is None:
             break
         gains[name] = by_block(worlds, found - own)
-        if gains[name].sum() < fine.bar(name):
+        if gains[name].sum() < decisive.bar(name):
             break
     return gains
 

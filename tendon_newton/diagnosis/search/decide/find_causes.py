@@ -73,8 +73,8 @@ def find_causes(
         pace: Time that a candidate takes for a second of recordings [1], where it is known.
         log: Told every set that is fitted.
     """
-    limits = limits_of(budget, pace, recordings)
-    first = recordings if study.kinematic else beginnings(recordings, limits.beginnings)
+    limits = limits_of(budget, pace, recordings, whole=study.kinematic)
+    first = beginnings(recordings, limits.beginnings, whole=study.kinematic)
 
     def pool_of(worlds: Worlds, haste: float, until: float) -> Pool:
         return Pool(
@@ -83,13 +83,13 @@ def find_causes(
         )  # fmt: skip
 
     pool = pool_of(Worlds(part_of(study, first, model)), HASTE, limits.searched)
-    chosen, whole, fine = first, pool, pool
+    chosen, whole, decisive = first, pool, pool
     if limits.decides_apart:
-        chosen = recordings if study.kinematic else deciding(recordings)
+        chosen = deciding(recordings, whole=study.kinematic)
         is_all = all(own is other for own, other in zip(chosen, recordings, strict=False))
         worlds = Worlds(study if is_all else part_of(study, chosen, model))
         whole = pool_of(worlds, HASTE, limits.searched)
-        fine = pool_of(worlds, 1.0, limits.decided)
+        decisive = pool_of(worlds, 1.0, limits.decided)
     try:
         fit = find(pool, (*study.fit_columns(model), *study.tolerated_columns), names, progress)
         pool.haste = 1.0
@@ -108,14 +108,14 @@ def find_causes(
         searched, fit = pool, pool.best()
         progress("ending the search; Ctrl-C again ends without an answer")
     progress(f"deciding on {len(chosen)} of {len(recordings)} recordings")
-    fine.haste, fine.until = 1.0, limits.decided
-    if fine is not pool:
-        transfer(pool, [pool.fits[frozenset()]], fine)
-    decided = decide(searched, fit, fine, rng)
+    decisive.haste, decisive.until = 1.0, limits.decided
+    if decisive is not pool:
+        transfer(pool, [pool.fits[frozenset()]], decisive)
+    decided = decide(searched, fit, decisive, rng)
     if decided.undecided:
         early = (*early, f"{UNDECIDED}: {', '.join(decided.undecided)}.")
-    baseline = fine.fits[frozenset()]
-    return conclude_search(pool, fine, names, fit, baseline, decided, early)
+    baseline = decisive.fits[frozenset()]
+    return conclude_search(pool, decisive, names, fit, baseline, decided, early)
 
 
 def part_of(study: Study, recordings: Sequence[Recording], model: Model) -> Study:
@@ -134,29 +134,29 @@ def part_of(study: Study, recordings: Sequence[Recording], model: Model) -> Stud
 
 
 def conclude_search(
-    pool: Pool, fine: Pool, names: Sequence[str], fit: Fit, baseline: Fit, decided: Decided,
+    pool: Pool, decisive: Pool, names: Sequence[str], fit: Fit, baseline: Fit, decided: Decided,
     early: tuple[str, ...],
 ) -> Findings:  # fmt: skip
     """Put what was decided into words and numbers."""
     final = ordered(decided)
-    share = explained_share(fine, baseline, final)
-    verdict = verdict_of(fine, baseline, final, share)
+    share = explained_share(decisive, baseline, final)
+    verdict = verdict_of(decisive, baseline, final, share)
     named = final if verdict in ("explained", "partly_explained") else None
-    shown = found_of(fine, final)
+    shown = found_of(decisive, final)
     stop = None
     if named is None and final.names:
         stop = Criterion(name=TOGETHER, value=1.0 - share, bar=1.0 - LEAST_EXPLAINED, passed=False)
     return Findings(
         verdict=verdict,
-        baseline=found_of(fine, baseline),
+        baseline=found_of(decisive, baseline),
         final=None if named is None else shown,
         closest=shown,
         classes={
-            name: tuple((new_name(final, rival), found_of(fine, rival)) for rival in rivals)
+            name: tuple((new_name(final, rival), found_of(decisive, rival)) for rival in rivals)
             for name, rivals in decided.rivals.items()
         },
-        candidates=candidates(pool, fine, names, final, decided, stop),
-        criteria={name: criteria_of(fine, final, decided, name) for name in final.names},
+        candidates=candidates(pool, decisive, names, final, decided, stop),
+        criteria={name: criteria_of(decisive, final, decided, name) for name in final.names},
         probabilities=decided.probabilities,
         finished=not early,
         notes=early,
@@ -169,11 +169,11 @@ def ordered(decided: Decided) -> Fit:
     return replace(fit, names=tuple(sorted(fit.names, key=lambda n: -decided.losses[n])))
 
 
-def verdict_of(fine: Pool, baseline: Fit, final: Fit, share: float) -> Verdict:
+def verdict_of(decisive: Pool, baseline: Fit, final: Fit, share: float) -> Verdict:
     """Judge what is left without and with the causes."""
     if not final.names:
-        return "no_gap" if fine.leaves_nothing(baseline) else "unexplained"
-    if fine.leaves_nothing(final):
+        return "no_gap" if decisive.leaves_nothing(baseline) else "unexplained"
+    if decisive.leaves_nothing(final):
         return "explained"
     return "partly_explained" if share >= LEAST_EXPLAINED else "unexplained"
 

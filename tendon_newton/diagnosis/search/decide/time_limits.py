@@ -32,7 +32,13 @@ class Limits:
     """Whether more than the beginnings decides."""
 
 
-def limits_of(budget: float | None, pace: float | None, recordings: Sequence[Recording]) -> Limits:
+def limits_of(
+    budget: float | None,
+    pace: float | None,
+    recordings: Sequence[Recording],
+    *,
+    whole: bool = False,
+) -> Limits:
     """Share a budget of time.
 
     Where time is short, beginnings are shorter. Where the decision would take too long, they decide
@@ -42,21 +48,22 @@ def limits_of(budget: float | None, pace: float | None, recordings: Sequence[Rec
         budget: Time for search and decision [s]; None where it does not matter.
         pace: Time that a candidate takes for a second of recordings [1].
         recordings: Training recordings as they are.
+        whole: Whether all of them decide, however long they are.
     """
     if budget is None:
         return Limits(
             searched=np.inf, decided=np.inf, beginnings=SEARCHED_SECONDS, decides_apart=True
         )
     start = time.monotonic()
-    first, is_enough = SEARCHED_SECONDS, True
+    first, is_affordable = SEARCHED_SECONDS, True
     if pace is not None:
         first = min(first, SEARCH_SHARE * budget / (SEARCHED * pace))
-        seconds = sum(r.duration for r in deciding(recordings))
+        seconds = sum(r.duration for r in deciding(recordings, whole=whole))
         taken = DECIDED * pace * seconds
-        is_enough = taken <= (1.0 - SEARCH_SHARE) * budget
+        is_affordable = taken <= (1.0 - SEARCH_SHARE) * budget
     return Limits(
         searched=start + SEARCH_SHARE * budget,
         decided=start + budget,
         beginnings=first,
-        decides_apart=is_enough,
+        decides_apart=is_affordable,
     )
