@@ -1,9 +1,24 @@
 # Diagnosing, simulating and training, on NVIDIA GPUs where `docker run --gpus all` gives them.
+#
+#   docker build -f docker/training.Dockerfile -t tendon-newton .
+#   docker run --rm --init --gpus all -v "$PWD:/data" -v tendon-newton-cache:/cache tendon-newton train-policy --out policy
+#   docker run --rm -v "$PWD:/data" tendon-newton demo
+#
+# Warp brings its own compiler; a driver of the host is all that a GPU needs. PyPI's torch for Linux is a CUDA build; for one
+# without CUDA add `--build-arg TORCH_INDEX=https://download.pytorch.org/whl/cpu`. With `--init` a training ends at `docker stop`.
+# The program runs as user 1000; another adds `--user "$(id -u)"`.
+#
+# Built and run on x86-64 with buildah and podman, without a GPU, on a stand-in for the base image: Debian trixie with Python 3.11
+# (`--build-arg PYTHON_VERSION=3.11`) and torch without CUDA. Not built on python:3.12-slim itself, nor by Docker.
 ARG PYTHON_VERSION=3.12
 FROM python:${PYTHON_VERSION}-slim
 
+RUN useradd --create-home finger && install --directory --mode 1777 /cache /data
+# kernels that Warp has compiled outlive a container if /cache is a volume
+ENV WARP_CACHE_PATH=/cache/warp
+
 WORKDIR /program
-# what the program needs is a layer of its own: a changed source leaves it as it is
+# what the program needs are layers of their own: a changed source leaves them as they are
 COPY pyproject.toml constraints.txt ./
 ARG TORCH_INDEX=https://pypi.org/simple
 RUN pip install --no-cache-dir --no-deps --index-url "$TORCH_INDEX" "$(grep '^torch==' constraints.txt)"
@@ -11,9 +26,6 @@ RUN touch README.md LICENSE && pip install --no-cache-dir -c constraints.txt ".[
 COPY . .
 RUN pip install --no-cache-dir --no-deps .
 
-# kernels that Warp has compiled outlive a container if /cache is a volume
-ENV WARP_CACHE_PATH=/cache/warp
-RUN useradd --create-home finger && install --directory --owner finger /cache /data
 USER finger
 WORKDIR /data
 ENTRYPOINT ["tendon-newton"]

@@ -105,6 +105,13 @@ def test_the_index_lists_every_page() -> None:
     assert pages - linked == {"index.md"}
 
 
+def test_an_image_is_given_what_a_wheel_is_made_of() -> None:
+    """``.dockerignore`` lets in the wheel's folders and what an installation reads beside them."""
+    wheel = tomllib.loads(read("pyproject.toml"))["tool"]["hatch"]["build"]["targets"]["wheel"]
+    beside = ["pyproject.toml", "constraints.txt", "README.md", "LICENSE"]
+    assert re.findall(r"^!(.+)$", read(".dockerignore"), re.M) == beside + wheel["only-include"]
+
+
 def test_the_page_on_architecture_has_every_layer() -> None:
     """Its table lists the layers that import-linter checks, in their order."""
     contracts = tomllib.loads(read("pyproject.toml"))["tool"]["importlinter"]["contracts"]
