@@ -2,7 +2,7 @@
 
 Device code calls them like any function; `simulation.model.assembly` says what stands for each. A
 stage's slot applies, one after the other, the device functions that the effects of a model have
-under the stage's name, such as `ViscousFriction.tension` for `tension_effects`.
+under the stage's name, such as `CoulombFriction.tension` for `tension_effects`.
 """
 
 from __future__ import annotations
@@ -140,8 +140,14 @@ def motor_force_effects(force: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
 
 
 @slot
+def spool_force_effects(force: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
+    """What the spool gives its string of the motor's force [N]."""
+    ...
+
+
+@slot
 def tension_effects(force: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
-    """What friction leaves of the motor's force at the load cell [N]."""
+    """What dry friction leaves of that at the load cell [N]."""
     ...
 
 
@@ -196,6 +202,14 @@ def motor_force_memory(
     force: Jet, tendon: Tendon, p: ParameterVector, memory: MemoryVector
 ) -> MemoryVector:
     """A memory renewed by the effects that remember the motor's force."""
+    ...
+
+
+@slot
+def spool_force_memory(
+    force: Jet, tendon: Tendon, p: ParameterVector, memory: MemoryVector
+) -> MemoryVector:
+    """A memory renewed by the effects that remember what the spool gives its string."""
     ...
 
 

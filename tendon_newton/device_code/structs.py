@@ -655,6 +655,8 @@ class Flow:
     """Share of all that it has which it gives [1], where an effect asks for it."""
     motor_force: Jet
     """Motor's force at the spool [N]."""
+    spool_force: Jet
+    """What the spool gives its string [N]."""
     tension: Jet
     """Tension at the load cell [N]."""
     pull: Jet

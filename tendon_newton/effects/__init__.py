@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from functools import cache
+
 from tendon_newton.data.servo_names import effect_of, name_of, servo_of
 from tendon_newton.effects.acceleration_limit import AccelerationLimit
 from tendon_newton.effects.actuator_lag import ActuatorLag
@@ -111,6 +114,19 @@ def special_cases(cause: str) -> tuple[str, ...]:
     return tuple(name_of(special, servo) for special in law_of(cause).includes)
 
 
+@cache
+def confused_with(effect: str) -> frozenset[str]:
+    """Return the effects that are easily taken for one, as its docstring or theirs says."""
+    own = frozenset(mentioned(effect))
+    return own | {other for other in EFFECTS if effect in mentioned(other)}
+
+
+def mentioned(effect: str) -> list[str]:
+    """Return the effects that stand in the part `Confused with` of an effect's docstring."""
+    _, _, part = (find_effect(effect).__doc__ or "").partition("Confused with:")
+    return [other for other in EFFECTS if other != effect and re.search(rf"\b{other}\b", part)]
+
+
 def overlap(one: str, other: str) -> bool:
     """Tell whether two causes have a servo in common."""
     servos = {servo_of(one), servo_of(other)}
@@ -120,6 +136,11 @@ def overlap(one: str, other: str) -> bool:
 def are_one_law(one: str, other: str) -> bool:
     """Tell whether two causes are one effect, of a servo and of all: only one of them may act."""
     return one != other and effect_of(one) == effect_of(other) and overlap(one, other)
+
+
+def are_confused(one: str, other: str) -> bool:
+    """Tell whether two causes, of the same servo or of all, are easily taken for each other."""
+    return effect_of(other) in confused_with(effect_of(one)) and servo_of(one) == servo_of(other)
 
 
 def are_related(one: str, other: str) -> bool:
@@ -132,6 +153,7 @@ __all__ = [
     "EFFECTS",
     "Effect",
     "Stage",
+    "are_confused",
     "are_one_law",
     "are_related",
     "find_effect",

@@ -39,8 +39,10 @@ class Stage(Enum):
     MOTOR_FORCE = "motor_force"
     """(force: Jet, tendon, values) -> Jet: the motor's force at the spool [N], pulling or pushing,
     after the servo's own limit."""
+    SPOOL_FORCE = "spool_force"
+    """(force: Jet, tendon, values) -> Jet: what the spool gives its string of it [N]."""
     TENSION = "tension"
-    """(force: Jet, tendon, values) -> Jet: what friction leaves of it at the load cell [N]."""
+    """(force: Jet, tendon, values) -> Jet: what dry friction leaves of it at the load cell [N]."""
     ENCODER = "encoder"
     """(angle: Jet, tendon, values) -> Jet: the angle [rad] reported, given `tendon.tension`."""
     TRANSMISSION = "transmission"

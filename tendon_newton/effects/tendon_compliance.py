@@ -17,15 +17,17 @@ from tendon_newton.effects.base import Effect, Stage
 class TendonCompliance(Effect):
     r"""The tendon stretches like a spring between spool and mechanism.
 
-    .. math:: r\,\theta = l + \frac{F}{k}
+    .. math:: r\,\theta = l + \frac{F_s}{k}
 
-    With the force at the spool known to first order in theta and theta_dot this is
-    :math:`\tau \dot F = U - F`. Its time constant is that of viscous friction against the tendon's
-    stiffness, and is zero without friction. The equation is solved exactly over a step, around the
-    force before the step. A servo with a rotor needs no such solution: its spool has a coordinate
-    of its own.
+    The spool gives its string F_s, which is the motor's force less viscous friction. Dry friction
+    opposes the excursion l, so it takes its part behind the string: the servo turns while its
+    mechanism sticks. With F_s known to first order in theta and theta_dot this is
+    :math:`\tau \dot F_s = U - F_s`. Its time constant is that of viscous friction against the
+    tendon's stiffness, and is zero without friction. The equation is solved exactly over a step,
+    around the force before the step. A servo with a rotor needs no such solution: its spool has a
+    coordinate of its own.
     Source: Hooke (1678); a braided line of 1 mm and half a metre has 5 to 50 N/mm.
-    Validity: linear stretch without creep or mass. Dry friction opposes the excursion's speed.
+    Validity: linear stretch without creep or mass. Behind a rotor dry friction acts at the spool.
     Signature: theta leads the mechanism in proportion to the force, at rest as well.
     Confused with: spool_radius_error and joint_stiffness_error on one spring alone; two springs
     tell, since the lead goes with the force and not with the position.
@@ -35,8 +37,8 @@ class TendonCompliance(Effect):
     side = "transmission"
     undamped = True
     needs_string = True
-    memory = Stage.TENSION
-    spool_stages = (Stage.STRETCH, Stage.TENSION)
+    memory = Stage.SPOOL_FORCE
+    spool_stages = (Stage.STRETCH, Stage.SPOOL_FORCE)
     parameters = (
         Parameter(
             name="stiffness",
@@ -66,8 +68,8 @@ class TendonCompliance(Effect):
 
     @staticmethod
     @device_template
-    def tension(force: Jet, tendon: Tendon, values: Values) -> Jet:
-        """Solve for the tension that stretches the tendon by as much as it lets the servo turn."""
+    def spool_force(force: Jet, tendon: Tendon, values: Values) -> Jet:
+        """Solve for the force that stretches the tendon by as much as it lets the servo turn."""
         stiffness = values[0]
         if wp.isinf(stiffness):
             return force
@@ -82,5 +84,8 @@ class TendonCompliance(Effect):
     @staticmethod
     @device_template
     def remember(force: Jet, tendon: Tendon, values: Values) -> real:
-        """The tension."""
-        return force[0]
+        """That force; a string cannot push."""
+        kept = tendon.least_tension
+        if force[0] > kept:
+            kept = force[0]
+        return kept

@@ -38,6 +38,6 @@ class ViscousFriction(Effect):
 
     @staticmethod
     @device_template
-    def tension(force: Jet, tendon: Tendon, values: Values) -> Jet:
+    def spool_force(force: Jet, tendon: Tendon, values: Values) -> Jet:
         """F = F_m - c theta_dot."""
         return force - values[0] * tendon.angle_rate

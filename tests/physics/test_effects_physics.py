@@ -228,6 +228,23 @@ def test_viscous_friction_loads_a_compliant_tendon_in_its_own_time() -> None:
     np.testing.assert_allclose(out["force"][20:], expected, rtol=1e-2, atol=2e-2)
 
 
+def test_a_compliant_tendon_stretches_under_the_motors_force() -> None:
+    """Dry friction takes its part behind the string: the servo turns while its mechanism sticks."""
+    effects = {"tendon_compliance": {"stiffness": 5000.0}, "coulomb_friction": {"force": 1.0}}
+    command = ramp()
+    out = run(command, effects)
+    given = GAIN * (command - out["theta"])
+    np.testing.assert_allclose(RADIUS * out["theta"], out["travel"] + given / 5000.0, atol=1e-9)
+    held = np.flatnonzero(np.abs(np.diff(out["travel"], append=np.nan)) < 1e-12)
+    turning = held[held > len(command) // 2][1:10]
+    assert len(turning) == 9
+    assert np.ptp(out["force"][turning]) < 1e-6
+    assert np.ptp(out["theta"][turning]) == pytest.approx(
+        np.ptp(given[turning]) / 5000.0 / RADIUS, rel=1e-6
+    )
+    assert np.ptp(given[turning]) > 0.1
+
+
 def test_a_larger_spool_turns_less() -> None:
     """The angle is l / (s r), with the gain in N/rad."""
     out = run(np.full(10, 3.0), {"spool_radius_error": {"scale": 1.2}})

@@ -193,7 +193,14 @@ class Chooser:
                 yield self.solve(trial.added, (*trial.removed, name))
 
     def within(self, single: Trial) -> Trial:
-        """Return a set with one cause more than the fit, in the place of another at the limit."""
+        """Return a set with one cause more than the fit, in the place of its relatives there.
+
+        At the limit it stands in the place of another.
+        """
+        relatives = self.relatives[self.survey.columns[single.added[0]].name]
+        there = [name for name in self.removals if name in relatives]
+        if there:
+            return self.solve(single.added, there)
         if len(self.names(single)) <= self.most:
             return single
         return min((self.solve(single.added, [n]) for n in self.removals), key=self.cost)

@@ -33,18 +33,34 @@ def settle(pool: Pool, fit: Fit, names: Sequence[str]) -> Fit:
         fit: What was found.
         names: Effects that may be named.
     """
-    for _ in range(TURNS):
+    settled: set[frozenset[str]] = set()
+    while len(settled) < TURNS:
         fit = prune(pool, fit)
+        settled.add(frozenset(fit.names))
         pool.log(f"pruned: {pool.describe(fit)}; {pool.worlds.count} simulated")
         if not fit.names or pool.is_late:
             break
         fit = pool.renew(fit)
         exchange(pool, fit, names)
+        for rival in near_sets(pool, fit):
+            prune(pool, rival)
         best = simplest(pool, pool.best())
-        if frozenset(best.names) == frozenset(fit.names):
+        if frozenset(best.names) in settled:
+            fit = best
             break
         fit = best
     return fit
+
+
+def near_sets(pool: Pool, fit: Fit) -> list[Fit]:
+    """Return the best sets as large as one that are behind by less than a number must bring.
+
+    With another cause in the place of one, a third may bring nothing any more.
+    """
+    near = [f for f in pool.fits.values()
+            if len(f.names) == len(fit.names) > 1 and frozenset(f.names) != frozenset(fit.names)
+            and pool.cost(f) - pool.cost(fit) < pool.price]  # fmt: skip
+    return sorted(near, key=pool.cost)[:RIVALS]
 
 
 def prune(pool: Pool, fit: Fit) -> Fit:
@@ -88,7 +104,7 @@ def exchange(pool: Pool, fit: Fit, names: Sequence[str]) -> None:
     chooser = Chooser(view, pool.price, pool.most)
     note_singles(pool, chooser, first=False)
     starts = [
-        *related_starts(pool, fit, names),
+        *related_starts(pool, fit, names, confused=True),
         *new_starts(pool, view, exchanges(chooser, RIVALS)),
     ]
     follow(pool, view, starts, coarse=0)

@@ -2,34 +2,52 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
 from tendon_newton.diagnosis.search.choice import Trial
-from tendon_newton.diagnosis.search.coordinates import atoms, is_shape
+from tendon_newton.diagnosis.search.coordinates import atoms, inside, is_shape, limits
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.refit import Fit, values_of
 from tendon_newton.diagnosis.search.survey import Survey
-from tendon_newton.effects import are_one_law, special_cases
+from tendon_newton.effects import are_confused, are_one_law, are_related, special_cases
 
+SHARES = (1.0, 2.0, 0.5)
+"""Multiples of a cause's number at which a relative starts [1]."""
 Start = tuple[tuple[str, ...], dict[int, float]]
 """Causes and the values to start from, column -> value."""
 
 
 def new_starts(pool: Pool, view: Survey, trials: Sequence[Trial]) -> list[Start]:
-    """Return starts of sets that a survey promises; a fit that did not settle goes on."""
-    starts: dict[frozenset[str], Start] = {}
+    """Return starts of sets that a survey promises; a fit that did not settle goes on.
+
+    What a limit does is not in proportion to anything: it starts at all that the survey looked at.
+    """
+    starts: dict[frozenset[str], list[Start]] = {}
     for trial in trials:
         names, values = start_of(pool, view, trial)
-        starts.setdefault(frozenset(names), (names, values))
+        new = {c for i in trial.added for c in view.columns[i].values}
+        starts.setdefault(frozenset(names), with_limits(pool, (names, values), new))
     for key in list(starts):
         fit = pool.fits.get(key)
         if fit is not None and fit.settled:
             del starts[key]
         elif fit is not None:
-            starts[key] = (fit.names, values_of(pool.worlds, fit.columns, fit.place))
-    return list(starts.values())
+            starts[key] = [(fit.names, values_of(pool.worlds, fit.columns, fit.place))]
+    return [start for same in starts.values() for start in same]
+
+
+def with_limits(pool: Pool, start: Start, columns: Collection[int]) -> list[Start]:
+    """Return a start, and the same at other limits for those of some columns that are limits."""
+    study, (names, values) = pool.worlds.study, start
+    out = [start]
+    for column in columns:
+        parameter = study.parameter(column)
+        if np.isinf(parameter.null):
+            other = [inside(parameter, x) for x in limits(study, parameter)]
+            out += [(names, {**values, column: x}) for x in other]
+    return out
 
 
 def start_of(pool: Pool, view: Survey, trial: Trial) -> Start:
@@ -54,36 +72,59 @@ def start_of(pool: Pool, view: Survey, trial: Trial) -> Start:
     return tuple(names), values
 
 
-def related_starts(pool: Pool, fit: Fit, allowed: Sequence[str]) -> list[Start]:
+def related_starts(
+    pool: Pool, fit: Fit, allowed: Sequence[str], *, confused: bool = False
+) -> list[Start]:
     """Return starts of sets in which a relative stands in the place of a cause.
 
     Relatives are the special cases of a law, the laws that include it, and those that include one
-    of its special cases. The first of them that fits a little better need not be the right one. A
-    relative starts where it does the same: its numbers of a unit are the cause's first of that
-    unit, and others have each of their typical values. One that fits no worse already is left.
-    An effect of one servo and that of all are relatives too.
+    of its special cases. The first of them that fits a little better need not be the right one. One
+    that fits no worse already is left. An effect of one servo and that of all are relatives too.
+
+    Args:
+        pool: Has the sets that were fitted.
+        fit: The set.
+        allowed: Effects that may be named.
+        confused: Whether effects that are easily confused with a cause count as its relatives.
     """
-    study, out = pool.worlds.study, list[Start]()
-    place = values_of(pool.worlds, fit.columns, fit.place)
+    out = list[Start]()
     for name in fit.names:
-        own = study.table.columns(name)
-        by_unit = {study.parameter(c).unit: place[c] for c in reversed(own) if c in place}
-        rest = {c: v for c, v in place.items() if c not in own}
         out += starts_of_servos(pool, fit, name, allowed)
         alike = {name, *special_cases(name)}
         for relative in allowed:
-            if alike.isdisjoint({relative, *special_cases(relative)}):
+            is_alike = not alike.isdisjoint({relative, *special_cases(relative)})
+            if not is_alike and not (confused and are_confused(name, relative)):
                 continue
-            names = (*(n for n in fit.names if n != name), relative)
-            known = pool.fits.get(frozenset(names))
-            if relative in fit.names or (known is not None and known.score <= fit.score):
+            others = frozenset(fit.names) - {name}
+            if relative in others or any(are_related(relative, other) for other in others):
                 continue
-            for atom in atoms(study, relative):
-                numbers = {c: study.parameter(c) for c in atom}
-                same = {c: by_unit[p.unit] for c, p in numbers.items()
-                        if p.unit in by_unit and not is_shape(p)}  # fmt: skip
-                out.append((names, {**rest, **atom, **same}))
+            known = pool.fits.get(others | {relative})
+            if relative != name and (known is None or (is_alike and known.score > fit.score)):
+                out += starts_of_relative(pool, fit, name, relative)
     return list({(n, *v.items()): (n, v) for n, v in out}.values())
+
+
+def starts_of_relative(pool: Pool, fit: Fit, name: str, relative: str) -> list[Start]:
+    """Return starts of a set in which a relative stands in the place of a cause.
+
+    The relative starts where it does about the same: its numbers of a unit are the cause's first of
+    that unit with the same null, or twice or half of it, and others have their typical values.
+    """
+    study, place = pool.worlds.study, values_of(pool.worlds, fit.columns, fit.place)
+    own = study.table.columns(name)
+    kinds = {c: (study.parameter(c).unit, study.parameter(c).null) for c in own}
+    by_kind = {kinds[c]: place[c] for c in reversed(own) if c in place}
+    rest = {c: v for c, v in place.items() if c not in own}
+    names = (*(n for n in fit.names if n != name), relative)
+    out = list[Start]()
+    for atom in atoms(study, relative):
+        numbers = {c: study.parameter(c) for c in atom}
+        same = {c: p for c, p in numbers.items()
+                if (p.unit, p.null) in by_kind and not is_shape(p)}  # fmt: skip
+        for share in SHARES:
+            alike = {c: inside(p, share * by_kind[p.unit, p.null]) for c, p in same.items()}
+            out.append((names, {**rest, **atom, **alike}))
+    return out
 
 
 def starts_of_servos(pool: Pool, fit: Fit, name: str, allowed: Sequence[str]) -> list[Start]:

@@ -171,6 +171,8 @@ def follow(
 ) -> list[Fit]:
     """Refit sets jointly, following fewer the longer it takes; add them, best first.
 
+    Of several starts of one set the best is followed.
+
     Args:
         pool: Takes all fits.
         view: Of the fit that all starts are near.
@@ -178,7 +180,9 @@ def follow(
         coarse: First steps at the scale of all residuals.
         last: Steps at most of those that are followed furthest.
     """
-    fits = start_fits(pool.worlds, starts, pool.floors, slopes=view.slopes)
+    found = start_fits(pool.worlds, starts, pool.floors, slopes=view.slopes)
+    found.sort(key=lambda fit: -fit.score)
+    fits = list({frozenset(fit.names): fit for fit in found}.values())
     for count in FOLLOWED:
         if pool.is_late:
             break

@@ -29,6 +29,7 @@ TENDON_STAGES = (
     Stage.ERROR,
     Stage.DUTY,
     Stage.MOTOR_FORCE,
+    Stage.SPOOL_FORCE,
     Stage.TENSION,
     Stage.ENCODER,
     Stage.TRANSMISSION,
@@ -45,7 +46,7 @@ WORLD_STAGES = (
     Stage.CELL_LAG,
     Stage.CELL,
 )
-REMEMBERING = ("error", "duty", "motor_force", "tension")
+REMEMBERING = ("error", "duty", "motor_force", "spool_force", "tension")
 """Stages along a tendon after which effects renew what they remember."""
 IMPORT = re.compile(r"^(?:from|import) [^\n(]*(?:\([^)]*\))?\n", re.MULTILINE)
 DOCSTRING = re.compile(r'\A"""(.*?)"""\n', re.DOTALL)

@@ -23,6 +23,7 @@ from tendon_newton.device_code.slots import (
     encoder_effects,
     error_memory,
     motor_force_memory,
+    spool_force_memory,
     tension_memory,
 )
 from tendon_newton.device_code.structs import Tendon
@@ -64,6 +65,7 @@ def renewed_on(tendon: Tendon, p: ParameterVector, side: real) -> MemoryVector:
     memory = error_memory(flow.error, sliding, p, tendon.memory)
     memory = duty_memory(flow.duty, sliding, p, memory)
     memory = motor_force_memory(flow.motor_force, sliding, p, memory)
+    memory = spool_force_memory(flow.spool_force, sliding, p, memory)
     return tension_memory(flow.tension, sliding, p, memory)
 
 

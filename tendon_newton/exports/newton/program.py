@@ -31,6 +31,7 @@ STAGES: dict[Stage, Any] = {
     Stage.ERROR: slots.error_effects,
     Stage.DUTY: slots.duty_effects,
     Stage.MOTOR_FORCE: slots.motor_force_effects,
+    Stage.SPOOL_FORCE: slots.spool_force_effects,
     Stage.TENSION: slots.tension_effects,
     Stage.TRANSMISSION: slots.transmission_effects,
     Stage.ENCODER: slots.encoder_effects,
@@ -43,6 +44,7 @@ MEMORIES: dict[Stage, Any] = {
     Stage.ERROR: slots.error_memory,
     Stage.DUTY: slots.duty_memory,
     Stage.MOTOR_FORCE: slots.motor_force_memory,
+    Stage.SPOOL_FORCE: slots.spool_force_memory,
     Stage.TENSION: slots.tension_memory,
     Stage.SPRING: slots.spring_memory,
 }

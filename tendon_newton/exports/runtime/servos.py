@@ -193,7 +193,12 @@ class Servo:
     def after_gear(self, force: Jet, tendon: Any) -> Jet:
         """Return what friction leaves of a motor's force [N]."""
         tendon.motor_force = force
-        return staged(force, self.stages["tension"], tendon, memory=self.memory)
+        given = self.spool_force(force, tendon)
+        return staged(given, self.stages["tension"], tendon, memory=self.memory)
+
+    def spool_force(self, force: Jet, tendon: Any) -> Jet:
+        """Return what the spool gives its string of a motor's force [N]."""
+        return staged(force, self.stages["spool_force"], tendon, memory=self.memory)
 
     def gear_line(self, force: float, tendon: Any) -> Jet:
         """Return what gear friction leaves of a force [N], its slope [1], its slope by v."""
@@ -253,12 +258,13 @@ class Servo:
         tendon = self.tendon_at(now, side)
         angle, error, duty, motor = self.motor_signals(tendon)
         tendon.error = tendon.command - angle[0]
-        tension = staged(motor, stages["tension"], tendon, memory=self.memory)
+        tension = self.after_gear(motor, tendon)
         tension = Jet(max(tension[0], self.least), tension[1], tension[2])
         for stage, signal in (
             ("error", error),
             ("duty", duty),
             ("motor_force", motor),
+            ("spool_force", self.spool_force(motor, tendon)),
             ("tension", tension),
         ):
             renew(signal, stages[f"remember_{stage}"], tendon, self.memory, out)

@@ -34,6 +34,7 @@ STAGES: dict[Stage, tuple[Any, Any]] = {
     Stage.ERROR: (slots.error_effects, stages.tendon_stage),
     Stage.DUTY: (slots.duty_effects, stages.tendon_stage),
     Stage.MOTOR_FORCE: (slots.motor_force_effects, stages.tendon_stage),
+    Stage.SPOOL_FORCE: (slots.spool_force_effects, stages.tendon_stage),
     Stage.TENSION: (slots.tension_effects, stages.tendon_stage),
     Stage.ENCODER: (slots.encoder_effects, stages.tendon_stage),
     Stage.TRANSMISSION: (slots.transmission_effects, stages.tendon_stage),
@@ -52,6 +53,7 @@ MEMORIES: dict[Stage, tuple[Any, Any]] = {
     Stage.ERROR: (slots.error_memory, stages.tendon_memory),
     Stage.DUTY: (slots.duty_memory, stages.tendon_memory),
     Stage.MOTOR_FORCE: (slots.motor_force_memory, stages.tendon_memory),
+    Stage.SPOOL_FORCE: (slots.spool_force_memory, stages.tendon_memory),
     Stage.TENSION: (slots.tension_memory, stages.tendon_memory),
     Stage.SPRING: (slots.spring_memory, stages.joint_memory),
 }

@@ -12,8 +12,15 @@ from tendon_newton.effects import Stage
 from tendon_newton.errors import InvalidDeviceCode
 
 KNOWN_IN: dict[str, tuple[Stage, ...]] = {
-    "error": (Stage.ERROR, Stage.DUTY, Stage.MOTOR_FORCE, Stage.TENSION, Stage.TRANSMISSION),
-    "motor_force": (Stage.TENSION,),
+    "error": (
+        Stage.ERROR,
+        Stage.DUTY,
+        Stage.MOTOR_FORCE,
+        Stage.SPOOL_FORCE,
+        Stage.TENSION,
+        Stage.TRANSMISSION,
+    ),
+    "motor_force": (Stage.SPOOL_FORCE, Stage.TENSION),
     "tension": (Stage.ENCODER,),
 }
 """Stages in which a field of `Tendon` has its value; it is zero in the others. Every other field

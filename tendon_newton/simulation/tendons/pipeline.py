@@ -1,6 +1,6 @@
 r"""The stages between a command and the tendon's pull, and between a joint's state and its torque.
 
-    clock -> error -> duty -> [actuator] -> [servo's limit] -> motor force -> tension
+    clock -> error -> duty -> [actuator] -> [servo's limit] -> motor force -> spool force -> tension
           -> [a string cannot push] -> transmission -> mechanism
     mechanism -> radius -> stretch -> angle -> error
 
@@ -47,6 +47,8 @@ from tendon_newton.device_code.slots import (
     motor_force_effects,
     motor_force_memory,
     radius_effects,
+    spool_force_effects,
+    spool_force_memory,
     spring_effects,
     stretch_effects,
     tension_effects,
@@ -136,7 +138,9 @@ def tendon_flow(tendon: Tendon, p: ParameterVector) -> Flow:
     if wp.static(HAS_ROTOR):
         flow = rotor_flow(flow, acting, p)
     else:
-        flow.tension = after_gear(flow.motor_force, acting, p)
+        acting.motor_force = flow.motor_force
+        flow.spool_force = spool_force_effects(flow.motor_force, acting, p)
+        flow.tension = tension_effects(flow.spool_force, acting, p)
         flow.slack = tendon.slack
         if tendon.side * tendon.direction > real(1.5):
             flow.tension = Jet(-real(HELD) * tendon.direction, real(0.0), real(0.0))
@@ -191,7 +195,7 @@ def after_gear(force: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
     """Return what friction leaves of a motor's force [N]."""
     driven = tendon
     driven.motor_force = force
-    return tension_effects(force, driven, p)
+    return tension_effects(spool_force_effects(force, driven, p), driven, p)
 
 
 @device_template
@@ -257,6 +261,7 @@ def flow_memory(
     memory = error_memory(flow.error, tendon, p, memory)
     memory = duty_memory(flow.duty, tendon, p, memory)
     memory = motor_force_memory(flow.motor_force, tendon, p, memory)
+    memory = spool_force_memory(flow.spool_force, tendon, p, memory)
     return tension_memory(flow.tension, tendon, p, memory)
 
 

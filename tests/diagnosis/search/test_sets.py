@@ -13,17 +13,20 @@ from tendon_newton.actuators import ACTUATORS
 from tendon_newton.data.parameters import ON_A_SHAFT, TIME_POWERS, BenchScale
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.search.choice import Chooser, choose, exchanges
-from tendon_newton.diagnosis.search.decide.decision import held_out_gains
+from tendon_newton.diagnosis.search.decide.decision import (
+    held_out_gains,
+    special_case_or_without,
+)
 from tendon_newton.diagnosis.search.decide.rule import FORM_THETA, LADDER
 from tendon_newton.diagnosis.search.floors import floors_of, form_of
 from tendon_newton.diagnosis.search.held_out_gain import folds, held_out_terms
 from tendon_newton.diagnosis.search.pool import Pool
-from tendon_newton.diagnosis.search.prune import leave_out
+from tendon_newton.diagnosis.search.prune import leave_out, near_sets
 from tendon_newton.diagnosis.search.refit import refit, start_fits, values_of, without
 from tendon_newton.diagnosis.search.starts import new_starts, related_starts
 from tendon_newton.diagnosis.search.survey import Column, Survey, survey
 from tendon_newton.diagnosis.search.worlds import Floors, Worlds
-from tendon_newton.effects import EFFECTS
+from tendon_newton.effects import EFFECTS, are_related
 from tendon_newton.identification.study import Study
 from tendon_newton.simulation.hosts.replay import replay, simulated_recording
 from tests.effect_bench import commanded, steps_and_waves
@@ -193,9 +196,9 @@ def test_a_law_starts_where_it_is_its_special_case(worlds: Worlds) -> None:
     (fit,) = refit(worlds, [started(pool, coulomb_friction=0.5)], pool.floors, iterations=8)
     starts = related_starts(pool, fit, CATALOGUE)
     assert {names for names, _ in starts} == {("stribeck_friction",)}
-    assert len(starts) == 3
-    laws = start_fits(worlds, starts, pool.floors)
-    assert [law.score for law in laws] == pytest.approx([fit.score] * 3, abs=1e-9)
+    assert len(starts) == 9  # and at twice and half of that force
+    laws = sorted(start_fits(worlds, starts, pool.floors), key=lambda law: law.score)
+    assert [law.score for law in laws[:3]] == pytest.approx([fit.score] * 3, abs=1e-9)
     pool.add([replace(laws[0], score=fit.score - 1.0)])
     assert related_starts(pool, fit, CATALOGUE) == []
 
@@ -204,10 +207,76 @@ def test_a_special_case_starts_where_its_law_was_found(worlds: Worlds) -> None:
     """Coulomb friction starts at the sliding force of Stribeck's law."""
     pool = pool_of(worlds)
     law = started(pool, stribeck_friction=0.5)
-    ((names, values),) = related_starts(pool, law, CATALOGUE)
-    assert names == ("coulomb_friction",)
+    starts = related_starts(pool, law, CATALOGUE)
+    assert {names for names, _ in starts} == {("coulomb_friction",)}
     (column,) = worlds.study.table.columns("coulomb_friction")
-    assert values[column] == pytest.approx(0.5)
+    assert [values[column] for _, values in starts] == pytest.approx([0.5, 1.0, 0.25])
+
+
+def test_what_is_easily_confused_is_tried(worlds: Worlds) -> None:
+    """A lag starts at the time of the delay that it is easily taken for."""
+    names = ("command_delay", "actuator_lag", "coulomb_friction", "stribeck_friction", "hysteresis")
+    pool = pool_of(Worlds(Study([log(0)], ideal_model(), names, time_step=STEP)))
+    fit = started(pool, command_delay=0.03, coulomb_friction=0.5)
+    plain = {frozenset(n) for n, _ in related_starts(pool, fit, names)}
+    starts = related_starts(pool, fit, names, confused=True)
+    lag = frozenset({"actuator_lag", "coulomb_friction"})
+    assert {frozenset(n) for n, _ in starts} == plain | {lag}
+    (column,) = pool.worlds.study.table.columns("actuator_lag")
+    times = [values[column] for n, values in starts if frozenset(n) == lag]
+    assert times == pytest.approx([0.03, 0.06, 0.015])
+    pool.add([replace(fit, names=("actuator_lag", "coulomb_friction"), score=fit.score + 1.0)])
+    again = {frozenset(n) for n, _ in related_starts(pool, fit, names, confused=True)}
+    assert again == plain
+
+
+def test_a_limit_starts_wherever_the_survey_looked() -> None:
+    """Half of the greatest force is far from the linear answer to one that hardly limits."""
+    names = ("force_saturation", "viscous_friction")
+    pool = pool_of(Worlds(Study([log(0)], ideal_model(), names, time_step=STEP)))
+    view = survey(pool.worlds, started(pool), names, pool.floors, 1.0)
+    trials = Chooser(view, PRICE, 7).singles(5)
+    starts = new_starts(pool, view, trials)
+    limit, _ = pool.worlds.study.table.columns("force_saturation")
+    looked = {c.values[limit] for c in view.columns if limit in c.values}
+    found = {values[limit] for n, values in starts if n == ("force_saturation",)}
+    assert len(looked) == 3
+    assert looked <= found
+    assert sum(n == ("viscous_friction",) for n, _ in starts) == 1
+
+
+def test_no_set_holds_a_law_and_its_special_case(worlds: Worlds) -> None:
+    """Coulomb friction takes the place of hysteresis, though it is forced into a set."""
+    names = ("hysteresis", *CATALOGUE)
+    pool = pool_of(Worlds(Study([log(0)], ideal_model(), names, time_step=STEP)))
+    fit = started(pool, hysteresis=0.3)
+    chooser = Chooser(survey(pool.worlds, fit, names, pool.floors, 1.0), PRICE, 7)
+    for trial in choose(chooser, 20):
+        found = chooser.names(trial)
+        assert not any(are_related(one, other) for one in found for other in found)
+
+
+def test_a_law_at_the_edge_of_its_range_gives_way_to_its_special_case(worlds: Worlds) -> None:
+    """Bristles as short as they may be are Coulomb friction, also where no one fitted that."""
+    names = ("hysteresis", *CATALOGUE)
+    pool = pool_of(Worlds(Study([log(0), log(1)], ideal_model(), names, time_step=STEP)))
+    fit = started(pool, hysteresis=0.6, viscous_friction=1.2)
+    pool.add([fit])
+    found = special_case_or_without(pool, fit, "hysteresis")
+    assert set(found.names) == {"coulomb_friction", "viscous_friction"}
+    (column,) = pool.worlds.study.table.columns("coulomb_friction")
+    assert values_of(pool.worlds, found.columns, found.place)[column] == pytest.approx(0.6, rel=0.1)
+
+
+def test_a_set_that_is_as_good_may_need_a_cause_less(worlds: Worlds) -> None:
+    """Only sets of the same size that cost hardly more are pruned as well, the best first."""
+    pool = pool_of(worlds)
+    fit = started(pool, coulomb_friction=0.5, viscous_friction=1.0)
+    near = replace(fit, names=("stribeck_friction", "viscous_friction"), score=fit.score - 0.15)
+    far = replace(fit, names=("coulomb_friction", "stribeck_friction"), score=fit.score + 9.0)
+    small = replace(fit, names=("viscous_friction",))
+    pool.fits = {frozenset(f.names): f for f in (fit, near, far, small)}
+    assert [f.names for f in near_sets(pool, fit)] == [near.names]
 
 
 def test_without_a_wrong_clock_times_are_the_logs_own() -> None:

@@ -21,13 +21,14 @@ from tendon_newton.diagnosis.search.prune import (
     simplest,
 )
 from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, values_of, without
+from tendon_newton.diagnosis.search.starts import starts_of_relative
 from tendon_newton.diagnosis.search.worlds import Floors
 from tendon_newton.effects import special_cases
 
 SURE = 3.0
 """Worth [bars] of a cause on all parts that makes refits without each part needless. The set
 without the cause has seen these parts: the worth on unseen ones is no smaller."""
-FEW_RIVALS = 3
+FEW_RIVALS = 2
 """Most sets with another cause in the place of one that are refitted on all rows, or told as its
 rivals."""
 
@@ -146,10 +147,15 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, rng: np.random.Generator) -> De
 
 
 def special_case_or_without(decisive: Pool, fit: Fit, name: str) -> Fit:
-    """Return a set with a special case in the place of a law; where none is known, without it.
+    """Return a set with a special case in the place of a law; where a law has none, without it.
 
     It is followed to its optimum.
     """
+    if not with_special_case(decisive, fit, name):
+        starts = [start for special in special_cases(name)
+                  for start in starts_of_relative(decisive, fit, name, special)]  # fmt: skip
+        found = start_fits(decisive.worlds, starts, decisive.floors, near=True)
+        decisive.add(found)
     known = with_special_case(decisive, fit, name)
     return followed(
         decisive, min(known, key=decisive.cost) if known else leave_out(decisive, fit)[name]
