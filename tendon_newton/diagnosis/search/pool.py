@@ -12,7 +12,7 @@ from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.search.floors import floors_of, form_of, is_dry
 from tendon_newton.diagnosis.search.refit import Fit, refit, rescored, values_of
 from tendon_newton.diagnosis.search.worlds import QUIET, Floors, Worlds
-from tendon_newton.effects import law_of
+from tendon_newton.effects import are_related, law_of
 
 Log = Callable[[str], None]
 Allows = Callable[[tuple[str, ...], Mapping[int, float]], bool]
@@ -50,9 +50,11 @@ class Pool:
         return time.monotonic() > self.until
 
     def add(self, fits: Sequence[Fit]) -> None:
-        """Keep fits that are better than those of the same causes."""
+        """Keep fits that are better than those of the same causes; no law beside its own case."""
         for fit in fits:
             key = frozenset(fit.names)
+            if any(are_related(one, other) for one in key for other in key):
+                continue
             if not self.allows(fit.names, values_of(self.worlds, fit.columns, fit.place)):
                 continue
             if key not in self.fits or fit.score < self.fits[key].score:

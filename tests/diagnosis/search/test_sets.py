@@ -256,6 +256,18 @@ def test_no_set_holds_a_law_and_its_special_case(worlds: Worlds) -> None:
         assert not any(are_related(one, other) for one in found for other in found)
 
 
+def test_a_special_case_takes_no_place_beside_its_law(worlds: Worlds) -> None:
+    """Hysteresis beside Stribeck's law goes at its edge: Coulomb friction is in the law already."""
+    names = ("hysteresis", *CATALOGUE)
+    pool = pool_of(Worlds(Study([log(0)], ideal_model(), names, time_step=STEP)))
+    fit = started(pool, hysteresis=0.3, stribeck_friction=0.3)
+    pool.add([fit])
+    found = special_case_or_without(pool, fit, "hysteresis")
+    assert found.names == ("stribeck_friction",)
+    pool.add([started(pool, coulomb_friction=0.3, stribeck_friction=0.3)])
+    assert frozenset({"coulomb_friction", "stribeck_friction"}) not in pool.fits
+
+
 def test_a_law_at_the_edge_of_its_range_gives_way_to_its_special_case(worlds: Worlds) -> None:
     """Bristles as short as they may be are Coulomb friction, also where no one fitted that."""
     names = ("hysteresis", *CATALOGUE)
@@ -299,14 +311,16 @@ def test_every_unit_with_a_time_in_it_has_its_power() -> None:
     assert timed <= set(TIME_POWERS)
 
 
-def test_a_smaller_set_is_compared_at_its_best(worlds: Worlds) -> None:
+def test_a_smaller_set_is_compared_at_its_best() -> None:
     """A cause that does nothing is worth nothing, though the set without it was left far off."""
-    pool = pool_of(worlds)
-    start = started(pool, viscous_friction=1.0, coulomb_friction=0.5, stribeck_friction=0.0)
-    (fit,) = refit(worlds, [start], pool.floors, iterations=12)
+    names = ("coulomb_friction", "viscous_friction", "load_dependent_friction")
+    logs = [log(n) for n in range(3)]
+    pool = pool_of(Worlds(Study(logs, ideal_model(), names, time_step=STEP)))
+    start = started(pool, viscous_friction=1.0, coulomb_friction=0.5, load_dependent_friction=0.0)
+    (fit,) = refit(pool.worlds, [start], pool.floors, iterations=12)
     far = started(pool, viscous_friction=0.1, coulomb_friction=3.0)
     pool.add([fit, replace(far, settled=True)])
-    less = leave_out(pool, fit)["stribeck_friction"]
+    less = leave_out(pool, fit)["load_dependent_friction"]
     assert less.score == pytest.approx(fit.score, abs=0.01)
     assert far.score > fit.score + 1.0
 

@@ -147,7 +147,7 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, rng: np.random.Generator) -> De
 
 
 def special_case_or_without(decisive: Pool, fit: Fit, name: str) -> Fit:
-    """Return a set with a special case in the place of a law; where a law has none, without it.
+    """Return a set with a special case in the place of a law; where it has none, without it.
 
     It is followed to its optimum.
     """
