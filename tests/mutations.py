@@ -121,14 +121,14 @@ MUTATIONS: tuple[Mutation, ...] = (
     Mutation(
         name="intervals-four-times-too-wide",
         file="tendon_newton/identification/intervals.py",
-        old="WIDENING = 1.5",
+        old="WIDENING = 2.0",
         new="WIDENING = 6.0",
         tests="tests/identification/test_intervals.py",
     ),
     Mutation(
         name="intervals-half-as-wide",
         file="tendon_newton/identification/intervals.py",
-        old="WIDENING = 1.5",
+        old="WIDENING = 2.0",
         new="WIDENING = 0.75",
         tests="tests/identification/test_intervals.py",
     ),
