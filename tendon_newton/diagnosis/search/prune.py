@@ -34,21 +34,17 @@ def settle(pool: Pool, fit: Fit, names: Sequence[str]) -> Fit:
         names: Effects that may be named.
     """
     settled: set[frozenset[str]] = set()
-    while len(settled) < TURNS:
+    while len(settled) < TURNS and frozenset(fit.names) not in settled:
         fit = prune(pool, fit)
-        settled.add(frozenset(fit.names))
         pool.log(f"pruned: {pool.describe(fit)}; {pool.worlds.count} simulated")
-        if not fit.names or pool.is_late:
+        if not fit.names or frozenset(fit.names) in settled or pool.is_late:
             break
+        settled.add(frozenset(fit.names))
         fit = pool.renew(fit)
         exchange(pool, fit, names)
         for rival in near_sets(pool, fit):
             prune(pool, rival)
-        best = simplest(pool, pool.best())
-        if frozenset(best.names) in settled:
-            fit = best
-            break
-        fit = best
+        fit = simplest(pool, pool.best())
     return fit
 
 

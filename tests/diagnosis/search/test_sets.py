@@ -12,6 +12,7 @@ import pytest
 from tendon_newton.actuators import ACTUATORS
 from tendon_newton.data.parameters import ON_A_SHAFT, TIME_POWERS, BenchScale
 from tendon_newton.data.recording import Recording
+from tendon_newton.diagnosis.search import prune as pruning
 from tendon_newton.diagnosis.search.choice import Chooser, choose, exchanges
 from tendon_newton.diagnosis.search.decide.decision import (
     held_out_gains,
@@ -21,7 +22,7 @@ from tendon_newton.diagnosis.search.decide.rule import FORM_THETA, LADDER
 from tendon_newton.diagnosis.search.floors import floors_of, form_of
 from tendon_newton.diagnosis.search.held_out_gain import folds, held_out_terms
 from tendon_newton.diagnosis.search.pool import Pool
-from tendon_newton.diagnosis.search.prune import leave_out, near_sets
+from tendon_newton.diagnosis.search.prune import leave_out, near_sets, settle
 from tendon_newton.diagnosis.search.refit import refit, start_fits, values_of, without
 from tendon_newton.diagnosis.search.starts import new_starts, related_starts
 from tendon_newton.diagnosis.search.survey import Column, Survey, survey
@@ -168,6 +169,32 @@ def test_two_conditions_are_left_out_whole() -> None:
     assert parts(*pendulums, gains=(0.6, 2.3, 0.6, 2.3)) == [{0}, {1}, {0}, {1}]
     assert parts(*pendulums, gains=(0.6, 0.6, 0.6, 0.6)) == [{0}, {1}, {2}, {3}]
     assert parts("pendulum", "pendulum", gains=(0.6, 2.3)) == [{0, 1, 2, 3, 4}] * 2
+
+
+def test_settling_ends_where_the_best_set_is_pruned_to_the_one_before(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A set may cost least and yet hold a cause that changes too little to be named."""
+    one: Any = SimpleNamespace(names=("viscous_friction",))
+    more: Any = SimpleNamespace(names=("viscous_friction", "coulomb_friction"))
+    pruned: list[Any] = []
+
+    def prune_to_one(_pool: Any, fit: Any) -> Any:
+        pruned.append(fit)
+        assert len(pruned) <= pruning.TURNS
+        return one
+
+    monkeypatch.setattr(pruning, "prune", prune_to_one)
+    monkeypatch.setattr(pruning, "exchange", lambda *_: None)
+    monkeypatch.setattr(pruning, "near_sets", lambda *_: [])
+    monkeypatch.setattr(pruning, "simplest", lambda *_: more)
+    pool: Any = SimpleNamespace(
+        worlds=SimpleNamespace(count=0), is_late=False, best=lambda: more,
+        log=lambda _: None, describe=str, renew=lambda fit: fit,
+    )  # fmt: skip
+
+    assert settle(pool, more, CATALOGUE) is one
+    assert pruned == [more, more]
 
 
 def test_a_fit_that_did_not_settle_goes_on(worlds: Worlds) -> None:
