@@ -43,6 +43,8 @@ def told(name: str, recipe: Recipe, truth: Truth) -> dict[str, Any]:
         "noise": {"force": recipe.force_noise, "colour": recipe.noise_colour},
         "off_nominal": recipe.off_nominal,
         "imperfection": recipe.imperfection,
+        "second_form": recipe.second_form,
+        "without_force": recipe.without_force,
         "bristle": truth.bristle,
         "seed": recipe.seed,
     }
@@ -64,6 +66,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         parser.add_argument(f"--{share}", type=float, default=default, help="of the cases [1]")
     parser.add_argument("--off-nominal", type=float, default=plan.off_nominal)
     parser.add_argument("--imperfection", type=float, default=plan.imperfection)
+    parser.add_argument("--second-form", action="store_true", help="of the plant")
+    parser.add_argument("--without-force", action="store_true", help="no load cell")
     parser.add_argument("--prefix", default="p", help="of the datasets' names")
     chosen = vars(parser.parse_args(arguments))
     out: Path = chosen.pop("out")

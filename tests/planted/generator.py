@@ -8,7 +8,7 @@ import argparse
 import json
 import zlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -62,6 +62,10 @@ class Recipe:
     """Size of unlisted faults of the plant [1]."""
     off_nominal: float = 0.0
     """Share by which masses, lengths and a moment arm may differ from the model's [1]."""
+    second_form: bool = False
+    """Whether the plant's bristles, knees and contacts have its other laws."""
+    without_force: bool = False
+    """Whether the bench has no load cell."""
 
 
 def make_dataset(out: Path, recipe: Recipe) -> Truth:
@@ -75,7 +79,12 @@ def make_dataset(out: Path, recipe: Recipe) -> Truth:
         if name not in draws:
             raise unknown_name("cause", name, draws)
     rng = np.random.default_rng([recipe.seed, zlib.crc32("+".join(recipe.effects).encode())])
-    base = base_causes(rng, known_friction=recipe.known_friction, imperfection=recipe.imperfection)
+    base = base_causes(
+        rng,
+        known_friction=recipe.known_friction,
+        imperfection=recipe.imperfection,
+        second_form=recipe.second_form,
+    )
     planted = {name: draws[name](rng, recipe.size) for name in recipe.effects}
     causes = base
     for cause in planted.values():
@@ -92,7 +101,8 @@ def make_dataset(out: Path, recipe: Recipe) -> Truth:
         record(rng, slot, run, motion, sensors, gaps=recipe.gaps)
         for slot, run, motion in zip(slots, runs, motions[: len(runs)], strict=True)
     )
-    write_dataset(out, recordings[:TRAIN_COUNT], recordings[TRAIN_COUNT:])
+    written = [replace(r, force=None) for r in recordings] if recipe.without_force else recordings
+    write_dataset(out, written[:TRAIN_COUNT], written[TRAIN_COUNT:])
     model = starting_model(known_friction=recipe.known_friction, mix=recipe.mix)
     write_model(out / "model.toml", model)
     force, theta = changes(true, spared)
@@ -119,7 +129,10 @@ def twins(
     ]
     if not recipe.imperfection and not recipe.off_nominal:
         return spared
-    listed = Causes(viscous=base.viscous, coulomb=base.coulomb, bristle=base.bristle)
+    listed = Causes(
+        viscous=base.viscous, coulomb=base.coulomb, bristle=base.bristle,
+        second_form=base.second_form,
+    )  # fmt: skip
     return spared + [
         Run(bench=BENCHES[slot.bench], causes=listed, time=run.time, command=run.command)
         for slot, run in zip(slots, held_out, strict=True)
@@ -165,6 +178,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--gaps", action="store_true")
     parser.add_argument("--imperfection", type=float, default=0.0)
     parser.add_argument("--off-nominal", type=float, default=0.0)
+    parser.add_argument("--second-form", action="store_true", help="of the plant")
+    parser.add_argument("--without-force", action="store_true", help="no load cell")
     chosen = vars(parser.parse_args(arguments))
     out: Path = chosen.pop("out")
     truth = make_dataset(out, Recipe(**{**chosen, "effects": tuple(chosen["effects"])}))

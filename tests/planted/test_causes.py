@@ -1,5 +1,7 @@
 """Each cause does in the plant what its definition says; expectations are derived by hand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -256,3 +258,20 @@ def test_a_lagging_cell_approaches_the_force_exponentially() -> None:
     way = 1.0 - np.exp(-np.maximum(time - 0.5, 0.0) / 0.05)
     assert motion.cell - motion.force[0] == pytest.approx(GAIN * way, abs=2e-3)
     assert motion.force - motion.force[0] == pytest.approx(GAIN * (time >= 0.5), abs=1e-5)
+
+
+def test_the_second_form_of_the_plant_has_rounder_knees_and_bristles_that_slide_at_once() -> None:
+    """Far from knees and edges both forms give the same, and near them they do not."""
+    for causes in (Causes(saturation=4.0), Causes(deadband=0.2), Causes(coulomb=0.6)):
+        first, second = weak(causes), weak(replace(causes, second_form=True))
+        apart = np.abs(first.force - second.force)
+        assert 0.01 < apart.max() < 0.4, causes
+        assert np.median(apart) < 5e-3, causes  # a tenth of what a cell resolves
+
+
+def test_bristles_of_the_second_form_hold_below_the_friction_and_slide_at_it() -> None:
+    """A pull of 0.4 N against 1 N bends them in proportion."""
+    time, causes = rows(4.0), Causes(coulomb=1.0, second_form=True)
+    held = run("spring_weak", causes, time, jump(time, 2.0, 2.0 + 0.4 / GAIN))
+    moved = held.coordinates[-1, 0] - held.coordinates[0, 0]
+    assert moved == pytest.approx(0.4 * causes.bristle / 0.632, rel=0.05)

@@ -137,6 +137,18 @@ def test_unlisted_imperfections_stay_about_the_noise(tmp_path: Path) -> None:
     assert np.sqrt(np.mean(theta**2)) < 2e-3
 
 
+def test_a_bench_without_a_load_cell_logs_no_force(tmp_path: Path) -> None:
+    """All else is what the same bench logs with one."""
+    effects = ("coulomb_friction",)
+    for without in (False, True):
+        recipe = Recipe(effects=effects, seed=3, mix="S", without_force=without)
+        make_dataset(tmp_path / str(without), recipe)
+    seen, blind = (load_dataset(tmp_path / str(without)).train for without in (False, True))
+    assert all(recording.force is None for recording in blind)
+    for one, other in zip(seen, blind, strict=True):
+        assert np.array_equal(one.motor_position, other.motor_position)
+
+
 def test_a_known_friction_is_in_the_model_and_adds_to_the_planted_one(tmp_path: Path) -> None:
     """The truth of a friction that the model knows in part is the new total."""
     truth = make_dataset(

@@ -84,6 +84,8 @@ def totals(planted: Mapping[str, Planted], causes: Causes) -> Mapping[str, Mappi
         values["viscous_friction"]["coefficient"] = causes.viscous
     if "coulomb_friction" in values:
         values["coulomb_friction"]["force"] = causes.coulomb
+    if "force_saturation" in values:
+        values["force_saturation"]["knee"] = causes.knee
     return MappingProxyType({name: MappingProxyType(value) for name, value in values.items()})
 
 

@@ -2,10 +2,16 @@
 
 from dataclasses import dataclass
 
+KNEE, ROUND_KNEE = 0.05, 0.15
+"""Width of a saturation's knee against its limit, in the plant's two forms [1]."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Causes:
     """What makes the plant differ from its nominal self; the defaults hide nothing."""
+
+    second_form: bool = False
+    """Other laws of bristles, knees and contacts than the plant's first ones."""
 
     gain_scale: float = 1.0
     """Force per radian against nominal [1]."""
@@ -152,3 +158,8 @@ class Causes:
     """Unlisted imperfection of the masses [1]."""
     damper_scale: float = 1.0
     """Unlisted imperfection of the joint damping [1]."""
+
+    @property
+    def knee(self) -> float:
+        """Width of a saturation's knee, against its limit [1]."""
+        return ROUND_KNEE if self.second_form else KNEE

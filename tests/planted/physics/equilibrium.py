@@ -12,7 +12,7 @@ from tests.planted.physics.servo import DcServo
 
 Array = NDArray[np.float64]
 
-KNEE = 0.05  # width of a planted saturation's knee, against its limit
+EDGE = 0.1  # width of a deadband's rounded edge, against the deadband
 ROUNDS = 60  # of the fixed point of a tendon that stretches; it gains a digit every other one
 
 
@@ -56,7 +56,7 @@ def tendon_force(bench: Bench, causes: Causes, drive: Drive, q: Array) -> float:
 
 def _motor_force(causes: Causes, drive: Drive, radius: float, angle: float) -> float:
     error = _beyond(drive.command - angle, causes.backlash / 2.0)
-    error = drive.gain * causes.gain_scale * _beyond(error, causes.deadband)
+    error = drive.gain * causes.gain_scale * _past_deadband(causes, error)
     if drive.servo is not None:
         error += float(np.sign(error)) * causes.starting_duty / drive.servo.duty_per_rad
         return drive.servo.force_at_rest(error, radius)
@@ -65,7 +65,7 @@ def _motor_force(causes: Causes, drive: Drive, radius: float, angle: float) -> f
     away = (angle - causes.dead_spot_at) / causes.dead_spot_width
     force *= 1.0 - causes.dead_spot * np.exp(-(away**2))
     if causes.saturation:
-        knee = KNEE * causes.saturation
+        knee = causes.knee * causes.saturation
         kept = causes.saturation - knee * np.logaddexp(0.0, (causes.saturation - abs(force)) / knee)
         return float(np.sign(force) * max(0.0, kept))
     force = float(np.clip(force, -FORCE_LIMIT, FORCE_LIMIT))
@@ -75,6 +75,15 @@ def _motor_force(causes: Causes, drive: Drive, radius: float, angle: float) -> f
 def _beyond(error: float, gap: float) -> float:
     """Return what an error [rad] exceeds a gap by, either way."""
     return float(np.sign(error)) * max(0.0, abs(error) - gap)
+
+
+def _past_deadband(causes: Causes, error: float) -> float:
+    """Return the error that the servo acts on [rad]."""
+    if not causes.second_form or not causes.deadband:
+        return _beyond(error, causes.deadband)
+    width = EDGE * causes.deadband
+    over = (abs(error) - causes.deadband) / width
+    return float(np.sign(error) * width * np.logaddexp(0.0, over))
 
 
 def _faded(causes: Causes, force: float) -> float:

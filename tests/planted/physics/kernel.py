@@ -195,8 +195,8 @@ def drive(
         s = line_after(p, s, mean, pull, wp.dot(p.arm, moved))
         if p.joint_friction[0] != ZERO:
             bent = wp.vec2d(
-                bend_after(bent[0], moved[0], p.joint_bristle[0]),
-                bend_after(bent[1], moved[1], p.joint_bristle[1]),
+                bend_after(p, bent[0], moved[0], p.joint_bristle[0]),
+                bend_after(p, bent[1], moved[1], p.joint_bristle[1]),
             )
         if p.relaxation > ZERO:
             branch = wp.vec2d(

@@ -4,6 +4,8 @@ import warp as wp
 
 from tests.planted.physics.kernel_plant import HALF, ONE, TWO, ZERO, Plant
 
+DEPTH = wp.constant(wp.float64(1.0e-3))  # [m] at which both forms of a contact damp alike
+
 
 @wp.func
 def stop(p: Plant, i: wp.int32, q: wp.float64, v: wp.float64) -> wp.float64:
@@ -80,7 +82,10 @@ def contact(p: Plant, excursion: wp.float64, speed: wp.float64) -> wp.float64:
     depth = excursion - p.obstruction_at
     if p.obstruction == ZERO or depth <= ZERO:
         return ZERO
-    return wp.max(ZERO, p.obstruction * depth + p.contact_damping * speed)
+    damping = p.contact_damping
+    if p.rounded != 0:
+        damping *= depth / DEPTH  # as Hunt and Crossley have it
+    return wp.max(ZERO, p.obstruction * depth + damping * speed)
 
 
 @wp.func

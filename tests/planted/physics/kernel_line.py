@@ -63,7 +63,7 @@ def stretched(p: Plant, s: Line, command: wp.float64) -> wp.float64:
         else:
             low = pull
         slip = gear_slip(p, s, pull)
-        left = ONE - wp.sign(slip) * bend_after(s.gear, slip, p.bristle)
+        left = ONE - wp.sign(slip) * bend_after(p, s.gear, slip, p.bristle)
         dry = dry_friction(p, s, s.speed) + per_newton * pull
         pull -= off / (ONE + firm + dry * left * p.compliance / p.bristle)
         if low == ZERO:
@@ -112,8 +112,8 @@ def moved_rotor(p: Plant, before: Line, command: wp.float64, pull: wp.float64) -
     s.turning = (motor - kept - pull) * p.radius / p.rotor
     s.half_rate += p.step * s.turning
     s.angle += p.step * s.half_rate
-    s.gear = bend_after(s.gear, p.step * p.radius * s.half_rate, p.bristle)
-    s.dahl = bend_after(s.dahl, p.step * p.radius * s.half_rate, p.dahl_travel)
+    s.gear = bend_after(p, s.gear, p.step * p.radius * s.half_rate, p.bristle)
+    s.dahl = bend_after(p, s.dahl, p.step * p.radius * s.half_rate, p.dahl_travel)
     return s
 
 
@@ -134,15 +134,15 @@ def line_after(
     if p.rotor > ZERO:
         s = moved_rotor(p, before, command, pull)
     else:
-        s.dahl = bend_after(s.dahl, gear_slip(p, s, pull), p.dahl_travel)
-        s.gear = bend_after(s.gear, gear_slip(p, s, pull), p.bristle)
+        s.dahl = bend_after(p, s.dahl, gear_slip(p, s, pull), p.dahl_travel)
+        s.gear = bend_after(p, s.gear, gear_slip(p, s, pull), p.bristle)
         s.slid = slip + p.step * s.mount_speed
     if p.lag_share < ONE:
         s.motor += p.lag_share * (target - s.motor)
     if p.fade != ZERO:
         s.weakness = faded(p, s.weakness, target)
     s.tension = pull
-    s.guide = bend_after(s.guide, slip, p.guide_bristle)
+    s.guide = bend_after(p, s.guide, slip, p.guide_bristle)
     if p.mount_compliance != ZERO:
         spring = p.mount_rate * p.mount_rate * (p.mount_compliance * pull - s.mount)
         damper = TWO * MOUNT_DAMPING * p.mount_rate * s.mount_speed

@@ -7,6 +7,7 @@ HALF = wp.constant(wp.float64(0.5))
 ONE = wp.constant(wp.float64(1.0))
 TWO = wp.constant(wp.float64(2.0))
 PI = wp.constant(wp.float64(3.141592653589793))
+AT_TRAVEL = wp.constant(wp.float64(0.632))  # share of the friction after its travel, in both forms
 
 
 @wp.struct
@@ -14,6 +15,8 @@ class Plant:
     """Numbers of one recording's plant; units as in ``bench.py`` and ``causes.py``."""
 
     step: wp.float64
+    rounded: wp.int32  # the second form of bristles, knees and contacts
+    knee: wp.float64  # width of a saturation's knee, against its limit
     joints: wp.int32
     direct: wp.int32  # the shaft is the joint: it pushes as well as pulls
     mass: wp.vec2d
@@ -103,9 +106,14 @@ def beyond(error: wp.float64, gap: wp.float64) -> wp.float64:
 
 
 @wp.func
-def bend_after(bend: wp.float64, slip: wp.float64, travel: wp.float64) -> wp.float64:
-    """Bristles' bend as a share of its greatest, after a slip: Dahl's law, integrated."""
+def bend_after(p: Plant, bend: wp.float64, slip: wp.float64, travel: wp.float64) -> wp.float64:
+    """Bristles' bend as a share of its greatest, after a slip: Dahl's law, integrated.
+
+    In the second form they bend in proportion until they slide, as Prandtl has it.
+    """
     if slip == ZERO:
         return bend
+    if p.rounded != 0:
+        return wp.clamp(bend + AT_TRAVEL * slip / travel, -ONE, ONE)
     towards = wp.sign(slip)
     return towards + (bend - towards) * wp.exp(-wp.abs(slip) / travel)

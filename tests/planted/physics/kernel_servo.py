@@ -5,7 +5,7 @@ import warp as wp
 from tests.planted.physics.kernel_plant import HALF, ONE, ZERO, Plant, bend_after, beyond
 
 CURVATURE_SPEED = wp.constant(wp.float64(20.0))  # [rad/s] where viscous_curvature is the excess
-KNEE = wp.constant(wp.float64(0.05))  # width of a planted saturation's knee, against its limit
+EDGE = wp.constant(wp.float64(0.1))  # width of a deadband's rounded edge, against the deadband
 
 
 @wp.struct
@@ -46,7 +46,7 @@ def motor_force(
     p: Plant, s: Line, command: wp.float64, angle: wp.float64, rate: wp.float64
 ) -> wp.float64:
     """Force of the motor [N] at an angle [rad] and a rate [rad/s], limited either way."""
-    error = s.gain * beyond(command - angle, p.deadband)
+    error = s.gain * past_deadband(p, command - angle)
     force = effort(p, s, p.gain * error / p.limit) * p.limit
     if p.rotor > ZERO:
         duty = effort(p, s, p.duty_per_rad * error)
@@ -59,7 +59,7 @@ def motor_force(
         away = (angle - p.dead_spot_at) / p.dead_spot_width
         force *= ONE - p.dead_spot * wp.exp(-away * away)
     if p.saturation != ZERO:
-        force = soft_limit(force, p.saturation)
+        force = soft_limit(force, p.saturation, p.knee)
     else:
         force = wp.clamp(force, -p.limit, p.limit)
     force /= ONE + p.sag * wp.abs(force)
@@ -86,7 +86,7 @@ def protects_itself(p: Plant, s: Line) -> wp.bool:
 @wp.func
 def overloaded_after(p: Plant, s: Line, error: wp.float64) -> wp.float64:
     """Time of overload [s] a step later, at a position error [rad]."""
-    error = s.gain * beyond(error, p.deadband)
+    error = s.gain * past_deadband(p, error)
     share = p.gain * error / p.limit
     if p.rotor > ZERO:
         share = p.duty_per_rad * error
@@ -127,11 +127,25 @@ def lagging(p: Plant, s: Line, target: wp.float64) -> wp.float64:
 
 
 @wp.func
-def soft_limit(force: wp.float64, limit: wp.float64) -> wp.float64:
+def soft_limit(force: wp.float64, limit: wp.float64, knee: wp.float64) -> wp.float64:
     """Force that nears its limit gradually [N], as a motor's current does."""
-    room = (limit - wp.abs(force)) / (KNEE * limit)
-    left = wp.log(ONE + wp.exp(-wp.abs(room))) + wp.max(ZERO, room)
-    return wp.sign(force) * wp.max(ZERO, limit - KNEE * limit * left)
+    left = rounded_up(limit - wp.abs(force), knee * limit)
+    return wp.sign(force) * wp.max(ZERO, limit - left)
+
+
+@wp.func
+def rounded_up(value: wp.float64, width: wp.float64) -> wp.float64:
+    """Value where it is positive and nearly zero elsewhere, with a knee of this width."""
+    share = value / width
+    return width * (wp.log(ONE + wp.exp(-wp.abs(share))) + wp.max(ZERO, share))
+
+
+@wp.func
+def past_deadband(p: Plant, error: wp.float64) -> wp.float64:
+    """Error that the servo acts on [rad]; in the second form the deadband's edge is round."""
+    if p.rounded == 0 or p.deadband == ZERO:
+        return beyond(error, p.deadband)
+    return wp.sign(error) * rounded_up(wp.abs(error) - p.deadband, EDGE * p.deadband)
 
 
 @wp.func
@@ -151,10 +165,12 @@ def dry_friction(p: Plant, s: Line, speed: wp.float64) -> wp.float64:
 
 @wp.func
 def at_low_speed(p: Plant, excess: wp.float64, speed: wp.float64) -> wp.float64:
-    """What is left at this speed of what bristles hold more at rest."""
+    """What is left at this speed of what bristles hold more at rest: Gauss, or Hess and Soom."""
     if excess == ZERO:
         return ZERO
     pace = speed / (p.nominal_radius * p.stribeck_speed)
+    if p.rounded != 0:
+        return excess / (ONE + pace * pace)
     return excess * wp.exp(-pace * pace)
 
 
@@ -195,9 +211,9 @@ def given(p: Plant, s: Line, command: wp.float64, pull: wp.float64) -> wp.float6
     rate = (s.speed + s.mount_speed + stretching) / p.radius
     motor = motor_force(p, s, command, source_angle(p, s, command, pull), rate)
     motor = lagging(p, s, motor)
-    bend = bend_after(s.gear, gear_slip(p, s, pull), p.bristle)
+    bend = bend_after(p, s.gear, gear_slip(p, s, pull), p.bristle)
     left = motor - viscous_friction(p, rate) - dry_friction(p, s, s.speed) * bend
-    left -= p.dahl * bend_after(s.dahl, gear_slip(p, s, pull), p.dahl_travel)
+    left -= p.dahl * bend_after(p, s.dahl, gear_slip(p, s, pull), p.dahl_travel)
     sense = wp.sign(left)
     backwards = wp.min(bend * sense, ZERO)
     toothed = gear_load(p, s.speed)

@@ -67,6 +67,7 @@ def _fill_bench(plant: Plant, bench: Bench, causes: Causes) -> None:
 
 
 def _fill_servo(plant: Plant, bench: Bench, causes: Causes, step: float) -> None:
+    plant.rounded, plant.knee = int(causes.second_form), causes.knee
     plant.nominal_radius = bench.spool_radius
     plant.radius = causes.radius_scale * bench.spool_radius
     plant.offset, plant.slack = causes.offset, causes.slack

@@ -42,7 +42,13 @@ EFFECTS: Mapping[str, Draw] = MappingProxyType(
 )
 
 
-def base_causes(rng: np.random.Generator, *, known_friction: bool, imperfection: float) -> Causes:
+def base_causes(
+    rng: np.random.Generator,
+    *,
+    known_friction: bool,
+    imperfection: float,
+    second_form: bool = False,
+) -> Causes:
     """Draw the servo and the bench under the planted cause.
 
     Args:
@@ -50,9 +56,11 @@ def base_causes(rng: np.random.Generator, *, known_friction: bool, imperfection:
         known_friction: Whether the servo has the friction that its model lists.
         imperfection: Size of unlisted faults [1]: 1 is about 0.3 % of the masses, 1 % of the
             damping, 3 % of curvature in the viscous friction and a ripple of 5 mN.
+        second_form: Whether bristles, knees and contacts have the plant's other laws.
     """
     faults = imperfection * rng.uniform(-1.0, 1.0, size=3)
     return Causes(
+        second_form=second_form,
         viscous=VISCOUS_KNOWN if known_friction else 0.0,
         coulomb=COULOMB_KNOWN if known_friction else 0.0,
         bristle=_bristle(rng),

@@ -5,7 +5,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from tests.planted.physics.equilibrium import KNEE
+from tests.planted.physics.causes import KNEE
 from tests.planted.sets.planted import Draw, Planted, either, planted, scale, single
 
 

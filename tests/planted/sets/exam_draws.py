@@ -96,6 +96,10 @@ class ExamPlan:
     off_nominal: float = 0.0
     """Share by which the benches may differ from the model's [1]."""
     imperfection: float = 0.0
+    second_form: bool = False
+    """Whether the plant has its other laws of bristles, knees and contacts."""
+    without_force: bool = False
+    """Whether the bench has no load cell."""
     alike_share: float = 0.25
     """Share of the pairs whose causes imitate each other [1]."""
     weak_share: float = 0.0
@@ -190,6 +194,8 @@ def _circumstances(
         cell_rate=20.0 if known and slow else None,
         gaps=known and gaps,
         imperfection=plan.imperfection,
+        second_form=plan.second_form,
+        without_force=plan.without_force,
         off_nominal=plan.off_nominal,
     )
 
