@@ -1,7 +1,7 @@
 # One door to everything; `make help` lists it.
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo check test nightly bench docs
+.PHONY: help setup demo check test nightly bench docs docs-of-version
 
 BIN := .venv/bin
 STAMP := .venv/.installed
@@ -58,3 +58,8 @@ bench: setup  ## measure speed; results per machine in build/benchmarks
 
 docs: setup  ## build the documentation as a site: build/site/index.html
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
+
+docs-of-version: setup  ## put the site of this version beside those of others, on the branch gh-pages
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mike --quiet deploy --update-aliases \
+		$$($(BIN)/python -c "import tendon_newton; print(tendon_newton.__version__)") latest
+	$(BIN)/mike --quiet set-default latest

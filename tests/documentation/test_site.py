@@ -1,6 +1,8 @@
 """The documentation's site: every page has its place, and every link leads somewhere."""
 
 import importlib.util
+import json
+import os
 import re
 import subprocess
 import sys
@@ -16,6 +18,11 @@ from tests.test_repository import anchors
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
+AUTHOR = {
+    f"GIT_{who}_{what}": "docs@localhost"
+    for who in ("AUTHOR", "COMMITTER")
+    for what in ("NAME", "EMAIL")
+}
 SEARCH = """
 <!DOCTYPE html><html><body><iframe src="site/recordings.html" width="1280"></iframe>
 <pre id="seen"></pre><script>
@@ -68,6 +75,25 @@ def site() -> dict[str, tuple[Path, str]]:
         once = hooks.LINK.sub(hooks.from_root, text)
         pages[page] = (ROOT / name, hooks.LINK.sub(hooks.from_docs, once))
     return pages
+
+
+def test_the_sites_of_two_versions_stand_side_by_side(tmp_path: Path) -> None:
+    """The branch gh-pages has a folder for each, and the list that the menu shows."""
+    clone = tmp_path / "clone"
+    subprocess.run(["git", "clone", "--quiet", "--depth", "1", ROOT.as_uri(), clone], check=True)
+    programs = Path(sys.executable).parent
+    own = {"PATH": f"{programs}{os.pathsep}{os.environ['PATH']}", "PYTHONPATH": str(clone)}
+    for version in ("1.0", "1.1"):
+        subprocess.run(
+            [programs / "mike", "--quiet", "deploy", "--update-aliases", version, "latest"],
+            cwd=clone, check=True, env={**os.environ, **AUTHOR, **own},
+        )  # fmt: skip
+    shown = subprocess.run(
+        ["git", "show", "gh-pages:versions.json"],
+        cwd=clone, check=True, capture_output=True, text=True,
+    )  # fmt: skip
+    listed = {one["version"]: one["aliases"] for one in json.loads(shown.stdout)}
+    assert listed == {"1.1": ["latest"], "1.0": []}
 
 
 def test_the_menu_has_every_page_once() -> None:
