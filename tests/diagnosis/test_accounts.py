@@ -21,6 +21,7 @@ from tendon_newton.diagnosis.result import (
 )
 from tendon_newton.diagnosis.search.decide.account import (
     ADDED,
+    APART,
     BEHIND,
     HELD_OUT,
     IN_RANGE,
@@ -108,12 +109,17 @@ def test_a_named_cause_says_what_it_passed(tmp_path: Path) -> None:
 
 
 def test_each_way_of_being_stopped_has_its_own_words(tmp_path: Path) -> None:
-    """Beaten in a real refit, at a bound, and refused with all that was found."""
+    """Beaten in a real refit, at a bound, unsure, and refused with all that was found."""
     read = accounts(tmp_path, told())
     assert "was beaten: its residuals, with a price for every cause, are 22 % larger" in text(
         read, "backlash"
     )
     assert "width ended at the edge of the range" in text(read, "deadband")
+    unsure = Criterion(name=APART, value=1.0, bar=0.0, passed=False)
+    scores = (replace(CAUSES[0], criteria=(unsure,)),)
+    assert "its interval reaches the value at which it is absent" in text(
+        accounts(tmp_path, replace(told("no_gap"), candidates=scores)), "command_delay"
+    )
     stop = Criterion(name=TOGETHER, value=0.45, bar=0.2, passed=False)
     scores = (replace(CAUSES[0], criteria=(*PASSED, stop)),)
     whole = accounts(tmp_path, replace(told("unexplained"), candidates=scores))

@@ -79,6 +79,15 @@ def test_a_saturating_motor_keeps_below_its_limit_and_elsewhere_to_the_law() -> 
     assert np.sum(ideal > 1.2 * limit) > 10
 
 
+def test_a_log_starts_at_rest_however_the_motor_gives_way() -> None:
+    """Under a command that stays nothing moves, whatever a motor lacks and all of it at once."""
+    lack = {"saturation": 4.0, "sag": 0.05, "fade": 0.01}
+    for causes in (*(Causes(**{name: size}) for name, size in lack.items()), Causes(**lack)):
+        motion = weak(causes, np.full(80, 6.0))
+        assert np.ptp(motion.angle) < 1.0e-6
+        assert np.ptp(motion.force) < 1.0e-5
+
+
 def test_a_speed_limit_brakes_both_ways_and_does_nothing_below() -> None:
     """Winding it pulls less, unwinding it holds tension; the law holds at lower speeds."""
     limit, motion = 6.0, weak(Causes(speed_limit=6.0))

@@ -14,6 +14,8 @@ from tendon_newton.diagnosis.search.refit import Fit, refit, rescored, values_of
 from tendon_newton.diagnosis.search.worlds import QUIET, Floors, Worlds
 from tendon_newton.effects import are_related, law_of
 
+FOLLOWED = (12, 6, 3)
+"""Sets that are followed ever further, after one look and after each two steps of their refit."""
 Log = Callable[[str], None]
 Allows = Callable[[tuple[str, ...], Mapping[int, float]], bool]
 RENEWED = 4
@@ -31,6 +33,8 @@ class Pool:
     """Gain in score that each number of a cause must bring [nat per row]."""
     most: int
     """Causes that are looked for at once."""
+    followed: Sequence[int] = FOLLOWED
+    """Sets that are followed, see `FOLLOWED`."""
     haste: float = 1.0
     """Share of the price that is asked while the search is on [1]."""
     log: Log = lambda _: None
@@ -100,10 +104,7 @@ class Pool:
         """Return how much larger residuals a fit has than the floors [its errors of form].
 
         A cause that acts in few rows is seen here, and hardly in the score, whose tails are heavy.
-        Where something sticks it is zero: what holds in some rest may be far off then.
         """
-        if is_dry((*self.worlds.study.known, *fit.names)):
-            return 0.0
         floor = np.where(self.worlds.where.is_force, floors.force, floors.theta)
         return self._above(fit.residual**2, floor**2, fit.names, floors)
 
@@ -117,20 +118,25 @@ class Pool:
                 out = max(out, float(np.sqrt(max(0.0, mean))) / unit)
         return out
 
-    def leaves_nothing(self, fit: Fit, floors: Floors | None = None) -> bool:
+    def leaves_nothing(
+        self, fit: Fit, floors: Floors | None = None, *, anywhere: bool = False
+    ) -> bool:
         """Tell whether a fit leaves nothing to explain.
 
         Its residuals are as likely as normal ones at the floors, and no larger in the mean than by
-        what a cause must change.
+        what a cause must change. Where something sticks the mean says nothing as a rule, since what
+        holds in some rest may be far off.
 
         Args:
             fit: Scored at these floors.
             floors: Least scale of each signal; the pool's by default.
+            anywhere: Whether the mean counts where something sticks, too.
         """
-        return (
-            self.excess(fit) < self.price
-            and self.mean_excess(fit, self.floors if floors is None else floors) < 1.0
-        )
+        if self.excess(fit) >= self.price:
+            return False
+        if not anywhere and is_dry((*self.worlds.study.known, *fit.names)):
+            return True
+        return self.mean_excess(fit, self.floors if floors is None else floors) < 1.0
 
     def worth(self, fit: Fit, less: Fit, name: str) -> float:
         """Return what a cause is worth in units of what is asked [1]; below one it is dropped."""

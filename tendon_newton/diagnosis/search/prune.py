@@ -22,7 +22,8 @@ all rows, and refits them there below the first."""
 FOLLOWED = 5
 """Steps of such a set at most."""
 TURNS = 3
-"""Times that causes are pruned and exchanged at most."""
+"""Times that causes are pruned and exchanged, and further times only if the last one brought what a
+number must."""
 
 
 def settle(pool: Pool, fit: Fit, names: Sequence[str]) -> Fit:
@@ -34,17 +35,19 @@ def settle(pool: Pool, fit: Fit, names: Sequence[str]) -> Fit:
         names: Effects that may be named.
     """
     settled: set[frozenset[str]] = set()
-    while len(settled) < TURNS and frozenset(fit.names) not in settled:
+    gain = np.inf
+    while frozenset(fit.names) not in settled and (len(settled) < TURNS or gain >= pool.price):
         fit = prune(pool, fit)
         pool.log(f"pruned: {pool.describe(fit)}; {pool.worlds.count} simulated")
         if not fit.names or frozenset(fit.names) in settled or pool.is_late:
             break
         settled.add(frozenset(fit.names))
-        fit = pool.renew(fit)
-        exchange(pool, fit, names)
-        for rival in near_sets(pool, fit):
+        before = pool.renew(fit)
+        exchange(pool, before, names)
+        for rival in near_sets(pool, before):
             prune(pool, rival)
         fit = simplest(pool, pool.best())
+        gain = pool.cost(before) - pool.cost(fit)
     return fit
 
 

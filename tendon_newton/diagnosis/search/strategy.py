@@ -24,8 +24,6 @@ SETS, SINGLES = 6, 5
 """Different sets, and single causes, that are refitted after a survey."""
 RIVALS = 3
 """Effects that are tried in the place of each cause."""
-FOLLOWED = (12, 6, 3)
-"""Sets that are followed ever further, after one look and after each two steps of their refit."""
 SETTLED = 10
 """Further steps after which a single cause has settled at the latest: it takes few simulations."""
 ROUNDS = 6
@@ -54,12 +52,21 @@ def find(
     return grow(pool, names, progress)
 
 
-def grow(pool: Pool, names: Sequence[str], progress: Callable[[str], None]) -> Fit:
-    """Add causes to the best set of a pool as long as a round brings what a number must."""
+def grow(
+    pool: Pool, names: Sequence[str], progress: Callable[[str], None], *, anywhere: bool = False
+) -> Fit:
+    """Add causes to the best set of a pool as long as a round brings what a number must.
+
+    Args:
+        pool: Has a set and takes all fits.
+        names: Effects that may be named.
+        progress: Told what stands so far.
+        anywhere: Whether what is left in some rows counts where something sticks, too.
+    """
     current = pool.best()
     for step in range(ROUNDS):
         pool.log(f"round {step}: {pool.describe(current)}; {pool.worlds.count} simulated")
-        if pool.leaves_nothing(current) or pool.is_late:
+        if pool.leaves_nothing(current, anywhere=anywhere) or pool.is_late:
             break
         if current.names:
             progress(f"so far {', '.join(current.names)}")
@@ -79,7 +86,7 @@ def grow(pool: Pool, names: Sequence[str], progress: Callable[[str], None]) -> F
 def go_on_all_rows(
     pool: Pool, fit: Fit, whole: Pool, names: Sequence[str], progress: Callable[[str], None]
 ) -> bool:
-    """Look further on all rows where they show what their beginnings did not.
+    """Look further on all rows where something is left there.
 
     Args:
         pool: Sets fitted on the beginnings.
@@ -89,20 +96,18 @@ def go_on_all_rows(
         progress: Told what stands so far.
 
     Returns:
-        Whether that was so.
+        Whether other causes were found there.
     """
     is_more = whole.worlds.where.block_count > pool.worlds.where.block_count
-    if not is_more or not pool.leaves_nothing(fit) or pool.is_late:
+    if not is_more or pool.is_late:
         return False
     starts = [(f.names, values_of(pool.worlds, f.columns, f.place))
               for f in {f.names: f for f in (pool.fits[frozenset()], fit)}.values()]  # fmt: skip
     whole.floors = floors_of(whole.worlds, fit.names)
     found = start_fits(whole.worlds, starts, whole.floors, near=True)
     whole.add(refit(whole.worlds, found, whole.floors, iterations=2, coarse=0))
-    if whole.leaves_nothing(whole.best()):
-        return False
-    grow(whole, names, progress)
-    return True
+    best = grow(whole, names, progress, anywhere=True)
+    return frozenset(best.names) != frozenset(fit.names)
 
 
 def add_sets(pool: Pool, current: Fit, names: Sequence[str], *, first: bool) -> None:
@@ -183,11 +188,11 @@ def follow(
     found = start_fits(pool.worlds, starts, pool.floors, slopes=view.slopes)
     found.sort(key=lambda fit: -fit.score)
     fits = list({frozenset(fit.names): fit for fit in found}.values())
-    for count in FOLLOWED:
+    for count in pool.followed:
         if pool.is_late:
             break
         fits.sort(key=pool.cost)
-        steps = last if count == FOLLOWED[-1] else 2
+        steps = last if count == pool.followed[-1] else 2
         chosen = fits[:count]
         fits[:count] = refit(pool.worlds, chosen, pool.floors, iterations=steps, coarse=coarse)
         coarse = 0

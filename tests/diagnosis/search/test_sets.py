@@ -18,6 +18,7 @@ from tendon_newton.diagnosis.search.decide.decision import (
     held_out_gains,
     special_case_or_without,
 )
+from tendon_newton.diagnosis.search.decide.posterior import may_be_absent
 from tendon_newton.diagnosis.search.decide.rule import FORM_THETA, LADDER
 from tendon_newton.diagnosis.search.floors import floors_of, form_of
 from tendon_newton.diagnosis.search.held_out_gain import folds, held_out_terms
@@ -125,6 +126,15 @@ def test_a_cause_that_acts_at_times_is_seen_and_judged_where_it_acts() -> None:
     assert pool.worth(fit, less, "speed_limit") > 1.0
 
 
+def test_what_acts_in_few_rows_is_left_even_where_something_sticks() -> None:
+    """A hundredth of the rows is off by twenty floors: the score hides it, the mean does not."""
+    rows, fit, less = residuals(0.01, 20.0)
+    pool = Pool(worlds=rows, floors=FLOORS, price=PRICE, most=7)
+    assert pool.leaves_nothing(fit, anywhere=True)
+    assert pool.leaves_nothing(less)
+    assert not pool.leaves_nothing(less, anywhere=True)
+
+
 def test_a_change_below_the_error_of_form_is_no_cause() -> None:
     """Half an error of form in all rows is not a cause, however likely."""
     rows, fit, less = residuals(1.0, 0.5)
@@ -189,8 +199,9 @@ def test_settling_ends_where_the_best_set_is_pruned_to_the_one_before(
     monkeypatch.setattr(pruning, "near_sets", lambda *_: [])
     monkeypatch.setattr(pruning, "simplest", lambda *_: more)
     pool: Any = SimpleNamespace(
-        worlds=SimpleNamespace(count=0), is_late=False, best=lambda: more,
-        log=lambda _: None, describe=str, renew=lambda fit: fit,
+        worlds=SimpleNamespace(count=0), is_late=False, best=lambda: more, price=PRICE,
+        cost=lambda fit: float(len(fit.names)), log=lambda _: None, describe=str,
+        renew=lambda fit: fit,
     )  # fmt: skip
 
     assert settle(pool, more, CATALOGUE) is one
@@ -383,3 +394,14 @@ def test_a_cause_is_worth_at_least_what_it_is_said_to_be_on_left_out_parts(world
         assert own is not None
         assert other is not None
         assert pool.bar(name) < float(gains[name].sum()) < float((other - own).sum()) + 0.01
+
+
+def test_a_cause_is_doubtful_whose_interval_reaches_its_null() -> None:
+    """Two frictions act and the damping is right: only its interval reaches its null of one."""
+    catalogue = (*CATALOGUE, "joint_damping_error")
+    study = Study([log(n) for n in range(3)], ideal_model(), catalogue, time_step=STEP)
+    pool = pool_of(Worlds(study))
+    start = started(pool, coulomb_friction=0.5, viscous_friction=1.1, joint_damping_error=1.1)
+    (fit,) = refit(pool.worlds, [start], pool.floors, iterations=20)
+    assert may_be_absent(pool, fit, fit.names) == ["joint_damping_error"]
+    assert may_be_absent(pool, fit, ()) == []

@@ -67,8 +67,9 @@ def _motor_force(causes: Causes, drive: Drive, radius: float, angle: float) -> f
     if causes.saturation:
         knee = causes.knee * causes.saturation
         kept = causes.saturation - knee * np.logaddexp(0.0, (causes.saturation - abs(force)) / knee)
-        return float(np.sign(force) * max(0.0, kept))
-    force = float(np.clip(force, -FORCE_LIMIT, FORCE_LIMIT))
+        force = float(np.sign(force) * max(0.0, kept))
+    else:
+        force = float(np.clip(force, -FORCE_LIMIT, FORCE_LIMIT))
     return _faded(causes, force / (1.0 + causes.sag * abs(force)))
 
 

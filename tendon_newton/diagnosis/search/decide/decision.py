@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_newton.data.recording import Array
-from tendon_newton.diagnosis.search.decide.rule import LADDER
+from tendon_newton.diagnosis.search.decide.posterior import may_be_absent
+from tendon_newton.diagnosis.search.decide.rule import LADDER, SURE
 from tendon_newton.diagnosis.search.floors import floors_of, form_scales
 from tendon_newton.diagnosis.search.held_out_gain import by_block, held_out_terms, terms
 from tendon_newton.diagnosis.search.pool import Pool
@@ -25,12 +26,21 @@ from tendon_newton.diagnosis.search.starts import starts_of_relative
 from tendon_newton.diagnosis.search.worlds import Floors
 from tendon_newton.effects import special_cases
 
-SURE = 3.0
-"""Worth [bars] of a cause on all parts that makes refits without each part needless. The set
-without the cause has seen these parts: the worth on unseen ones is no smaller."""
 FEW_RIVALS = 2
 """Most sets with another cause in the place of one that are refitted on all rows, or told as its
 rivals."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Refusal:
+    """What kept a cause from being named that had been found."""
+
+    gain: float
+    """What it was worth on parts that no number has seen [nat per row]."""
+    at_bound: bool = False
+    """Whether a number of it ended at the edge of its range."""
+    may_be_absent: bool = False
+    """Whether its interval reaches the value at which it is absent, and it is not `SURE`."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,9 +58,8 @@ class Decided:
     """Share of draws of blocks of time in which that passes the bar."""
     rivals: dict[str, tuple[Fit, ...]]
     """Fits with another cause in the place of each that explain the data as well."""
-    refused: dict[str, tuple[float, bool]]
-    """What each dropped cause was worth on parts that no number has seen [nat per row], and whether
-    a number of it ended at the edge of its range."""
+    refused: dict[str, Refusal]
+    """Causes that were dropped."""
     undecided: tuple[str, ...] = ()
     """Causes whose worth on such parts was not known when the time was over: they are not named."""
 
@@ -106,7 +115,7 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, rng: np.random.Generator) -> De
         transfer(pool, [fit, *sets.values()], decisive)
     best = simplest(decisive, decisive.best())
     final = prune(decisive, best)
-    refused: dict[str, tuple[float, bool]] = {}
+    refused: dict[str, Refusal] = {}
     undecided: list[str] = []
     while final.names:
         ended = [n for n in final.names if at_bound(decisive, final, n)]
@@ -115,24 +124,34 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, rng: np.random.Generator) -> De
             undecided += final.names
             final = decisive.fits[frozenset()]
             break
-        worst = min(gains, key=lambda n: float(gains[n].sum()) / decisive.bar(n))
-        if not ended and gains[worst].sum() >= decisive.bar(worst):
+        worths = {n: float(g.sum()) / decisive.bar(n) for n, g in gains.items()}
+        worst = min(worths, key=lambda n: worths[n])
+        refusal = Refusal(gain=float(gains[worst].sum()), at_bound=worst in ended)
+        if not ended and worths[worst] >= 1.0:
             if undone := [n for n in final.names if n not in gains]:
                 undecided += undone
                 final = prune(decisive, less_of(decisive, final, undone))
                 continue
             less = leave_out(decisive, final)
-            return Decided(
-                fit=final,
-                losses={n: f.score - final.score for n, f in less.items()},
-                changes={n: decisive.change(final, f) for n, f in less.items()},
-                held_out={n: float(g.sum()) for n, g in gains.items()},
-                probabilities={n: probability(g, decisive.bar(n), rng) for n, g in gains.items()},
-                rivals={n: close_rivals(decisive, final, n) for n in final.names},
-                refused=refused,
-                undecided=tuple(undecided),
-            )
-        refused[worst] = (float(gains[worst].sum()), worst in ended)
+            weak = [n for n, f in less.items()
+                    if min(worths[n], decisive.worth(final, f, n)) < SURE]  # fmt: skip
+            doubtful = may_be_absent(decisive, final, weak)
+            if not doubtful:
+                return Decided(
+                    fit=final,
+                    losses={n: f.score - final.score for n, f in less.items()},
+                    changes={n: decisive.change(final, f) for n, f in less.items()},
+                    held_out={n: float(g.sum()) for n, g in gains.items()},
+                    probabilities={
+                        n: probability(g, decisive.bar(n), rng) for n, g in gains.items()
+                    },
+                    rivals={n: close_rivals(decisive, final, n) for n in final.names},
+                    refused=refused,
+                    undecided=tuple(undecided),
+                )
+            worst = min(doubtful, key=lambda n: worths[n])
+            refusal = Refusal(gain=float(gains[worst].sum()), may_be_absent=True)
+        refused[worst] = refusal
         final = prune(decisive, special_case_or_without(decisive, final, worst))
     return Decided(
         fit=final,

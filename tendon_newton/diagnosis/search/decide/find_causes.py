@@ -22,7 +22,7 @@ from tendon_newton.diagnosis.search.decide.posterior import found_of
 from tendon_newton.diagnosis.search.decide.rule import LEAST_EXPLAINED, PRICE
 from tendon_newton.diagnosis.search.decide.time_limits import limits_of
 from tendon_newton.diagnosis.search.floors import floors_of
-from tendon_newton.diagnosis.search.pool import Allows, Pool
+from tendon_newton.diagnosis.search.pool import FOLLOWED, Allows, Pool
 from tendon_newton.diagnosis.search.prune import settle
 from tendon_newton.diagnosis.search.refit import Fit
 from tendon_newton.diagnosis.search.spans import beginnings, deciding
@@ -76,10 +76,12 @@ def find_causes(
     limits = limits_of(budget, pace, recordings, whole=study.kinematic)
     first = beginnings(recordings, limits.beginnings, whole=study.kinematic)
 
-    def pool_of(worlds: Worlds, haste: float, until: float) -> Pool:
+    def pool_of(
+        worlds: Worlds, haste: float, until: float, followed: Sequence[int] = FOLLOWED
+    ) -> Pool:
         return Pool(
             worlds=worlds, floors=floors_of(worlds, ()), price=price, haste=haste, most=most,
-            allows=allows, log=log, until=until,
+            allows=allows, log=log, until=until, followed=followed,
         )  # fmt: skip
 
     pool = pool_of(Worlds(part_of(study, first, model)), HASTE, limits.searched)
@@ -88,7 +90,7 @@ def find_causes(
         chosen = deciding(recordings, whole=study.kinematic)
         is_all = all(own is other for own, other in zip(chosen, recordings, strict=False))
         worlds = Worlds(study if is_all else part_of(study, chosen, model))
-        whole = pool_of(worlds, HASTE, limits.searched)
+        whole = pool_of(worlds, HASTE, limits.searched, FOLLOWED[1:])
         decisive = pool_of(worlds, 1.0, limits.decided)
     try:
         fit = find(pool, (*study.fit_columns(model), *study.tolerated_columns), names, progress)

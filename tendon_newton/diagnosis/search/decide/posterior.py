@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from tendon_newton.diagnosis.findings import Found
+from tendon_newton.diagnosis.search.coordinates import is_shape
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.refit import (
     LAST_SHARE,
@@ -42,3 +45,22 @@ def found_of(pool: Pool, fit: Fit) -> Found:
             min(found[1] + slack, max(parameter.upper, value)),
         )
     return Found(effects=fit.names, values=values, intervals=intervals, point=point)
+
+
+def may_be_absent(pool: Pool, fit: Fit, names: Sequence[str]) -> list[str]:
+    """Return those of some causes whose intervals reach the value at which they are absent.
+
+    A cause of several numbers is absent where all its strengths are; places, times and speeds that
+    only shape it say nothing.
+    """
+    if not names:
+        return []
+    intervals, study = found_of(pool, fit).intervals, pool.worlds.study
+    out = []
+    for name in names:
+        own = [(study.parameter(c), intervals[c]) for c in study.table.columns(name)]
+        strengths = [(p, ends) for p, ends in own if not is_shape(p) and p.name != "position"]
+        chosen = own if len(own) == 1 else strengths
+        if all(low <= p.null <= high for p, (low, high) in chosen):
+            out.append(name)
+    return out

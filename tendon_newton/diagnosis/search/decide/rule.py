@@ -5,8 +5,7 @@ asked here. `python -m tests.planted.sets.calibrate` draws the price's curve.
 
 All other constants of the search say which sets of causes are fitted, on which rows, and how far.
 They can change a name too, since a set that was not fitted to its end cannot win. Nearest to the
-decision are `FAR` and `CLEAR` in `prune`, and `FEW_RIVALS` in `decision`. `SURE` in `decision` only
-saves time: the refits that it spares could only raise a cause's worth.
+decision are `FAR` and `CLEAR` in `prune`, and `FEW_RIVALS` in `decision`.
 """
 
 PRICE = 0.1
@@ -24,6 +23,10 @@ force is above the sliding one), one that sticks, one that does neither."""
 REST = 0.1
 """Weight of a row at rest where something sticks [1]: all rows of one rest repeat one error. Where
 nothing sticks the weight is `Worlds.rest_share`."""
+SURE = 3.0
+"""Worth of a cause [bars] from which it is sure. The interval of one that is worth less must not
+reach the value at which it is absent. Refits that leave out each part are needless then, too: the
+set without the cause has seen these parts, and the worth on unseen ones is no smaller."""
 LEAST_EXPLAINED = 0.8
 """Share of the squared error above the noise [1] that named causes must explain together; with less
 the answer is that something else is the matter."""
