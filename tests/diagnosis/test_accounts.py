@@ -21,10 +21,10 @@ from tendon_newton.diagnosis.result import (
 )
 from tendon_newton.diagnosis.search.decide.account import (
     ADDED,
-    APART,
     BEHIND,
     HELD_OUT,
     IN_RANGE,
+    LEFT_OPEN,
     LOSS,
     TOGETHER,
     acts_in,
@@ -115,9 +115,9 @@ def test_each_way_of_being_stopped_has_its_own_words(tmp_path: Path) -> None:
         read, "backlash"
     )
     assert "width ended at the edge of the range" in text(read, "deadband")
-    unsure = Criterion(name=APART, value=1.0, bar=0.0, passed=False)
+    unsure = Criterion(name=LEFT_OPEN, value=1.0, bar=0.0, passed=False)
     scores = (replace(CAUSES[0], criteria=(unsure,)),)
-    assert "its interval reaches the value at which it is absent" in text(
+    assert "the data leave its numbers as open as their ranges" in text(
         accounts(tmp_path, replace(told("no_gap"), candidates=scores)), "command_delay"
     )
     stop = Criterion(name=TOGETHER, value=0.45, bar=0.2, passed=False)

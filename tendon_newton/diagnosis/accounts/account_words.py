@@ -14,11 +14,11 @@ from tendon_newton.diagnosis.reporting.report_words import docstring_part, quant
 from tendon_newton.diagnosis.result import Criterion
 from tendon_newton.diagnosis.search.decide.account import (
     ADDED,
-    APART,
     BEHIND,
     CHANGE,
     HELD_OUT,
     IN_RANGE,
+    LEFT_OPEN,
     LOSS,
     TOGETHER,
 )
@@ -193,10 +193,10 @@ LONG: dict[str, Callable[[Criterion], str]] = {
         if c.passed
         else "A number ended at the edge of its range: what the range rules out fits better."
     ),
-    APART: lambda c: (
-        "Its interval lies apart from the value at which it is absent, or it is worth enough."
+    LEFT_OPEN: lambda c: (
+        "Its numbers are known better than their ranges, or it is worth enough."
         if c.passed
-        else "It is worth little, and its interval reaches the value at which it is absent."
+        else "It is worth little, and the data leave its numbers as open as their ranges."
     ),
     ADDED: lambda c: (
         f"Added to the causes found, it promises residuals {smaller(c.value)}; "
@@ -218,7 +218,7 @@ SHORT: dict[str, Callable[[Criterion], str]] = {
     HELD_OUT: lambda c: f"on unseen data residuals {smaller(c.value)}; {smaller(c.bar)} asked",
     CHANGE: lambda c: f"changes {c.value:.2g} times what simple laws of friction miss anyway",
     IN_RANGE: lambda _: "a number at the edge of its range",
-    APART: lambda _: "worth little, and its interval reaches the value at which it is absent",
+    LEFT_OPEN: lambda _: "worth little, and as uncertain as its range",
     ADDED: lambda c: (
         f"residuals {smaller(c.value)}; {smaller(c.bar)} asked"
         if c.value > 0.0

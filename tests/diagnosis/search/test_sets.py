@@ -14,11 +14,12 @@ from tendon_newton.data.parameters import ON_A_SHAFT, TIME_POWERS, BenchScale
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.search import prune as pruning
 from tendon_newton.diagnosis.search.choice import Chooser, choose, exchanges
+from tendon_newton.diagnosis.search.decide import posterior
 from tendon_newton.diagnosis.search.decide.decision import (
     held_out_gains,
     special_case_or_without,
 )
-from tendon_newton.diagnosis.search.decide.posterior import may_be_absent
+from tendon_newton.diagnosis.search.decide.posterior import left_open
 from tendon_newton.diagnosis.search.decide.rule import FORM_THETA, LADDER
 from tendon_newton.diagnosis.search.floors import floors_of, form_of
 from tendon_newton.diagnosis.search.held_out_gain import folds, held_out_terms
@@ -396,12 +397,20 @@ def test_a_cause_is_worth_at_least_what_it_is_said_to_be_on_left_out_parts(world
         assert pool.bar(name) < float(gains[name].sum()) < float((other - own).sum()) + 0.01
 
 
-def test_a_cause_is_doubtful_whose_interval_reaches_its_null() -> None:
-    """Two frictions act and the damping is right: only its interval reaches its null of one."""
-    catalogue = (*CATALOGUE, "joint_damping_error")
-    study = Study([log(n) for n in range(3)], ideal_model(), catalogue, time_step=STEP)
-    pool = pool_of(Worlds(study))
-    start = started(pool, coulomb_friction=0.5, viscous_friction=1.1, joint_damping_error=1.1)
-    (fit,) = refit(pool.worlds, [start], pool.floors, iterations=20)
-    assert may_be_absent(pool, fit, fit.names) == ["joint_damping_error"]
-    assert may_be_absent(pool, fit, ()) == []
+def test_a_number_as_uncertain_as_its_range_says_nothing(
+    worlds: Worlds, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Stribeck's speed shapes it: its two forces alone tell whether the law is left open."""
+    pool, table = pool_of(worlds), worlds.study.table
+    whole = {c: (p.lower, p.upper) for c in range(len(table.owners))
+             for p in [worlds.study.parameter(c)]}  # fmt: skip
+    (viscous,) = table.columns("viscous_friction")
+    coulomb, breakaway, speed = table.columns("stribeck_friction")
+    known = {viscous: (1.1, 1.3), speed: (0.9, 1.0)}
+    found = SimpleNamespace(intervals={**whole, **known})
+    monkeypatch.setattr(posterior, "found_of", lambda *_: found)
+    names: Any = ("viscous_friction", "stribeck_friction")
+    fit: Any = SimpleNamespace(names=names)
+    assert left_open(pool, fit, names) == ["stribeck_friction"]
+    found.intervals |= {coulomb: (0.0, 0.5), breakaway: (0.0, 0.6)}
+    assert left_open(pool, fit, names) == []

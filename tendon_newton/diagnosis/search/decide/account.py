@@ -16,7 +16,7 @@ LOSS = "score lost without it [nat per row]"
 HELD_OUT = "the same on parts left out [nat per row]"
 CHANGE = "larger residuals without it [errors of form of that model]"
 IN_RANGE = "numbers at the edge of their ranges"
-APART = "intervals that reach the value at which it is absent"
+LEFT_OPEN = "numbers as uncertain as their ranges"
 ADDED = "score that it would add to the named causes [nat per row]"
 BEHIND = "score by which the best set with it stays behind, causes paid for [nat per row]"
 TOGETHER = "share of the squared error above the noise that the found causes leave [1]"
@@ -53,10 +53,10 @@ def refusal_of(pool: Pool, decisive: Pool, decided: Decided, name: str) -> tuple
         out.append(Criterion(name=ADDED, value=added, bar=bar, passed=added >= bar))
     if name in decided.refused:
         refusal = decided.refused[name]
-        gain, edge, absent = refusal.gain, refusal.at_bound, refusal.may_be_absent
+        gain, edge, is_open = refusal.gain, refusal.at_bound, refusal.left_open
         out.append(Criterion(name=HELD_OUT, value=gain, bar=bar, passed=gain >= bar))
         out.append(Criterion(name=IN_RANGE, value=float(edge), bar=0.0, passed=not edge))
-        out.append(Criterion(name=APART, value=float(absent), bar=0.0, passed=not absent))
+        out.append(Criterion(name=LEFT_OPEN, value=float(is_open), bar=0.0, passed=not is_open))
     for some in (decisive, pool):
         chosen = some.fits.get(frozenset(decided.fit.names))
         costs = [some.cost(fit) for fit in some.fits.values() if name in fit.names]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_newton.data.recording import Array
-from tendon_newton.diagnosis.search.decide.posterior import may_be_absent
+from tendon_newton.diagnosis.search.decide.posterior import left_open
 from tendon_newton.diagnosis.search.decide.rule import LADDER, SURE
 from tendon_newton.diagnosis.search.floors import floors_of, form_scales
 from tendon_newton.diagnosis.search.held_out_gain import by_block, held_out_terms, terms
@@ -39,8 +39,8 @@ class Refusal:
     """What it was worth on parts that no number has seen [nat per row]."""
     at_bound: bool = False
     """Whether a number of it ended at the edge of its range."""
-    may_be_absent: bool = False
-    """Whether its interval reaches the value at which it is absent, and it is not `SURE`."""
+    left_open: bool = False
+    """Whether the data leave its numbers as open as their ranges, and it is not `SURE`."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -135,7 +135,7 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, rng: np.random.Generator) -> De
             less = leave_out(decisive, final)
             weak = [n for n, f in less.items()
                     if min(worths[n], decisive.worth(final, f, n)) < SURE]  # fmt: skip
-            doubtful = may_be_absent(decisive, final, weak)
+            doubtful = left_open(decisive, final, weak)
             if not doubtful:
                 return Decided(
                     fit=final,
@@ -150,7 +150,7 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, rng: np.random.Generator) -> De
                     undecided=tuple(undecided),
                 )
             worst = min(doubtful, key=lambda n: worths[n])
-            refusal = Refusal(gain=float(gains[worst].sum()), may_be_absent=True)
+            refusal = Refusal(gain=float(gains[worst].sum()), left_open=True)
         refused[worst] = refusal
         final = prune(decisive, special_case_or_without(decisive, final, worst))
     return Decided(

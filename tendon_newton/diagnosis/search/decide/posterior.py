@@ -47,11 +47,10 @@ def found_of(pool: Pool, fit: Fit) -> Found:
     return Found(effects=fit.names, values=values, intervals=intervals, point=point)
 
 
-def may_be_absent(pool: Pool, fit: Fit, names: Sequence[str]) -> list[str]:
-    """Return those of some causes whose intervals reach the value at which they are absent.
+def left_open(pool: Pool, fit: Fit, names: Sequence[str]) -> list[str]:
+    """Return those of some causes whose strengths the data leave as open as their ranges.
 
-    A cause of several numbers is absent where all its strengths are; places, times and speeds that
-    only shape it say nothing.
+    Places, times and speeds that only shape a cause of several numbers do not count.
     """
     if not names:
         return []
@@ -61,6 +60,6 @@ def may_be_absent(pool: Pool, fit: Fit, names: Sequence[str]) -> list[str]:
         own = [(study.parameter(c), intervals[c]) for c in study.table.columns(name)]
         strengths = [(p, ends) for p, ends in own if not is_shape(p) and p.name != "position"]
         chosen = own if len(own) == 1 else strengths
-        if all(low <= p.null <= high for p, (low, high) in chosen):
+        if all(low <= p.lower and high >= p.upper for p, (low, high) in chosen):
             out.append(name)
     return out
