@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -48,17 +48,17 @@ class Decided:
     """The causes that may be named, and what each is worth."""
 
     fit: Fit
-    losses: dict[str, float]
+    losses: dict[str, float] = field(default_factory=dict[str, float])
     """Score lost without each [nat per row]."""
-    held_out: dict[str, float]
+    held_out: dict[str, float] = field(default_factory=dict[str, float])
     """The same on parts that no number has seen."""
-    changes: dict[str, float]
+    changes: dict[str, float] = field(default_factory=dict[str, float])
     """How much larger residuals are without each [errors of form of that model]."""
-    probabilities: dict[str, float]
+    probabilities: dict[str, float] = field(default_factory=dict[str, float])
     """Share of draws of blocks of time in which that passes the bar."""
-    rivals: dict[str, tuple[Fit, ...]]
+    rivals: dict[str, tuple[Fit, ...]] = field(default_factory=dict[str, tuple[Fit, ...]])
     """Fits with another cause in the place of each that explain the data as well."""
-    refused: dict[str, Refusal]
+    refused: dict[str, Refusal] = field(default_factory=dict[str, Refusal])
     """Causes that were dropped."""
     undecided: tuple[str, ...] = ()
     """Causes whose worth on such parts was not known when the time was over: they are not named."""
@@ -137,31 +137,36 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, rng: np.random.Generator) -> De
                     if min(worths[n], decisive.worth(final, f, n)) < SURE]  # fmt: skip
             doubtful = left_open(decisive, final, weak)
             if not doubtful:
-                return Decided(
-                    fit=final,
-                    losses={n: f.score - final.score for n, f in less.items()},
-                    changes={n: decisive.change(final, f) for n, f in less.items()},
-                    held_out={n: float(g.sum()) for n, g in gains.items()},
-                    probabilities={
-                        n: probability(g, decisive.bar(n), rng) for n, g in gains.items()
-                    },
-                    rivals={n: close_rivals(decisive, final, n) for n in final.names},
-                    refused=refused,
-                    undecided=tuple(undecided),
-                )
+                found = Decided(fit=final, refused=refused, undecided=tuple(undecided))
+                return with_worths(found, decisive, less, gains, rng)
             worst = min(doubtful, key=lambda n: worths[n])
             refusal = Refusal(gain=float(gains[worst].sum()), left_open=True)
         refused[worst] = refusal
         final = prune(decisive, special_case_or_without(decisive, final, worst))
-    return Decided(
-        fit=final,
-        losses={},
-        held_out={},
-        changes={},
-        probabilities={},
-        rivals={},
-        refused=refused,
-        undecided=tuple(undecided),
+    return Decided(fit=final, refused=refused, undecided=tuple(undecided))
+
+
+def with_worths(
+    decided: Decided, decisive: Pool, less: dict[str, Fit], gains: dict[str, Array],
+    rng: np.random.Generator,
+) -> Decided:  # fmt: skip
+    """Return causes that may be named with what each is worth, and with its rivals.
+
+    Args:
+        decided: The causes.
+        decisive: Has the fits of all rows.
+        less: Fits without each.
+        gains: Worth of each on parts that no number has seen, by block of time, shape (B,).
+        rng: Of the draws of blocks.
+    """
+    fit = decided.fit
+    return replace(
+        decided,
+        losses={n: f.score - fit.score for n, f in less.items()},
+        changes={n: decisive.change(fit, f) for n, f in less.items()},
+        held_out={n: float(g.sum()) for n, g in gains.items()},
+        probabilities={n: probability(g, decisive.bar(n), rng) for n, g in gains.items()},
+        rivals={n: close_rivals(decisive, fit, n) for n in fit.names},
     )
 
 
