@@ -43,6 +43,8 @@ class Pool:
     until: float = np.inf
     """Instant of the monotonic clock after which nothing further is looked for [s]."""
     fits: dict[frozenset[str], Fit] = field(default_factory=dict)
+    pruned: dict[frozenset[str], frozenset[str]] = field(default_factory=dict)
+    """What is left of sets of which causes that do not pay were dropped, as they stand."""
     alone: dict[str, tuple[float, dict[str, float]]] = field(default_factory=dict)
     """Share of the gap that each effect explains alone as a survey sees it, and its numbers."""
     added: dict[str, float] = field(default_factory=dict)
@@ -63,11 +65,13 @@ class Pool:
                 continue
             if key not in self.fits or fit.score < self.fits[key].score:
                 self.fits[key] = replace(fit, slopes={})  # large, and soon those of another place
+                self.pruned.pop(key, None)
 
     def rescore(self, floors: Floors) -> None:
         """Score all sets at other floors."""
         if floors != self.floors:
             self.floors = floors
+            self.pruned.clear()
             new = rescored(self.worlds, list(self.fits.values()), floors)
             self.fits = dict(zip(self.fits, new, strict=True))
 

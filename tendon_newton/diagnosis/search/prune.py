@@ -9,18 +9,19 @@ import numpy as np
 from tendon_newton.diagnosis.search.choice import Chooser, exchanges
 from tendon_newton.diagnosis.search.floors import form_of
 from tendon_newton.diagnosis.search.pool import Pool
-from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, without
+from tendon_newton.diagnosis.search.refit import Fit, linearise, refit, start_fits, without
 from tendon_newton.diagnosis.search.starts import new_starts, related_starts
 from tendon_newton.diagnosis.search.strategy import RIVALS, follow, note_singles
 from tendon_newton.diagnosis.search.survey import survey
 from tendon_newton.effects import special_cases
 
-FAR, CLEAR = 20.0, 6.0
+FAR, CLEAR, KEPT = 20.0, 6.0, 2.0
 """Score lost without a cause [prices] from which it is clear. A set without it is followed if it
-may fall below the second at the pace of its last step. `decision` takes rivals below the second to
-all rows, and refits them there below the first."""
-FOLLOWED = 5
-"""Steps of such a set at most."""
+may fall below the second at the pace of its last step, and below the third where the question is
+only whether to drop it. `decision` takes rivals below the second to all rows, and refits them there
+below the first."""
+FOLLOWED, AHEAD = 5, 2
+"""Steps of such a set at most, and steps that show first which sets will stay clearly worse."""
 TURNS = 3
 """Times that causes are pruned and exchanged, and further times only if the last one brought what a
 number must."""
@@ -63,22 +64,31 @@ def near_sets(pool: Pool, fit: Fit) -> list[Fit]:
 
 
 def prune(pool: Pool, fit: Fit) -> Fit:
-    """Drop causes that do not pay, the least first."""
+    """Drop causes that do not pay, the least first; a set that was pruned before is not again."""
+    begun = frozenset(fit.names)
+    if begun in pool.pruned:
+        return pool.fits[pool.pruned[begun]]
     while fit.names:
-        less = leave_out(pool, fit)
+        less = leave_out(pool, fit, KEPT)
         worths = {n: pool.worth(fit, f, n) for n, f in less.items()}
         pool.log("    worth " + ", ".join(f"{n} {v:.2f}" for n, v in worths.items()))
         name = min(worths, key=lambda n: worths[n])
         if worths[name] >= 1.0:
             break
         fit = pool.fits[frozenset(less[name].names)]
+    pool.pruned[begun] = frozenset(fit.names)
     return fit
 
 
-def leave_out(pool: Pool, fit: Fit) -> dict[str, Fit]:
+def leave_out(pool: Pool, fit: Fit, clear: float = CLEAR) -> dict[str, Fit]:
     """Refit a set without each of its causes; what will stay clearly worse is not followed.
 
     A smaller set that was fitted before starts anew where the larger one leads to a better place.
+
+    Args:
+        pool: Takes all fits.
+        fit: The set.
+        clear: Score lost without a cause from which it is clear [prices].
     """
     starts = [without(fit, name, pool.worlds) for name in fit.names]
     less = start_fits(pool.worlds, starts, pool.floors, near=True)
@@ -87,14 +97,34 @@ def leave_out(pool: Pool, fit: Fit) -> dict[str, Fit]:
         old = pool.fits.get(frozenset(new.names))
         if old is not None and old.score <= new.score:
             less[i], gains[i] = old, 0.0
+    limit = fit.score + clear * pool.price
+    for i, (ahead, gain) in enumerate(look_ahead(pool, fit, less)):
+        if gain > 0.0 and ahead.score - limit >= FOLLOWED * gain:
+            less[i], gains[i] = ahead, 0.0
     for steps in range(FOLLOWED, 0, -1):
-        far = np.array([f.score for f in less]) - fit.score - CLEAR * pool.price
+        far = np.array([f.score for f in less]) - limit
         going = [i for i in np.flatnonzero(far < steps * gains) if not less[i].settled]
         found = refit(pool.worlds, [less[i] for i in going], pool.floors, iterations=1, coarse=0)
         for i, after in zip(going, found, strict=True):
             gains[i], less[i] = less[i].score - after.score, after
     pool.add(less)
     return {n: pool.fits[frozenset(fit.names) - {n}] for n in fit.names}
+
+
+def look_ahead(pool: Pool, fit: Fit, less: Sequence[Fit]) -> list[tuple[Fit, float]]:
+    """Return where the derivatives of a set lead smaller ones, and what their last step brought.
+
+    These steps cost little, and show which sets will stay clearly worse.
+    """
+    (jacobian,) = linearise(pool.worlds, [fit])
+    shared = [jacobian[:, [fit.columns.index(c) for c in f.columns]] for f in less]
+    before = after = list(less)
+    for _ in range(AHEAD):
+        before = after
+        after = refit(
+            pool.worlds, before, pool.floors, iterations=1, coarse=0, jacobians=shared
+        )  # fmt: skip
+    return [(f, old.score - f.score) for old, f in zip(before, after, strict=True)]
 
 
 def exchange(pool: Pool, fit: Fit, names: Sequence[str]) -> None:

@@ -105,7 +105,7 @@ def go_on_all_rows(
               for f in {f.names: f for f in (pool.fits[frozenset()], fit)}.values()]  # fmt: skip
     whole.floors = floors_of(whole.worlds, fit.names)
     found = start_fits(whole.worlds, starts, whole.floors, near=True)
-    whole.add(refit(whole.worlds, found, whole.floors, iterations=2, coarse=0))
+    whole.add(refit(whole.worlds, found, whole.floors, iterations=4, coarse=0))
     best = grow(whole, names, progress, anywhere=True)
     return frozenset(best.names) != frozenset(fit.names)
 

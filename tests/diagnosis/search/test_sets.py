@@ -19,6 +19,7 @@ from tendon_newton.diagnosis.search.decide.decision import (
     held_out_gains,
     special_case_or_without,
 )
+from tendon_newton.diagnosis.search.decide.find_causes import leaves_nothing
 from tendon_newton.diagnosis.search.decide.posterior import left_open
 from tendon_newton.diagnosis.search.decide.rule import FORM_THETA, LADDER
 from tendon_newton.diagnosis.search.floors import floors_of, form_of
@@ -28,7 +29,7 @@ from tendon_newton.diagnosis.search.prune import leave_out, near_sets, settle
 from tendon_newton.diagnosis.search.refit import refit, start_fits, values_of, without
 from tendon_newton.diagnosis.search.starts import new_starts, related_starts
 from tendon_newton.diagnosis.search.survey import Column, Survey, survey
-from tendon_newton.diagnosis.search.worlds import Floors, Worlds
+from tendon_newton.diagnosis.search.worlds import SEARCH_STEP, Floors, Worlds
 from tendon_newton.effects import EFFECTS, are_related
 from tendon_newton.identification.study import Study
 from tendon_newton.simulation.hosts.replay import replay, simulated_recording
@@ -134,6 +135,21 @@ def test_what_acts_in_few_rows_is_left_even_where_something_sticks() -> None:
     assert pool.leaves_nothing(fit, anywhere=True)
     assert pool.leaves_nothing(less)
     assert not pool.leaves_nothing(less, anywhere=True)
+
+
+def test_a_long_step_at_a_stop_is_no_gap() -> None:
+    """A finger that hits its stops is off in some rows at the search's step alone."""
+    asked = commanded(np.repeat([0.2, 6.0, 0.2, 5.0, 0.2], 40), bench="finger")
+    asked = replace(asked, force=np.zeros((200, 1)))
+    (out,) = replay([asked], ideal_model(), time_step=1.0e-4)
+    found = simulated_recording(asked, out)
+    noise = np.random.default_rng(0).normal(0.0, 5.0e-4, found.motor_position.shape)
+    found = replace(found, motor_position=found.motor_position + noise)
+    own = Worlds(Study([found], ideal_model(), CATALOGUE, time_step=SEARCH_STEP))
+    pool = Pool(worlds=own, floors=floors_of(own, ()), price=PRICE, most=7)
+    (fit,) = start_fits(own, [((), {})], pool.floors)
+    assert not pool.leaves_nothing(fit)
+    assert leaves_nothing(pool, fit)
 
 
 def test_a_change_below_the_error_of_form_is_no_cause() -> None:
@@ -383,7 +399,10 @@ def test_a_breakaway_force_hides_nothing_where_nothing_is_left(worlds: Worlds) -
 
 
 def test_a_cause_is_worth_at_least_what_it_is_said_to_be_on_left_out_parts(worlds: Worlds) -> None:
-    """The sets without them saw all parts: refits that did not see a part do worse there."""
+    """The sets without them saw all parts: refits that did not see a part do worse there.
+
+    A set that stays clearly worse is not followed to its end, so a hundredth may be missing.
+    """
     pool = pool_of(worlds)
     start = started(pool, viscous_friction=1.0, coulomb_friction=0.5)
     (fit,) = refit(worlds, [start], pool.floors, iterations=10)
@@ -394,7 +413,7 @@ def test_a_cause_is_worth_at_least_what_it_is_said_to_be_on_left_out_parts(world
     for name, other in zip(less, others, strict=True):
         assert own is not None
         assert other is not None
-        assert pool.bar(name) < float(gains[name].sum()) < float((other - own).sum()) + 0.01
+        assert pool.bar(name) < float(gains[name].sum()) < 1.01 * float((other - own).sum())
 
 
 def test_a_number_as_uncertain_as_its_range_says_nothing(

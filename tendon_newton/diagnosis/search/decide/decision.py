@@ -105,10 +105,11 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, rng: np.random.Generator) -> De
         decisive: Takes the fits of all rows; the same pool where the beginnings decide.
         rng: Of the draws of blocks.
     """
-    if decisive is not pool:
-        less = leave_out(pool, fit)
-        close = {name: rivals_of(pool, fit, name, CLEAR) for name in fit.names}
-        near = [*less.values(), *(r for rs in close.values() for r in rs)]
+    close = [r for name in fit.names for r in rivals_of(pool, fit, name, CLEAR)]
+    if decisive is pool:
+        pool.add(refit(pool.worlds, close, pool.floors, iterations=2, coarse=0))
+    else:
+        near = [*leave_out(pool, fit).values(), *close]
         near += [f for name in fit.names for f in with_special_case(pool, fit, name)]
         sets = {frozenset(f.names): f for f in near}
         decisive.rescore(floors_of(decisive.worlds, fit.names))

@@ -23,8 +23,8 @@ from tendon_newton.diagnosis.search.decide.rule import LEAST_EXPLAINED, PRICE
 from tendon_newton.diagnosis.search.decide.time_limits import limits_of
 from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.pool import FOLLOWED, Allows, Pool
-from tendon_newton.diagnosis.search.prune import settle
-from tendon_newton.diagnosis.search.refit import Fit
+from tendon_newton.diagnosis.search.prune import prune, settle
+from tendon_newton.diagnosis.search.refit import Fit, rescored, values_of
 from tendon_newton.diagnosis.search.spans import beginnings, deciding
 from tendon_newton.diagnosis.search.strategy import find, go_on_all_rows
 from tendon_newton.diagnosis.search.worlds import Worlds
@@ -85,23 +85,21 @@ def find_causes(
         )  # fmt: skip
 
     pool = pool_of(Worlds(part_of(study, first, model)), HASTE, limits.searched)
-    chosen, whole, decisive = first, pool, pool
+    chosen, whole = first, pool
     if limits.decides_apart:
         chosen = deciding(recordings, whole=study.kinematic)
         is_all = all(own is other for own, other in zip(chosen, recordings, strict=False))
         worlds = Worlds(study if is_all else part_of(study, chosen, model))
         whole = pool_of(worlds, HASTE, limits.searched, FOLLOWED[1:])
-        decisive = pool_of(worlds, 1.0, limits.decided)
     try:
         fit = find(pool, (*study.fit_columns(model), *study.tolerated_columns), names, progress)
-        pool.haste = 1.0
+        pool.haste, searched = 1.0, pool
         progress(f"testing {', '.join(fit.names) or 'whether anything is missing'}")
-        fit = fit if pool.is_late else settle(pool, fit, names)
-        searched = pool
+        fit = fit if pool.is_late else prune(pool, fit)
         if go_on_all_rows(pool, fit, whole, names, progress):
-            searched, whole.haste = whole, 1.0
-            fit = settle(whole, whole.best(), names)
-            pool.added = whole.added
+            searched, fit = whole, whole.best()
+            whole.haste, pool.added = 1.0, whole.added
+        fit = fit if pool.is_late else settle(searched, fit, names)
         early = (OVER_BUDGET,) if pool.is_late else ()
     except KeyboardInterrupt:
         if frozenset() not in pool.fits:
@@ -110,14 +108,14 @@ def find_causes(
         searched, fit = pool, pool.best()
         progress("ending the search; Ctrl-C again ends without an answer")
     progress(f"deciding on {len(chosen)} of {len(recordings)} recordings")
-    decisive.haste, decisive.until = 1.0, limits.decided
-    if decisive is not pool:
-        transfer(pool, [pool.fits[frozenset()]], decisive)
-    decided = decide(searched, fit, decisive, rng)
+    whole.haste, whole.until = 1.0, limits.decided
+    if searched is not whole:
+        transfer(pool, [pool.fits[frozenset()]], whole)
+    decided = decide(searched, fit, whole, rng)
     if decided.undecided:
         early = (*early, f"{UNDECIDED}: {', '.join(decided.undecided)}.")
-    baseline = decisive.fits[frozenset()]
-    return conclude_search(pool, decisive, names, fit, baseline, decided, early)
+    baseline = whole.fits[frozenset()]
+    return conclude_search(pool, whole, names, fit, baseline, decided, early)
 
 
 def part_of(study: Study, recordings: Sequence[Recording], model: Model) -> Study:
@@ -174,10 +172,20 @@ def ordered(decided: Decided) -> Fit:
 def verdict_of(decisive: Pool, baseline: Fit, final: Fit, share: float) -> Verdict:
     """Judge what is left without and with the causes."""
     if not final.names:
-        return "no_gap" if decisive.leaves_nothing(baseline) else "unexplained"
-    if decisive.leaves_nothing(final):
+        return "no_gap" if leaves_nothing(decisive, baseline) else "unexplained"
+    if leaves_nothing(decisive, final):
         return "explained"
     return "partly_explained" if share >= LEAST_EXPLAINED else "unexplained"
+
+
+def leaves_nothing(pool: Pool, fit: Fit) -> bool:
+    """Tell whether a fit leaves nothing, at the search's step or at the finest one."""
+    if pool.leaves_nothing(fit):
+        return True
+    values = values_of(pool.worlds, fit.columns, fit.place)
+    finest = replace(fit, residual=pool.worlds.finest(values))
+    (judged,) = rescored(pool.worlds, [finest], pool.floors)
+    return pool.leaves_nothing(judged)
 
 
 def new_name(fit: Fit, rival: Fit) -> str:

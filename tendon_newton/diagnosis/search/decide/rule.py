@@ -5,7 +5,7 @@ asked here. `python -m tests.planted.sets.calibrate` draws the price's curve.
 
 All other constants of the search say which sets of causes are fitted, on which rows, and how far.
 They can change a name too, since a set that was not fitted to its end cannot win. Nearest to the
-decision are `FAR` and `CLEAR` in `prune`, and `FEW_RIVALS` in `decision`.
+decision are `FAR`, `CLEAR` and `KEPT` in `prune`, and `FEW_RIVALS` in `decision`.
 """
 
 PRICE = 0.1
