@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -143,7 +143,8 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, rng: np.random.Generator) -> De
             worst = min(doubtful, key=lambda n: worths[n])
             refusal = Refusal(gain=float(gains[worst].sum()), left_open=True)
         refused[worst] = refusal
-        final = prune(decisive, special_case_or_without(decisive, final, worst))
+        rest = special_case_or_without(decisive, final, worst)
+        final = prune(decisive, best_without(decisive, rest, refused))
     return Decided(fit=final, refused=refused, undecided=tuple(undecided))
 
 
@@ -169,6 +170,18 @@ def with_worths(
         probabilities={n: probability(g, decisive.bar(n), rng) for n, g in gains.items()},
         rivals={n: close_rivals(decisive, fit, n) for n in fit.names},
     )
+
+
+def best_without(decisive: Pool, rest: Fit, refused: Collection[str]) -> Fit:
+    """Return the best set that holds no refused cause: another may take the place of one.
+
+    Args:
+        decisive: Has the fits of all rows.
+        rest: What is left of the set whose cause was refused last.
+        refused: Causes that may not be named.
+    """
+    free = [f for f in decisive.fits.values() if not set(f.names) & set(refused)]
+    return followed(decisive, min([rest, *free], key=decisive.cost))
 
 
 def special_case_or_without(decisive: Pool, fit: Fit, name: str) -> Fit:

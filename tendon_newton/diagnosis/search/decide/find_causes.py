@@ -76,21 +76,19 @@ def find_causes(
     limits = limits_of(budget, pace, recordings, whole=study.kinematic)
     first = beginnings(recordings, limits.beginnings, whole=study.kinematic)
 
-    def pool_of(
-        worlds: Worlds, haste: float, until: float, followed: Sequence[int] = FOLLOWED
-    ) -> Pool:
+    def pool_of(worlds: Worlds, followed: Sequence[int]) -> Pool:
         return Pool(
-            worlds=worlds, floors=floors_of(worlds, ()), price=price, haste=haste, most=most,
-            allows=allows, log=log, until=until, followed=followed,
+            worlds=worlds, floors=floors_of(worlds, ()), price=price, haste=HASTE, most=most,
+            allows=allows, log=log, until=limits.searched, followed=followed,
         )  # fmt: skip
 
-    pool = pool_of(Worlds(part_of(study, first, model)), HASTE, limits.searched)
+    pool = pool_of(Worlds(part_of(study, first, model)), FOLLOWED)
     chosen, whole = first, pool
     if limits.decides_apart:
         chosen = deciding(recordings, whole=study.kinematic)
         is_all = all(own is other for own, other in zip(chosen, recordings, strict=False))
         worlds = Worlds(study if is_all else part_of(study, chosen, model))
-        whole = pool_of(worlds, HASTE, limits.searched, FOLLOWED[1:])
+        whole = pool_of(worlds, FOLLOWED[1:])
     try:
         fit = find(pool, (*study.fit_columns(model), *study.tolerated_columns), names, progress)
         pool.haste, searched = 1.0, pool
