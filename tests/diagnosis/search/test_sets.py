@@ -16,6 +16,7 @@ from tendon_newton.diagnosis.search import prune as pruning
 from tendon_newton.diagnosis.search.choice import Chooser, choose, exchanges
 from tendon_newton.diagnosis.search.decide import posterior
 from tendon_newton.diagnosis.search.decide.decision import (
+    best_without,
     held_out_gains,
     special_case_or_without,
 )
@@ -223,6 +224,20 @@ def test_settling_ends_where_the_best_set_is_pruned_to_the_one_before(
 
     assert settle(pool, more, CATALOGUE) is one
     assert pruned == [more, more]
+
+
+def test_a_refused_cause_takes_no_others_with_it(worlds: Worlds) -> None:
+    """Without it the rest explains less than another set that was fitted: that one is next."""
+    pool = pool_of(worlds)
+    law, plain = worlds.study.table.columns("stribeck_friction"), {"viscous_friction": 1.2}
+    values = dict(zip(law, (0.6, 0.6, 1.0), strict=True))
+    (viscous,) = worlds.study.table.columns("viscous_friction")
+    names = ("stribeck_friction", "viscous_friction")
+    pool.add(start_fits(worlds, [(names, {**values, viscous: 1.2})], pool.floors))
+    pool.add([started(pool, coulomb_friction=0.6, **plain)])
+    rest = started(pool, **plain)
+    assert set(best_without(pool, rest, {"coulomb_friction"}).names) == set(names)
+    assert best_without(pool, rest, {"coulomb_friction", names[0]}).names == ("viscous_friction",)
 
 
 def test_a_fit_that_did_not_settle_goes_on(worlds: Worlds) -> None:
