@@ -102,7 +102,7 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, rng: np.random.Generator) -> De
     Args:
         pool: Sets fitted on the beginnings.
         fit: What was found there.
-        decisive: Takes the fits of all rows; the same pool where the beginnings decide.
+        decisive: Takes the fits of all rows; the same pool where sets were looked for there, too.
         rng: Of the draws of blocks.
     """
     close = [r for name in fit.names for r in rivals_of(pool, fit, name, CLEAR)]

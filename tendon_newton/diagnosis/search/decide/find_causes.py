@@ -170,13 +170,13 @@ def ordered(decided: Decided) -> Fit:
 def verdict_of(decisive: Pool, baseline: Fit, final: Fit, share: float) -> Verdict:
     """Judge what is left without and with the causes."""
     if not final.names:
-        return "no_gap" if leaves_nothing(decisive, baseline) else "unexplained"
-    if leaves_nothing(decisive, final):
+        return "no_gap" if leaves_nothing_at_any_step(decisive, baseline) else "unexplained"
+    if leaves_nothing_at_any_step(decisive, final):
         return "explained"
     return "partly_explained" if share >= LEAST_EXPLAINED else "unexplained"
 
 
-def leaves_nothing(pool: Pool, fit: Fit) -> bool:
+def leaves_nothing_at_any_step(pool: Pool, fit: Fit) -> bool:
     """Tell whether a fit leaves nothing, at the search's step or at the finest one."""
     if pool.leaves_nothing(fit):
         return True
