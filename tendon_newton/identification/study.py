@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -240,17 +241,25 @@ class Study:
                 whole recording has its own.
             time_step: Step of the simulation [s] in place of the study's.
         """
-        out: dict[tuple[int, int], Residual] = {}
         per_recording = values.ndim == 3
-        for (rollout, members), base in zip(self._groups, self._vectors, strict=True):
+
+        def of_group(group: int) -> dict[tuple[int, int], Residual]:
+            (rollout, members), base = self._groups[group], self._vectors[group]
             vectors = np.repeat(base[None], len(values), axis=0)
             for n, row in enumerate(columns):
                 for f in np.flatnonzero(row >= 0):
                     vectors[n, :, row[f]] = values[n, members, f] if per_recording else values[n, f]
             rows = rollout.run_rows(vectors, time_step)
-            for place, whole in enumerate(members):
-                for servo in range(self.servos):
-                    out[whole, servo] = self._compare((whole, servo), rollout, place, rows)
+            return {
+                (whole, servo): self._compare((whole, servo), rollout, place, rows)
+                for place, whole in enumerate(members)
+                for servo in range(self.servos)
+            }
+
+        # what one group prepares and compares takes place while kernels of another run
+        with ThreadPoolExecutor(len(self._groups)) as pool:
+            found = list(pool.map(of_group, range(len(self._groups))))
+        out = {source: residual for own in found for source, residual in own.items()}
         return [out[source] for source in self.sources]
 
     def trajectories(self, values: Mapping[int, float]) -> list[Trajectory]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from tendon_newton.data.checks.finding import Finding
 from tendon_newton.data.checks.lint_checks import CHECKS, CORRELATION_LIMIT, measured_channels
-from tendon_newton.data.checks.registers import correlation
+from tendon_newton.data.checks.registers import correlations
 from tendon_newton.data.recording import Recording
 
 __all__ = ["Finding", "lint_dataset", "lint_recording"]
@@ -76,7 +76,7 @@ def warming(recordings: Sequence[Recording]) -> Iterator[Finding]:
                 groups.setdefault(value, []).append(float(recording.temperature.mean()))
         means = {value: float(np.mean(groups[value])) for value in sorted(groups)}
         rise = max(means.values()) - min(means.values())
-        trend = correlation(np.array(list(means)), np.array(list(means.values())))
+        (trend,) = correlations(np.array(list(means)), np.array(list(means.values())))
         if rise > WARMING_LIMIT and abs(trend) > CORRELATION_LIMIT:
             listed = ", ".join(f"{mean:.1f} degC at {value:.3g}" for value, mean in means.items())
             yield Finding(

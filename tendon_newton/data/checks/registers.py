@@ -12,6 +12,8 @@ OUTER_FRACTION = 0.1
 # a wrapped register passes through zero, so its highest values lie close below the full range
 TOP_FRACTION = 0.99
 
+ROUNDING = 1e-12  # share of a channel's squares that sums of them are off by
+
 SMOOTHING = 0.04  # [s] above it, differences of an encoder are mostly its resolution
 
 
@@ -69,8 +71,7 @@ def lag_between(
     half = round(reach / step)
     wide: Array = grid[0] + step * np.arange(-half, grid.size + half)
     moved = smooth(np.interp(wide, time, reference), step)
-    starts = range(2 * half, -1, -1)  # a channel that is late shows what was before
-    scores = np.array([correlation(moved[k : k + measured.size], measured) for k in starts])
+    scores = correlations(moved, measured)[::-1]  # a channel that is late shows what was before
     best = int(np.argmax(scores))
     return step * (best - half), float(scores[best]), float(scores[best] - scores[half])
 
@@ -81,8 +82,23 @@ def smooth(values: Array, step: float) -> Array:
     return np.convolve(values, np.full(width, 1.0 / width), mode="valid")
 
 
-def correlation(a: Array, b: Array) -> float:
-    """Correlation of two channels [1]; zero where one of them stands still."""
-    a, b = a - a.mean(), b - b.mean()
-    scale = float(np.sqrt((a @ a) * (b @ b)))
-    return float(a @ b) / scale if scale > 0.0 else 0.0
+def correlations(long: Array, short: Array) -> Array:
+    """Correlate a channel with every stretch of another that is as long as the first.
+
+    Args:
+        long: The channel that is moved past the other, shape (T,).
+        short: The other channel, shape (S,).
+
+    Returns:
+        Correlation [1] for each first row of a stretch, shape (T - S + 1,); zero where one of the
+        two stands still.
+    """
+    count = short.size
+    long, short = long - long.mean(), short - short.mean()
+    sums, squares = (np.cumsum(np.append(0.0, x)) for x in (long, long**2))
+    mean = (sums[count:] - sums[:-count]) / count
+    spread = squares[count:] - squares[:-count] - count * mean**2
+    scale = np.sqrt(np.maximum(spread, 0.0) * (short @ short))
+    moves = spread > ROUNDING * squares[-1]
+    across = np.correlate(long, short, mode="valid")
+    return np.where(moves & (scale > 0.0), across / np.where(scale > 0.0, scale, 1.0), 0.0)

@@ -102,11 +102,11 @@ def fit_ridges(
     """Return weights (P, N) and offsets (N,) of regressions on N targets, for each ridge factor."""
     center, offset = features.mean(axis=0), targets.mean(axis=0)
     moved = features - center
-    spread, axes = np.linalg.eigh(moved.T @ moved)
-    along = axes.T @ (moved.T @ (targets - offset))
+    gram, across = moved.T @ moved, moved.T @ (targets - offset)
     fits: list[tuple[Array, Array]] = []
     for ridge in ridges:
-        weights = axes @ (along / (np.maximum(spread, 0.0) + ridge * len(features))[:, None])
+        held = gram + ridge * len(features) * np.eye(len(gram))
+        weights = np.linalg.solve(held, across)
         fits.append((weights, offset - center @ weights))
     return fits
 

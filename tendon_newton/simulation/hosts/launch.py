@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -15,6 +17,8 @@ from tendon_newton.scheduler import THREADS_VARIABLE
 
 CHUNKS_PER_THREAD = 4
 """Launches per thread, so that a slow one does not leave the other thread idle."""
+ONE_AT_A_TIME = Lock()
+"""Warp loads modules as it prepares a launch, and not in two threads at once."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,17 +47,29 @@ class Launch:
         if self.device.is_cuda:
             wp.launch(kernel, self.count, inputs=[0, *inputs], device=self.device)
             return
-        threads = min(self.count, int(os.environ.get(THREADS_VARIABLE, os.cpu_count() or 1)))
-        edges = np.unique(np.linspace(0, self.count, threads * CHUNKS_PER_THREAD + 1).astype(int))
-        commands = [
-            wp.launch(
-                kernel,
-                int(end - start),
-                inputs=[int(start), *inputs],
-                device=self.device,
-                record_cmd=True,
-            )
-            for start, end in pairwise(edges)
-        ]
-        with ThreadPoolExecutor(threads) as pool:
-            list(pool.map(lambda command: command.launch(), commands))
+        threads = int(os.environ.get(THREADS_VARIABLE, os.cpu_count() or 1))
+        parts = min(self.count, threads * CHUNKS_PER_THREAD)
+        edges = np.linspace(0, self.count, parts + 1).astype(int)
+        with ONE_AT_A_TIME:
+            commands: list[Any] = [
+                wp.launch(
+                    kernel,
+                    int(end - start),
+                    inputs=[int(start), *inputs],
+                    device=self.device,
+                    record_cmd=True,
+                )
+                for start, end in pairwise(edges)
+            ]
+        chunks = [cores(threads).submit(command.launch) for command in commands]
+        try:
+            for chunk in chunks:
+                chunk.result()
+        finally:  # after Ctrl-C no chunk may write to arrays that are gone
+            wait([chunk for chunk in chunks if not chunk.cancel()])
+
+
+@cache
+def cores(threads: int) -> ThreadPoolExecutor:
+    """Return the threads that kernels run on, whoever launches them."""
+    return ThreadPoolExecutor(threads)
