@@ -105,8 +105,8 @@ def fit_ridges(
     gram, across = moved.T @ moved, moved.T @ (targets - offset)
     fits: list[tuple[Array, Array]] = []
     for ridge in ridges:
-        held = gram + ridge * len(features) * np.eye(len(gram))
-        weights = np.linalg.solve(held, across)
+        held: Array = gram + ridge * len(features) * np.eye(len(gram))
+        weights: Array = np.linalg.solve(held, across)
         fits.append((weights, offset - center @ weights))
     return fits
 
