@@ -106,7 +106,7 @@ def fit_ridges(
     fits: list[tuple[Array, Array]] = []
     for ridge in ridges:
         held: Array = gram + ridge * len(features) * np.eye(len(gram))
-        weights: Array = np.linalg.solve(held, across)
+        weights = np.asarray(np.linalg.solve(held, across), dtype=np.float64)
         fits.append((weights, offset - center @ weights))
     return fits
 
