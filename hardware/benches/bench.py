@@ -67,6 +67,7 @@ class Drive:
     servo: BusServo
     load_cell: LoadCell | None
     calibration: LoadCellCalibration | None
+    """Turns counts into newtons; without one only raw counts are kept."""
 
 
 @dataclass(kw_only=True)
@@ -74,23 +75,18 @@ class Bench:
     """A bench whose ports are open."""
 
     address: BenchAddress
-    servo: BusServo
-    load_cell: LoadCell | None
-    calibration: LoadCellCalibration | None
-    """Turns counts into newtons; without one only raw counts are kept."""
+    drives: tuple[Drive, ...]
+    """All servos on the bus, in the order of the asset's tendons."""
     clock: Clock
-    further: tuple[Drive, ...] = ()
-    """Further servos on the same bus."""
     controls: VirtualControls | None = None
     """Controls of a virtual bench: obstacles, faults, masses; None on a real one."""
     lockstep: bool = False
     """Whether time passes only while the bench is waited for."""
 
     @property
-    def drives(self) -> tuple[Drive, ...]:
-        """All servos, the first among them, in the order of the asset's tendons."""
-        first = Drive(servo=self.servo, load_cell=self.load_cell, calibration=self.calibration)
-        return (first, *self.further)
+    def servo(self) -> BusServo:
+        """The first servo."""
+        return self.drives[0].servo
 
     def time_base(self) -> TimeBase:
         """Return stamps for a log: of the calendar, or a simulated clock's own."""
@@ -186,20 +182,12 @@ def bench_of(
     calibrations: Sequence[LoadCellCalibration | None],
 ) -> Bench:
     """Put servos, load cells and calibrations together, tendon by tendon."""
-    first, *others = (
+    rows = zip(servos_at(address, port, clock), cells, calibrations, strict=True)
+    drives = tuple(
         Drive(servo=servo, load_cell=cell, calibration=calibration)
-        for servo, cell, calibration in zip(
-            servos_at(address, port, clock), cells, calibrations, strict=True
-        )
+        for servo, cell, calibration in rows
     )
-    return Bench(
-        address=address,
-        servo=first.servo,
-        load_cell=first.load_cell,
-        calibration=first.calibration,
-        clock=clock,
-        further=tuple(others),
-    )
+    return Bench(address=address, drives=drives, clock=clock)
 
 
 def virtual_bench(address: BenchAddress, stack: ExitStack) -> Bench:

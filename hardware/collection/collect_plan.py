@@ -141,7 +141,7 @@ def attempts(
             f"{outcome.pacing.overruns} of them because this computer was too busy."
         )
     if outcome.finished:
-        enlist(out, outcome, run, settings, calibrated=bench.calibration is not None)
+        enlist(out, outcome, run, settings, calibrated=bench.drives[0].calibration is not None)
     return outcomes
 
 

@@ -239,7 +239,7 @@ def get_ready(bench: Bench, operator: Operator) -> None:
         operator.tell("Home is where the spool stands now: the tendon must be just taut.")
     for drive in bench.drives:
         if drive.load_cell is None or drive.calibration is None:
-            of = f" of servo {drive.servo.identifier}" if bench.further else ""
+            of = f" of servo {drive.servo.identifier}" if len(bench.drives) > 1 else ""
             operator.tell(f"No calibrated load cell: the tension{of} is not measured.")
 
 

@@ -75,6 +75,9 @@ class Instruction:
 class FrameParser:
     """Cuts a byte stream into instructions, skipping noise between them."""
 
+    ANSWER: int | None = STATUS
+    """Code of another servo's answer, which is no instruction."""
+
     def __init__(self) -> None:
         self._bytes = bytearray()
 
@@ -83,7 +86,7 @@ class FrameParser:
         self._bytes += data
         found: list[Instruction] = []
         while (instruction := self._next()) is not None:
-            if instruction.code != STATUS:  # another servo's answer
+            if instruction.code != self.ANSWER:
                 found.append(instruction)
         return found
 
