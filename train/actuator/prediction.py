@@ -9,8 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import torch
 
-from train.actuator.samples.window_tensors import WindowTensors, to_device
-from train.actuator.samples.windows import Windows, WindowShape, extract_windows
+from train.actuator.samples.windows import (
+    Windows,
+    WindowShape,
+    WindowTensors,
+    extract_windows,
+    to_device,
+)
 
 if TYPE_CHECKING:
     from tendon_newton.data.cards.force_network_card import ForceNetworkCard

@@ -16,7 +16,7 @@ from tendon_newton.errors import InvalidDataset
 from train.actuator.fitting.export import make_card
 from train.actuator.fitting.training import train_network
 from train.actuator.prediction import ask
-from train.actuator.samples.force_data import prepare
+from train.actuator.samples.folds import prepare
 from train.actuator.samples.servo_law import NO_LAW, fit_servo_law
 from train.reproduction.physical import SPOOL_RADIUS
 from train.reproduction.servo_force import Servo, missing_force

@@ -22,7 +22,7 @@ from train.actuator.samples.servo_law import fit_servo_law
 if TYPE_CHECKING:
     from tendon_newton.data.dataset import Dataset
     from tendon_newton.force_networks.force_network import ForceNetwork
-    from train.actuator.samples.force_data import ForceData
+    from train.actuator.samples.folds import ForceData
     from train.actuator.training_config import TrainingConfig
 HEADROOM = 1.05
 """Above the largest force in training [1]."""

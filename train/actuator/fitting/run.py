@@ -13,8 +13,7 @@ import torch
 from tendon_newton.data.files.json_file import write_json
 from train.actuator.fitting.export import Exported, export_network
 from train.actuator.fitting.training import Progress, train_network
-from train.actuator.samples.folds import SPLIT_WORDS
-from train.actuator.samples.force_data import prepare
+from train.actuator.samples.folds import SPLIT_WORDS, prepare
 
 if TYPE_CHECKING:
     from tendon_newton.data.dataset import Dataset

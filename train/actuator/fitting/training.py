@@ -29,7 +29,7 @@ from train.actuator.fitting.checkpoint import (
 )
 from train.actuator.samples.changed_windows import changed_batch
 from train.actuator.samples.servo_law import ServoLaw, fit_servo_law
-from train.actuator.samples.window_tensors import WindowTensors, to_device
+from train.actuator.samples.windows import WindowTensors, to_device
 from train.actuator.training_config import TrainingConfig
 
 if TYPE_CHECKING:

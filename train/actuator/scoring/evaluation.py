@@ -16,8 +16,7 @@ from tendon_newton.identification.noise_floor import estimate_noise_floor
 from train.actuator.models import IDEAL, REFITTED, Compared, compare
 from train.actuator.samples.folds import usable
 from train.actuator.samples.protocol import Experiment, experiment_of
-from train.actuator.scoring.lag import Lag, lag
-from train.actuator.scoring.scores import Score, score
+from train.actuator.scoring.scores import Lag, Score, lag, score
 
 if TYPE_CHECKING:
     from tendon_newton.actuators.networks.artifact import NetworkFile

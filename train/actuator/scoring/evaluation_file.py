@@ -10,7 +10,7 @@ from train.actuator.ideal import SERVO_LIMIT
 if TYPE_CHECKING:
     from train.actuator.models import Compared
     from train.actuator.scoring.evaluation import Evaluation, FamilyResult
-    from train.actuator.scoring.lag import Lag
+    from train.actuator.scoring.scores import Lag
 
 SCHEMA = 2
 
