@@ -18,7 +18,7 @@ from hardware.control.keyboard import Keyboard
 from hardware.control.operator import Operator
 from hardware.control.pilot import Pilot, PilotStep
 from hardware.deployment.deploy_log import DeployLog
-from hardware.deployment.deploy_progress import DeployProgress
+from hardware.deployment.deploy_operator import DeployProgress
 from hardware.deployment.deploy_senses import DeploySenses
 from hardware.deployment.deploy_settings import DeploySettings
 from hardware.errors import (

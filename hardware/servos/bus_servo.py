@@ -25,8 +25,8 @@ from hardware.servos.base import (
     ServoState,
 )
 from hardware.servos.bus import Bus
-from hardware.servos.control_table import WATCHDOG_TRIPPED
 from hardware.servos.families import FAMILIES
+from hardware.servos.family import WATCHDOG_TRIPPED
 from hardware.servos.serial_bus.keeper import Keeper
 from hardware.servos.serial_bus.servo_port import PortHandler, ServoPort
 from hardware.servos.setting_up import (

@@ -15,8 +15,8 @@ from hardware.errors import (
 from hardware.servos import SERVOS
 from hardware.servos.base import ServoSpec, alert_words
 from hardware.servos.bus import Bus
-from hardware.servos.control_table import WATCHDOG_PERIOD
 from hardware.servos.families import FAMILIES
+from hardware.servos.family import WATCHDOG_PERIOD
 from hardware.servos.serial_bus.register import Register
 
 GREETINGS = 3

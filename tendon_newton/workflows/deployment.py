@@ -27,7 +27,7 @@ from hardware.servos.host_position_loop import HostPositionLoop, no_stronger
 from hardware.stop_request import StopRequest
 from hardware.virtual_bench.process import DEFAULT_BENCH, WORD
 from tendon_newton.data.dataset import list_recording
-from tendon_newton.data.files.result_folder import make_folder
+from tendon_newton.data.files.text_file import make_folder
 from tendon_newton.errors import InvalidParameter, InvalidRecording, TendonNewtonError, unknown_name
 from tendon_newton.mechanisms.asset_library import asset_files
 from tendon_newton.workflows.collection import address_of

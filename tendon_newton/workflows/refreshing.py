@@ -14,7 +14,7 @@ from hardware.control.policy_runner import load_policy
 from hardware.deployment.deploy_log import policy_span, step_table
 from tendon_newton import __version__
 from tendon_newton.data.files.origin import file_hash
-from tendon_newton.data.files.result_folder import make_folder
+from tendon_newton.data.files.text_file import make_folder
 from tendon_newton.data.formats.mcap_file import read_session
 from tendon_newton.data.model_file import load_model, write_model
 from tendon_newton.diagnosis.reporting.report import Origin, write_report
