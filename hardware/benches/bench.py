@@ -41,15 +41,12 @@ class VirtualControls(Protocol):
 
     def set_obstacle(self, name: str) -> None:
         """Put something in the mechanism's way."""
-        ...
 
     def set_faults(self, faults: Faults) -> None:
         """Let things go wrong."""
-        ...
 
     def hang_mass(self, mass: float | None) -> None:
         """Hang a mass on the load cell [kg]."""
-        ...
 
     def state(self) -> PlantState:
         """Return what is true now."""
@@ -57,7 +54,6 @@ class VirtualControls(Protocol):
 
     def plant_file(self, path: Path) -> None:
         """Write the unit's constants, which a diagnosis of its data can be compared with."""
-        ...
 
 
 @dataclass(kw_only=True)

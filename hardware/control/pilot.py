@@ -44,7 +44,6 @@ class Pilot(Protocol):
 
     def apply(self, step: PilotStep | None) -> None:
         """Note that a step's command was given, or with ``None`` that the last one stays."""
-        ...
 
 
 class PolicyPilot:

@@ -30,11 +30,9 @@ class ByteStream(Protocol):
 
     def open(self) -> None:
         """Begin to receive."""
-        ...
 
     def close(self) -> None:
         """Stop; more than once does no harm."""
-        ...
 
     def receive(self) -> list[tuple[float, bytes]]:
         """Return arrival [s] and bytes of each piece since the last call, without waiting.

@@ -44,8 +44,6 @@ class ClockFit:
     """Median of the arrivals' delay behind the line [s]."""
     delay_max: float
     """Greatest delay behind the line [s]."""
-    reading_count: int
-    """Readings that the line was laid under."""
 
     def host_time(self, readings: Sequence[LoadCellReading]) -> Array:
         """Return when readings of this run were made, on the host's clock [s], shape (T,)."""
@@ -74,7 +72,6 @@ def fit_clock(readings: Sequence[LoadCellReading]) -> ClockFit:
         error=error,
         delay_median=float(np.median(delay)),
         delay_max=float(delay.max()),
-        reading_count=len(readings),
     )
 
 

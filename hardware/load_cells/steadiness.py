@@ -32,11 +32,9 @@ class CalibrationOperator(Protocol):
 
     def hang(self, mass: float, text: str) -> None:
         """Hang a mass [kg], 0 for none, and return when it hangs."""
-        ...
 
     def show(self, counts: float, sigma: float) -> None:
         """Be shown the mean and scatter of the latest readings [counts]."""
-        ...
 
 
 def await_steady(

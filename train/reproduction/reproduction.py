@@ -38,7 +38,6 @@ class ReproductionBench(Protocol):
             seed: Seed of the plan's draws.
             most: Train runs of each kind; all of the plan if none.
         """
-        ...
 
     def climb(self, unit: int, policy: Path, out: Path) -> float:
         """Let a policy climb the paper's stairs on one unit and return its tip error, RMS [m]."""
