@@ -1,7 +1,5 @@
 """A bench in use: servo, load cell and clock behind one word, real or virtual."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Generator, Sequence
 from contextlib import ExitStack, contextmanager

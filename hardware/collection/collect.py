@@ -1,7 +1,5 @@
 """One recording, from a planned run to a file."""
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Many recordings in order: a plan, which can be interrupted and taken up again."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

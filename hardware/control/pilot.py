@@ -1,7 +1,5 @@
 """Sources of a deployment's commands: a policy, or a hand at the keys."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite

@@ -1,7 +1,5 @@
 """One deployment, from an open bench to a closed log."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass

@@ -5,8 +5,6 @@ is due, the command goes out. Ticks have absolute deadlines; one that is over be
 skipped and counted.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Sequence
 from math import inf

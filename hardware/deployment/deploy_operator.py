@@ -1,7 +1,5 @@
 """An operator who may go away while the motor runs: a closed terminal must not stop the loop."""
 
-from __future__ import annotations
-
 import contextlib
 from dataclasses import dataclass
 from math import degrees

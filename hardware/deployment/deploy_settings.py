@@ -1,7 +1,5 @@
 """Settings of a deployment, and conditions that must hold before its motor may run."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from math import isfinite
 

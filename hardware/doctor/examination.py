@@ -1,7 +1,5 @@
 """The whole examination, in the order in which one thing needs the other."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator, Sequence
 

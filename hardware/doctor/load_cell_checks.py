@@ -1,7 +1,5 @@
 """The load cell: sends, at a rate that it keeps, without gaps, and moves a little."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np

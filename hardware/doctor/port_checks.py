@@ -1,7 +1,5 @@
 """Serial ports: there, allowed, free, and quick."""
 
-from __future__ import annotations
-
 import os
 import stat
 from collections.abc import Iterator

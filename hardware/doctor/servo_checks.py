@@ -1,7 +1,5 @@
 """The servo: found at some rate, known, healthy, and quick enough."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Servos: found at whatever rate they answer, set to another one, and restarted."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass

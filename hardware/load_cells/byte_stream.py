@@ -5,8 +5,6 @@ to a tick late. That lateness drifts as slowly as the two clocks themselves do, 
 tell the one from the other.
 """
 
-from __future__ import annotations
-
 import os
 import select
 import threading

@@ -1,7 +1,5 @@
 """The microcontroller's clock against the host's: when a reading was made, not when it arrived."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass

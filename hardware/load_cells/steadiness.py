@@ -1,7 +1,5 @@
 """Readings that have come to rest: neither drifting nor swinging."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Sequence
 from math import sqrt

@@ -1,7 +1,5 @@
 """The load cell during a run: its readings into the log, its silence and its faults noticed."""
 
-from __future__ import annotations
-
 from hardware.benches.bench import Bench
 from hardware.control.operator import Operator
 from hardware.errors import SafetyStop

@@ -1,7 +1,5 @@
 """The driver of one servo: set and verified, watched, and switched off whatever happens."""
 
-from __future__ import annotations
-
 from math import isfinite, pi
 
 from hardware.clock import Clock, MonotonicClock

@@ -1,7 +1,5 @@
 """Steps of setting a servo up: greet it, set and verify its registers, arm it, switch it off."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 
 from hardware.clock import Clock

@@ -1,7 +1,5 @@
 """A virtual bench with its two wires: bytes in, bytes out, and faults on the way."""
 
-from __future__ import annotations
-
 import random
 from collections import deque
 from collections.abc import Iterable

@@ -1,7 +1,5 @@
 """Run one command through several simulators, and draw how far they lie apart."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated

@@ -8,8 +8,6 @@ seed alone are one family. OUT gets evaluation.json with every number, evaluatio
 tables, and figures after the paper's.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated

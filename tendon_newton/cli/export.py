@@ -1,7 +1,5 @@
 """Carry an identified model into another simulator."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated

@@ -3,8 +3,6 @@
 A run of a policy over the stairs is a climb.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass

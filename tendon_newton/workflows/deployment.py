@@ -1,7 +1,5 @@
 """Let a policy drive a bench that options name, and keep its log as a recording."""
 
-from __future__ import annotations
-
 import sys
 from contextlib import closing
 from dataclasses import replace

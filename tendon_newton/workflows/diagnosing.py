@@ -1,7 +1,5 @@
 """Diagnose a dataset and write all files of the answer."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Record, diagnose, choose the next run by what it is expected to tell, and begin again."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any

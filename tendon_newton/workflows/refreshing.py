@@ -1,7 +1,5 @@
 """From the logs of a worn bench to a corrected model and a policy that knows it."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import asdict, replace
 from pathlib import Path

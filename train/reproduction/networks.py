@@ -1,7 +1,5 @@
 """The networks of a bench or of a part of its recordings, trained and written as models."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path

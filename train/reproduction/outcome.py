@@ -1,7 +1,5 @@
 """Result of a stage of a reproduction: rows for the table, numbers, figures."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

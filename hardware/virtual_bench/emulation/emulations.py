@@ -1,7 +1,5 @@
 """Memory, firmware and bus of an emulated servo, by the family of its model."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Callable
 from dataclasses import dataclass

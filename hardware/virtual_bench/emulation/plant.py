@@ -1,7 +1,5 @@
 """The bench as one system: servo, tendon, mechanism, what blocks it, and the load cell."""
 
-from __future__ import annotations
-
 import random
 from dataclasses import dataclass
 

@@ -3,8 +3,6 @@
 Source: Feetech, communication protocol of its SCS, STS and SMS servos.
 """
 
-from __future__ import annotations
-
 from hardware.virtual_bench.memory.protocol import FrameParser, Instruction
 
 HEADER = b"\xff\xff"

@@ -3,8 +3,6 @@
 Source: ROBOTIS e-manual, Protocol 2.0. CRC-16 (IBM/BUYPASS): polynomial 0x8005, initial value 0.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 HEADER = b"\xff\xff\xfd\x00"

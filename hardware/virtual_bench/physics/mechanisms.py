@@ -1,7 +1,5 @@
 """Mechanisms that the tendon pulls: a carriage on a rail, or a finger with flexible joints."""
 
-from __future__ import annotations
-
 from math import cos, sin
 from typing import Protocol
 

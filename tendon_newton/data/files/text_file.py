@@ -1,7 +1,5 @@
 """Text files: reading those from outside without trusting them, and writing ours whole."""
 
-from __future__ import annotations
-
 import codecs
 import os
 from math import isfinite

@@ -1,7 +1,5 @@
 """One Python file that steps an exported model: runtime, effects' code and numbers in one text."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Sequence

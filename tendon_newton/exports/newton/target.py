@@ -1,7 +1,5 @@
 """Export to Newton: the bench in USD with actuator prims, and a drive for what prims cannot say."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any

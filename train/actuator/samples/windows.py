@@ -1,7 +1,5 @@
 """Windows of servo signals out of recordings of any rate, each with the force at its end."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

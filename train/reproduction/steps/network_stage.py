@@ -1,7 +1,5 @@
 """Force networks of every bench."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from train.actuator.training_config import Kind

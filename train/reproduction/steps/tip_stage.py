@@ -5,8 +5,6 @@ command is negative, but by its data sheet the motor hardly follows at the paper
 rad the ideal source opens the finger fully, as in the paper.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 
