@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import torch
 
+from tendon_newton.data.cards.force_network_card import ForceNetworkCard
+from tendon_newton.data.recording import Array, Indices, Recording
 from train.actuator.samples.windows import (
     Windows,
     WindowShape,
@@ -16,10 +18,6 @@ from train.actuator.samples.windows import (
     extract_windows,
     to_device,
 )
-
-if TYPE_CHECKING:
-    from tendon_newton.data.cards.force_network_card import ForceNetworkCard
-    from tendon_newton.data.recording import Array, Indices, Recording
 
 BATCH = 8192
 

@@ -5,24 +5,13 @@ zero and other noise. In the first part of the training motion departs from its 
 simulations motion departs to the end.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import torch
 from torch import Tensor
 
 from train.actuator.samples.departure import departed, departing_share
 from train.actuator.samples.servo_law import TAUT, ServoLaw
-from train.actuator.samples.windows import REST_SPEED
-
-if TYPE_CHECKING:
-    import torch
-    from torch import Tensor
-
-    from train.actuator.samples.servo_law import ServoLaw
-    from train.actuator.samples.windows import WindowTensors
-    from train.actuator.training_config import TrainingConfig
+from train.actuator.samples.windows import REST_SPEED, WindowTensors
+from train.actuator.training_config import TrainingConfig
 
 SHARE = 0.5
 """Share of the windows that end at rest which are asked for something else [1]."""

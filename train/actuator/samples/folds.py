@@ -1,23 +1,18 @@
 """Which recordings a network is fitted on, and which tell it when to stop."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tendon_newton.data.cards.force_network_card import TrainingRecording
+from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.files.origin import file_hash
+from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidDataset
 from train.actuator.samples.windows import Windows, WindowShape, extract_windows
-
-if TYPE_CHECKING:
-    from tendon_newton.data.dataset import Dataset
-    from tendon_newton.data.recording import Recording
-    from train.actuator.training_config import TrainingConfig
+from train.actuator.training_config import TrainingConfig
 
 VALIDATION_SHARE = 0.15
 """Share of each bench's train recordings that is held out to stop the training [1]."""

@@ -7,19 +7,14 @@ which their *changes* over a tenth of a second correlate best hangs on the momen
 turns.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tendon_newton.data.recording import Array
 from tendon_newton.data.root_mean_square import rms
-
-if TYPE_CHECKING:
-    from tendon_newton.data.recording import Array
-    from train.actuator.prediction import Prediction
+from train.actuator.prediction import Prediction
 
 
 @dataclass(frozen=True, kw_only=True)
