@@ -13,10 +13,10 @@ from train.policy.config.environment_config import EnvironmentConfig
 from train.policy.config.training_config import PolicyTrainingConfig
 from train.policy.runs.export import export_policy
 from train.policy.runs.training import train_policy
-from train.reproduction.networks import anew_if_other
 from train.reproduction.outcome import Outcome, Row, mean_text, reductions, row
 from train.reproduction.reproduction import BEST, IDEALS, MODELS, Reproduction
 from train.reproduction.settings import POLICIES, POLICY_STEPS, PolicyEffort
+from train.reproduction.steps.network_stage import anew_if_other
 
 PAPER_STAIRS = {"ideal": 24.0, "network": 12.0}
 """[mm]"""
