@@ -20,7 +20,6 @@ class Clock(Protocol):
 
     def sleep_until(self, instant: float) -> None:
         """Return at an instant [s], or at once if it has passed."""
-        ...
 
 
 class MonotonicClock:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from math import floor
 
 from hardware.clock import Clock
+from tendon_newton.errors import InvalidParameter
 
 BIN = 2.0e-5
 """Resolution of the lateness percentiles [s]."""
@@ -32,6 +33,21 @@ class PacingReport:
         return (
             f"{self.ticks} ticks, {self.overruns} skipped; late by {1e3 * self.median:.2f} ms "
             f"(median), {1e3 * self.p99:.2f} ms (99 %), {1e3 * self.worst:.2f} ms (worst)"
+        )
+
+
+def refuse_rates(rate: float, slower: float, whose: str) -> None:
+    """Refuse a rate of ticks that no bus keeps, or that no slower rate [Hz] divides.
+
+    Raises:
+        InvalidParameter: The rate is not 10 to 500 Hz, or no whole multiple of the slower one.
+    """
+    if not 10.0 <= rate <= 500.0:
+        raise InvalidParameter(f"the rate must be 10 to 500 Hz; it is {rate:g} Hz")
+    ratio = rate / slower if slower > 0.0 else 0.0
+    if ratio < 1.0 or abs(ratio - round(ratio)) > 1e-9:
+        raise InvalidParameter(
+            f"the rate must be a whole multiple of {whose}; they are {rate:g} and {slower:g} Hz"
         )
 
 

@@ -1,7 +1,5 @@
 """Serial ports of this computer: one user each, and what the system knows about them."""
 
-from __future__ import annotations
-
 import contextlib
 import fcntl
 import os

@@ -24,8 +24,7 @@ from tendon_newton.force_networks.force_network import ForceNetwork
 from train.actuator.fitting.export import make_card
 from train.actuator.fitting.training import train_network
 from train.actuator.prediction import Prediction, predict
-from train.actuator.samples.folds import Fold
-from train.actuator.samples.force_data import ForceData, prepare
+from train.actuator.samples.folds import Fold, ForceData, prepare
 from train.actuator.samples.protocol import experiment_of
 from train.actuator.scoring.scores import score
 from train.actuator.training_config import TrainingConfig

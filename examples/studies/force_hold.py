@@ -31,8 +31,8 @@ from tendon_newton.simulation.hosts.replay import simulated_recording
 from tendon_newton.simulation.hosts.rollout import Rollout
 from train.actuator.ideal import PAPER_GAIN, SERVO_LIMIT
 from train.reproduction.closed_loop import Replayed, replayed
-from train.reproduction.networks import learned_model
 from train.reproduction.physical import SPOOL_RADIUS
+from train.reproduction.steps.network_stage import learned_model
 from train.reproduction.steps.tip_stage import SINES
 from train.reproduction.unit import Unit
 

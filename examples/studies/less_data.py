@@ -25,13 +25,13 @@ from tendon_newton.scheduler import JobOptions, open_executor
 from tendon_newton.workflows.virtual_benches import VirtualBenches
 from train.actuator.scoring.figures import new_figure, save, tidy
 from train.reproduction.closed_loop import OBSTACLES, replayed
-from train.reproduction.networks import Aim, train
 from train.reproduction.outcome import Outcome, row
 from train.reproduction.physical import refit
 from train.reproduction.report import rows_table
 from train.reproduction.reproduction import BEST, IDEALS, MODELS, Reproduction
 from train.reproduction.settings import PolicyEffort, ReproductionSettings
 from train.reproduction.steps.hybrid_stage import hybrid_of
+from train.reproduction.steps.network_stage import Aim, train
 from train.reproduction.steps.stages import MODELS as MADE
 from train.reproduction.steps.stages import REPRODUCTION_STAGES, Stage, run_stages
 from train.reproduction.steps.tip_stage import COLOURS, SINES

@@ -1,7 +1,5 @@
 """A bench in use: servo, load cell and clock behind one word, real or virtual."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Generator, Sequence
 from contextlib import ExitStack, contextmanager
@@ -41,15 +39,12 @@ class VirtualControls(Protocol):
 
     def set_obstacle(self, name: str) -> None:
         """Put something in the mechanism's way."""
-        ...
 
     def set_faults(self, faults: Faults) -> None:
         """Let things go wrong."""
-        ...
 
     def hang_mass(self, mass: float | None) -> None:
         """Hang a mass on the load cell [kg]."""
-        ...
 
     def state(self) -> PlantState:
         """Return what is true now."""
@@ -57,7 +52,6 @@ class VirtualControls(Protocol):
 
     def plant_file(self, path: Path) -> None:
         """Write the unit's constants, which a diagnosis of its data can be compared with."""
-        ...
 
 
 @dataclass(kw_only=True)
@@ -67,6 +61,7 @@ class Drive:
     servo: BusServo
     load_cell: LoadCell | None
     calibration: LoadCellCalibration | None
+    """Turns counts into newtons; without one only raw counts are kept."""
 
 
 @dataclass(kw_only=True)
@@ -74,23 +69,18 @@ class Bench:
     """A bench whose ports are open."""
 
     address: BenchAddress
-    servo: BusServo
-    load_cell: LoadCell | None
-    calibration: LoadCellCalibration | None
-    """Turns counts into newtons; without one only raw counts are kept."""
+    drives: tuple[Drive, ...]
+    """All servos on the bus, in the order of the asset's tendons."""
     clock: Clock
-    further: tuple[Drive, ...] = ()
-    """Further servos on the same bus."""
     controls: VirtualControls | None = None
     """Controls of a virtual bench: obstacles, faults, masses; None on a real one."""
     lockstep: bool = False
     """Whether time passes only while the bench is waited for."""
 
     @property
-    def drives(self) -> tuple[Drive, ...]:
-        """All servos, the first among them, in the order of the asset's tendons."""
-        first = Drive(servo=self.servo, load_cell=self.load_cell, calibration=self.calibration)
-        return (first, *self.further)
+    def servo(self) -> BusServo:
+        """The first servo."""
+        return self.drives[0].servo
 
     def time_base(self) -> TimeBase:
         """Return stamps for a log: of the calendar, or a simulated clock's own."""
@@ -186,20 +176,12 @@ def bench_of(
     calibrations: Sequence[LoadCellCalibration | None],
 ) -> Bench:
     """Put servos, load cells and calibrations together, tendon by tendon."""
-    first, *others = (
+    rows = zip(servos_at(address, port, clock), cells, calibrations, strict=True)
+    drives = tuple(
         Drive(servo=servo, load_cell=cell, calibration=calibration)
-        for servo, cell, calibration in zip(
-            servos_at(address, port, clock), cells, calibrations, strict=True
-        )
+        for servo, cell, calibration in rows
     )
-    return Bench(
-        address=address,
-        servo=first.servo,
-        load_cell=first.load_cell,
-        calibration=first.calibration,
-        clock=clock,
-        further=tuple(others),
-    )
+    return Bench(address=address, drives=drives, clock=clock)
 
 
 def virtual_bench(address: BenchAddress, stack: ExitStack) -> Bench:

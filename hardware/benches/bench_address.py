@@ -1,7 +1,5 @@
 """The address of a bench: its ports, its servos, or the word for a virtual one."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The load cell of a virtual bench as its operator has calibrated it once, with hung masses."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Literal
 

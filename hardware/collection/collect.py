@@ -1,7 +1,5 @@
 """One recording, from a planned run to a file."""
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -122,7 +120,7 @@ def session_of(
 ) -> Session:
     """Gather what the metadata says."""
     address = bench.address
-    calibration = bench.calibration
+    drive = bench.drives[0]
     return Session(
         bench=run.bench,
         port=address.port,
@@ -136,8 +134,8 @@ def session_of(
         command_rate=settings.commands,
         host_loop=asdict(settings.loop),
         servo=read_back,
-        calibration=calibration.identifier if calibration else None,
-        load_cell=bench.load_cell.name if bench.load_cell else None,
+        calibration=drive.calibration.identifier if drive.calibration else None,
+        load_cell=drive.load_cell.name if drive.load_cell else None,
         load_cell_rate=loop.forces.rate and round(loop.forces.rate, 2),
         load_cell_filter=FILTERS[address.load_cell_rate] if address.virtual else None,
         simulated=address.virtual,

@@ -1,7 +1,5 @@
 """Many recordings in order: a plan, which can be interrupted and taken up again."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -141,7 +139,7 @@ def attempts(
             f"{outcome.pacing.overruns} of them because this computer was too busy."
         )
     if outcome.finished:
-        enlist(out, outcome, run, settings, calibrated=bench.calibration is not None)
+        enlist(out, outcome, run, settings, calibrated=bench.drives[0].calibration is not None)
     return outcomes
 
 

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from hardware.pacing import refuse_rates
 from hardware.safety_rules.bench_limits import SafetyLimits
 from hardware.servos.host_position_loop import HostPositionLoop
 from tendon_newton.data.cards.policy_observation import SERVO_RATE
@@ -36,14 +37,7 @@ class CollectSettings:
 
     def __post_init__(self) -> None:
         """Refuse rates that do not divide."""
-        if not 10.0 <= self.rate <= 500.0:
-            raise InvalidParameter(f"the rate must be 10 to 500 Hz; it is {self.rate:g} Hz")
-        ratio = self.rate / self.commands if self.commands > 0.0 else 0.0
-        if ratio < 1.0 or abs(ratio - round(ratio)) > 1e-9:
-            raise InvalidParameter(
-                f"the rate must be a whole multiple of the command rate; they are {self.rate:g} "
-                f"and {self.commands:g} Hz"
-            )
+        refuse_rates(self.rate, self.commands, "the command rate")
         if not 0.0 <= self.settle <= 60.0:
             raise InvalidParameter(f"the rest must be 0 to 60 s; it is {self.settle:g} s")
         if not 1e-4 <= self.spool_radius <= 0.5:

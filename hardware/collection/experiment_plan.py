@@ -4,8 +4,6 @@ Source: Yuryev and Hughes, Tendon Force Modeling for Sim2Real Transfer (2026): t
 and the sinusoid of the sim-to-real experiment.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import pi

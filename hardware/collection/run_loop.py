@@ -5,8 +5,6 @@ follow its command. What is missed is not made up: its row is absent and ``/serv
 so.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from math import ceil

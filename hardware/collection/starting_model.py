@@ -3,8 +3,6 @@
 Servo, mode and bench are known while something is recorded, so nobody has to write the file.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from hardware.servos.base import ServoSpec

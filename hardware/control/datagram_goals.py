@@ -1,7 +1,5 @@
 """Goals as UDP datagrams: the newest one counts, and from other computers only with a key."""
 
-from __future__ import annotations
-
 import ipaddress
 import socket
 import time

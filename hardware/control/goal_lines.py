@@ -1,7 +1,5 @@
 """A source of goals, and goals that come as lines."""
 
-from __future__ import annotations
-
 import math
 import os
 import select

@@ -4,8 +4,6 @@ A goal is an angle alpha [rad]: 0 is the straight finger, pi/2 the tip below the
 datagrams hold one number each; what is none is told once and changes nothing.
 """
 
-from __future__ import annotations
-
 import math
 from bisect import bisect_right
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Single keys of a terminal, without Enter and without waiting."""
 
-from __future__ import annotations
-
 import os
 import select
 import sys

@@ -39,19 +39,15 @@ class Operator(Protocol):
 
     def ask(self, text: str) -> None:
         """Ask for something to be done and wait until it is."""
-        ...
 
     def announce(self, text: str) -> None:
         """Say what comes next."""
-        ...
 
     def tell(self, text: str) -> None:
         """Say something that must not go unseen."""
-        ...
 
     def show(self, progress: Progress) -> None:
         """Show how a run is going."""
-        ...
 
 
 class SilentOperator:

@@ -1,7 +1,5 @@
 """Sources of a deployment's commands: a policy, or a hand at the keys."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite
@@ -44,7 +42,6 @@ class Pilot(Protocol):
 
     def apply(self, step: PilotStep | None) -> None:
         """Note that a step's command was given, or with ``None`` that the last one stays."""
-        ...
 
 
 class PolicyPilot:

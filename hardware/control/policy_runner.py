@@ -5,8 +5,6 @@ that comes from somebody else is first tried in a process of its own, where it c
 its size.
 """
 
-from __future__ import annotations
-
 import importlib
 import io
 import re

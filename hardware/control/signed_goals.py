@@ -7,8 +7,6 @@ number, and an old one no present time; the two computers' clocks must agree to 
 makes them.
 """
 
-from __future__ import annotations
-
 import hashlib
 import hmac
 from pathlib import Path

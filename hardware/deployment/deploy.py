@@ -1,7 +1,5 @@
 """One deployment, from an open bench to a closed log."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -74,9 +72,8 @@ class Deployment:
     @property
     def estimates(self) -> tuple[ForceEstimate, ...]:
         """One for each servo, where there is one."""
-        further = len(self.bench.further)
         first = self.estimate
-        return () if first is None else (first, *(first.anew() for _ in range(further)))
+        return () if first is None else (first, *(first.anew() for _ in self.bench.drives[1:]))
 
 
 def deploy(
@@ -166,7 +163,7 @@ def refuse_blind_rules(deployment: Deployment) -> None:
 def session_of(deployment: Deployment, read_back: Sequence[ServoSettings]) -> dict[str, str]:
     """Return what decides a deployment, as a metadata record holds it."""
     bench, settings, policy = deployment.bench, deployment.settings, deployment.policy
-    address = bench.address
+    address, (first, *others) = bench.address, bench.drives
     pilot = "jog" if policy is None else policy.path.stem
     session = Session(
         bench=address.bench,
@@ -181,8 +178,8 @@ def session_of(deployment: Deployment, read_back: Sequence[ServoSettings]) -> di
         command_rate=settings.policy_rate,
         host_loop=asdict(settings.loop),
         servo=read_back[0],
-        calibration=bench.calibration.identifier if bench.calibration else None,
-        load_cell=bench.load_cell.name if bench.load_cell else None,
+        calibration=first.calibration.identifier if first.calibration else None,
+        load_cell=first.load_cell.name if first.load_cell else None,
         load_cell_rate=float(address.load_cell_rate) if address.virtual else None,
         load_cell_filter=FILTERS[address.load_cell_rate] if address.virtual else None,
         simulated=address.virtual,
@@ -191,7 +188,7 @@ def session_of(deployment: Deployment, read_back: Sequence[ServoSettings]) -> di
     names = step_fields(len(bench.drives))
     session |= {"deploy.dry": str(settings.dry), "policy.step_fields": ", ".join(names)}
     session["deploy.limits"] = json.dumps(asdict(settings.limits))
-    for place, (drive, found) in enumerate(zip(bench.further, read_back[1:], strict=True), start=1):
+    for place, (drive, found) in enumerate(zip(others, read_back[1:], strict=True), start=1):
         session |= flattened({f"servo_{place}": found})
         session |= flattened({f"host_loop_{place}": settings.loops[place]})
         calibration = drive.calibration

@@ -1,7 +1,5 @@
 """What a deployment logs beside servo and load cell: policy steps, timing and safety."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path

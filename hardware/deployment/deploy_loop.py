@@ -5,8 +5,6 @@ is due, the command goes out. Ticks have absolute deadlines; one that is over be
 skipped and counted.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Sequence
 from math import inf
@@ -18,7 +16,7 @@ from hardware.control.keyboard import Keyboard
 from hardware.control.operator import Operator
 from hardware.control.pilot import Pilot, PilotStep
 from hardware.deployment.deploy_log import DeployLog
-from hardware.deployment.deploy_progress import DeployProgress
+from hardware.deployment.deploy_operator import DeployProgress
 from hardware.deployment.deploy_senses import DeploySenses
 from hardware.deployment.deploy_settings import DeploySettings
 from hardware.errors import (

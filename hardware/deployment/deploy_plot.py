@@ -1,7 +1,5 @@
 """What a log's picture shows: goal and tip, spool, tension, timing, and a title that says whose."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A logged deployment gone through again: the same observations, the same actions?"""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from math import isfinite
 from pathlib import Path

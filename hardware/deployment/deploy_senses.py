@@ -1,7 +1,5 @@
 """What a deployment knows in a tick: servo, load cell, keys and signals, as far as they answer."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,12 +1,11 @@
 """Settings of a deployment, and conditions that must hold before its motor may run."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from math import isfinite
 
 from hardware.benches.bench_address import BenchAddress
 from hardware.errors import PolicyMismatch
+from hardware.pacing import refuse_rates
 from hardware.safety_rules.rule_limits import DeployLimits
 from hardware.servos.host_position_loop import HostPositionLoop
 from hardware.virtual_bench.physics.unit import servo_count
@@ -47,14 +46,7 @@ class DeploySettings:
 
     def __post_init__(self) -> None:
         """Refuse rates that do not divide."""
-        if not 10.0 <= self.rate <= 500.0:
-            raise InvalidParameter(f"the rate must be 10 to 500 Hz; it is {self.rate:g} Hz")
-        ratio = self.rate / self.policy_rate if self.policy_rate > 0.0 else 0.0
-        if ratio < 1.0 or abs(ratio - round(ratio)) > 1e-9:
-            raise InvalidParameter(
-                f"the rate must be a whole multiple of the policy's; they are {self.rate:g} and "
-                f"{self.policy_rate:g} Hz"
-            )
+        refuse_rates(self.rate, self.policy_rate, "the policy's")
         if self.duration is not None and not (isfinite(self.duration) and self.duration > 0.0):
             raise InvalidParameter(f"the duration must be above 0 s; it is {self.duration}")
 

@@ -1,7 +1,5 @@
 """Panels of lines over time as an SVG file, which every browser shows; without matplotlib."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape

@@ -1,7 +1,5 @@
 """The whole examination, in the order in which one thing needs the other."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator, Sequence
 
@@ -9,7 +7,7 @@ import numpy as np
 
 from hardware.clock import Clock, MonotonicClock
 from hardware.doctor.load_cell_checks import check_load_cell
-from hardware.doctor.observation import Observation
+from hardware.doctor.observation import Observation, observed
 from hardware.doctor.port_checks import check_latency, check_port, check_search
 from hardware.doctor.servo_checks import check_servo
 from hardware.errors import HardwareFault
@@ -86,9 +84,9 @@ def check_servo_port(
     if not isinstance(port, str):
         yield from check_servo(port, clock, show)
         return
-    observations = list(check_port("servo port", port, ours))
-    yield from observations
-    if any(observation.verdict == "fix" for observation in observations):
+    seen = check_port("servo port", port, ours)
+    yield seen
+    if seen.verdict == "fix":
         return
     yield from check_servo(port, clock, show, busy=busy)
     yield from check_latency(port)  # after the driver has asked the adapter to be quick
@@ -99,9 +97,9 @@ def check_cell_port(
 ) -> Iterator[Observation]:
     """Look at the load cell's port, and listen to it."""
     if isinstance(port, str):
-        observations = list(check_port("load cell port", port, ours))
-        yield from observations
-        if any(observation.verdict == "fix" for observation in observations):
+        seen = check_port("load cell port", port, ours)
+        yield seen
+        if seen.verdict == "fix":
             return
     cell = Hx711Serial(port, clock=clock)
     cell.open()
@@ -116,9 +114,7 @@ def guarded(subject: str, observations: Iterator[Observation]) -> Iterator[Obser
     try:
         yield from observations
     except HardwareFault as fault:
-        yield Observation(
-            subject=subject, verdict="fix", found=str(fault), remedy="mend this, and start again"
-        )
+        yield observed("fix", subject, str(fault), "mend this, and start again")
 
 
 def lateness(clock: Clock) -> list[float]:
@@ -142,10 +138,10 @@ def check_waiting(late: Sequence[float]) -> Observation:
     resolution = time.get_clock_info("monotonic").resolution
     calm = "end what else runs on this computer, the desktop before all"
     remedy = calm if slow <= BUSY else f"too busy for a loop at 80 Hz: {calm}, and examine again"
-    return Observation(
-        subject="clock",
-        verdict="good" if slow <= LATENESS_MAX else "note" if slow <= BUSY else "fix",
-        found=f"resolution {1e9 * resolution:.0f} ns; wakes {1e3 * float(np.median(late)):.2f} ms "
+    return observed(
+        "good" if slow <= LATENESS_MAX else "note" if slow <= BUSY else "fix",
+        "clock",
+        f"resolution {1e9 * resolution:.0f} ns; wakes {1e3 * float(np.median(late)):.2f} ms "
         f"late, one time in a hundred {1e3 * slow:.2f} ms",
-        remedy="" if slow <= LATENESS_MAX else remedy,
+        remedy,
     )

@@ -1,13 +1,11 @@
 """The load cell: sends, at a rate that it keeps, without gaps, and moves a little."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
 from hardware.clock import Clock
-from hardware.doctor.observation import Observation
+from hardware.doctor.observation import Observation, observed
 from hardware.load_cells.base import LoadCell, LoadCellReading
 from hardware.load_cells.calibrating import reading_rate
 from hardware.load_cells.clock_fit import READINGS_MIN, fit_clock, runs
@@ -33,12 +31,11 @@ def check_load_cell(
         readings += cell.drain()
     counters = cell.counters
     if len(readings) < READINGS_MIN:
-        yield Observation(
-            subject="load cell",
-            verdict="fix",
-            found=f"{len(readings)} readings and {counters.rejected} broken lines "
-            f"in {LISTEN_TIME:g} s",
-            remedy="see that the microcontroller runs hardware/load_cells/firmware and that "
+        yield observed(
+            "fix",
+            "load cell",
+            f"{len(readings)} readings and {counters.rejected} broken lines in {LISTEN_TIME:g} s",
+            "see that the microcontroller runs hardware/load_cells/firmware and that "
             "nothing else listens; broken lines alone mean another rate or format",
         )
         return
@@ -51,24 +48,22 @@ def check_counts(readings: Sequence[LoadCellReading]) -> Iterator[Observation]:
     counts = np.array([reading.counts for reading in readings], dtype=np.float64)
     sigma = float(counts.std())
     if any(reading.saturated for reading in readings):
-        yield Observation(
-            subject="load cell",
-            verdict="fix",
-            found="at the end of its range",
-            remedy="look for a broken wire of the bridge; else choose a lower gain",
+        yield observed(
+            "fix",
+            "load cell",
+            "at the end of its range",
+            "look for a broken wire of the bridge; else choose a lower gain",
         )
     elif sigma == 0.0:
-        yield Observation(
-            subject="load cell",
-            verdict="fix",
-            found=f"{counts[0]:.0f} counts, without any noise",
-            remedy="a live cell always has some: look at the wires between bridge and converter",
+        yield observed(
+            "fix",
+            "load cell",
+            f"{counts[0]:.0f} counts, without any noise",
+            "a live cell always has some: look at the wires between bridge and converter",
         )
     else:
-        yield Observation(
-            subject="load cell",
-            verdict="good",
-            found=f"{counts.mean():.0f} counts, scatter {sigma:.0f} counts",
+        yield observed(
+            "good", "load cell", f"{counts.mean():.0f} counts, scatter {sigma:.0f} counts"
         )
 
 
@@ -78,28 +73,28 @@ def check_stream(
     """Judge rate, gaps and the microcontroller's clock."""
     rate = reading_rate(readings)
     slow = rate < SLOW_RATE
-    yield Observation(
-        subject="load cell rate",
-        verdict="note" if slow else "good",
-        found=f"{rate:.1f} per second",
-        remedy="tie the converter's RATE pin to its supply for 80 per second" if slow else "",
+    yield observed(
+        "note" if slow else "good",
+        "load cell rate",
+        f"{rate:.1f} per second",
+        "tie the converter's RATE pin to its supply for 80 per second",
     )
     broken = lost or rejected > 1  # the first line may have begun before we listened
-    yield Observation(
-        subject="load cell gaps",
-        verdict="fix" if broken else "good",
-        found=f"{lost} readings lost, {rejected} broken lines",
-        remedy="look at the USB cable; lines come over no hub with other traffic" if broken else "",
+    yield observed(
+        "fix" if broken else "good",
+        "load cell gaps",
+        f"{lost} readings lost, {rejected} broken lines",
+        "look at the USB cable; lines come over no hub with other traffic",
     )
     if len(readings) >= READINGS_MIN:
         fit = fit_clock(readings)
         # transport scatters, so that a short time shows no small error
         wrong = abs(fit.error) > CLOCK_ERROR_MAX + fit.delay_median / LISTEN_TIME
-        yield Observation(
-            subject="load cell clock",
-            verdict="note" if wrong else "good",
-            found=f"{1e6 * fit.error:+.0f} ppm against ours; readings arrive "
+        yield observed(
+            "note" if wrong else "good",
+            "load cell clock",
+            f"{1e6 * fit.error:+.0f} ppm against ours; readings arrive "
             f"{1e3 * fit.delay_median:.1f} ms later than the quickest, at most "
             f"{1e3 * fit.delay_max:.1f} ms",
-            remedy="nothing: readings are dated by its clock, corrected" if wrong else "",
+            "nothing: readings are dated by its clock, corrected",
         )

@@ -19,3 +19,9 @@ class Observation:
     """Evidence, with numbers."""
     remedy: str = ""
     """Remedy; empty where all is well."""
+
+
+def observed(verdict: Verdict, subject: str, found: str, remedy: str = "") -> Observation:
+    """Return an observation; a remedy only stands where all is not well."""
+    remedy = "" if verdict == "good" else remedy
+    return Observation(subject=subject, verdict=verdict, found=found, remedy=remedy)

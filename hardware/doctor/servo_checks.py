@@ -1,13 +1,11 @@
 """The servo: found at some rate, known, healthy, and quick enough."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from hardware.clock import Clock
-from hardware.doctor.observation import Observation, Verdict
+from hardware.doctor.observation import Observation, Verdict, observed
 from hardware.doctor.servo_search import RETRIES, SOUGHT, find_servos
 from hardware.errors import HardwareFault, ServoSilent
 from hardware.servos import SERVOS
@@ -46,11 +44,11 @@ def check_servo(
     found = find_servos(port, clock, show)
     if found is None:
         listed = ", ".join(str(rate) for rate in dict.fromkeys(rate for _, rate in SOUGHT))
-        yield Observation(
-            subject="servo",
-            verdict="fix",
-            found=f"none answers at {listed} baud",
-            remedy="see that the power board's supply is on, the servo's lamp blinks when it is "
+        yield observed(
+            "fix",
+            "servo",
+            f"none answers at {listed} baud",
+            "see that the power board's supply is on, the servo's lamp blinks when it is "
             "switched on, and the three-pin plug sits at both ends",
         )
         return
@@ -60,11 +58,11 @@ def check_servo(
         subject = f"servo {identifier}"
         if model not in names:
             known = ", ".join(f"{spec.name} ({number})" for number, spec in names.items())
-            yield Observation(
-                subject=subject,
-                verdict="fix",
-                found=f"model {model} is not among {known}",
-                remedy="describe it in hardware/servos, from its control table",
+            yield observed(
+                "fix",
+                subject,
+                f"model {model} is not among {known}",
+                "describe it in hardware/servos, from its control table",
             )
             continue
         yield from check_rate(subject, names[model], rate)
@@ -75,12 +73,7 @@ def check_servo(
             servo.open()
             yield from check_one(subject, servo, clock, show, busy=busy)
         except HardwareFault as fault:
-            yield Observation(
-                subject=subject,
-                verdict="fix",
-                found=str(fault),
-                remedy="look at plugs and cable, and start again",
-            )
+            yield observed("fix", subject, str(fault), "look at plugs and cable, and start again")
         finally:
             servo.close()
 
@@ -88,13 +81,13 @@ def check_servo(
 def check_rate(subject: str, spec: ServoSpec, rate: int) -> Iterator[Observation]:
     """Judge the rate of the bus."""
     if rate >= RATE_MIN:
-        yield Observation(subject=subject, verdict="good", found=f"{spec.name} at {rate} baud")
+        yield observed("good", subject, f"{spec.name} at {rate} baud")
     else:
-        yield Observation(
-            subject=subject,
-            verdict="fix",
-            found=f"{spec.name} at {rate} baud, too slow for 80 Hz",
-            remedy=f"tendon-newton doctor --port ... --set-baud {RATE_MIN}",
+        yield observed(
+            "fix",
+            subject,
+            f"{spec.name} at {rate} baud, too slow for 80 Hz",
+            f"tendon-newton doctor --port ... --set-baud {RATE_MIN}",
         )
 
 
@@ -109,13 +102,13 @@ def check_one(
     """Examine an open servo."""
     settings = servo.settings()
     delay = settings.return_delay
-    yield Observation(
-        subject=f"{subject} settings",
-        verdict="note" if delay > 0.0 else "good",
-        found=f"firmware {settings.firmware}, mode {settings.operating_mode}, gains "
+    yield observed(
+        "note" if delay > 0.0 else "good",
+        f"{subject} settings",
+        f"firmware {settings.firmware}, mode {settings.operating_mode}, gains "
         f"{settings.gains.proportional}/{settings.gains.integral}/{settings.gains.derivative}, "
         f"current limit {settings.current_limit:g} A, answers after {1e6 * delay:.0f} us",
-        remedy="nothing: our programs set what they need and log it" if delay > 0.0 else "",
+        "nothing: our programs set what they need and log it",
     )
     yield from check_firmware(subject, servo, settings)
     yield from check_health(subject, servo.spec, servo.read_health())
@@ -126,21 +119,21 @@ def check_one(
 def check_firmware(subject: str, servo: BusServo, settings: ServoSettings) -> Iterator[Observation]:
     """Say what a servo's firmware does by itself, or does not do."""
     if servo.table.watchdog is None:
-        yield Observation(
-            subject=f"{subject} watchdog",
-            verdict="note",
-            found="it has none: it drives on when its cable or this computer fails",
-            remedy="keep the switch of its supply within reach whenever its motor is on",
+        yield observed(
+            "note",
+            f"{subject} watchdog",
+            "it has none: it drives on when its cable or this computer fails",
+            "keep the switch of its supply within reach whenever its motor is on",
         )
     overload, dead_zone = settings.overload, settings.dead_zone
     if overload is not None and dead_zone is not None:
-        yield Observation(
-            subject=f"{subject} firmware",
-            verdict="note",
-            found=f"{overload.protective_duty:.0%} duty after {overload.time:g} s at "
+        yield observed(
+            "note",
+            f"{subject} firmware",
+            f"{overload.protective_duty:.0%} duty after {overload.time:g} s at "
             f"{overload.duty:.0%} or more; its own position loop leaves errors of "
             f"{1e3 * max(dead_zone):.1f} mrad",
-            remedy="nothing: recordings name these numbers; a model may need overload_cut",
+            "nothing: recordings name these numbers; a model may need overload_cut",
         )
 
 
@@ -148,38 +141,38 @@ def check_health(subject: str, spec: ServoSpec, health: ServoHealth) -> Iterator
     """Judge supply, temperature, alerts, watchdog and torque."""
     low, high = spec.supply_range
     good = low <= health.voltage <= high
-    yield Observation(
-        subject=f"{subject} supply",
-        verdict="good" if good else "fix",
-        found=f"{health.voltage:.1f} V",
-        remedy="" if good else f"give it {spec.supply_voltage:g} V ({low:g} to {high:g} V)",
+    yield observed(
+        "good" if good else "fix",
+        f"{subject} supply",
+        f"{health.voltage:.1f} V",
+        f"give it {spec.supply_voltage:g} V ({low:g} to {high:g} V)",
     )
     warm = health.temperature >= WARM
-    yield Observation(
-        subject=f"{subject} temperature",
-        verdict="note" if warm else "good",
-        found=f"{health.temperature:.0f} degC; it shuts down at {spec.temperature_limit:.0f}",
-        remedy="let it cool before a long recording" if warm else "",
+    yield observed(
+        "note" if warm else "good",
+        f"{subject} temperature",
+        f"{health.temperature:.0f} degC; it shuts down at {spec.temperature_limit:.0f}",
+        "let it cool before a long recording",
     )
-    yield Observation(
-        subject=f"{subject} alerts",
-        verdict="fix" if health.alerts else "good",
-        found=", ".join(health.alerts) or "none",
-        remedy=f"remove the cause, then {REMEDIES[spec.family]}" if health.alerts else "",
+    yield observed(
+        "fix" if health.alerts else "good",
+        f"{subject} alerts",
+        ", ".join(health.alerts) or "none",
+        f"remove the cause, then {REMEDIES[spec.family]}",
     )
     if health.watchdog_tripped:
-        yield Observation(
-            subject=f"{subject} watchdog",
-            verdict="note",
-            found="tripped: the last program ended without switching the motor off",
-            remedy="nothing: our programs clear it before they start",
+        yield observed(
+            "note",
+            f"{subject} watchdog",
+            "tripped: the last program ended without switching the motor off",
+            "nothing: our programs clear it before they start",
         )
     if health.torque_enabled:
-        yield Observation(
-            subject=f"{subject} motor",
-            verdict="note",
-            found="on, though no program of ours holds it",
-            remedy="keep clear of the finger; our programs switch it off before they start",
+        yield observed(
+            "note",
+            f"{subject} motor",
+            "on, though no program of ours holds it",
+            "keep clear of the finger; our programs switch it off before they start",
         )
 
 
@@ -206,21 +199,21 @@ def check_speed(subject: str, servo: BusServo, clock: Clock, *, busy: bool = Fal
     late: Verdict = "note" if busy else "fix"
     blamed = "this computer is busy (see clock): examine again when it is not" if busy else ""
     if missed or not times or failed > FAILURE_MAX * READS:
-        return Observation(
-            subject=subject,
-            verdict="fix" if corrupted else late,
-            found=f"of {READS} reads {missed} never came and {failed} answers were lost or broken",
-            remedy="look at plugs, cable and ground; keep the cable away from the motor's supply"
+        return observed(
+            "fix" if corrupted else late,
+            subject,
+            f"of {READS} reads {missed} never came and {failed} answers were lost or broken",
+            "look at plugs, cable and ground; keep the cable away from the motor's supply"
             if corrupted
             else blamed
             or "answers come late or never: see the latency timer, then look at plugs and cable",
         )
     median, slow = (1e3 * float(q) for q in np.quantile(times, (0.5, 0.99)))
     fits = 2.0 * slow < 12.5  # a read and a write per tick of 12.5 ms
-    return Observation(
-        subject=subject,
-        verdict="good" if fits else late,
-        found=f"a read takes {median:.2f} ms, one in a hundred {slow:.2f} ms: "
+    return observed(
+        "good" if fits else late,
+        subject,
+        f"a read takes {median:.2f} ms, one in a hundred {slow:.2f} ms: "
         f"{1e3 / median:.0f} Hz; a loop at 80 Hz {'fits' if fits else 'does not fit'}",
-        remedy="" if fits else blamed or "set the latency timer to 1 ms",
+        blamed or "set the latency timer to 1 ms",
     )

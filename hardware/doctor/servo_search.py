@@ -1,14 +1,12 @@
 """Servos: found at whatever rate they answer, set to another one, and restarted."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import zip_longest
 
 from hardware.clock import Clock
-from hardware.doctor.observation import Observation
+from hardware.doctor.observation import Observation, observed
 from hardware.errors import ServoSilent
 from hardware.servos.base import ServoCounters
 from hardware.servos.bus import Bus
@@ -105,10 +103,8 @@ def set_baud(
     (identifier,) = found.models
     register = FAMILIES[found.family].table.baud_rate
     change(port, clock, found, register, codes[baud], identifier=identifier, rate=baud)
-    return Observation(
-        subject=f"servo {identifier}",
-        verdict="good",
-        found=f"set from {found.rate} to {baud} baud, and answers",
+    return observed(
+        "good", f"servo {identifier}", f"set from {found.rate} to {baud} baud, and answers"
     )
 
 
@@ -130,9 +126,7 @@ def set_identifier(
     (before,) = found.models
     register = FAMILIES[found.family].table.identifier
     change(port, clock, found, register, identifier, identifier=identifier, rate=found.rate)
-    return Observation(
-        subject=f"servo {before}", verdict="good", found=f"has the ID {identifier}, and answers"
-    )
+    return observed("good", f"servo {before}", f"has the ID {identifier}, and answers")
 
 
 def change(
@@ -177,4 +171,4 @@ def reboot_servos(
             bus.reboot()
             clock.sleep_until(clock.now() + RESTART_PAUSE)
     listed = ", ".join(str(identifier) for identifier in found.models)
-    return Observation(subject="servo", verdict="good", found=f"restarted: {listed}")
+    return observed("good", "servo", f"restarted: {listed}")

@@ -61,11 +61,9 @@ class LoadCell(Protocol):
             PortUnavailable: The port is not there.
             PortBusy: Another process holds it.
         """
-        ...
 
     def close(self) -> None:
         """Stop to listen; more than once does no harm."""
-        ...
 
     def drain(self) -> list[LoadCellReading]:
         """Return what has come since the last call, at once and without ever waiting."""

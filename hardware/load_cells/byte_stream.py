@@ -5,8 +5,6 @@ to a tick late. That lateness drifts as slowly as the two clocks themselves do, 
 tell the one from the other.
 """
 
-from __future__ import annotations
-
 import os
 import select
 import threading
@@ -30,11 +28,9 @@ class ByteStream(Protocol):
 
     def open(self) -> None:
         """Begin to receive."""
-        ...
 
     def close(self) -> None:
         """Stop; more than once does no harm."""
-        ...
 
     def receive(self) -> list[tuple[float, bytes]]:
         """Return arrival [s] and bytes of each piece since the last call, without waiting.

@@ -1,7 +1,5 @@
 """The calibration procedure: tare, masses up, masses down, tare, with a steady reading of each."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import isfinite

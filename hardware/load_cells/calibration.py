@@ -1,7 +1,5 @@
 """Calibration of a load cell: counts to newtons, from known masses, with what speaks for it."""
 
-from __future__ import annotations
-
 import hashlib
 from dataclasses import dataclass
 from math import isfinite

@@ -1,7 +1,5 @@
 """Calibrations as TOML files, which logs name by their identifier."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path

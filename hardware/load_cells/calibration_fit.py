@@ -1,7 +1,5 @@
 """The line through the points of a calibration, and what speaks against it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A calibration from the first prompt to the file, which an interruption does not undo."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime

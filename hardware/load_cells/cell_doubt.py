@@ -8,8 +8,6 @@ A guard that believes a dead load cell is worse than none. Four things give a de
 - the motor winds the tendon in against something, and the tension does not change.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from math import ceil, log, pi, sqrt
 

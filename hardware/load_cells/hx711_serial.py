@@ -5,8 +5,6 @@ switches the chip off or changes its gain, and the wrong values look right. The 
 program stands in ``firmware/``.
 """
 
-from __future__ import annotations
-
 from hardware.clock import Clock, MonotonicClock
 from hardware.errors import PortUnavailable
 from hardware.load_cells.base import LoadCellCounters, LoadCellReading

@@ -1,7 +1,5 @@
 """Readings that have come to rest: neither drifting nor swinging."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Sequence
 from math import sqrt
@@ -32,11 +30,9 @@ class CalibrationOperator(Protocol):
 
     def hang(self, mass: float, text: str) -> None:
         """Hang a mass [kg], 0 for none, and return when it hangs."""
-        ...
 
     def show(self, counts: float, sigma: float) -> None:
         """Be shown the mean and scatter of the latest readings [counts]."""
-        ...
 
 
 def await_steady(

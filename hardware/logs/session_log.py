@@ -46,19 +46,15 @@ class Sink(Protocol):
 
     def write(self, topic: str, kind: str, stamp: int, message: ros.Message) -> None:
         """Write a message."""
-        ...
 
     def flush(self, *, sync: bool) -> None:
         """Hand what is written to the system."""
-        ...
 
     def finish(self, metadata: Mapping[str, Mapping[str, str]]) -> None:
         """Write the end of the file and close it."""
-        ...
 
     def close(self) -> None:
         """Close the file as it is."""
-        ...
 
 
 class SessionLog:

@@ -1,13 +1,11 @@
 """The load cell during a run: its readings into the log, its silence and its faults noticed."""
 
-from __future__ import annotations
-
 from hardware.benches.bench import Bench
 from hardware.control.operator import Operator
 from hardware.errors import SafetyStop
 from hardware.load_cells.base import LoadCell, LoadCellReading
 from hardware.load_cells.cell_doubt import CellDoubt
-from hardware.logs.reading_dates import ReadingDates
+from hardware.load_cells.clock_fit import ReadingDates
 from hardware.logs.session_log import SessionLog
 from hardware.safety_rules.bench_limits import SafetyLimits
 from hardware.servos.base import ServoState

@@ -1,7 +1,5 @@
 """Gaps of the servo's readings during a run: noticed, told and marked, never filled."""
 
-from __future__ import annotations
-
 from hardware.clock import Clock
 from hardware.control.operator import Operator
 from hardware.errors import SafetyStop

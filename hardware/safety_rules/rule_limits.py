@@ -1,7 +1,5 @@
 """The numbers of the safety rules that a deployment obeys."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from math import isfinite
 

@@ -15,8 +15,6 @@ Whatever happens to this program itself is the servo's business: its bus watchdo
 when no instruction comes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal

@@ -1,7 +1,5 @@
 """The rules of a deployment applied to every servo of a bench."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """What the sensors of a bench can say at all: a rule beyond that would never act."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import inf
 

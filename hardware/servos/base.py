@@ -1,7 +1,5 @@
 """Types between a servo and the rest: its data sheet, its state, health and settings."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import pi

@@ -1,7 +1,5 @@
 """One servo bus: transactions that are tried again, counted, and never mistaken for one another."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from hardware.clock import Clock

@@ -1,7 +1,5 @@
 """The driver of one servo: set and verified, watched, and switched off whatever happens."""
 
-from __future__ import annotations
-
 from math import isfinite, pi
 
 from hardware.clock import Clock, MonotonicClock
@@ -25,8 +23,8 @@ from hardware.servos.base import (
     ServoState,
 )
 from hardware.servos.bus import Bus
-from hardware.servos.control_table import WATCHDOG_TRIPPED
 from hardware.servos.families import FAMILIES
+from hardware.servos.family import WATCHDOG_TRIPPED
 from hardware.servos.serial_bus.keeper import Keeper
 from hardware.servos.serial_bus.servo_port import PortHandler, ServoPort
 from hardware.servos.setting_up import (

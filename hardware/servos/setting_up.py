@@ -1,7 +1,5 @@
 """Steps of setting a servo up: greet it, set and verify its registers, arm it, switch it off."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 
 from hardware.clock import Clock
@@ -15,8 +13,8 @@ from hardware.errors import (
 from hardware.servos import SERVOS
 from hardware.servos.base import ServoSpec, alert_words
 from hardware.servos.bus import Bus
-from hardware.servos.control_table import WATCHDOG_PERIOD
 from hardware.servos.families import FAMILIES
+from hardware.servos.family import WATCHDOG_PERIOD
 from hardware.servos.serial_bus.register import Register
 
 GREETINGS = 3

@@ -1,16 +1,13 @@
 """A virtual bench with its two wires: bytes in, bytes out, and faults on the way."""
 
-from __future__ import annotations
-
 import random
 from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from hardware.virtual_bench.emulation.drive_line import DriveLine
 from hardware.virtual_bench.emulation.emulations import AnyEmulator, AnyModel, set_up
 from hardware.virtual_bench.emulation.firmware import TICK
-from hardware.virtual_bench.emulation.plant import Plant, PlantState
+from hardware.virtual_bench.emulation.plant import DriveLine, Plant, PlantState
 from hardware.virtual_bench.faults import ALERT_BITS, FaultEvent, Faults
 from hardware.virtual_bench.memory.control_table import XC330_T288_T
 from hardware.virtual_bench.physics.load_cell import BANNER

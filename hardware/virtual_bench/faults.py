@@ -1,7 +1,5 @@
 """Faults of a virtual bench, by chance or at a set time."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields
 
 from tendon_newton.errors import InvalidParameter, unknown_name

@@ -4,8 +4,6 @@ The driver, the loop and the log are the very same as on a real bench; only the 
 handler and the load cell's stream come from here.
 """
 
-from __future__ import annotations
-
 import termios
 from collections import deque
 from functools import cached_property

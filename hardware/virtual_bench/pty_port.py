@@ -1,7 +1,5 @@
 """A pseudo-terminal that behaves like a USB serial adapter, at a path that stays the same."""
 
-from __future__ import annotations
-
 import contextlib
 import fcntl
 import os

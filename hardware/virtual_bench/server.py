@@ -4,8 +4,6 @@ The process waits for bytes alone. Each request brings the plant up to the prese
 every few milliseconds, so that no request finds much to catch up with.
 """
 
-from __future__ import annotations
-
 import argparse
 import heapq
 import json

@@ -1,7 +1,5 @@
 """Actuator models: one file each, one line each in the table."""
 
-from __future__ import annotations
-
 from tendon_newton.actuators.base import Actuator
 from tendon_newton.actuators.ideal import Ideal
 from tendon_newton.actuators.ideal_position import IdealPosition

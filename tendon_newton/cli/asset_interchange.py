@@ -1,7 +1,5 @@
 """The part of `asset` that trades with other formats: MJCF and URDF in, MJCF out."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

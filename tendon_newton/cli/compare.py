@@ -1,7 +1,5 @@
 """Run one command through several simulators, and draw how far they lie apart."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -34,8 +32,7 @@ class CompareConfig:
 
 def main(config: CompareConfig) -> None:
     """Run, draw and print the table."""
-    from tendon_newton.data.files.result_folder import make_folder
-    from tendon_newton.data.files.text_file import write_text
+    from tendon_newton.data.files.text_file import make_folder, write_text
     from tendon_newton.device_code.quiet import quiet_warp
     from tendon_newton.exports.comparison import compare, comparison_table, plot_comparison
     from tendon_newton.exports.source import read_source

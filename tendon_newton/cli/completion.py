@@ -1,7 +1,5 @@
 """Completion of verbs and options by a shell, made from the verbs' own options."""
 
-from __future__ import annotations
-
 import importlib
 from collections.abc import Mapping
 from contextlib import suppress

@@ -5,8 +5,6 @@
 takes under a minute. The report, demo/report.html, names the friction and its size.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

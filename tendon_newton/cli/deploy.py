@@ -21,8 +21,6 @@ switches the motor off at once. Ctrl-C, a closed terminal and SIGTERM do what th
 Logs are recordings: `tendon-newton diagnose` and `tendon-newton plot` take them.
 """
 
-from __future__ import annotations
-
 from tendon_newton.cli.terminal import Terminal
 from tendon_newton.workflows.options import DeployOptions
 

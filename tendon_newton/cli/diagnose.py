@@ -60,7 +60,7 @@ class DiagnoseConfig:
 def main(config: DiagnoseConfig) -> None:
     """Diagnose and write what was found."""
     from tendon_newton.cli.duration import read_duration
-    from tendon_newton.data.files.result_folder import make_folder
+    from tendon_newton.data.files.text_file import make_folder
     from tendon_newton.data.model_file import load_model
     from tendon_newton.device_code.quiet import quiet_warp
 

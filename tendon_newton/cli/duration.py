@@ -1,7 +1,5 @@
 """Times that a person types."""
 
-from __future__ import annotations
-
 import re
 
 from tendon_newton.errors import InvalidParameter

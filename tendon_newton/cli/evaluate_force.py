@@ -8,8 +8,6 @@ seed alone are one family. OUT gets evaluation.json with every number, evaluatio
 tables, and figures after the paper's.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -37,8 +35,7 @@ def main(config: EvaluateForceConfig) -> None:
     """Evaluate, write and print the tables."""
     from tendon_newton.data.dataset import load_dataset
     from tendon_newton.data.files.json_file import write_json
-    from tendon_newton.data.files.result_folder import make_folder
-    from tendon_newton.data.files.text_file import write_text
+    from tendon_newton.data.files.text_file import make_folder, write_text
     from tendon_newton.device_code.quiet import quiet_warp
 
     quiet_warp()

@@ -41,7 +41,7 @@ class ExamConfig:
 def main(config: ExamConfig) -> None:
     """Take the exam, and print and write the marks."""
     from tendon_newton.data.files.json_file import write_json
-    from tendon_newton.data.files.result_folder import make_folder
+    from tendon_newton.data.files.text_file import make_folder
     from tendon_newton.diagnosis.time_left import time_text
     from tendon_newton.exam.exam import read_truths, take_exam
     from tendon_newton.exam.exam_rates import by_strength, confusion, rates

@@ -1,7 +1,5 @@
 """Carry an identified model into another simulator."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -34,7 +32,7 @@ class ExportConfig:
 
 def main(config: ExportConfig) -> None:
     """Write the files and say how far they stray."""
-    from tendon_newton.data.files.result_folder import make_folder
+    from tendon_newton.data.files.text_file import make_folder
     from tendon_newton.device_code.quiet import quiet_warp
     from tendon_newton.exports import find_export
     from tendon_newton.exports.page import measure, write_page

@@ -41,7 +41,7 @@ class FitTendonConfig:
 def main(config: FitTendonConfig) -> None:
     """Fit, write and print what was found."""
     from tendon_newton.data.files.json_file import write_json
-    from tendon_newton.data.files.result_folder import make_folder
+    from tendon_newton.data.files.text_file import make_folder
     from tendon_newton.device_code.quiet import quiet_warp
 
     quiet_warp()

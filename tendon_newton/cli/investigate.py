@@ -16,8 +16,6 @@ writes it), investigation.json (what was open, what was tried, why, what it brou
 investigation.html (the same as a picture). Ctrl-C ends it; the same command takes it up again.
 """
 
-from __future__ import annotations
-
 from tendon_newton.cli.terminal import Terminal
 from tendon_newton.workflows.options import InvestigateOptions
 

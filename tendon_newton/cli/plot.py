@@ -7,8 +7,6 @@ tension, and how late the loop was: median, least and greatest. The verb needs n
 nor a display.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -17,8 +17,6 @@ refresh.html, one page. The same command goes on where it was interrupted; more 
 with a finished training.
 """
 
-from __future__ import annotations
-
 from tendon_newton.cli.terminal import Terminal
 from tendon_newton.workflows.options import RefreshOptions
 

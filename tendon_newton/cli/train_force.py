@@ -51,7 +51,7 @@ class TrainForceConfig:
 def main(config: TrainForceConfig) -> None:
     """Train and write the network."""
     from tendon_newton.data.dataset import load_dataset
-    from tendon_newton.data.files.result_folder import make_folder
+    from tendon_newton.data.files.text_file import make_folder
     from tendon_newton.device_code.quiet import quiet_warp
     from train.actuator.fitting.run import train_to_file
     from train.actuator.ideal import SERVO_LIMIT

@@ -54,7 +54,7 @@ class TrainPolicyConfig:
 
 def main(config: TrainPolicyConfig) -> None:
     """Train and write the policy."""
-    from tendon_newton.data.files.result_folder import make_folder
+    from tendon_newton.data.files.text_file import make_folder
     from tendon_newton.device_code.quiet import quiet_warp
 
     quiet_warp()

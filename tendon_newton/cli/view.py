@@ -7,8 +7,6 @@ The finger stands in the friction-free equilibrium of the measured motor angle. 
 deploy and simulate show the same as it happens: --view window.
 """
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -5,8 +5,6 @@ PORT``, ROBOTIS's own tools, yours. Verbs that take --port virtual start a bench
 and need none of this.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal

@@ -4,8 +4,6 @@ Source: Yuryev and Hughes, Tendon Force Modeling for Sim2Real Transfer (2026), s
 a model is fitted to and section IV for what it is tested on.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import pi
 

@@ -1,7 +1,5 @@
 """The size of errors, as every score of the program has it."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

@@ -1,7 +1,5 @@
 """Names of causes: an effect, and where it is about one servo alone, which."""
 
-from __future__ import annotations
-
 import re
 
 OF_SERVO = re.compile(r"(?P<effect>.+) of servo (?P<servo>\d+)")

@@ -1,7 +1,5 @@
 """A folder of datasets with known truths, diagnosed in parallel; a broken-off exam goes on."""
 
-from __future__ import annotations
-
 import json
 import resource
 import sys

@@ -1,7 +1,5 @@
 """Rates at which the diagnosis is right, over all answers of an exam."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """``exam.html``: how good the diagnosis is, with the confusion matrix as a picture."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """One answer of an exam against its truth."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field

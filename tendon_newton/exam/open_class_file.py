@@ -1,7 +1,5 @@
 """Read from a diagnosis the causes that it could not tell apart."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from tendon_newton.data.bench_overrides import read_bench_overrides

@@ -1,7 +1,5 @@
 """Read what is hidden in one dataset of an exam, ``truth/NAME.json``."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, get_args

@@ -4,8 +4,6 @@ An export writes files, a page that says how to load them, how far what was writ
 own simulation of the same commands, and what it leaves out.
 """
 
-from __future__ import annotations
-
 from tendon_newton.errors import unknown_name
 from tendon_newton.exports.bam_target import BAM
 from tendon_newton.exports.base import Exported, ExportTarget

@@ -1,7 +1,5 @@
 """Export to Rhoban/bam: their parameter file, which their program runs in MuJoCo and mjlab."""
 
-from __future__ import annotations
-
 import csv
 import importlib.util
 import json

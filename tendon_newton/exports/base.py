@@ -1,7 +1,5 @@
 """What every target of an export declares, and what an export hands back."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path

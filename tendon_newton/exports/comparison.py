@@ -1,7 +1,5 @@
 """One command through several simulators: a table and a picture of how far they lie apart."""
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """How far two runs of the same commands lie apart, and what an effect that is left out costs."""
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace

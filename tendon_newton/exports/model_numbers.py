@@ -1,7 +1,5 @@
 """Numbers of a model as programs with a servo, a spool and a string ask for them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The force network of a learned actuator as a file for programs without torch."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from tendon_newton.actuators import find_actuator

@@ -1,7 +1,5 @@
 """The page beside an export: how to load it, how far it strays, what it leaves out."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass

@@ -1,7 +1,5 @@
 """What is exported or compared: a model or a diagnosis, a bench, and the commands to replay."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Export to URDF: the corrected links and joints, for any program that reads robots."""
 
-from __future__ import annotations
-
 import math
 import xml.etree.ElementTree as ET
 from dataclasses import replace

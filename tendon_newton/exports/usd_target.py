@@ -1,7 +1,5 @@
 """Export to USD: the corrected bench as one file, for any program that reads USD physics."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

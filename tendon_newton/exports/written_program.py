@@ -1,7 +1,5 @@
 """A program that an export has written: loaded, fed with a recording, and what it reports."""
 
-from __future__ import annotations
-
 import importlib.util
 from collections.abc import Mapping
 from pathlib import Path

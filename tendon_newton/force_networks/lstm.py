@@ -1,7 +1,5 @@
 """A long short-term memory."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any, ClassVar
 

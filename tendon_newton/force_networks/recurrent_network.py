@@ -1,7 +1,5 @@
 """What recurrent networks share: over a window, or one sample at a time with the state kept."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, Self
 

@@ -1,7 +1,5 @@
 """An Elman network."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any, ClassVar
 

@@ -5,8 +5,6 @@ weights do not tell: the heads of a Transformer, the activation of a perceptron.
 reads it builds the network from its own classes, so that nobody needs to be trusted.
 """
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

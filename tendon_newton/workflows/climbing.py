@@ -3,8 +3,6 @@
 A run of a policy over the stairs is a climb.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,8 +16,8 @@ from hardware.control.policy_runner import load_policy
 from hardware.deployment.deploy_log import step_table
 from hardware.virtual_bench.process import DEFAULT_BENCH
 from tendon_newton.data.files.json_file import write_json
-from tendon_newton.data.files.result_folder import make_folder
-from tendon_newton.data.files.text_file import write_text
+from tendon_newton.data.files.text_file import make_folder, write_text
+from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidParameter, listed
 from tendon_newton.mechanisms.asset_library import FOLDERS_VARIABLE, asset_files, asset_path
 from tendon_newton.mechanisms.loading import load_mechanism
@@ -149,11 +147,16 @@ def climbs_in_simulation(
         worlds = EnvironmentConfig(
             finger=finger, force=force, worlds=options.worlds, randomise=options.randomise
         )
-        goals = stairs(options.dwell)
-        count = round((goals.end + options.dwell) * worlds.rate)
-        levels = np.array([goals.value((k + 0.5) / worlds.rate) for k in range(count)])
+        levels = stair_levels(worlds.rate, options.dwell)
         climbs += climb_stairs(policies, levels, worlds, seed=options.seed)
     return climbs
+
+
+def stair_levels(rate: float, dwell: float) -> Array:
+    """Return the goal [rad] at every policy step on the paper's stairs, dwelling on each [s]."""
+    goals = stairs(dwell)
+    count = round((goals.end + dwell) * rate)
+    return np.array([goals.value((k + 0.5) / rate) for k in range(count)])
 
 
 def climbs_on_bench(

@@ -1,7 +1,5 @@
 """Record a plan or a single run on the bench that options name."""
 
-from __future__ import annotations
-
 from hardware.benches.bench_address import BenchAddress, DriveAddress
 from hardware.collection.collect_plan import SINGLE_RUNS, Collection, collect, free_name
 from hardware.collection.collect_settings import CollectSettings

@@ -1,7 +1,5 @@
 """Let a policy drive a bench that options name, and keep its log as a recording."""
 
-from __future__ import annotations
-
 import sys
 from contextlib import closing
 from dataclasses import replace
@@ -27,7 +25,7 @@ from hardware.servos.host_position_loop import HostPositionLoop, no_stronger
 from hardware.stop_request import StopRequest
 from hardware.virtual_bench.process import DEFAULT_BENCH, WORD
 from tendon_newton.data.dataset import list_recording
-from tendon_newton.data.files.result_folder import make_folder
+from tendon_newton.data.files.text_file import make_folder
 from tendon_newton.errors import InvalidParameter, InvalidRecording, TendonNewtonError, unknown_name
 from tendon_newton.mechanisms.asset_library import asset_files
 from tendon_newton.workflows.collection import address_of
@@ -239,7 +237,7 @@ def get_ready(bench: Bench, operator: Operator) -> None:
         operator.tell("Home is where the spool stands now: the tendon must be just taut.")
     for drive in bench.drives:
         if drive.load_cell is None or drive.calibration is None:
-            of = f" of servo {drive.servo.identifier}" if bench.further else ""
+            of = f" of servo {drive.servo.identifier}" if len(bench.drives) > 1 else ""
             operator.tell(f"No calibrated load cell: the tension{of} is not measured.")
 
 

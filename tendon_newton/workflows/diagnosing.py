@@ -1,13 +1,11 @@
 """Diagnose a dataset and write all files of the answer."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from tendon_newton.data.dataset import Dataset
-from tendon_newton.data.files.result_folder import make_folder
+from tendon_newton.data.files.text_file import make_folder
 from tendon_newton.data.model_file import Model, write_model
 from tendon_newton.diagnosis.diagnose import diagnose
 from tendon_newton.diagnosis.identified import write_identified

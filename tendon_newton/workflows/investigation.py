@@ -1,7 +1,5 @@
 """Record, diagnose, choose the next run by what it is expected to tell, and begin again."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,7 +10,7 @@ from hardware.control.operator import Operator
 from hardware.stop_request import StopRequest
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.excitations import DESIGNED
-from tendon_newton.data.files.result_folder import make_folder
+from tendon_newton.data.files.text_file import make_folder
 from tendon_newton.data.model_file import load_model
 from tendon_newton.diagnosis.next_experiment.investigation_log import (
     InvestigationLog,

@@ -1,7 +1,5 @@
 """Refuse an investigation that cannot be made, before anything is written."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Choose the next run of an investigation, or say why there is none."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise

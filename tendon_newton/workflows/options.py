@@ -1,7 +1,5 @@
 """Options of what drives a bench, each declared once; verbs show them on the command line."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal

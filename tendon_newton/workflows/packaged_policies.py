@@ -1,7 +1,5 @@
 """The policies that come with the program, by name."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from tendon_newton.data.files.text_file import absence

@@ -1,20 +1,16 @@
 """From the logs of a worn bench to a corrected model and a policy that knows it."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import asdict, replace
 from pathlib import Path
 
-import numpy as np
-
-from hardware.control.goals import stairs
+from hardware.control.goals import DWELL
 from hardware.control.operator import Operator
 from hardware.control.policy_runner import load_policy
 from hardware.deployment.deploy_log import policy_span, step_table
 from tendon_newton import __version__
 from tendon_newton.data.files.origin import file_hash
-from tendon_newton.data.files.result_folder import make_folder
+from tendon_newton.data.files.text_file import make_folder
 from tendon_newton.data.formats.mcap_file import read_session
 from tendon_newton.data.model_file import load_model, write_model
 from tendon_newton.diagnosis.reporting.report import Origin, write_report
@@ -22,7 +18,7 @@ from tendon_newton.diagnosis.result import write_diagnosis
 from tendon_newton.effects import find_effect
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.mechanisms.loading import load_mechanism
-from tendon_newton.workflows.climbing import climbed
+from tendon_newton.workflows.climbing import climbed, stair_levels
 from tendon_newton.workflows.options import RefreshOptions
 from train.policy.scoring.bench_climb import climb_on_bench
 from train.policy.scoring.evaluation import Climb, RunnablePolicy, climb_stairs, reachable_error
@@ -198,9 +194,7 @@ def compare_policies(
 def simulated(options: RefreshOptions) -> list[Climb]:
     """Let both policies follow the stairs of goals, on the old and on the corrected model."""
     trained_in = find_training(options.policy).config.environment
-    goals = stairs()
-    count = round((goals.end + 1.5) * trained_in.rate)
-    levels = np.array([goals.value((k + 0.5) / trained_in.rate) for k in range(count)])
+    levels = stair_levels(trained_in.rate, DWELL)
     old, new = options.policy, new_policy(options)
     climbs: list[Climb] = []
     for name, file, force, place in (

@@ -4,8 +4,6 @@ Posture: a servo tells its own angle alone. So a measured finger stands in the f
 equilibrium of that angle, as its asset has it; a simulated one stands where the model puts it.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any, Literal
 

@@ -4,8 +4,6 @@ A log is followed by another process that reads its file as it grows. So the loo
 bench never waits for a picture.
 """
 
-from __future__ import annotations
-
 import sys
 import threading
 import time

@@ -1,7 +1,5 @@
 """The benches of a reproduction that are not there: they record, and policies climb on them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

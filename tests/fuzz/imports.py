@@ -10,11 +10,10 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from tendon_newton.data.importers.bam import read_bam
+from tendon_newton.data.importers.bam import read_bam, read_xl330
 from tendon_newton.data.importers.lerobot import LeRobotUnits, read_lerobot
 from tendon_newton.data.importers.mapped import read_mapped
 from tendon_newton.data.importers.so101 import read_so101
-from tendon_newton.data.importers.xl330 import read_xl330
 from tests.fuzz.mutations import change_lines, change_table, flip
 from tests.importers.bam_files import bam_log, bam_parameters
 from tests.importers.lerobot_files import lerobot_dataset

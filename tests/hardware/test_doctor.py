@@ -141,7 +141,7 @@ def test_changing_a_servo_needs_its_port(capsys: pytest.CaptureFixture[str]) -> 
 def test_a_second_opener_is_named_and_ours_is_not(ports: VirtualPorts) -> None:
     """The bench's own process holds the port; a foreign one would take the answers."""
     ours = frozenset({ports.process_id})
-    assert verdicts(check_port("servo port", ports.servo_port, ours)) == {"servo port": "good"}
+    assert verdicts([check_port("servo port", ports.servo_port, ours)]) == {"servo port": "good"}
     code = "import os, sys, time; os.open(sys.argv[1], os.O_RDWR); print('open', flush=True)"
     with subprocess.Popen(
         [sys.executable, "-c", f"{code}; time.sleep(60)", ports.servo_port],
@@ -149,7 +149,7 @@ def test_a_second_opener_is_named_and_ours_is_not(ports: VirtualPorts) -> None:
     ) as other:
         assert other.stdout is not None
         assert other.stdout.readline() == b"open\n"
-        (observation,) = check_port("servo port", ports.servo_port, ours)
+        observation = check_port("servo port", ports.servo_port, ours)
         other.kill()
     assert observation.verdict == "fix"
     assert f"process {other.pid}" in observation.found
@@ -160,7 +160,7 @@ def test_a_file_that_is_no_port_is_told_apart(tmp_path: Path) -> None:
     """A slip of the keyboard, before anything opens it."""
     (tmp_path / "notes").touch()
     for path in (tmp_path / "notes", Path("/dev/null")):
-        (observation,) = check_port("servo port", str(path))
+        observation = check_port("servo port", str(path))
         assert (observation.verdict, "no serial port" in observation.found) == ("fix", True)
 
 
@@ -169,7 +169,7 @@ def test_a_port_that_may_not_be_opened_names_the_group(tmp_path: Path) -> None:
     """The usual slip on a fresh system."""
     port = tmp_path / "port"
     port.touch(mode=0o000)
-    (observation,) = check_port("servo port", str(port))
+    observation = check_port("servo port", str(port))
     assert "usermod -aG dialout" in observation.remedy
 
 

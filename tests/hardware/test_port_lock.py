@@ -69,7 +69,7 @@ def test_a_lock_that_is_not_shared_is_named_by_the_doctor(locks: Path) -> None:
     said = as_another_user(PortLock(PORT).acquire)
     assert said.startswith("PortUnavailable")
     assert f"sudo rm {path}" in said
-    found = as_another_user(lambda: [each.found for each in check_port("servo", PORT)])
+    found = as_another_user(lambda: [check_port("servo", PORT).found])
     assert f"sudo rm {path}" in found
     assert "allowed and free" not in found
 

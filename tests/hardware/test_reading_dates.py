@@ -3,7 +3,7 @@
 import numpy as np
 
 from hardware.load_cells.base import LoadCellReading
-from hardware.logs.reading_dates import ReadingDates
+from hardware.load_cells.clock_fit import ReadingDates
 
 
 def readings(

@@ -8,7 +8,7 @@ import pytest
 
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import load_dataset
-from tendon_newton.data.importers.xl330 import duty_per_rad
+from tendon_newton.data.importers.bam.motors import XL330
 from tendon_newton.data.model_file import load_model
 from tests.importers.logs import xl330_log
 
@@ -35,7 +35,9 @@ def made_up(tmp_path: Path) -> Path:
 
 def test_the_duty_law_is_the_documented_one() -> None:
     """Duty per radian is kp * (4096 / 2 pi) / (256 * 885)."""
-    assert duty_per_rad(200.0) == pytest.approx(200.0 * 4096.0 / (2.0 * np.pi) / (256.0 * 885.0))
+    assert 200.0 * XL330.duty_per_gain == pytest.approx(
+        200.0 * 4096.0 / (2.0 * np.pi) / (256.0 * 885.0)
+    )
 
 
 def test_a_made_up_log_comes_back_in_our_units(made_up: Path, tmp_path: Path) -> None:
@@ -49,12 +51,12 @@ def test_a_made_up_log_comes_back_in_our_units(made_up: Path, tmp_path: Path) ->
     assert log.force is None
     assert log.time[0] == 0.0035
     assert log.bench_overrides.given == {"mass": (0.49,), "length": (0.1,)}
-    assert log.actuator_overrides["duty_per_rad"] == pytest.approx(duty_per_rad(100.0))
+    assert log.actuator_overrides["duty_per_rad"] == pytest.approx(100.0 * XL330.duty_per_gain)
     assert log.enabled.argmin() == 500
     duty = log.extra["duty"]
     assert duty.min() < 0.0
     assert log.command is not None
-    law = duty_per_rad(100.0) * (log.command - log.motor_position)[:, 0]
+    law = 100.0 * XL330.duty_per_gain * (log.command - log.motor_position)[:, 0]
     np.testing.assert_allclose(duty, law, atol=1.0 / 885.0)  # one count of the register
 
 

@@ -1,16 +1,11 @@
 """The ideal force source, against which a network has to win."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tendon_newton.data.recording import Array, Recording
 from train.actuator.samples.windows import series
-
-if TYPE_CHECKING:
-    from tendon_newton.data.recording import Array, Recording
 
 PAPER_GAIN = 4.2
 """[N/rad], which the paper's authors found for their servo."""

@@ -1,24 +1,19 @@
 """The models that an evaluation compares: network files and the ideal source."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tendon_newton.actuators.networks.artifact import NetworkFile, load_network
+from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.files.origin import file_hash
+from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidNetworkFile
 from tendon_newton.force_networks.weights_file import SUFFIX
 from train.actuator.ideal import PAPER_GAIN, SERVO_LIMIT, ideal_force, refitted_gain
 from train.actuator.prediction import Prediction, predict
-
-if TYPE_CHECKING:
-    from tendon_newton.data.dataset import Dataset
-    from tendon_newton.data.recording import Recording
 
 IDEAL, REFITTED = "ideal", "ideal refitted"
 

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import torch
 
-from train.actuator.samples.window_tensors import WindowTensors, to_device
-from train.actuator.samples.windows import Windows, WindowShape, extract_windows
-
-if TYPE_CHECKING:
-    from tendon_newton.data.cards.force_network_card import ForceNetworkCard
-    from tendon_newton.data.recording import Array, Indices, Recording
+from tendon_newton.data.cards.force_network_card import ForceNetworkCard
+from tendon_newton.data.recording import Array, Indices, Recording
+from train.actuator.samples.windows import (
+    Windows,
+    WindowShape,
+    WindowTensors,
+    extract_windows,
+    to_device,
+)
 
 BATCH = 8192
 

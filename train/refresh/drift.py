@@ -1,7 +1,5 @@
 """Has a bench drifted from its model? What wear could have done to it, tried on its logs."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace

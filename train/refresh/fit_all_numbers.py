@@ -1,7 +1,5 @@
 """All numbers of a model fitted to a bench's own logs; nothing is added and nothing is named."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Settings and state of a refresh, so that an interrupted one can go on."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Logs of deployments, read for a refresh."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Findings and results of a refresh, for people: one page."""
 
-from __future__ import annotations
-
 import base64
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """A policy trained on from where it was, on a corrected model."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from pathlib import Path

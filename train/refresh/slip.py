@@ -1,7 +1,5 @@
 """How far a spool has slipped: from logs of the new bench, or rows that certainly are taut."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

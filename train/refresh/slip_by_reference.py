@@ -1,7 +1,5 @@
 """How far a spool has slipped, from what it takes to turn it: on a new bench, and later."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi

@@ -1,7 +1,5 @@
 """Test recordings in closed loop: what a model makes of a command alone."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

@@ -4,29 +4,26 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import torch
 from torch import Tensor, nn
 
 from tendon_newton.actuators.networks.artifact import write_network
+from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.recording import Array, Recording
 from tendon_newton.errors import InvalidDataset
 from train.actuator.fitting.export import make_card
 from train.actuator.fitting.training import train_network
 from train.actuator.prediction import ask
-from train.actuator.samples.force_data import prepare
+from train.actuator.samples.folds import prepare
 from train.actuator.samples.servo_law import NO_LAW, fit_servo_law
+from train.actuator.samples.windows import Windows
+from train.actuator.training_config import TrainingConfig
 from train.reproduction.physical import SPOOL_RADIUS
 from train.reproduction.servo_force import Servo, missing_force
-
-if TYPE_CHECKING:
-    from tendon_newton.data.dataset import Dataset
-    from tendon_newton.data.recording import Array, Recording
-    from train.actuator.samples.windows import Windows
-    from train.actuator.training_config import TrainingConfig
-
 
 JUMPS = 0.05
 """Share of the rows whose missing force is cut: where a command jumps, rotor and load cell are

@@ -1,7 +1,5 @@
 """In words what a diagnosis finds on the recordings, against what the virtual bench contains."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """Result of a stage of a reproduction: rows for the table, numbers, figures."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -92,3 +90,24 @@ def mean_interval(values: Sequence[float]) -> tuple[float, float, float]:
         return mean, math.nan, math.nan
     half = float(t.ppf(0.975, found.size - 1) * found.std(ddof=1) / math.sqrt(found.size))
     return mean, mean - half, mean + half
+
+
+def mean_text(values: Sequence[float]) -> str:
+    """Write the mean of some shares [%], and its 95 % interval where it has one."""
+    mean, low, high = mean_interval(values)
+    return f"{mean:.0f} %" + ("" if math.isnan(low) else f" ({low:.0f} to {high:.0f})")
+
+
+def reductions(
+    errors: Mapping[str, Sequence[float]], ideals: Sequence[str]
+) -> dict[str, list[float]]:
+    """Return by how much each error is below that of the better ideal source, by bench [%]."""
+    known = [errors[name] for name in ideals if name in errors]
+    if not known:
+        return {}
+    better = np.min(known, axis=0)
+    return {
+        name: (100.0 * (1.0 - np.asarray(found) / better)).tolist()
+        for name, found in errors.items()
+        if name not in ideals
+    }

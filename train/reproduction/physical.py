@@ -1,7 +1,5 @@
 """The physical model: what a diagnosis names on a bench's recordings, and how much of it there."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """A reproduction as a JSON file with every number and as a page to read."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import asdict
 from datetime import UTC, datetime

@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from shutil import rmtree
-from typing import Any
+from typing import Any, Protocol
 
 from tendon_newton.data.files.json_file import read_json
 from tendon_newton.data.files.origin import file_hash
@@ -21,10 +21,28 @@ from tendon_newton.data.model_file import Model, load_model, write_model
 from tendon_newton.errors import InvalidDataset, InvalidOutput
 from train.actuator.ideal import PAPER_GAIN, SERVO_LIMIT, refitted_gain
 from train.actuator.samples.folds import usable
-from train.reproduction.bench import ReproductionBench
 from train.reproduction.physical import with_ideal
 from train.reproduction.settings import ReproductionSettings
 from train.reproduction.unit import Unit
+
+
+class ReproductionBench(Protocol):
+    """Makes recordings and lets policies climb; real recordings need none."""
+
+    def record(self, unit: int, out: Path, *, seed: int, most: int | None) -> None:
+        """Record the paper's plan and its further experiments on one unit.
+
+        Args:
+            unit: Number of the unit.
+            out: Its folder; what is there is not recorded again.
+            seed: Seed of the plan's draws.
+            most: Train runs of each kind; all of the plan if none.
+        """
+
+    def climb(self, unit: int, policy: Path, out: Path) -> float:
+        """Let a policy climb the paper's stairs on one unit and return its tip error, RMS [m]."""
+        ...
+
 
 MODELS: dict[str, str] = {
     "ideal": "ideal source, 4.2 N/rad",

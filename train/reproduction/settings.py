@@ -1,7 +1,5 @@
 """Sizes of a reproduction: full as in the paper, or quick."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """One bench's recordings: those that models learn from, and those of the paper's experiments."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Iterable
 from dataclasses import dataclass, replace

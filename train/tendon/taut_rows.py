@@ -1,7 +1,5 @@
 """Where both ends of a finger's string were while a load cell said how hard it was pulled."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

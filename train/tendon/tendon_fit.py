@@ -11,8 +11,6 @@ Left out: friction of guides behind the load cell, and errors of arms and spool;
 two numbers take in what they can.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any

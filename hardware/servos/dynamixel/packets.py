@@ -4,8 +4,6 @@ Its reads cut any answer of the servo to the length that was asked for, so that 
 taken for the answer to the next question. Hence packets are sent and received one by one.
 """
 
-from __future__ import annotations
-
 from hardware.servos.serial_bus.packets import SUCCESS, Answer
 from hardware.servos.serial_bus.servo_port import PortHandler, sdk
 

@@ -4,7 +4,7 @@ Source: ROBOTIS e-manual, control tables of XC330-T288-T and XL330-M288-T, which
 stands here. Indirect addresses are left out: the tables of the firmwares differ on their base.
 """
 
-from hardware.servos.control_table import ControlTable
+from hardware.servos.family import ControlTable
 from hardware.servos.serial_bus.register import Register
 
 # EEPROM: writable without torque only

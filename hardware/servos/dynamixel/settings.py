@@ -1,12 +1,9 @@
 """Registers of a configuration, and the settings that are read back for the log."""
 
-from __future__ import annotations
-
 from hardware.serial_ports import latency_timer
 from hardware.servos.base import PositionGains, ServoSettings, ServoSpec
-from hardware.servos.control_table import WATCHDOG_PERIOD
 from hardware.servos.dynamixel import registers as r
-from hardware.servos.family import Reader
+from hardware.servos.family import WATCHDOG_PERIOD, Reader
 from hardware.servos.serial_bus.register import Register
 
 

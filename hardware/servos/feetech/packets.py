@@ -8,8 +8,6 @@ feetech-servo-sdk 1.0.0, reckons its waits in the wrong unit, and both install t
 `scservo_sdk`. A protocol of three instructions needs neither.
 """
 
-from __future__ import annotations
-
 from hardware.errors import ServoRefused
 from hardware.servos.feetech.registers import MODEL_NUMBER, TORQUE_ENABLE
 from hardware.servos.serial_bus.packets import BROKEN, SILENT, SUCCESS, Answer

@@ -4,7 +4,7 @@ Source: Feetech, memory table of the SMS and STS servos, which all share; checke
 tables of LeRobot and of Waveshare's ST3215. Numbers with a direction have it in a bit of its own.
 """
 
-from hardware.servos.control_table import ControlTable
+from hardware.servos.family import ControlTable
 from hardware.servos.serial_bus.register import Register
 
 # EEPROM; while Lock (55) is 1, what is written here is lost with the power, and wears nothing out

@@ -1,7 +1,5 @@
 """Registers of a configuration, and the settings that are read back for the log."""
 
-from __future__ import annotations
-
 from hardware.serial_ports import latency_timer
 from hardware.servos.base import (
     OverloadProtection,

@@ -1,7 +1,5 @@
 """A watchdog for servos that have none: a process beside the program, on the same port."""
 
-from __future__ import annotations
-
 import contextlib
 import select
 import subprocess

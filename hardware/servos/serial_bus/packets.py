@@ -58,4 +58,3 @@ class Packets(Protocol):
         Raises:
             ServoRefused: The family has no such instruction.
         """
-        ...

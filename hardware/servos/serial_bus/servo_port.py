@@ -8,8 +8,6 @@ time that it waits for an answer counts the adapter's latency twice: 36 ms unles
 1 ms.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 from collections.abc import Callable

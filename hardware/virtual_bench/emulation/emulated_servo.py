@@ -1,7 +1,5 @@
 """What every emulated servo on the bus has in common, whatever its family."""
 
-from __future__ import annotations
-
 import random
 from typing import Any, ClassVar
 

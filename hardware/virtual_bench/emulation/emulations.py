@@ -1,11 +1,9 @@
 """Memory, firmware and bus of an emulated servo, by the family of its model."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 from hardware.virtual_bench.emulation.feetech_emulator import FeetechEmulator
 from hardware.virtual_bench.emulation.feetech_firmware import FeetechFirmware
@@ -21,7 +19,7 @@ from hardware.virtual_bench.memory.feetech_table import (
     FeetechModel,
     FeetechRegisters,
 )
-from hardware.virtual_bench.memory.protocol import FrameParser, Instruction
+from hardware.virtual_bench.memory.protocol import FrameParser
 from hardware.virtual_bench.memory.registers import Registers
 from hardware.virtual_bench.physics.constants import ServoConstants
 from hardware.virtual_bench.physics.encoder import Encoder
@@ -37,18 +35,6 @@ SERVO_MODELS: dict[str, AnyModel] = {
 """Servos that a virtual bench can have, by name."""
 
 
-class Parser(Protocol):
-    """Cuts the bytes of a bus into instructions."""
-
-    def feed(self, data: bytes) -> list[Instruction]:
-        """Take bytes in and return the instructions that they complete."""
-        ...
-
-    def reset(self) -> None:
-        """Forget a frame that never ended."""
-        ...
-
-
 @dataclass(frozen=True, kw_only=True)
 class Family:
     """Classes of a servo's memory, loop and side of the bus, and what parses that bus."""
@@ -56,7 +42,7 @@ class Family:
     registers: Callable[[Any], AnyRegisters]
     firmware: Callable[[Any, Motor, Encoder], AnyFirmware]
     emulator: Callable[[Any, Any, Motor, ServoConstants, random.Random], AnyEmulator]
-    parser: Callable[[], Parser]
+    parser: type[FrameParser]
 
 
 DYNAMIXEL = Family(

@@ -1,7 +1,5 @@
 """A Feetech servo's side of the bus: instructions in, answers out."""
 
-from __future__ import annotations
-
 from math import pi
 
 from hardware.virtual_bench.emulation.emulated_servo import EmulatedServo

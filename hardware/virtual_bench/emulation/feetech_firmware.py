@@ -5,8 +5,6 @@ oscilloscope: full duty at 4000 / P counts. Where both are silent the comment sa
 Speed and step mode are not emulated: the motor gets nothing in them.
 """
 
-from __future__ import annotations
-
 from math import copysign
 
 from hardware.virtual_bench.emulation.firmware import TICK, profile_rate

@@ -5,8 +5,6 @@ difference; velocity current = P/128 steps + I/65536 sum, both in register units
 is silent the comment says what is assumed.
 """
 
-from __future__ import annotations
-
 from math import copysign, pi
 
 from hardware.virtual_bench.memory.control_table import (

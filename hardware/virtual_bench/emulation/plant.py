@@ -1,18 +1,47 @@
 """The bench as one system: servo, tendon, mechanism, what blocks it, and the load cell."""
 
-from __future__ import annotations
-
+import random
 from dataclasses import dataclass
 
-from hardware.virtual_bench.emulation.drive_line import DriveLine
-from hardware.virtual_bench.emulation.emulations import AnyModel
+from hardware.virtual_bench.emulation.emulations import AnyModel, family_of
 from hardware.virtual_bench.emulation.firmware import TICK
 from hardware.virtual_bench.memory.control_table import XC330_T288_T
 from hardware.virtual_bench.physics.antagonist import AntagonistFinger
 from hardware.virtual_bench.physics.constants import TIME_STEP, AntagonistConstants, SliderConstants
+from hardware.virtual_bench.physics.encoder import Encoder
+from hardware.virtual_bench.physics.load_cell import LoadCellBoard
 from hardware.virtual_bench.physics.mechanisms import Finger, Mechanism, Slider
+from hardware.virtual_bench.physics.motor import Motor
 from hardware.virtual_bench.physics.obstacle import Obstacle
-from hardware.virtual_bench.physics.unit import Unit
+from hardware.virtual_bench.physics.tendon import Tendon
+from hardware.virtual_bench.physics.unit import LineConstants, Unit
+
+
+class DriveLine:
+    """Motor, gear and firmware of a servo, the line that it winds, and what measures its tension.
+
+    Args:
+        constants: Constants of all these parts.
+        noise: Words that tell its noise from other lines'.
+        model: Which servo's control table it has.
+        load_cell_rate: 80 or 10, the chip's own, or 20 [Hz].
+    """
+
+    def __init__(
+        self, constants: LineConstants, noise: str, *, model: AnyModel, load_cell_rate: int
+    ) -> None:
+        self.constants = constants
+        self.motor = Motor(constants.servo)
+        self.tendon = Tendon(constants.tendon)
+        self.encoder = Encoder(constants.servo, random.Random(f"encoder {noise}"), TICK)
+        self.family = family_of(model)
+        self.registers = self.family.registers(model)
+        self.registers.power_up(self.encoder.count)
+        self.firmware = self.family.firmware(self.registers, self.motor, self.encoder)
+        self.load_cell = LoadCellBoard(
+            constants.load_cell, random.Random(f"load cell {noise}"), load_cell_rate
+        )
+
 
 PROTECTION_TICKS = 10
 """Ticks between two looks at voltage and warmth."""

@@ -1,7 +1,5 @@
 """The servo's side of the bus: instructions in, status frames out."""
 
-from __future__ import annotations
-
 from hardware.virtual_bench.emulation.emulated_servo import EmulatedServo
 from hardware.virtual_bench.memory import addresses as at
 from hardware.virtual_bench.memory.control_table import (

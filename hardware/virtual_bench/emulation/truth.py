@@ -5,8 +5,6 @@ for a recording of this unit can be scored. An effect without parameters is ther
 that could be compared one to one. With several servos the effects are those of the first.
 """
 
-from __future__ import annotations
-
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any

@@ -3,8 +3,6 @@
 Source: ROBOTIS e-manual, XC330-T288-T and XL330-M288-T, control table of firmware 52 and later.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from hardware.virtual_bench.memory import addresses as at

@@ -3,9 +3,7 @@
 Source: Feetech, communication protocol of its SCS, STS and SMS servos.
 """
 
-from __future__ import annotations
-
-from hardware.virtual_bench.memory.protocol import Instruction
+from hardware.virtual_bench.memory.protocol import FrameParser, Instruction
 
 HEADER = b"\xff\xff"
 BROADCAST = 0xFE
@@ -23,23 +21,10 @@ def status_frame(identifier: int, error: int, parameters: bytes = b"") -> bytes:
     return HEADER + body + bytes([inverted_sum(body)])
 
 
-class FeetechParser:
+class FeetechParser(FrameParser):
     """Cuts a byte stream into instructions, skipping noise between them."""
 
-    def __init__(self) -> None:
-        self._bytes = bytearray()
-
-    def feed(self, data: bytes) -> list[Instruction]:
-        """Take bytes in and return the instructions that they complete."""
-        self._bytes += data
-        found: list[Instruction] = []
-        while (instruction := self._next()) is not None:
-            found.append(instruction)
-        return found
-
-    def reset(self) -> None:
-        """Forget a frame that never ended."""
-        self._bytes.clear()
+    ANSWER = None  # an answer has no code of its own here
 
     def _next(self) -> Instruction | None:
         stream = self._bytes

@@ -4,8 +4,6 @@ Source: Feetech, memory table of the SMS and STS servos. Where it is silent the 
 assumed.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

@@ -3,8 +3,6 @@
 Source: ROBOTIS e-manual, Protocol 2.0. CRC-16 (IBM/BUYPASS): polynomial 0x8005, initial value 0.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 HEADER = b"\xff\xff\xfd\x00"
@@ -75,6 +73,9 @@ class Instruction:
 class FrameParser:
     """Cuts a byte stream into instructions, skipping noise between them."""
 
+    ANSWER: int | None = STATUS
+    """Code of another servo's answer, which is no instruction."""
+
     def __init__(self) -> None:
         self._bytes = bytearray()
 
@@ -83,7 +84,7 @@ class FrameParser:
         self._bytes += data
         found: list[Instruction] = []
         while (instruction := self._next()) is not None:
-            if instruction.code != STATUS:  # another servo's answer
+            if instruction.code != self.ANSWER:
                 found.append(instruction)
         return found
 

@@ -1,7 +1,5 @@
 """The servo's memory: bytes, checks on writing, and the values that its loop reads every tick."""
 
-from __future__ import annotations
-
 from hardware.virtual_bench.memory import addresses as at
 from hardware.virtual_bench.memory.control_table import (
     COUNTS_PER_TURN,

@@ -1,7 +1,5 @@
 """A finger between two strings: one closes it through guides, one opens it over its knuckles."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import acos, cos, sin, sqrt
 

@@ -14,8 +14,6 @@ Sources named in short:
 - assumed: no source; chosen within what printed parts and hobby electronics do, and said so.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from math import pi
 from typing import Any

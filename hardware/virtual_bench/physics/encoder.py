@@ -1,7 +1,5 @@
 """The servo's magnetic encoder and the speed that its firmware makes of it."""
 
-from __future__ import annotations
-
 import random
 from math import exp, floor, pi, sin
 

@@ -1,7 +1,5 @@
 """A load cell behind an HX711 and a microcontroller that sends its conversions as lines."""
 
-from __future__ import annotations
-
 import random
 from collections import deque
 

@@ -1,7 +1,5 @@
 """Mechanisms that the tendon pulls: a carriage on a rail, or a finger with flexible joints."""
 
-from __future__ import annotations
-
 from math import cos, sin
 from typing import Protocol
 
@@ -22,7 +20,6 @@ class Mechanism(Protocol):
 
     def advance(self, pull: float, stiffness: float, time_step: float) -> None:
         """Advance by one substep [s] under a pull [N], implicit in what pulls [N/m]."""
-        ...
 
     def tip(self) -> tuple[float, float] | None:
         """Return the tip's x and z [m], or ``None`` where there is no tip."""

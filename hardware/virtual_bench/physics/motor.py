@@ -1,7 +1,5 @@
 """A DC motor behind an H-bridge, its gear with friction that holds, its supply and its warmth."""
 
-from __future__ import annotations
-
 from math import exp
 
 from hardware.virtual_bench.physics.constants import ServoConstants

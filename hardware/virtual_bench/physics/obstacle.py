@@ -1,7 +1,5 @@
 """Obstacles of a mechanism: nothing, a roll of tape, a hand that holds it or comes and goes."""
 
-from __future__ import annotations
-
 import random
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ Each is named by the effect that describes it. Which three, and how large, the u
 servo, the line and the load cell of a seed have the same ones on every bench.
 """
 
-from __future__ import annotations
-
 import random
 from collections.abc import Callable
 from dataclasses import dataclass, replace

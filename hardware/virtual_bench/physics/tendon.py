@@ -1,7 +1,5 @@
 """A line in two elastic halves with a guide between them: stretch, slack and capstan friction."""
 
-from __future__ import annotations
-
 from math import exp
 
 from hardware.virtual_bench.physics.constants import TendonConstants

@@ -1,7 +1,5 @@
 """One unit of a bench: constants drawn by a seed."""
 
-from __future__ import annotations
-
 import random
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, TypeVar, cast

@@ -4,8 +4,6 @@ Wear is put on top of a drawn unit; the units themselves stay as they are. Its s
 unit's seed, where it has one.
 """
 
-from __future__ import annotations
-
 import random
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """A Transformer's weights as its fused kernel reads them: one array, products taken beforehand."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any

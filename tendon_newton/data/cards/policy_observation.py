@@ -23,8 +23,6 @@ A policy of several servos gives one number for each, and the same holds servo b
 Before the first step no action was applied: both are zero, and the first sample fills the history.
 """
 
-from __future__ import annotations
-
 from typing import Any, TypeVar
 
 import numpy as np

@@ -4,8 +4,6 @@ A model file is a list of operations: a few hundred bytes can ask for gigabytes 
 that would take the machine down ends a child process here, and the parent says so in one line.
 """
 
-from __future__ import annotations
-
 import contextlib
 import importlib
 import os

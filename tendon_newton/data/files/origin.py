@@ -1,7 +1,5 @@
 """Where results come from: hashes of the files that went in, and the commit of the program."""
 
-from __future__ import annotations
-
 import functools
 import hashlib
 import subprocess

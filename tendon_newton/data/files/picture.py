@@ -1,7 +1,5 @@
 """Pictures of curves as files, drawn without a display."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

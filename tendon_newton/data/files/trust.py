@@ -6,8 +6,6 @@ the user's own configuration folder, one hash a line; ``TENDON_NEWTON_TRUST`` ad
 process, separated by commas.
 """
 
-from __future__ import annotations
-
 import os
 import re
 from pathlib import Path

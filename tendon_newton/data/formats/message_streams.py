@@ -1,7 +1,7 @@
 """ROS 2 messages, whatever decoded them, as time series of numbers."""
 
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,7 +18,6 @@ TIME_LIMIT = 1 << 62
 """Nanoseconds, 146 years, since the epoch of any clock."""
 TimedMessage = tuple[str, int, Any]
 """(topic, time of recording [ns], decoded message)."""
-Getter = Callable[[Any], list[float]]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

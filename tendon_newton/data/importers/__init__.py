@@ -3,11 +3,10 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from tendon_newton.data.importers.bam import read_bam, read_parameters
+from tendon_newton.data.importers.bam import read_bam, read_parameters, read_xl330
 from tendon_newton.data.importers.imported import Imported, ImportedModel
 from tendon_newton.data.importers.lerobot import read_lerobot
 from tendon_newton.data.importers.so101 import read_so101
-from tendon_newton.data.importers.xl330 import read_xl330
 
 IMPORTERS: dict[str, Callable[[Path], Imported]] = {
     "xl330": read_xl330,

@@ -3,8 +3,6 @@
 Isaac Lab drives joints. So each tendon must drive one joint; the command is that joint's position.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

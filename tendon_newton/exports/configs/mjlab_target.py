@@ -1,7 +1,5 @@
 """Export to mjlab: the bench as MJCF, and the configuration of an actuator at its tendon."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

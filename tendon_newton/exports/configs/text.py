@@ -1,7 +1,5 @@
 """A configuration file as text."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

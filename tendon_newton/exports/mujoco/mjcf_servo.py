@@ -1,7 +1,5 @@
 """The part of a servo that MJCF has words for: an actuator on its tendon."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

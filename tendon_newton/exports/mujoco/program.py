@@ -1,9 +1,8 @@
 """One Python file that steps an exported model: runtime, effects' code and numbers in one text."""
 
-from __future__ import annotations
-
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from importlib.resources import files
@@ -304,6 +303,6 @@ def literal(value: Any) -> str:
     return repr(value)
 
 
-def literal_rows(rows: list[dict[str, Any]]) -> str:
+def literal_rows(rows: Sequence[dict[str, Any]]) -> str:
     """Return a list of dictionaries, one a line."""
     return "[\n" + "".join(f"    {literal(row)},\n" for row in rows) + "]"

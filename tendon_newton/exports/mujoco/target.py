@@ -1,7 +1,5 @@
 """Export to plain MuJoCo: an MJCF file that runs alone, and a hook for what MJCF cannot say."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

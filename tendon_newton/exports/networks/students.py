@@ -182,17 +182,21 @@ def fit_mlp(lessons: Lessons, *, steps: int) -> tuple[StudentMlp, float]:
     network = StudentMlp()
     x, force = windows_of(lessons)
     known, asked = x[:-HELD_OUT].flatten(0, 1), force[:-HELD_OUT].flatten()
+    descend(network, lambda: ((network(known)[:, 0] - asked) ** 2).mean(), steps)
+    with torch.no_grad():
+        away = network(x[-HELD_OUT:])[..., 0] - force[-HELD_OUT:]
+    return network.eval(), float((away**2).mean().sqrt()) * lessons.scales[2]
+
+
+def descend(network: nn.Module, loss: Callable[[], Tensor], steps: int) -> None:
+    """Lower a network's loss by Adam, whose rate goes down along a cosine."""
     rule = torch.optim.Adam(network.parameters(), lr=LEARNING_RATE)
     pace = torch.optim.lr_scheduler.CosineAnnealingLR(rule, steps)
     for _ in range(steps):
         rule.zero_grad()
-        loss = ((network(known)[:, 0] - asked) ** 2).mean()
-        loss.backward()
+        loss().backward()
         rule.step()
         pace.step()
-    with torch.no_grad():
-        away = network(x[-HELD_OUT:])[..., 0] - force[-HELD_OUT:]
-    return network.eval(), float((away**2).mean().sqrt()) * lessons.scales[2]
 
 
 def fit_lstm(lessons: Lessons, *, steps: int) -> tuple[StudentLstm, float]:
@@ -234,16 +238,13 @@ def fit_memory(
     """
     pieces = x[:-HELD_OUT].reshape(-1, PIECE, x.shape[2])
     asked = force[:-HELD_OUT].reshape(-1, PIECE)
-    rule = torch.optim.Adam(network.parameters(), lr=LEARNING_RATE)
-    pace = torch.optim.lr_scheduler.CosineAnnealingLR(rule, steps)
     skip = PIECE // 4  # a state from nothing knows little of what was before
-    for _ in range(steps):
-        rule.zero_grad()
+
+    def loss() -> Tensor:
         answer, _ = network(pieces, start(len(pieces)))
-        loss = ((answer[:, skip:, 0] - asked[:, skip:]) ** 2).mean()
-        loss.backward()
-        rule.step()
-        pace.step()
+        return ((answer[:, skip:, 0] - asked[:, skip:]) ** 2).mean()
+
+    descend(network, loss, steps)
     with torch.no_grad():
         answer, _ = network(x[-HELD_OUT:], start(HELD_OUT))
     away = answer[..., 0] - force[-HELD_OUT:]

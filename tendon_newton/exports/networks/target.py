@@ -1,7 +1,5 @@
 """Export of a servo as networks that other simulators' drives run."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from tendon_newton.actuators import find_actuator

@@ -1,7 +1,5 @@
 """Numbers of a bench that a drive is written with: its tendons, joints, inertias and step."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The way of a tendon as a polynomial of the joints, which a drive can evaluate anywhere."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product

@@ -14,7 +14,7 @@ from tendon_newton.data.model_file import Model
 from tendon_newton.device_code import slots, structs
 from tendon_newton.effects import Effect, Stage, find_effect
 from tendon_newton.exports.carried_code import CarriedCode
-from tendon_newton.exports.mujoco.program import literal, without_effects
+from tendon_newton.exports.mujoco.program import literal, literal_rows, without_effects
 from tendon_newton.exports.newton import device, grips
 from tendon_newton.exports.newton.structs import Answer, Bench, Kept
 from tendon_newton.simulation.model.parameter_table import ParameterTable
@@ -134,8 +134,8 @@ def drive_text(model: Model, numbers: DriveNumbers) -> str:
         "STEP": repr(numbers.step),
         "STRUCTS": "\n\n".join(struct_text(declared) for declared in STRUCTS),
         "CODE": carried_text(model, places, duty=duty),
-        "TENDONS": rows(numbers.tendons),
-        "JOINTS": rows(numbers.joints),
+        "TENDONS": literal_rows(numbers.tendons),
+        "JOINTS": literal_rows(numbers.joints),
         "DELAY": repr(numbers.delay),
         "PERIOD": repr(numbers.period),
         "NETWORK": literal(numbers.network),
@@ -223,8 +223,3 @@ def struct_text(declared: type) -> str:
     own = {n: kind for n, kind in fields.items() if not kind.startswith(("Annotated", "Flags"))}
     lines = [f"    {n}: {kind}" for n, kind in own.items()]
     return "\n".join(["@wp.struct", f"class {declared.__name__}:", *lines])
-
-
-def rows(table: Sequence[dict[str, Any]]) -> str:
-    """Return a list of dictionaries, one a line."""
-    return "[\n" + "".join(f"    {literal(row)},\n" for row in table) + "]"

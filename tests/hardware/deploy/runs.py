@@ -153,7 +153,7 @@ class Flight:
         )
         with open_bench(address, self.operator.tell) as bench, StopRequest() as stop:
             if not self.load_cell:
-                bench.load_cell = bench.calibration = None
+                bench.drives[0].load_cell = bench.drives[0].calibration = None
             pilot, fault = self.pilot or PolicyPilot(self.policy), self.fault
             if fault is not None:
                 self.begun = bench.clock.now() + self.after

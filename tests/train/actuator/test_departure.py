@@ -18,8 +18,7 @@ from train.actuator.samples.departure import (
     departing_share,
 )
 from train.actuator.samples.servo_law import FEWEST, NO_LAW, ServoLaw, fit_servo_law
-from train.actuator.samples.window_tensors import to_device
-from train.actuator.samples.windows import Windows, WindowShape, extract_windows
+from train.actuator.samples.windows import Windows, WindowShape, extract_windows, to_device
 from train.actuator.training_config import Purpose, TrainingConfig
 
 LAW = ServoLaw(stiffness=6.0, damping=10.0, dry_friction=1.2, load_friction=0.2)

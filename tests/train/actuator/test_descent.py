@@ -6,7 +6,7 @@ import torch
 from torch import nn
 
 from train.actuator.fitting.descent import WARM_UP, Descent, cycle
-from train.actuator.samples.disturbance import ANGLE, COMMAND, SPEED, ZERO, disturbed
+from train.actuator.samples.changed_windows import ANGLE, COMMAND, SPEED, ZERO, disturbed
 
 WINDOWS = torch.zeros(4000, 30, 3)
 

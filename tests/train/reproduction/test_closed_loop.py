@@ -8,8 +8,8 @@ from tendon_newton.data.model_file import Model
 from tendon_newton.mechanisms.asset_library import asset_folder
 from train.actuator.ideal import PAPER_GAIN
 from train.reproduction.closed_loop import replayed
-from train.reproduction.networks import learned_model
 from train.reproduction.physical import with_ideal
+from train.reproduction.steps.network_stage import learned_model
 from train.reproduction.steps.tip_stage import SINES
 from train.reproduction.unit import Unit
 

@@ -19,13 +19,13 @@ from tendon_newton.errors import InvalidDataset, UnknownName
 from tendon_newton.scheduler import InTurn, JobOptions, open_executor
 from tests.train.reproduction.tiny import SETTINGS, TinyBench
 from train.actuator.fitting.run import train_to_file
-from train.reproduction.networks import anew_if_other
 from train.reproduction.outcome import Outcome, mean_interval, row
 from train.reproduction.physical import starting_model
 from train.reproduction.report import rows_table, write_report
 from train.reproduction.reproduction import MODELS, NotDone, Reproduction
 from train.reproduction.settings import POLICIES, find_settings
 from train.reproduction.steps import policy_stage
+from train.reproduction.steps.network_stage import anew_if_other
 from train.reproduction.steps.stages import REPRODUCTION_STAGES, Stage, run_stages, with_needs
 from train.reproduction.steps.tip_stage import SINES
 from train.reproduction.unit import Unit, of_benches

@@ -6,19 +6,17 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import torch
 from torch import Tensor
 
 from tendon_newton.errors import InvalidNetworkFile
+from tendon_newton.force_networks.force_network import ForceNetwork
 from train.actuator.fitting.descent import Descent
-
-if TYPE_CHECKING:
-    from tendon_newton.force_networks.force_network import ForceNetwork
-    from train.actuator.samples.windows import Windows
-    from train.actuator.training_config import TrainingConfig
+from train.actuator.samples.windows import Windows
+from train.actuator.training_config import TrainingConfig
 
 RECIPE = 1
 """Number of the recipe: how windows are changed, errors weighed and weights moved, which no config

@@ -1,29 +1,23 @@
 """From a trained network to its files."""
 
-from __future__ import annotations
-
 import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tendon_newton import __version__
 from tendon_newton.data.cards.force_network_card import INPUTS, ForceNetworkCard, HeldOut, Training
+from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.files.origin import git_commit
 from tendon_newton.data.root_mean_square import rms
-from tendon_newton.force_networks.force_network import parameter_count
+from tendon_newton.force_networks.force_network import ForceNetwork, parameter_count
 from train.actuator.ideal import SERVO_LIMIT
 from train.actuator.prediction import predict
-from train.actuator.samples.folds import SPLIT_WORDS, recorded_fold
+from train.actuator.samples.folds import SPLIT_WORDS, ForceData, recorded_fold
 from train.actuator.samples.servo_law import fit_servo_law
+from train.actuator.training_config import TrainingConfig
 
-if TYPE_CHECKING:
-    from tendon_newton.data.dataset import Dataset
-    from tendon_newton.force_networks.force_network import ForceNetwork
-    from train.actuator.samples.force_data import ForceData
-    from train.actuator.training_config import TrainingConfig
 HEADROOM = 1.05
 """Above the largest force in training [1]."""
 

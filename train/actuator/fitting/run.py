@@ -1,25 +1,19 @@
 """One force network from a dataset to its files, watched and resumable."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import asdict
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import torch
 
+from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.files.json_file import write_json
+from train.actuator.fitting.checkpoint import Checkpoint
 from train.actuator.fitting.export import Exported, export_network
 from train.actuator.fitting.training import Progress, train_network
-from train.actuator.samples.folds import SPLIT_WORDS
-from train.actuator.samples.force_data import prepare
-
-if TYPE_CHECKING:
-    from tendon_newton.data.dataset import Dataset
-    from train.actuator.fitting.checkpoint import Checkpoint
-    from train.actuator.training_config import TrainingConfig
+from train.actuator.samples.folds import SPLIT_WORDS, prepare
+from train.actuator.training_config import TrainingConfig
 
 
 def train_to_file(

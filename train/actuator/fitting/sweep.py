@@ -7,8 +7,6 @@ trains with ``--no-export``; the same command without it, given where the two ar
 writes the network files from the checkpoints.
 """
 
-from __future__ import annotations
-
 import logging
 import time
 from collections.abc import Iterator

@@ -5,20 +5,18 @@ the window tells the force. A few such seconds would decide a mean square, and s
 still gets better everywhere else.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import torch
 from torch import Tensor
 
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.force_networks import build_network
+from tendon_newton.force_networks.force_network import ForceNetwork
 from tendon_newton.force_networks.recurrent_network import RecurrentNetwork
 from train.actuator.fitting.checkpoint import (
     Checkpoint,
@@ -29,12 +27,8 @@ from train.actuator.fitting.checkpoint import (
 )
 from train.actuator.samples.changed_windows import changed_batch
 from train.actuator.samples.servo_law import ServoLaw, fit_servo_law
-from train.actuator.samples.window_tensors import WindowTensors, to_device
+from train.actuator.samples.windows import Windows, WindowTensors, to_device
 from train.actuator.training_config import TrainingConfig
-
-if TYPE_CHECKING:
-    from tendon_newton.force_networks.force_network import ForceNetwork
-    from train.actuator.samples.windows import Windows
 
 VALIDATION_STRIDE = 4
 """One window in so many tells when to stop: at 80 Hz, one of the four phases."""

@@ -8,8 +8,6 @@ law says. A network for predictions learns the servo first in this way, and in t
 leaves out, from recordings alone.
 """
 
-from __future__ import annotations
-
 import torch
 from torch import Tensor
 

@@ -1,21 +1,18 @@
 """Which recordings a network is fitted on, and which tell it when to stop."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tendon_newton.data.cards.force_network_card import TrainingRecording
+from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.files.origin import file_hash
+from tendon_newton.data.recording import Recording
 from tendon_newton.errors import InvalidDataset
-
-if TYPE_CHECKING:
-    from tendon_newton.data.dataset import Dataset
-    from tendon_newton.data.recording import Recording
+from train.actuator.samples.windows import Windows, WindowShape, extract_windows
+from train.actuator.training_config import TrainingConfig
 
 VALIDATION_SHARE = 0.15
 """Share of each bench's train recordings that is held out to stop the training [1]."""
@@ -80,4 +77,27 @@ def recorded_fold(path: Path, fold: Fold) -> tuple[TrainingRecording, ...]:
             split="train" if recording.name in fitted else "validation",
         )
         for recording in (*fold.fit, *fold.validation)
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class ForceData:
+    """Windows for training and recordings for measuring a network."""
+
+    fold: Fold
+    fit: Windows
+    validation: Windows
+    test: tuple[Recording, ...]
+    """Recordings that only report."""
+
+
+def prepare(dataset: Dataset, config: TrainingConfig) -> ForceData:
+    """Cut a dataset into windows as a training asks for."""
+    fold = split_train(dataset, seed=config.fold_seed)
+    shape = WindowShape(window=config.window, rate=config.rate)
+    return ForceData(
+        fold=fold,
+        fit=extract_windows(fold.fit, shape),
+        validation=extract_windows(fold.validation, shape),
+        test=usable(dataset.test),
     )

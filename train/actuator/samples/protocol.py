@@ -1,18 +1,13 @@
 """Which of the paper's experiments a test recording is."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 from pathlib import PurePath
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tendon_newton.data.excitations import TEST_ANGLES
-
-if TYPE_CHECKING:
-    from tendon_newton.data.recording import Recording
+from tendon_newton.data.recording import Recording
 
 HOLDS = (1.0, 2.0, 3.0)
 """Times for which the paper's test steps are held [s]."""

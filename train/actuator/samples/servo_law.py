@@ -4,17 +4,12 @@ A network that has only seen a bench move by itself cannot tell the servo's part
 mechanism's. On a spring both agree on every row. Rows of several benches can.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tendon_newton.data.cards.force_network_card import HOLD_LIMIT, HoldLaw
-
-if TYPE_CHECKING:
-    from train.actuator.samples.windows import Windows
+from train.actuator.samples.windows import Windows
 
 SLIDING = 0.15
 """Speed from which a gear slides for certain [rad/s]: six steps of a DYNAMIXEL X register."""

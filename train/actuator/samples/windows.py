@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import torch
+from torch import Tensor
 
 from tendon_newton.data.recording import Array, Indices, Mask, Recording
 from tendon_newton.errors import InvalidDataset, InvalidRecording
@@ -152,3 +154,32 @@ def unbroken(recording: Recording, first: Indices, longest: float) -> Mask:
     off = np.concatenate([[0], np.cumsum(~recording.enabled)])
     ends = np.arange(recording.sample_count)
     return (gaps[ends] == gaps[first]) & (off[ends + 1] == off[first])
+
+
+@dataclass(frozen=True, kw_only=True)
+class WindowTensors:
+    """Rows and windows as tensors; a row is stored once, however many windows it is in."""
+
+    inputs: Tensor
+    """theta_d [rad], theta [rad], theta_dot [rad/s] of each row, shape (N, 3)."""
+    force: Tensor
+    """Tension of each row [N], shape (N,)."""
+    rows: Tensor
+    """Rows of each window, oldest first, shape (W, window)."""
+
+    def batch(self, chosen: Tensor) -> Tensor:
+        """Return the chosen windows, shape (len(chosen), window, 3)."""
+        return self.inputs[self.rows[chosen]]
+
+    def targets(self, chosen: Tensor) -> Tensor:
+        """Return the tension [N] at every sample of the chosen windows."""
+        return self.force[self.rows[chosen]]
+
+
+def to_device(windows: Windows, device: str) -> WindowTensors:
+    """Put windows on a device."""
+    return WindowTensors(
+        inputs=torch.tensor(windows.inputs, dtype=torch.float32, device=device),
+        force=torch.tensor(windows.force, dtype=torch.float32, device=device),
+        rows=torch.tensor(windows.rows, dtype=torch.int64, device=device),
+    )

@@ -3,25 +3,19 @@
 Source: Yuryev and Hughes, Tendon Force Modeling for Sim2Real Transfer (2026), sections IV-A, IV-B.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tendon_newton.actuators.networks.artifact import NetworkFile
+from tendon_newton.data.dataset import Dataset
 from tendon_newton.errors import InvalidDataset
 from tendon_newton.identification.noise_floor import estimate_noise_floor
 from train.actuator.models import IDEAL, REFITTED, Compared, compare
 from train.actuator.samples.folds import usable
 from train.actuator.samples.protocol import Experiment, experiment_of
-from train.actuator.scoring.lag import Lag, lag
-from train.actuator.scoring.scores import Score, score
-
-if TYPE_CHECKING:
-    from tendon_newton.actuators.networks.artifact import NetworkFile
-    from tendon_newton.data.dataset import Dataset
+from train.actuator.scoring.scores import Lag, Score, lag, score
 
 
 @dataclass(frozen=True, kw_only=True)

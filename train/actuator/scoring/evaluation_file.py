@@ -1,16 +1,12 @@
 """An evaluation as JSON, with every number, and as tables to read."""
 
-from __future__ import annotations
-
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from train.actuator.ideal import SERVO_LIMIT
-
-if TYPE_CHECKING:
-    from train.actuator.models import Compared
-    from train.actuator.scoring.evaluation import Evaluation, FamilyResult
-    from train.actuator.scoring.lag import Lag
+from train.actuator.models import Compared
+from train.actuator.scoring.evaluation import Evaluation, FamilyResult
+from train.actuator.scoring.scores import Lag
 
 SCHEMA = 2
 

@@ -1,21 +1,17 @@
 """Figures of an evaluation, after those of the paper."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from tendon_newton.data.files.picture import new_figure, save, tidy
 from tendon_newton.data.root_mean_square import rms
+from train.actuator.models import Compared
+from train.actuator.prediction import Prediction
 from train.actuator.samples.protocol import HOLDS, Experiment, experiment_of
-
-if TYPE_CHECKING:
-    from train.actuator.models import Compared
-    from train.actuator.prediction import Prediction
-    from train.actuator.scoring.evaluation import Evaluation
+from train.actuator.scoring.evaluation import Evaluation
 
 INK, GREY = "#1c2430", "#8a93a0"
 COLOURS = ("#1764ab", "#d1495b", "#2f8f5b", "#e08e1a", "#7a4fbf", "#0f8b9d")

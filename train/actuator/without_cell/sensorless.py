@@ -4,24 +4,17 @@ The lines of all benches are found first, from encoders and tip alone. Each line
 force at its spool, and a network learns that force as it would learn a measurement.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING
+from pathlib import Path
 
+from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.files.json_file import write_json
+from tendon_newton.data.recording import Recording
 from train.actuator.samples.folds import SPLIT_WORDS
 from train.actuator.without_cell.sensorless_fit import LineFit, fit_lines
-from train.actuator.without_cell.sensorless_motion import motions_of
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from tendon_newton.data.dataset import Dataset
-    from tendon_newton.data.recording import Recording
-    from train.actuator.without_cell.sensorless_line import Line
-    from train.actuator.without_cell.sensorless_motion import Motion
+from train.actuator.without_cell.sensorless_line import Line
+from train.actuator.without_cell.sensorless_motion import Motion, motions_of
 
 IMPLIED_WORDS = f"{SPLIT_WORDS}; the force of the train recordings is implied by their motion"
 """What the card of a network says that was trained without a load cell."""

@@ -13,18 +13,13 @@ may be off by a constant, which ``q`` is freed of.
 Left out: mass and damping of a slider (0.4 N at 0.08 m/s and 5 N s/m), an eccentric encoder.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tendon_newton.data.recording import Array
-
-if TYPE_CHECKING:
-    from tendon_newton.mechanisms.geometry.mechanism import Mechanism
-    from train.actuator.without_cell.sensorless_motion import Motion
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from train.actuator.without_cell.sensorless_motion import Motion
 
 LINE_STIFFNESS = 1.0e4
 """Of a braided line of some 0.2 m with its knots [N/m]."""

@@ -1,21 +1,16 @@
 """What encoders and a camera saw of a tendon's two ends, and nothing of its force."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tendon_newton.data.recording import Array, Recording
 from tendon_newton.errors import InvalidDataset
 from tendon_newton.mechanisms.geometry.kinematics import tip_position
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.overrides import override_mechanism
 from tendon_newton.mechanisms.loading import load_mechanism
-
-if TYPE_CHECKING:
-    from tendon_newton.data.recording import Array, Recording
-    from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
 TURN = 0.01
 """Turn of the spool over which a line comes to slip the other way through its guide [rad]. The turn

@@ -4,23 +4,18 @@ Where the gear sticks, the servo has no say in the force. And a servo seen for l
 reversal, would tell by its motion on which bench it is.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import torch
 from torch import Tensor
 
+from tendon_newton.data.recording import Array, Indices
 from tendon_newton.errors import InvalidDataset
 from train.actuator.samples.servo_law import SLIDING
 from train.actuator.samples.windows import WindowShape, window_rows
-
-if TYPE_CHECKING:
-    from tendon_newton.data.recording import Array, Indices
-    from train.actuator.without_cell.sensorless_motion import Motion
+from train.actuator.without_cell.sensorless_motion import Motion
 
 SHAPE = WindowShape(window=3, rate=20.0, pad_start=False)
 """What is seen of the servo: now, and one and two ticks of its loop ago. Its force answers to its

@@ -1,7 +1,5 @@
 """Settings of the training of a policy."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Any, Literal
 

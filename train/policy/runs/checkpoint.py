@@ -1,7 +1,5 @@
 """The state of a training on disk, so that an interrupted one goes on."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict

@@ -1,7 +1,5 @@
 """The learning curve: what each iteration of a training brought."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields

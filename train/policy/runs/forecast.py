@@ -1,7 +1,5 @@
 """How long a training will take, told before it starts."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Train a policy: rsl-rl's PPO on the fingers of one or several devices."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import os

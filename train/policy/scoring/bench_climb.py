@@ -1,7 +1,5 @@
 """Motion of a policy on stairs on a bench, read from the log of its deployment."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Let policies climb stairs of goals in simulation, step for step as they are deployed."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """The figure of an evaluation, after the paper's figure of the tracked stairs."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any

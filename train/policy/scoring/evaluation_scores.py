@@ -1,7 +1,5 @@
 """Scores of a climb: errors of the tip, in all and stair by stair."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from itertools import pairwise

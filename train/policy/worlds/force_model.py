@@ -1,7 +1,5 @@
 """Force models of a training: the ideal source, a model file, or a force network."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Goal points of a finger's tip: one for every goal angle."""
 
-from __future__ import annotations
-
 import numpy as np
 import torch
 from torch import Tensor

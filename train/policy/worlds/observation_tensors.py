@@ -1,7 +1,5 @@
 """The observations of W policies on their device, number for number those of deployment."""
 
-from __future__ import annotations
-
 import torch
 from torch import Tensor
 

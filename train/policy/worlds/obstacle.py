@@ -1,7 +1,5 @@
 """Something in a finger's way, anew for each episode: a policy learns to hold, not only to move."""
 
-from __future__ import annotations
-
 import numpy as np
 import torch
 from torch import Tensor

@@ -1,7 +1,5 @@
 """Numbers that differ between the worlds of a training, drawn anew for each episode."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite

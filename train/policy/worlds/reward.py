@@ -9,8 +9,6 @@ Source: Yuryev and Hughes, Tendon Force Modeling for Sim2Real Transfer (2026), e
 two terms; their code has the others, and squares the change of the action.
 """
 
-from __future__ import annotations
-
 from torch import Tensor
 
 from train.policy.config.environment_config import EnvironmentConfig

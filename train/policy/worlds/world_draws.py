@@ -1,7 +1,5 @@
 """Random numbers that each world draws for itself: what one draws changes no other's."""
 
-from __future__ import annotations
-
 import torch
 from torch import Tensor
 

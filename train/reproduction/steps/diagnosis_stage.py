@@ -1,7 +1,5 @@
 """What a diagnosis finds on the recordings, against what the virtual bench really contains."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """The paper's comparison of force networks: steps on three setups, contact ramps, held sine."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Physics and a network together, on every bench."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

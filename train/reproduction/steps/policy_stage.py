@@ -13,10 +13,10 @@ from train.policy.config.environment_config import EnvironmentConfig
 from train.policy.config.training_config import PolicyTrainingConfig
 from train.policy.runs.export import export_policy
 from train.policy.runs.training import train_policy
-from train.reproduction.networks import anew_if_other
-from train.reproduction.outcome import Outcome, Row, mean_interval, row
+from train.reproduction.outcome import Outcome, Row, mean_text, reductions, row
 from train.reproduction.reproduction import BEST, IDEALS, MODELS, Reproduction
 from train.reproduction.settings import POLICIES, POLICY_STEPS, PolicyEffort
+from train.reproduction.steps.network_stage import anew_if_other
 
 PAPER_STAIRS = {"ideal": 24.0, "network": 12.0}
 """[mm]"""
@@ -168,19 +168,6 @@ def rows_of(errors: Errors, differs: str) -> list[Row]:
     ]
 
 
-def reductions(errors: Errors) -> dict[str, list[float]]:
-    """Return by how much each error is below that of the better ideal source's policy [%]."""
-    ideals = [errors[name] for name in IDEALS if name in errors]
-    if not ideals:
-        return {}
-    better = np.min(ideals, axis=0)
-    return {
-        name: (100.0 * (1.0 - np.asarray(found) / better)).tolist()
-        for name, found in errors.items()
-        if name not in IDEALS
-    }
-
-
 def reduction_rows(errors: Errors) -> list[Row]:
     """Return the rows of the reductions."""
     return [
@@ -191,7 +178,7 @@ def reduction_rows(errors: Errors) -> list[Row]:
             found,
             paper=PAPER_REDUCTION if name == "network" else None,
         )
-        for name, found in reductions(errors).items()
+        for name, found in reductions(errors, IDEALS).items()
     ]
 
 
@@ -204,8 +191,6 @@ def reduction_text(errors: Errors) -> str:
         "| trained on | less by |",
         "|---|---|",
     ]
-    for name, found in reductions(errors).items():
-        mean, low, high = mean_interval(found)
-        spread = "" if np.isnan(low) else f" ({low:.0f} to {high:.0f})"
-        lines.append(f"| {MODELS.get(name, name)} | {mean:.0f} %{spread} |")
+    for name, found in reductions(errors, IDEALS).items():
+        lines.append(f"| {MODELS.get(name, name)} | {mean_text(found)} |")
     return "\n".join(lines) if len(lines) > 4 else ""

@@ -1,7 +1,5 @@
 """The paper's open-loop ramp: measured force, ideal force, the gap, and the neglected inertia."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The recordings of every bench: made on virtual ones, or given."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from train.reproduction.outcome import Outcome

@@ -1,7 +1,5 @@
 """The stages of a reproduction in their order: each one file and one line of a table."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import dataclass, replace

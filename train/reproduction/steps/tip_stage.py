@@ -5,8 +5,6 @@ command is negative, but by its data sheet the motor hardly follows at the paper
 rad the ideal source opens the finger fully, as in the paper.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 
@@ -15,7 +13,7 @@ import numpy as np
 from tendon_newton.data.recording import Recording
 from train.actuator.scoring.figures import GREY, INK, new_figure, save, tidy
 from train.reproduction.closed_loop import SETTLED, replayed
-from train.reproduction.outcome import Figure, Outcome, Row, mean_interval, row
+from train.reproduction.outcome import Figure, Outcome, Row, mean_text, reductions, row
 from train.reproduction.reproduction import BEST, IDEALS, MODELS, Reproduction
 
 SINES = {"open_sine": "about 0.2 rad", "closing_sine": "about pi/2"}
@@ -94,7 +92,7 @@ def signals(recording: Recording) -> Signals:
 def rows_of(kind: str, errors: Mapping[str, list[float]]) -> list[Row]:
     """Return the rows of one sinusoid."""
     where = f"tip, sinusoid {SINES[kind]}"
-    compared = kind == next(iter(SINES))
+    compared, less = kind == next(iter(SINES)), reductions(errors, IDEALS)
     rows = [
         row(
             where,
@@ -110,18 +108,12 @@ def rows_of(kind: str, errors: Mapping[str, list[float]]) -> list[Row]:
             where,
             f"{MODELS[model]}: less than the better ideal source by",
             "%",
-            reductions(errors, model),
+            less[model],
             paper=PAPER_REDUCTION if compared and model == "network" else None,
         )
         for model in BEST
     ]
     return rows
-
-
-def reductions(errors: Mapping[str, list[float]], model: str) -> list[float]:
-    """Return by how much a model's error is below that of the better ideal source, by bench [%]."""
-    better = np.min([errors[ideal] for ideal in IDEALS], axis=0)
-    return (100.0 * (1.0 - np.asarray(errors[model]) / better)).tolist()
 
 
 def reduction_text(errors: Errors) -> str:
@@ -134,12 +126,8 @@ def reduction_text(errors: Errors) -> str:
         f"|---{'|---' * len(BEST)}|",
     ]
     for kind, words in SINES.items():
-        cells = []
-        for model in BEST:
-            mean, low, high = mean_interval(reductions(errors[kind], model))
-            spread = "" if np.isnan(low) else f" ({low:.0f} to {high:.0f})"
-            cells.append(f"{mean:.0f} %{spread}")
-        lines.append(f"| {words} | {' | '.join(cells)} |")
+        less = reductions(errors[kind], IDEALS)
+        lines.append(f"| {words} | {' | '.join(mean_text(less[model]) for model in BEST)} |")
     return "\n".join(lines)
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from tests.train.actuator.without_cell.servo_logs import servo_log
 from train.actuator.prediction import Prediction
-from train.actuator.scoring.lag import lag
+from train.actuator.scoring.scores import lag
 
 TIME = np.arange(24 * 80) / 80.0
 

@@ -21,7 +21,7 @@ from tests.train.actuator.without_cell.pulled_benches import (
 )
 from train.actuator.fitting.training import train_network
 from train.actuator.prediction import predict
-from train.actuator.samples.force_data import prepare
+from train.actuator.samples.folds import prepare
 from train.actuator.samples.servo_law import SLIDING
 from train.actuator.training_config import TrainingConfig
 from train.actuator.without_cell.sensorless import ImpliedForces, imply_forces

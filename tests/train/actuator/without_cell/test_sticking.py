@@ -5,10 +5,9 @@ import pytest
 import torch
 
 from tests.train.actuator.without_cell.servo_logs import servo_log
+from train.actuator.samples.changed_windows import FEWEST, SHARE, held_fast, resting
 from train.actuator.samples.servo_law import NO_LAW, ServoLaw, fit_servo_law
-from train.actuator.samples.sticking import FEWEST, SHARE, held_fast, resting
-from train.actuator.samples.window_tensors import to_device
-from train.actuator.samples.windows import REST_SPEED, WindowShape, extract_windows
+from train.actuator.samples.windows import REST_SPEED, WindowShape, extract_windows, to_device
 
 LAW = ServoLaw(stiffness=6.0, damping=10.0, dry_friction=1.5, load_friction=0.5)
 COUNT = 4000
