@@ -131,7 +131,8 @@ class Rollout:
             for recording, spring in zip(recordings, self._has_spring, strict=True)
         )
         self._unknown = tuple(unknown)
-        self._is_own = np.array([number.bench == mechanism.name for number in unknown], dtype=bool)
+        own = [number.bench == recordings[0].bench for number in unknown]
+        self._is_own = np.array(own, dtype=bool)
         self.time_step = time_step
         model = build_model(
             mechanism,
@@ -248,35 +249,19 @@ class Rollout:
 
         They are ``angle``, ``rate``, ``force`` (N, S, D) and ``joints`` (N, S, J). Where a
         candidate's numbers make the simulation diverge its rows are not finite; the others are
-        unharmed. Candidates that differ in nothing that a recording's chain feels, such as in
-        another finger's friction, share its simulation.
+        unharmed. Candidates between which a recording's chain feels no difference, such as in
+        another finger's friction, share a world.
         """
-        types = self.kernels.types
-        vectors, bench = self._by_chain(parameters)
-        chains = len(self.commands.count)
-        each = np.arange(len(vectors))[:, None] % chains
+        vectors, bench = self._of_chains(parameters)
+        chains, counts = len(self.commands.count), self.commands.count.numpy()
+        each = np.arange(len(vectors), dtype=np.float64)[:, None] % chains
         found, world_of = distinct(np.concatenate([each, vectors, bench], axis=1))
-        world_recording = (found % chains).astype(np.int32)
-        counts = self.commands.count.numpy()
-        first = starts_of(counts[world_recording])
-        numbers, of_world = self._bench_numbers(bench[found], world_recording)
-        launch = Launch(
-            numbers=numbers,
-            worlds=struct_of(
-                types,
-                Worlds,
-                mechanism=self.array(of_world, wp.int32),
-                recording=self.array(world_recording, wp.int32),
-                parameters=self.array(vectors[found], types[ParameterVector]),
-            ),
-            commands=self.commands,
-            states=zeros(types, States, len(found), device=self.device),
-            count=len(found),
-            device=self.device,
-        )
+        world_recording = found % chains
+        launch = self._launch(vectors[found], bench[found], world_recording)
+        types, first = self.kernels.types, starts_of(counts[world_recording])
         readout = zeros(types, Readout, int(counts[world_recording].sum()), device=self.device)
         step = types[real](self._longest_step(time_step or self.time_step))
-        self._simulate(launch, step, self.array(first, wp.int32), readout)
+        self._simulate(launch, step, self.array(first.astype(np.int32), wp.int32), readout)
         ahead = first[world_of].reshape(-1, chains) - self.commands.first.numpy()
         rows = np.repeat(ahead, counts, axis=1) + np.arange(counts.sum())
         signals = {
@@ -291,11 +276,30 @@ class Rollout:
         out["joints"] = out["joints"][..., : self.kernels.structure.joint_count]
         return {name: self._chains.beside(values) for name, values in out.items()}
 
+    def _launch(self, vectors: Array, bench: Array, world_recording: Indices) -> Launch:
+        """Return worlds of some numbers, shapes (W, P') and (W, B), at their start."""
+        types = self.kernels.types
+        numbers, of_world = self._bench_numbers(bench, world_recording)
+        return Launch(
+            numbers=numbers,
+            worlds=struct_of(
+                types,
+                Worlds,
+                mechanism=self.array(of_world.astype(np.int32), wp.int32),
+                recording=self.array(world_recording.astype(np.int32), wp.int32),
+                parameters=self.array(vectors, types[ParameterVector]),
+            ),
+            commands=self.commands,
+            states=zeros(types, States, len(vectors), device=self.device),
+            count=len(vectors),
+            device=self.device,
+        )
+
     def _longest_step(self, time_step: float) -> float:
         """Return the step [s] that is taken where one is asked for."""
         return max(time_step, POSITION_STEP) if self._kinematic else time_step
 
-    def _by_chain(self, parameters: Array) -> tuple[Array, Array]:
+    def _of_chains(self, parameters: Array) -> tuple[Array, Array]:
         """Return what each chain of each recording reads and has of parameters (N, R, P).
 
         Returns:
@@ -309,7 +313,7 @@ class Rollout:
         bench = np.where(mine, parameters[..., None, self.table.bench_columns], 0.0)
         return vectors.reshape(-1, vectors.shape[-1]), bench.reshape(vectors[..., 0].size, -1)
 
-    def _bench_numbers(self, values: Array, world_recording: Any) -> tuple[Any, Any]:
+    def _bench_numbers(self, values: Array, world_recording: Indices) -> tuple[Any, Indices]:
         """Return the bench's numbers, and which of them each world has, shape (W,).
 
         Args:
@@ -328,7 +332,7 @@ class Rollout:
             source = getattr(self.numbers, name)
             rows = arrays[name] if name in arrays else source.numpy()[world_recording]
             setattr(out, name, self.array(rows, source.dtype))
-        return out, np.arange(len(values), dtype=np.int32)
+        return out, np.arange(len(values))
 
     def _simulate(self, launch: Launch, step: Any, first: Any, readout: Any) -> None:
         """Take all worlds from their start through all rows, and renew their forces on the way."""
@@ -377,7 +381,7 @@ class Rollout:
         counts = self._chains.by_world(
             np.array([len(t.time) for t in self.timelines], dtype=np.int32)
         )
-        first = starts_of(counts)
+        first = starts_of(counts).astype(np.int32)
         inputs = [row_inputs(r, t) for r, t in zip(self.recordings, self.timelines, strict=True)]
         commands.first = self.array(first, wp.int32)
         commands.count = self.array(counts, wp.int32)
@@ -409,7 +413,7 @@ class Rollout:
 
 def starts_of(counts: Indices) -> Indices:
     """Return where parts of some sizes start that stand one after the other."""
-    return np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.int32)
+    return np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.intp)
 
 
 def distinct(rows: Array) -> tuple[Indices, Indices]:

@@ -102,8 +102,14 @@ def unknown_numbers(
 def name_of(
     key: str, bench: str, joint: int, mechanism: Mechanism, benches: Mapping[str, Mechanism]
 ) -> str:
-    """Return a number's name: its key, with bench and joint where there are several."""
-    name = key if len(mechanism.joints) == 1 else f"{key}_{mechanism.joints[joint].name}"
+    """Return a number's name: its key, with bench and joint where there are several.
+
+    Joints of the same name, such as those of a hand's fingers, are counted from 0.
+    """
+    own = mechanism.joint_names[joint]
+    alike = [j for j, other in enumerate(mechanism.joint_names) if other == own]
+    own += f"_{alike.index(joint)}" * (len(alike) > 1)
+    name = key if len(mechanism.joints) == 1 else f"{key}_{own}"
     return name if len(benches) == 1 else f"{bench}.{name}"
 
 

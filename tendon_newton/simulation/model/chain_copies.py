@@ -144,7 +144,7 @@ def refuse_copies(copies: ChainCopies, effects: Sequence[str]) -> None:
     """
     if copies.count > 1:
         raise InvalidModelFile(
-            "a force network, gradients and MuJoCo take fingers that are apart as one mechanism, "
-            f"in which all servos have the same effects; {effects[0]} is of one of "
-            f"{copies.count} fingers: give it to all servos, or simulate without"
+            "gradients and a force network take fingers that are apart as one mechanism, in which "
+            f"all have the same effects; {effects[0]} is of one of {copies.count} fingers: give it "
+            "to all servos, or leave it out"
         )
