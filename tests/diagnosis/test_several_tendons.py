@@ -78,20 +78,28 @@ def test_a_hand_and_a_finger_are_no_one_dataset(
     assert "this one of finger_routed has 1, and train.csv of hand has 4" in line
 
 
+@pytest.mark.parametrize(
+    ("column", "words"),
+    [
+        ("force_2", "'force' must be indexed from 0 without gaps; came force_0, force_1, force_3"),
+        ("force_3", "column 'force_3' is missing"),
+    ],
+)
 def test_a_hands_recording_that_lacks_a_force_is_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    column: str, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """One line names the column, and the servos that have one."""
+    """One line names the file and the column."""
     train, test = (recording(f"{name}.csv", **FOUR) for name in ("train", "test"))
     write_dataset(tmp_path / "data", [train], [test])
     file = tmp_path / "data" / "train.csv"
     rows = [line.split(",") for line in file.read_text().splitlines()]
-    place = rows[0].index("force_2")
+    place = rows[0].index(column)
     file.write_text("".join(",".join(row[:place] + row[place + 1 :]) + "\n" for row in rows))
-    words = ["--model", str(model(tmp_path / "model.toml")), "--out", str(tmp_path / "out")]
-    assert main(["diagnose", str(tmp_path / "data"), *words]) == 2
+    options = ["--model", str(model(tmp_path / "model.toml")), "--out", str(tmp_path / "out")]
+    assert main(["diagnose", str(tmp_path / "data"), *options]) == 2
     (line,) = capsys.readouterr().err.splitlines()
-    assert "'force_2' is missing" in line
+    assert line.startswith("error: train.csv")
+    assert words in line
 
 
 def study_of(recordings: list[Recording], effects: tuple[str, ...], *known: NamedValues) -> Study:
