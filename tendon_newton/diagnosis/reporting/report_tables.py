@@ -160,6 +160,7 @@ def model_rows(diagnosis: Diagnosis, evidence: Evidence) -> list[Row]:
     model = diagnosis.model
     rows: list[Row] = []
     for entry in (model.actuator, *model.effects):
+        part = "actuator: " * (entry is model.actuator) + entry.cause.replace("_", " ")
         for key, value in entry.values.items():
             before, unit = starting_value(evidence, entry.cause, key)
             if entry.name == model.actuator.name and key in model.fit:
@@ -169,7 +170,7 @@ def model_rows(diagnosis: Diagnosis, evidence: Evidence) -> list[Row]:
             after = value if isinstance(value, str) else quantity(value, unit)
             rows.append(
                 {
-                    "part": "actuator: " * (entry is model.actuator) + entry.cause.replace("_", " "),
+                    "part": part,
                     "number": key.replace("_", " "),
                     "before": after if earlier is None else earlier,
                     "after": after,
