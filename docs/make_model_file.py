@@ -120,8 +120,9 @@ def effects() -> str:
         "On a bench of several servos `servo = 1` makes an effect that of servo 1 alone: that of "
         "the columns `theta_d_1`, `theta_1` and `force_1`. Without this key an effect is of all "
         "servos. What a file says of one servo counts there before what it says of all. Effects "
-        "of the mechanism and `sample_period_error` take no such key. Neither does a hand, whose "
-        "fingers share nothing, nor an export.\n",
+        "of the mechanism take such a key on a hand alone, whose fingers share nothing: there "
+        "`servo = 1` is the finger of servo 1. `gravity_misalignment` and `sample_period_error` "
+        "take none, and an export holds no such effect.\n",
     ]
     for side, heading in SIDES.items():
         table = rows(

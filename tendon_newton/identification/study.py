@@ -36,6 +36,7 @@ from tendon_newton.simulation.model.bench_numbers import (
     with_estimates,
     without_estimates,
 )
+from tendon_newton.simulation.model.chain_copies import are_apart
 from tendon_newton.simulation.model.parameter_table import ParameterTable, check_servo
 
 SEED = 0
@@ -91,7 +92,9 @@ class Study:
         benches = benches_of(recordings, model)
         self.servos = servo_count(recordings, benches)
         """Servos D of every recording."""
-        self._model = model = for_servos(model, self.servos)
+        self.apart = all(are_apart(mechanism) for mechanism in benches.values())
+        """Whether each servo moves a finger of its own."""
+        self._model = model = for_servos(model, self.servos, apart=self.apart)
         self.scale = self._scale_of(recordings, benches) if scale is None else scale
         """How large the benches are; ranges, units and floors follow it."""
         if in_pieces:
@@ -116,7 +119,7 @@ class Study:
         self.noise = estimate_noise_floor(self.recordings)
         self.mechanisms: list[Mechanism] = []
         self._groups: list[tuple[Rollout, tuple[int, ...]]] = []
-        causes, shared = causes_of(effects, self.servos)
+        causes, shared = causes_of(effects, self.servos, apart=self.apart)
         for members in rollout_groups(self.wholes):
             mechanism = benches[self.wholes[members[0]].bench]
             self.mechanisms.append(mechanism)
@@ -336,20 +339,22 @@ def servo_count(recordings: Sequence[Recording], benches: Mapping[str, Mechanism
     return count
 
 
-def for_servos(model: Model, servos: int) -> Model:
+def for_servos(model: Model, servos: int, *, apart: bool) -> Model:
     """Return a model for benches of so many servos: what is said of an only one is said of all."""
     for effect in model.effects:
-        check_servo(effect, servos)
+        check_servo(effect, servos, apart=apart)
     if servos > 1:
         return model
     return replace(model, effects=tuple(replace(effect, servo=None) for effect in model.effects))
 
 
-def causes_of(effects: Sequence[str], servos: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def causes_of(
+    effects: Sequence[str], servos: int, *, apart: bool
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return what candidates may be made of, and which effects may be of all servos or of one."""
     if servos == 1:
         return tuple(effects), ()
-    shared = tuple(name for name in effects if find_effect(name).is_of_servo())
+    shared = tuple(name for name in effects if find_effect(name).is_of_servo(apart=apart))
     own = [name_of(name, servo) for name in shared for servo in range(servos)]
     return (*effects, *own), shared
 

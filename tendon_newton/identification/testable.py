@@ -10,7 +10,7 @@ from tendon_newton.identification.study import Study, compares_force
 def testable_effects(study: Study) -> tuple[str, ...]:
     """Return the causes that could show: no load cell's without one, no string's on a shaft.
 
-    Of several servos each may have its own, and what is about servo or string all of them together.
+    Of several servos each may have its own, and all of them together what is about no sensor.
     """
     has_cell = any(recording.force is not None for recording in study.recordings)
     has_string = any(not tendon.direct for m in study.mechanisms for tendon in m.tendons)
@@ -19,7 +19,7 @@ def testable_effects(study: Study) -> tuple[str, ...]:
         unseen = effect.acts_on_cell_only() and not has_cell
         if unseen or not study.shows(name) or (effect.needs_string and not has_string):
             continue
-        is_own = study.servos > 1 and effect.is_of_servo()
+        is_own = study.servos > 1 and effect.is_of_servo(apart=study.apart)
         if not is_own or effect.side != "sensor" or name in study.known:
             out.append(name)
         if is_own:

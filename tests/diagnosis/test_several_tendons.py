@@ -10,6 +10,7 @@ from tendon_newton.cli import main
 from tendon_newton.data.dataset import write_dataset
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
+from tendon_newton.data.servo_names import name_of
 from tendon_newton.diagnosis.explanation import Setting
 from tendon_newton.diagnosis.next_experiment.separation import library_plans
 from tendon_newton.diagnosis.owner import with_owner
@@ -25,12 +26,12 @@ from tendon_newton.identification.objective import layout
 from tendon_newton.identification.study import Study, replacements
 from tests.importers.logs import model, recording
 
-TWO = {"bench": "finger_antagonist", "force": np.full((20, 2), 2.0)} | {
-    name: np.full((20, 2), 0.5) for name in ("command", "motor_position", "motor_velocity")
+SIGNALS = ("force", "command", "motor_position", "motor_velocity")
+TWO = {"bench": "finger_antagonist"} | {
+    name: np.full((20, 2), 2.0 if name == "force" else 0.5) for name in SIGNALS
 }
-NARROW: dict[str, Any] = {
-    name: TWO[name][:, :1] for name in ("force", "command", "motor_position", "motor_velocity")
-}
+FOUR = {"bench": "hand"} | {name: np.tile(TWO[name], 2) for name in SIGNALS}
+NARROW: dict[str, Any] = {name: TWO[name][:, :1] for name in SIGNALS}
 
 
 def diagnose(tmp_path: Path, train: Recording, test: Recording) -> int:
@@ -65,6 +66,40 @@ def test_a_recording_of_one_of_two_servos_is_refused(
     assert diagnose(tmp_path, train, test) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert line.endswith("has the servos of its bench; finger_antagonist has 2, and this one 1")
+
+
+def test_a_hand_and_a_finger_are_no_one_dataset(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One line says how many servos each has."""
+    test = recording("test.csv", **(FOUR | NARROW | {"bench": "finger_routed"}))
+    assert diagnose(tmp_path, recording("train.csv", **FOUR), test) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "this one of finger_routed has 1, and train.csv of hand has 4" in line
+
+
+@pytest.mark.parametrize(
+    ("column", "words"),
+    [
+        ("force_2", "'force' must be indexed from 0 without gaps; came force_0, force_1, force_3"),
+        ("force_3", "column 'force_3' is missing"),
+    ],
+)
+def test_a_hands_recording_that_lacks_a_force_is_refused(
+    column: str, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One line names the file and the column."""
+    train, test = (recording(f"{name}.csv", **FOUR) for name in ("train", "test"))
+    write_dataset(tmp_path / "data", [train], [test])
+    file = tmp_path / "data" / "train.csv"
+    rows = [line.split(",") for line in file.read_text().splitlines()]
+    place = rows[0].index(column)
+    file.write_text("".join(",".join(row[:place] + row[place + 1 :]) + "\n" for row in rows))
+    options = ["--model", str(model(tmp_path / "model.toml")), "--out", str(tmp_path / "out")]
+    assert main(["diagnose", str(tmp_path / "data"), *options]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("error: train.csv")
+    assert words in line
 
 
 def study_of(recordings: list[Recording], effects: tuple[str, ...], *known: NamedValues) -> Study:
@@ -103,6 +138,28 @@ def test_every_servo_has_signals_and_causes_of_its_own() -> None:
     assert [n for n in names if n.startswith("joint")] == [
         name for name in EFFECTS if name.startswith("joint")
     ]
+
+
+def test_every_finger_of_a_hand_has_causes_of_its_own() -> None:
+    """Its joints' too; one base and one clock belong to all, and joints have names of their own."""
+    effects = ("joint_stiffness_error", "gravity_misalignment", "sample_period_error")
+    actuator = NamedValues(name="ideal", values={"gain": 4.2})
+    study = Study(
+        [recording("a.csv", **FOUR)], Model(actuator=actuator), effects,
+        time_step=1e-3, tolerant=True,
+    )  # fmt: skip
+    named = {owner for owner, _ in study.table.owners} & set(testable.testable_effects(study))
+    stiff = {name_of("joint_stiffness_error", servo) for servo in (None, 0, 1, 2, 3)}
+    assert named == stiff | {"gravity_misalignment", "sample_period_error"}
+    numbers = [number.name for number in study.tolerated]
+    assert numbers[:4] == ["mass_mcp_0", "mass_pip_0", "mass_dip_0", "mass_mcp_1"]
+    assert len(set(numbers)) == 12
+    own = study.table.column("joint_stiffness_error of servo 2", "scale")
+    mass = study.table.column("bench", "mass_pip_3")
+    found = study.residuals(*replacements([{}, {own: 1.5}, {mass: 0.02}]))
+    for servo, residual in enumerate(found):
+        for n, moved in ((1, 2), (2, 3)):
+            assert np.array_equal(residual.theta[0], residual.theta[n]) == (servo != moved)
 
 
 def test_a_residual_is_that_of_its_own_servo() -> None:

@@ -160,8 +160,9 @@ def model_rows(diagnosis: Diagnosis, evidence: Evidence) -> list[Row]:
     model = diagnosis.model
     rows: list[Row] = []
     for entry in (model.actuator, *model.effects):
+        part = "actuator: " * (entry is model.actuator) + entry.cause.replace("_", " ")
         for key, value in entry.values.items():
-            before, unit = starting_value(evidence, entry.name, key)
+            before, unit = starting_value(evidence, entry.cause, key)
             if entry.name == model.actuator.name and key in model.fit:
                 earlier = before if before is None else f"unknown, fitted {before}"
             else:
@@ -169,11 +170,11 @@ def model_rows(diagnosis: Diagnosis, evidence: Evidence) -> list[Row]:
             after = value if isinstance(value, str) else quantity(value, unit)
             rows.append(
                 {
-                    "part": "actuator: " * (entry is model.actuator) + entry.name.replace("_", " "),
+                    "part": part,
                     "number": key.replace("_", " "),
                     "before": after if earlier is None else earlier,
                     "after": after,
-                    "new": entry.name in named,
+                    "new": entry.cause in named,
                 }
             )
     return rows

@@ -128,7 +128,8 @@ def comparison(scale: float) -> str:
 def cause_sentence(effect: NamedEffect) -> str:
     """Return one cause as a sentence without its full stop."""
     declared, servo = law_of(effect.name), servo_of(effect.name)
-    owner = "" if servo is None else f"Servo {servo}: "
+    whose = "The finger of servo" if declared.side == "mechanism" else "Servo"
+    owner = "" if servo is None else f"{whose} {servo}: "
     return owner + law_sentence(replace(effect, name=declared.name))
 
 

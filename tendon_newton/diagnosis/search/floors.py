@@ -49,7 +49,7 @@ def form_scales(scale: BenchScale) -> Scales:
 def is_dry(names: Sequence[str]) -> bool:
     """Tell whether some effects make a tendon or a joint stick, or stand for what does."""
     laws = {law for name in names for law in (name, *special_cases(name))}
-    return any(law_of(law).dry or law == "joint_dry_friction" for law in laws)
+    return any(law_of(law).dry or law_of(law).name == "joint_dry_friction" for law in laws)
 
 
 def breaks_away(name: str) -> bool:

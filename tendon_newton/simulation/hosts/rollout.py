@@ -12,7 +12,7 @@ import warp as wp
 from tendon_newton.actuators import find_actuator
 from tendon_newton.data.checks.lint_checks import blocked_rows
 from tendon_newton.data.model_file import Model
-from tendon_newton.data.recording import Array, Recording
+from tendon_newton.data.recording import Array, Indices, Recording
 from tendon_newton.data.servo_names import effect_of
 from tendon_newton.device_code.placeholders import ParameterVector, TendonVector, real
 from tendon_newton.device_code.structs import Commands, Readout, Rows, States, Worlds
@@ -35,13 +35,12 @@ from tendon_newton.simulation.hosts.rollout_servos import RolloutServos
 from tendon_newton.simulation.hosts.timeline import Timeline, make_timeline
 from tendon_newton.simulation.kernels.position_kernels import POSITION_EFFECTS, POSITION_STEP
 from tendon_newton.simulation.model.assembly import KernelSet, kernel_set
-from tendon_newton.simulation.model.bench_numbers import WRITTEN, BenchNumber, write_numbers
-from tendon_newton.simulation.model.chain_copies import chain_copies, refuse_copies
+from tendon_newton.simulation.model.bench_numbers import WRITTEN, BenchNumber, write_by_chain
+from tendon_newton.simulation.model.chain_copies import copies_of, refuse_copies
 from tendon_newton.simulation.model.kernel_arrays import struct_of, zeros
 from tendon_newton.simulation.model.mechanism_arrays import (
     PUSH_FORCE,
     fill_mechanism,
-    moment_arms,
     plane_of,
     read_topology,
     spools_are_free,
@@ -90,7 +89,7 @@ class Rollout:
         unknown: Numbers of this and other benches that candidates may replace.
         force: Where the actuator's force comes from; by default its equation.
         by_chain: Whether the kernels see each of K equal chains of a mechanism, such as a hand's,
-            as one of its own. One whose own numbers are unknown stays whole.
+            as one of its own.
         stiffness: Force by which the servo answers a turn of its shaft [N/rad]; it matters only
             between rows without commands.
         time_step: Longest step [s]; each row's interval is divided evenly.
@@ -131,11 +130,9 @@ class Rollout:
             self.force.timeline(timeline_of(recording, stiffness if spring else 0.0, actuator))
             for recording, spring in zip(recordings, self._has_spring, strict=True)
         )
-        self.table = table_of(
-            actuator, effects, len(mechanism.tendons), shared=tuple(shared),
-            bench=tuple(number.parameter for number in unknown),
-        )  # fmt: skip
         self._unknown = tuple(unknown)
+        own = [number.bench == recordings[0].bench for number in unknown]
+        self._is_own = np.array(own, dtype=bool)
         self.time_step = time_step
         model = build_model(
             mechanism,
@@ -147,15 +144,15 @@ class Rollout:
             set_spool_radius(model, spool_radius)
         if self.driven_by == "force":
             release_limits(model)
-        whole = read_topology(model)
-        own_unknown = any(number.bench == mechanism.name for number in unknown)
-        copies = 1
-        topology = whole
-        divided = chain_copies(whole, moment_arms(model, whole))
-        if self.table.by_servo:
+        whole, divided = read_topology(model), copies_of(model)
+        self.table = table_of(
+            actuator, effects, len(mechanism.tendons), shared=tuple(shared),
+            apart=divided.apart,
+            bench=tuple(number.parameter for number in unknown),
+        )  # fmt: skip
+        if self.table.by_servo and not by_chain:
             refuse_copies(divided, self.table.by_servo)
-        elif by_chain and not own_unknown:
-            topology, copies = divided.topology, divided.count
+        topology, copies = (divided.topology, divided.count) if by_chain else (whole, 1)
         counts = np.array([len(timeline.time) for timeline in self.timelines])
         self._chains = ChainLayout(count=copies, rows=counts)
         self.kernels: KernelSet = kernel_set(
@@ -167,7 +164,7 @@ class Rollout:
                 touch=topology.touch,
                 actuator=actuator,
                 effects=self.table.effects,
-                by_servo=self.table.by_servo,
+                by_servo=self.table.of_chain(copies).by_servo,
                 planar=plane_of(model, whole) is not None,
                 precision=precision,
                 driven_by=self.driven_by,
@@ -187,7 +184,7 @@ class Rollout:
         """The bench's numbers, one world per recording."""
         self.commands = self._fill_commands()
         """The recordings' inputs, one after the other."""
-        self._first = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.int32)
+        self._first = starts_of(counts)
 
     def base_vectors(self, model: Model) -> Array:
         """Return a model's parameter vector for each recording, shape (R, P)."""
@@ -252,68 +249,90 @@ class Rollout:
 
         They are ``angle``, ``rate``, ``force`` (N, S, D) and ``joints`` (N, S, J). Where a
         candidate's numbers make the simulation diverge its rows are not finite; the others are
-        unharmed.
+        unharmed. Candidates between which a recording's chain feels no difference, such as in
+        another finger's friction, share a world.
         """
-        types = self.kernels.types
-        parameters = np.repeat(parameters, self._chains.count, axis=1)
-        candidates, recordings = parameters.shape[:2]
-        worlds = candidates * recordings
-        row_count = len(self.commands.time)
-        rows = candidates * row_count
-        world_recording = np.tile(np.arange(recordings, dtype=np.int32), candidates)
-        first = self.commands.first.numpy()[world_recording] + row_count * np.repeat(
-            np.arange(candidates, dtype=np.int32), recordings
-        )
-        flat = parameters.reshape(worlds, -1)
-        numbers, of_world = self._bench_numbers(flat, world_recording)
-        launch = Launch(
-            numbers=numbers,
-            worlds=struct_of(
-                types,
-                Worlds,
-                mechanism=self.array(of_world, wp.int32),
-                recording=self.array(world_recording, wp.int32),
-                parameters=self.array(self.table.kernel_vectors(flat), types[ParameterVector]),
-            ),
-            commands=self.commands,
-            states=zeros(types, States, worlds, device=self.device),
-            count=worlds,
-            device=self.device,
-        )
-        readout = zeros(types, Readout, rows, device=self.device)
+        vectors, bench = self._of_chains(parameters)
+        chains, counts = len(self.commands.count), self.commands.count.numpy()
+        each = np.arange(len(vectors), dtype=np.float64)[:, None] % chains
+        found, world_of = distinct(np.concatenate([each, vectors, bench], axis=1))
+        world_recording = found % chains
+        launch = self._launch(vectors[found], bench[found], world_recording)
+        types, first = self.kernels.types, starts_of(counts[world_recording])
+        readout = zeros(types, Readout, int(counts[world_recording].sum()), device=self.device)
         step = types[real](self._longest_step(time_step or self.time_step))
-        self._simulate(launch, step, self.array(first, wp.int32), readout)
-        shape = (candidates, row_count, -1)
+        self._simulate(launch, step, self.array(first.astype(np.int32), wp.int32), readout)
+        ahead = first[world_of].reshape(-1, chains) - self.commands.first.numpy()
+        rows = np.repeat(ahead, counts, axis=1) + np.arange(counts.sum())
         signals = {
             "angle": readout.motor_position,
             "rate": readout.motor_velocity,
             "force": readout.force,
             "joints": readout.joint_position,
         }
-        out = {name: signal.numpy().reshape(shape) for name, signal in signals.items()}
+        out = {
+            name: signal.numpy().reshape(len(signal), -1)[rows] for name, signal in signals.items()
+        }
         out["joints"] = out["joints"][..., : self.kernels.structure.joint_count]
         return {name: self._chains.beside(values) for name, values in out.items()}
+
+    def _launch(self, vectors: Array, bench: Array, world_recording: Indices) -> Launch:
+        """Return worlds of some numbers, shapes (W, P') and (W, B), at their start."""
+        types = self.kernels.types
+        numbers, of_world = self._bench_numbers(bench, world_recording)
+        return Launch(
+            numbers=numbers,
+            worlds=struct_of(
+                types,
+                Worlds,
+                mechanism=self.array(of_world.astype(np.int32), wp.int32),
+                recording=self.array(world_recording.astype(np.int32), wp.int32),
+                parameters=self.array(vectors, types[ParameterVector]),
+            ),
+            commands=self.commands,
+            states=zeros(types, States, len(vectors), device=self.device),
+            count=len(vectors),
+            device=self.device,
+        )
 
     def _longest_step(self, time_step: float) -> float:
         """Return the step [s] that is taken where one is asked for."""
         return max(time_step, POSITION_STEP) if self._kinematic else time_step
 
-    def _bench_numbers(self, vectors: Array, world_recording: Any) -> tuple[Any, Any]:
-        """Return the benches' numbers, and which of them each world has, shape (W,)."""
-        own = [number.bench == self.recordings[0].bench for number in self._unknown]
-        if not any(own):
+    def _of_chains(self, parameters: Array) -> tuple[Array, Array]:
+        """Return what each chain of each recording reads and has of parameters (N, R, P).
+
+        Returns:
+            Vectors of the kernels, shape (N R K, P'), and numbers of the bench, (N R K, B), of
+            which those of other chains are zero.
+        """
+        vectors = self.table.kernel_vectors(parameters, self._chains.count)
+        chain = np.array([number.joint for number in self._unknown], dtype=np.intp)
+        chain //= self.kernels.structure.joint_count
+        mine = self._is_own & (chain == np.arange(self._chains.count)[:, None])
+        bench = np.where(mine, parameters[..., None, self.table.bench_columns], 0.0)
+        return vectors.reshape(-1, vectors.shape[-1]), bench.reshape(vectors[..., 0].size, -1)
+
+    def _bench_numbers(self, values: Array, world_recording: Indices) -> tuple[Any, Indices]:
+        """Return the bench's numbers, and which of them each world has, shape (W,).
+
+        Args:
+            values: Numbers of benches that may be replaced, shape (W, B).
+            world_recording: Recording and chain of each world, shape (W,).
+        """
+        if not self._is_own.any():
             return self.numbers, world_recording
-        values = vectors[:, self.table.bench_columns][:, own]
-        numbers = [number for number, mine in zip(self._unknown, own, strict=True) if mine]
-        parents = self.kernels.structure.parents
         arrays = {name: getattr(self.numbers, name).numpy()[world_recording] for name in WRITTEN}
-        write_numbers(arrays, numbers, values, parents)
+        numbers = [n for n, own in zip(self._unknown, self._is_own, strict=True) if own]
+        chain = world_recording % self._chains.count
+        parents = self.kernels.structure.parents
+        write_by_chain(arrays, numbers, values[:, self._is_own], parents, chain)
         out = self.kernels.types[MechanismNumbers]()
         for name in self.kernels.types[MechanismNumbers].vars:
             source = getattr(self.numbers, name)
             rows = arrays[name] if name in arrays else source.numpy()[world_recording]
             setattr(out, name, self.array(rows, source.dtype))
-        return out, np.arange(len(vectors), dtype=np.int32)
+        return out, np.arange(len(values))
 
     def _simulate(self, launch: Launch, step: Any, first: Any, readout: Any) -> None:
         """Take all worlds from their start through all rows, and renew their forces on the way."""
@@ -362,7 +381,7 @@ class Rollout:
         counts = self._chains.by_world(
             np.array([len(t.time) for t in self.timelines], dtype=np.int32)
         )
-        first = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.int32)
+        first = starts_of(counts).astype(np.int32)
         inputs = [row_inputs(r, t) for r, t in zip(self.recordings, self.timelines, strict=True)]
         commands.first = self.array(first, wp.int32)
         commands.count = self.array(counts, wp.int32)
@@ -390,6 +409,18 @@ class Rollout:
         commands.start_angle = self.array(self._chains.by_world(angles), types[TendonVector])
         commands.start_rate = self.array(self._chains.by_world(rates), types[TendonVector])
         return commands
+
+
+def starts_of(counts: Indices) -> Indices:
+    """Return where parts of some sizes start that stand one after the other."""
+    return np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.intp)
+
+
+def distinct(rows: Array) -> tuple[Indices, Indices]:
+    """Return the first of each kind of equal rows, and of which kind each row is."""
+    kinds: dict[bytes, int] = {}
+    kind = np.array([kinds.setdefault(row.tobytes(), len(kinds)) for row in rows], dtype=np.intp)
+    return np.unique(kind, return_index=True)[1], kind
 
 
 def timeline_of(recording: Recording, stiffness: float, actuator: str) -> Timeline:

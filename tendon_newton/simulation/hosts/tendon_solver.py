@@ -34,16 +34,14 @@ from tendon_newton.simulation.hosts.rollout import set_spool_radius
 from tendon_newton.simulation.kernels import contact_kernels, control_kernels
 from tendon_newton.simulation.model.assembly import assemble, kernel_set
 from tendon_newton.simulation.model.chain_copies import (
-    chain_copies,
+    copies_of,
     gather_kernel,
-    refuse_copies,
     spread_kernel,
 )
 from tendon_newton.simulation.model.joint_places import joint_places
 from tendon_newton.simulation.model.kernel_arrays import samples_of, struct_of, zeros
 from tendon_newton.simulation.model.mechanism_arrays import (
     fill_mechanism,
-    moment_arms,
     plane_of,
     read_topology,
     spools_are_free,
@@ -112,17 +110,20 @@ class TendonSolver(SolverBase):
             )
         causes = (*effects, *(effect.cause for effect in description.effects))
         whole = read_topology(model)
-        self.table = table_of(description.actuator.name, causes, whole.tendon_count)
+        copies = copies_of(model)
+        topology, self.chain_count = copies.topology, copies.count
+        """Equal chains K of each world; kernels see W K worlds of one."""
+        of_world = table_of(
+            description.actuator.name, causes, whole.tendon_count,
+            apart=copies.apart,
+        )  # fmt: skip
+        self.table = of_world.of_chain(self.chain_count)
+        """Where the numbers of a chain stand."""
         refuse_stages(self.table.effects, LOG_STAGES, "TendonSolver")
         self.max_step = max_step
         self.update_bodies = update_bodies
         if "spool_radius" in description.actuator.values:
             set_spool_radius(model, float(description.actuator.values["spool_radius"]))
-        copies = chain_copies(whole, moment_arms(model, whole))
-        if self.table.by_servo:
-            refuse_copies(copies, self.table.by_servo)
-        topology, self.chain_count = copies.topology, copies.count
-        """Equal chains K of each world; kernels see W K worlds of one."""
         self._kernels = kernel_set(
             Structure(
                 parents=topology.parents,
@@ -141,7 +142,8 @@ class TendonSolver(SolverBase):
         self._kernel_of = control_kernel_set(self._kernels.structure)
         self._mechanism = fill_mechanism(model, self._kernels)
         self._history_length = history if self._kernels.structure.uses(Stage.CLOCK) else 1
-        self._make_arrays(self.table.vector(description))
+        vectors = of_world.kernel_vectors(of_world.vector(description), self.chain_count)
+        self._make_arrays(np.tile(vectors, (self.world_count, 1)))
 
     @property
     def world_count(self) -> int:
@@ -163,14 +165,13 @@ class TendonSolver(SolverBase):
         """Whether the actuator's force is decided outside; see `hold`."""
         return self._kernels.structure.holds_force
 
-    def _make_arrays(self, vector: Array) -> None:
-        """Allocate all that a step reads and writes."""
+    def _make_arrays(self, vectors: Array) -> None:
+        """Allocate all that a step reads and writes; the chains' numbers have shape (W K, P)."""
         worlds, tendons = self.world_count, self.tendon_count
         types, device = self._kernels.types, self.model.device
         self.command = wp.zeros((worlds, tendons), dtype=wp.float32, device=device)
         """Motor angles asked for [rad], shape (W, D)."""
-        chains = np.tile(vector, (self._chains, 1))
-        self.parameters = self._array(chains, types[ParameterVector])
+        self.parameters = self._array(vectors, types[ParameterVector])
         """Numbers of actuator and effects, shape (W K, P); `table` says where each stands."""
         self.motor_position = wp.zeros_like(self.command)
         """What the encoder reports [rad], shape (W, D); see `read_sensors`."""

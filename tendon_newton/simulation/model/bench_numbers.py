@@ -16,7 +16,7 @@ from tendon_newton.actuators import find_actuator
 from tendon_newton.data.bench_overrides import BENCH_OVERRIDE_RANGES, BenchOverrides
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.parameters import Parameter
-from tendon_newton.data.recording import Array, Recording
+from tendon_newton.data.recording import Array, Indices, Recording
 from tendon_newton.errors import InvalidModelFile
 from tendon_newton.mechanisms.geometry.arms import Body, with_arm, without_arm
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
@@ -102,8 +102,14 @@ def unknown_numbers(
 def name_of(
     key: str, bench: str, joint: int, mechanism: Mechanism, benches: Mapping[str, Mechanism]
 ) -> str:
-    """Return a number's name: its key, with bench and joint where there are several."""
-    name = key if len(mechanism.joints) == 1 else f"{key}_{mechanism.joints[joint].name}"
+    """Return a number's name: its key, with bench and joint where there are several.
+
+    Joints of the same name, such as those of a hand's fingers, are counted from 0.
+    """
+    own = mechanism.joint_names[joint]
+    alike = [j for j, other in enumerate(mechanism.joint_names) if other == own]
+    own += f"_{alike.index(joint)}" * (len(alike) > 1)
+    name = key if len(mechanism.joints) == 1 else f"{key}_{own}"
     return name if len(benches) == 1 else f"{bench}.{name}"
 
 
@@ -220,6 +226,33 @@ def with_estimates(
         same = [n for n in numbers if (n.bench, n.key) == (number.bench, number.key)]
         table[number.key] = tuple(values[n.name] for n in same)
     return {bench: BenchOverrides(**table) for bench, table in tables.items()}
+
+
+def write_by_chain(
+    arrays: dict[str, Array],
+    numbers: Sequence[BenchNumber],
+    values: Array,
+    parents: Sequence[int],
+    chain: Indices,
+) -> None:
+    """Write unknown numbers into the arrays of a mechanism of equal chains.
+
+    Args:
+        arrays: As for `write_numbers`, each world one chain.
+        numbers: B numbers of the whole mechanism.
+        values: Their values in every world, shape (W, B).
+        parents: Parent joint of each joint of a chain.
+        chain: Which chain each world is, shape (W,).
+    """
+    joints = len(parents)
+    for k in np.unique(chain):
+        worlds, own = chain == k, [n.joint // joints == k for n in numbers]
+        part = {name: array[worlds] for name, array in arrays.items()}
+        local = [replace(n, joint=n.joint % joints) for n, mine in zip(numbers, own, strict=True)
+                 if mine]  # fmt: skip
+        write_numbers(part, local, values[worlds][:, own], parents)
+        for name, array in arrays.items():
+            array[worlds] = part[name]
 
 
 def write_numbers(

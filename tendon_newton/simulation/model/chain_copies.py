@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -16,7 +17,9 @@ import warp as wp
 from tendon_newton.data.recording import Array
 from tendon_newton.device_code.placeholders import DeviceArray
 from tendon_newton.errors import InvalidModelFile
-from tendon_newton.simulation.model.mechanism_arrays import Topology
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.worlds import build_model
+from tendon_newton.simulation.model.mechanism_arrays import Topology, moment_arms, read_topology
 from tendon_newton.simulation.model.route_plan import NO_PULLEY, RoutePlan, SpanPlan
 
 
@@ -28,6 +31,22 @@ class ChainCopies:
     """Chains K of each world."""
     topology: Topology
     """Topology of one chain."""
+
+    @property
+    def apart(self) -> bool:
+        """Whether each of several servos moves a chain of its own."""
+        return self.count > 1 and self.topology.tendon_count == 1
+
+
+def copies_of(model: Any) -> ChainCopies:
+    """Return the equal chains of a Newton model's worlds."""
+    whole = read_topology(model)
+    return chain_copies(whole, moment_arms(model, whole))
+
+
+def are_apart(mechanism: Mechanism) -> bool:
+    """Tell whether each of several servos moves a finger of its own, all of one kind."""
+    return copies_of(build_model(mechanism, 1, device="cpu")).apart
 
 
 def chain_copies(topology: Topology, arms: Array) -> ChainCopies:
@@ -116,17 +135,16 @@ def gather_kernel(count: int, chains: DeviceArray[wp.bool], worlds: DeviceArray[
 
 
 def refuse_copies(copies: ChainCopies, effects: Sequence[str]) -> None:
-    """Refuse effects of one servo on a mechanism of equal chains.
+    """Refuse effects of one servo where the kernels see a mechanism of equal chains whole.
 
-    The kernels of a chain have its numbers once for all chains, and those of a whole hand take
-    minutes and gigabytes to compile.
+    Such kernels take minutes and gigabytes to compile.
 
     Raises:
         InvalidModelFile: There are several chains.
     """
     if copies.count > 1:
         raise InvalidModelFile(
-            f"effects of one servo need fingers that share a joint; this mechanism is "
-            f"{copies.count} equal ones apart: give {effects[0]} to all servos, and diagnose each "
-            "finger's recordings on a bench of its own"
+            "gradients and a force network take fingers that are apart as one mechanism, in which "
+            f"all have the same effects; {effects[0]} is of one of {copies.count} fingers: give it "
+            "to all servos, or leave it out"
         )

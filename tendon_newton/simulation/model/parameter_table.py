@@ -7,7 +7,7 @@ them as causes of their own, beside the effect of all servos.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -16,7 +16,7 @@ import numpy as np
 from tendon_newton.actuators import find_actuator
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.parameters import BenchScale, Parameter, with_unit
-from tendon_newton.data.recording import Array
+from tendon_newton.data.recording import Array, Indices
 from tendon_newton.data.servo_names import effect_of, name_of, servo_of
 from tendon_newton.effects import find_effect, law_of
 from tendon_newton.errors import InvalidModelFile, unknown_name
@@ -41,6 +41,8 @@ class ParameterTable:
     """Those of which each servo has numbers of its own."""
     servos: int = 1
     """Number of servos D."""
+    apart: bool = False
+    """Whether each servo moves a finger of its own, which may then have effects of its own."""
     shared: tuple[str, ...] = ()
     """Those of them that may be said of all servos at once. Kernels do not read such numbers; they
     stand for those of each servo that has none of its own."""
@@ -93,8 +95,35 @@ class ParameterTable:
         values = [p.nominal if n == self.actuator else p.null for n, p in self.owners]
         return np.array([*values, 0.0, 0.0])
 
-    def kernel_vectors(self, vectors: Array) -> Array:
-        """Return what the kernels read of parameter vectors, shape (..., P)."""
+    def of_chain(self, chains: int) -> ParameterTable:
+        """Return the table of one of K equal chains: each has numbers of its own anyhow."""
+        servos = self.servos // chains
+        return replace(self, servos=servos, by_servo=self.by_servo if servos > 1 else ())
+
+    def _chain_columns(self, chains: int) -> Indices:
+        """Return the places of what the kernels of each of K chains read, shape (K, P')."""
+        end = len(self.owners)
+        out = []
+        for chain in range(chains):
+            own = list(self.columns(self.actuator))
+            for effect in self.effects:
+                causes = self.causes(effect)
+                share = len(causes) // chains
+                chosen = causes[chain * share :][:share] if effect in self.by_servo else causes
+                own += [column for cause in chosen for column in self.columns(cause)]
+            out.append([*own, end, end + 1])
+        return np.array(out, dtype=np.intp)
+
+    def kernel_vectors(self, vectors: Array, chains: int = 1) -> Array:
+        """Return what the kernels of each of K equal chains read of parameter vectors.
+
+        Args:
+            vectors: Numbers of whole worlds, shape (..., P).
+            chains: How many chains K a world has.
+
+        Returns:
+            Numbers of the chains, shape (..., K, P').
+        """
         out, null = vectors, self.null_vector()
         for effect in self.shared:
             whole = list(self.columns(effect))
@@ -106,9 +135,7 @@ class ParameterTable:
                 own = list(self.columns(cause))
                 none = (vectors[..., own] == null[own]).all(axis=-1, keepdims=True)
                 out[..., own] = np.where(given & none, vectors[..., whole], vectors[..., own])
-        span = self.bench_columns
-        start = span.start - sum(len(find_effect(name).parameters) for name in self.shared)
-        return np.concatenate([out[..., :start], out[..., span.stop :]], axis=-1)
+        return out[..., self._chain_columns(chains)]
 
     def vector(self, model: Model, actuator_overrides: Mapping[str, float] | None = None) -> Array:
         """Return a model's numbers with one recording's own actuator numbers, shape (P,).
@@ -133,7 +160,7 @@ class ParameterTable:
         for entry in sorted(model.effects, key=lambda effect: effect.servo is not None):
             declared = find_effect(entry.name).parameters
             check_values(entry, declared, f"effect {entry.name!r}")
-            check_servo(entry, self.servos)
+            check_servo(entry, self.servos, apart=self.apart)
             is_one = entry.servo is not None or (
                 entry.name in self.shared and entry.name not in own
             )
@@ -172,11 +199,11 @@ def table_of(actuator: str, causes: Iterable[str], servos: int, **more: Any) -> 
     )
 
 
-def check_servo(entry: NamedValues, servos: int) -> None:
+def check_servo(entry: NamedValues, servos: int, *, apart: bool) -> None:
     """Refuse an effect of a servo that is not there, and of one servo what is about no servo."""
     if entry.servo is None:
         return
-    if not find_effect(entry.name).is_of_servo():
+    if not find_effect(entry.name).is_of_servo(apart=apart):
         raise InvalidModelFile(
             f"effect {entry.name!r} is not about a servo: it takes no key servo; "
             f"it has servo = {entry.servo}"

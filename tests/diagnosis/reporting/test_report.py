@@ -239,6 +239,15 @@ def test_words_follow_the_sign() -> None:
     assert "4.2 times what" in cause_sentence(named("inertia_error", 4.2))
 
 
+def test_a_sentence_begins_with_its_owner() -> None:
+    """What is wrong with a hand's joints is of a servo's finger; what is of all has no owner."""
+    owners = {"gain_error": "Servo 2: ", "joint_dry_friction": "The finger of servo 2: "}
+    for effect, owner in owners.items():
+        cause = named(effect)
+        sentence = cause_sentence(replace(cause, name=f"{effect} of servo 2"))
+        assert sentence == owner + cause_sentence(cause)
+
+
 def test_numbers_are_written_as_finely_as_they_are_known() -> None:
     """Two digits of the interval's half width; the unit in which the number reads best."""
     estimate = Estimate(value=0.02219, ci95=(0.02162, 0.02275), unit="s")

@@ -1,5 +1,6 @@
 """An effect of one servo acts there as that of all does, and nowhere else."""
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -7,15 +8,17 @@ import pytest
 import torch
 
 from tendon_newton.data.model_file import Model, NamedValues
-from tendon_newton.data.recording import Recording
+from tendon_newton.data.recording import BenchOverrides, Recording
 from tendon_newton.data.servo_names import name_of
 from tendon_newton.effects import EFFECTS
 from tendon_newton.errors import InvalidModelFile
 from tendon_newton.exports.model_numbers import refuse_damaged
+from tendon_newton.gradients.differentiable import DifferentiableRollout
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_newton.simulation.hosts.replay import replay
 from tendon_newton.simulation.hosts.rollout import Rollout, Trajectory
+from tendon_newton.simulation.model.bench_numbers import BenchNumber
 
 ROWS, RATE = 120, 80.0
 IDEAL = NamedValues(name="ideal", values={"gain": 4.2})
@@ -134,14 +137,115 @@ def test_a_servo_that_is_not_there_is_refused(entry: NamedValues, words: str) ->
         run(entry)
 
 
-def test_fingers_that_share_nothing_are_refused() -> None:
-    """A hand's kernels are those of one finger, which has one servo."""
-    model = Model(actuator=IDEAL, effects=(effect("gain_error", 1, scale=0.8),))
-    hand = load_mechanism("hand")
-    with pytest.raises(InvalidModelFile, match=r"equal ones apart.*gain_error"):
-        replay([recording("hand")], model)
-    with pytest.raises(InvalidModelFile, match=r"equal ones apart.*gain_error"):
-        ControlLoop(hand, model, 1, device="cpu")
+OF_FINGER = {
+    # one of each way in which an effect reaches the joints, beside those of a servo
+    "joint_stiffness_error": {"scale": 1.4},
+    "joint_dry_friction": {"fraction": 0.2},
+    "viscoelastic_spring": {"stiffness_ratio": 0.5, "relaxation_time": 0.3},
+    "inertia_error": {"scale": 3.0},
+}
+
+
+def test_an_effect_of_one_finger_of_a_hand_is_that_of_such_a_finger_alone() -> None:
+    """To the asset's float32; the other fingers move as without it, to the last bit."""
+    causes = {"gain_error": CAUSES["gain_error"], **OF_FINGER}
+    names = [*causes, *(name_of(name, d) for name, d in product(causes, range(4)))]
+    whole = recording("hand")
+    hand = Rollout(
+        load_mechanism("hand"), [whole], actuator="ideal", effects=names, shared=list(causes),
+        by_chain=True, device="cpu",
+    )  # fmt: skip
+    assert hand.kernels.structure.joint_count == 3
+    finger = Rollout(
+        load_mechanism("finger_routed"),
+        [one_servo(whole, d) for d in range(4)],
+        actuator="ideal", effects=list(causes), device="cpu",
+    )  # fmt: skip
+    assert finger.kernels.structure == hand.kernels.structure
+    sets: list[tuple[NamedValues, ...]] = [()]
+    for name, values in causes.items():
+        sets += [(effect(name, **values),), (effect(name, 2, **values),)]
+    models = [Model(actuator=IDEAL, effects=own) for own in sets]
+    together = hand.run(np.stack([hand.base_vectors(model) for model in models]))
+    alone = finger.run(np.stack([finger.base_vectors(model) for model in models[1::2]]))
+    none = together[0][0]
+    for place, name in enumerate(causes):
+        all_, third = (together[n][0] for n in (1 + 2 * place, 2 + 2 * place))
+        for d in range(4):
+            expected = alone[place][d]
+            for signal, near in (("motor_position", 2e-4), ("force", 1e-3)):
+                seen = getattr(all_, signal)[:, d]
+                assert seen == pytest.approx(getattr(expected, signal)[:, 0], abs=near), name
+                here = all_ if d == 2 else none
+                assert np.array_equal(getattr(third, signal)[:, d], getattr(here, signal)[:, d])
+        assert not np.array_equal(third.motor_position, none.motor_position), name
+
+
+def one_servo(whole: Recording, d: int) -> Recording:
+    """Return what one finger of a hand does, as a recording of a finger."""
+    signals = {name: getattr(whole, name)[:, d : d + 1]
+               for name in ("command", "motor_position", "motor_velocity", "force")}  # fmt: skip
+    return replace(whole, bench="finger_routed", **signals)
+
+
+def test_numbers_of_a_hands_joints_may_differ_in_one_finger() -> None:
+    """A mass that a candidate replaces is that finger's, and no other feels it."""
+    numbers = [
+        BenchNumber(bench="hand", key="mass", joint=j, value=0.01, name=f"mass_{j}")
+        for j in range(12)
+    ]
+    rollout = Rollout(
+        load_mechanism("hand"), [recording("hand")], actuator="ideal", unknown=numbers,
+        by_chain=True, device="cpu",
+    )  # fmt: skip
+    base = rollout.base_vectors(Model(actuator=IDEAL))
+    heavy = base.copy()
+    heavy[:, rollout.table.column("bench", "mass_7")] = 0.02
+    plain, moved, both = rollout.run(np.stack([base, heavy, heavy]))
+    assert np.array_equal(moved[0].force, both[0].force)
+    same = (plain[0].joint_position == moved[0].joint_position).all(axis=0)
+    assert same.reshape(4, 3).all(axis=1).tolist() == [True, True, False, True]
+    stated = replace(
+        recording("hand"), bench_overrides=BenchOverrides(mass=(*[0.01] * 7, 0.02, *[0.01] * 4))
+    )
+    (expected,) = replay([stated], Model(actuator=IDEAL))
+    assert moved[0].joint_position == pytest.approx(expected.joint_position, abs=1e-5)
+
+
+def test_the_base_and_the_clock_of_a_hand_are_no_fingers() -> None:
+    """A tilt and a wrong period have no owner, and a hand has no fifth servo."""
+    for entry, words in (
+        (effect("gravity_misalignment", 1, angle=0.1), "is not about a servo"),
+        (effect("sample_period_error", 1, scale=1.1), "is not about a servo"),
+        (effect("joint_dry_friction", 4, fraction=0.1), "0 to 3; it is 4"),
+    ):
+        with pytest.raises(InvalidModelFile, match=words):
+            replay([recording("hand")], Model(actuator=IDEAL, effects=(entry,)))
+
+
+def test_gradients_refuse_an_effect_of_one_finger() -> None:
+    """One line says which effect and why, before a whole hand would be compiled for hours."""
+    model = Model(actuator=IDEAL, effects=(effect("joint_dry_friction", 1, fraction=0.2),))
+    with pytest.raises(InvalidModelFile, match=r"joint_dry_friction is of one of 4 fingers"):
+        DifferentiableRollout(load_mechanism("hand"), [recording("hand")], model, device="cpu")
+
+
+def test_a_control_loop_holds_effects_of_one_finger() -> None:
+    """Its rows are those of a rollout, and its numbers stand by finger."""
+    entries = (effect("gain_error", 1, scale=0.7), effect("joint_stiffness_error", 3, scale=1.4))
+    model = Model(actuator=IDEAL, effects=entries)
+    rows = recording("hand")
+    assert rows.command is not None
+    loop = ControlLoop(load_mechanism("hand"), model, 2, rate=RATE, device="cpu")
+    assert loop.numbers("gain_error", "scale").tolist() == 2 * [[1.0, 0.7, 1.0, 1.0]]
+    assert loop.numbers("joint_stiffness_error", "scale").tolist() == 2 * [[1.0, 1.0, 1.0, 1.4]]
+    (expected,) = replay([rows], model, time_step=5e-4)
+    command = torch.tensor(np.stack(2 * [rows.command], axis=1), dtype=torch.float32)
+    loop.reset(command[0])
+    for k in range(1, ROWS):
+        seen = loop.step(command[k - 1]).motor_position.numpy()[1].copy()
+        # 2e-3 rad: a loop reads before the next command, in single precision and longer steps
+        assert seen == pytest.approx(expected.motor_position[k], abs=2e-3), k
 
 
 def test_an_export_refuses_effects_of_one_servo() -> None:

@@ -1,4 +1,4 @@
-"""Datasets of the finger between two strings, each with a fault that has an owner, or with none."""
+"""Datasets of a bench of several servos, each with a fault that has an owner, or with none."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -11,28 +11,25 @@ from tendon_newton.data.dataset import write_dataset
 from tendon_newton.data.model_file import Model, NamedValues, write_model
 from tendon_newton.data.recording import Recording
 from tendon_newton.data.servo_names import name_of
+from tests.planted.owners.plant import (
+    GAIN,
+    ROW_RATE,
+    Faults,
+    Finger,
+    Motion,
+    Run,
+    simulate,
+)
+from tests.planted.owners.strings import Array
 from tests.planted.physics.sensors import (
     Sensors,
     encoder,
     load_cell,
     speed_register,
 )
-from tests.planted.two_strings.finger import (
-    GAIN,
-    ROW_RATE,
-    Array,
-    Faults,
-    Motion,
-    Run,
-    simulate,
-)
 
 DURATION = 4.0  # [s] of each recording
 TRAIN, TEST = 3, 1
-LEVELS = (
-    (0.8, 3.0),
-    (0.2, 1.0),
-)  # [rad] of flexor and extensor: beyond 1.2 a finger may rest in two ways
 HELD = (0.25, 0.7)  # [s] a level is held
 BLEND = 0.08  # [s] in which a command moves on, so that the phalanges seldom hit their stops
 SILENT = "nothing"
@@ -66,28 +63,53 @@ OF_SERVO: Mapping[str, Fault] = MappingProxyType(
         ),
     }
 )
-SHARED = ("command_delay", "gain_error", "viscous_friction")
 OF_MECHANISM: Mapping[str, Fault] = MappingProxyType(
     {
         "joint_stiffness_error": Fault(field="stiffness", parameter="scale", sizes=((1.4, 2.2),)),
         "joint_damping_error": Fault(field="damping", parameter="scale", sizes=((2.0, 4.0),)),
+        "joint_dry_friction": Fault(field="rubbing", parameter="fraction", sizes=((0.1, 0.25),)),
     }
 )
-KINDS: tuple[tuple[str, int | None], ...] = (
-    *((name, servo) for name in OF_SERVO for servo in (0, 1)),
-    *((name, None) for name in (*SHARED, *OF_MECHANISM, SILENT)),
-)
-"""Every fault with its owner, and none."""
+FAULTS = MappingProxyType({**OF_SERVO, **OF_MECHANISM})
+ANY = -1
+"""An owner that is drawn."""
+Kind = tuple[str, int | None]
+"""A fault and its owner; None for all servos, the whole mechanism, or nobody."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bench:
+    """A bench of several servos, and what may be wrong with it."""
+
+    name: str
+    """Its asset."""
+    finger: Finger
+    """What each of its fingers is like."""
+    levels: tuple[tuple[float, float], ...]
+    """Least and greatest command of each servo [rad], shape (D, 2)."""
+    kinds: tuple[Kind, ...]
+    """Every kind of set, each as often as it shall come."""
+
+    @property
+    def servos(self) -> int:
+        """Servos D."""
+        return len(self.levels)
+
+    @property
+    def fingers(self) -> int:
+        """Fingers, which share nothing."""
+        return self.servos // self.finger.string_count
 
 
 @dataclass(frozen=True, kw_only=True)
 class Recipe:
     """Everything that decides a dataset."""
 
+    bench: Bench
     fault: str
-    """Name in `OF_SERVO` or `OF_MECHANISM`, or `SILENT`."""
+    """Name in `FAULTS`, or `SILENT`."""
     servo: int | None
-    """Its owner; None for both servos, the mechanism, or nobody."""
+    """Its owner; None for all servos, the mechanism, or nobody."""
     seed: int
 
     @property
@@ -105,13 +127,18 @@ class Truth:
     """Of the fault's number [the effect's unit]."""
 
 
-def recipes(cases: int, seed: int, faults: Sequence[str] = ()) -> list[Recipe]:
+def recipes(bench: Bench, cases: int, seed: int, faults: Sequence[str] = ()) -> list[Recipe]:
     """Draw so many recipes of some faults; every kind comes once before any comes again."""
     rng = np.random.default_rng(seed)
-    kinds = [kind for kind in KINDS if not faults or kind[0] in faults]
+    kinds = [kind for kind in bench.kinds if not faults or kind[0] in faults]
     drawn = [kinds[i] for _ in range(-(-cases // len(kinds))) for i in rng.permutation(len(kinds))]
     return [
-        Recipe(fault=fault, servo=servo, seed=1000 * seed + number)
+        Recipe(
+            bench=bench,
+            fault=fault,
+            servo=int(rng.integers(bench.servos)) if servo == ANY else servo,
+            seed=1000 * seed + number,
+        )
         for number, (fault, servo) in enumerate(drawn[:cases])
     ]
 
@@ -122,19 +149,20 @@ def truth_of(recipe: Recipe) -> Truth:
 
 
 def make_datasets(folders: Sequence[Path], chosen: Sequence[Recipe]) -> None:
-    """Write datasets with their starting models, simulated side by side."""
+    """Write datasets of one bench with their starting models, simulated side by side."""
+    bench = chosen[0].bench
     rngs = [np.random.default_rng(recipe.seed) for recipe in chosen]
     drawn = [draw(recipe, rng) for recipe, rng in zip(chosen, rngs, strict=True)]
     runs = [
-        Run(command=commands(rng), faults=faults)
+        Run(command=commands(rng, bench.levels), faults=faults)
         for rng, (_, faults) in zip(rngs, drawn, strict=True)
         for _ in range(TRAIN + TEST)
     ]
-    motions = simulate(runs)
+    motions = simulate(bench.finger, runs)
     for number, (folder, rng) in enumerate(zip(folders, rngs, strict=True)):
         own = slice(number * (TRAIN + TEST), (number + 1) * (TRAIN + TEST))
         recordings = [
-            record(rng, f"run_{i}.csv", run, motion)
+            record(rng, bench, f"run_{i}.csv", run, motion)
             for i, (run, motion) in enumerate(zip(runs[own], motions[own], strict=True))
         ]
         write_dataset(folder, recordings[:TRAIN], recordings[TRAIN:])
@@ -144,34 +172,35 @@ def make_datasets(folders: Sequence[Path], chosen: Sequence[Recipe]) -> None:
 
 def draw(recipe: Recipe, rng: np.random.Generator) -> tuple[Truth, Faults]:
     """Draw the size of a fault."""
-    fault = {**OF_SERVO, **OF_MECHANISM}.get(recipe.fault)
+    fault = FAULTS.get(recipe.fault)
     if fault is None:
         return Truth(recipe=recipe, value=None), Faults()
     value = float(rng.uniform(*fault.sizes[int(rng.integers(len(fault.sizes)))]))
-    if recipe.fault in OF_MECHANISM:
-        return Truth(recipe=recipe, value=value), replace(Faults(), **{fault.field: value})
-    pair = list(getattr(Faults(), fault.field))
-    for servo in (0, 1) if recipe.servo is None else (recipe.servo,):
-        pair[servo] = value
-    return Truth(recipe=recipe, value=value), replace(Faults(), **{fault.field: tuple(pair)})
+    each = (value,)
+    if recipe.servo is not None:
+        each = recipe.bench.servos * getattr(Faults(), fault.field)
+        each = (*each[: recipe.servo], value, *each[recipe.servo + 1 :])
+    return Truth(recipe=recipe, value=value), replace(Faults(), **{fault.field: each})
 
 
-def commands(rng: np.random.Generator) -> Array:
-    """Draw levels of both servos, each on its own, with short ramps between them [rad]."""
+def commands(rng: np.random.Generator, levels: Sequence[tuple[float, float]]) -> Array:
+    """Draw levels of all servos, each on its own, with short ramps between them [rad]."""
     rows = round(DURATION * ROW_RATE)
     time = np.arange(rows) / ROW_RATE
     columns = []
-    for low, high in LEVELS:
-        starts, levels = [0.0], [rng.uniform(low, high)]
+    for low, high in levels:
+        starts, held = [0.0], [rng.uniform(low, high)]
         while starts[-1] < DURATION:
             starts += [starts[-1] + rng.uniform(*HELD)]
-            levels += [rng.uniform(low, high)]
+            held += [rng.uniform(low, high)]
         knots = np.ravel([(start, start + BLEND) for start in starts[1:]])
-        columns.append(np.interp(time, knots, np.repeat(levels, 2)[1:-1]))
+        columns.append(np.interp(time, knots, np.repeat(held, 2)[1:-1]))
     return np.stack(columns, axis=1).round(6)
 
 
-def record(rng: np.random.Generator, name: str, run: Run, motion: Motion) -> Recording:
+def record(
+    rng: np.random.Generator, bench: Bench, name: str, run: Run, motion: Motion
+) -> Recording:
     """Pass a motion through encoders and load cells."""
     speed = np.gradient(motion.angle, 1.0 / ROW_RATE, axis=0)
     signals: dict[str, Callable[[Array], Array]] = {
@@ -181,8 +210,11 @@ def record(rng: np.random.Generator, name: str, run: Run, motion: Motion) -> Rec
     }
     return Recording(
         name=name,
-        bench="finger_antagonist",
+        bench=bench.name,
         time=np.arange(len(run.command)) / ROW_RATE,
         command=run.command,
-        **{key: np.stack([signal(d) for d in (0, 1)], axis=1) for key, signal in signals.items()},
+        **{
+            key: np.stack([signal(d) for d in range(bench.servos)], axis=1)
+            for key, signal in signals.items()
+        },
     )

@@ -1,0 +1,1 @@
+"""A hand of four fingers that share nothing, each with a servo."""
