@@ -12,6 +12,7 @@ import warp as wp
 from tendon_newton.device_code.linear_algebra import inverse
 from tendon_newton.device_code.placeholders import (
     FREE_SPOOL,
+    HAS_BODY,
     HAS_MEMORY,
     HELD_MEMORY,
     HOLDS_FORCE,
@@ -36,6 +37,7 @@ from tendon_newton.device_code.structs import (
     Worlds,
 )
 from tendon_newton.device_code.templates import device_template
+from tendon_newton.simulation.contact.free_body import with_still_body
 from tendon_newton.simulation.dynamics.events import EDGE
 from tendon_newton.simulation.dynamics.forces import smooth_forces, touching
 from tendon_newton.simulation.dynamics.memory import remembered
@@ -133,6 +135,8 @@ def frictionless_forces(
                     slope[i, j] = slope[i, j] - product * stiffness * flow.angle[1]
         forces.torque = torque
         forces.stiffness = slope
+    if wp.static(HAS_BODY):
+        forces = with_still_body(forces)
     return forces
 
 
