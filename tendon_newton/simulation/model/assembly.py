@@ -186,7 +186,7 @@ def assemble(structure: Structure, *, taped: bool = False) -> Assembly:
     chain = planar_chain if structure.planar else spatial_chain
     specialiser.bind(slots.chain_terms, chain.chain_terms)
     if structure.routes.spans:
-        bind_routes(specialiser, taped=taped)
+        bind_routes(specialiser, looped=taped or structure.touch.moves)
     if structure.touch.contacts:
         for part in (contact_distances.overlap_at, contacts.grip_of, contacts.grip_terms):
             specialiser.function(part, inline=False)
@@ -213,9 +213,12 @@ def bind_duty(specialiser: Specialiser, structure: Structure) -> None:
     specialiser.bind(slots.driven_force, given)
 
 
-def bind_routes(specialiser: Specialiser, *, taped: bool) -> None:
-    """Bind the paths of routed tendons: quick to run, or where a tape walks back to compile."""
-    if taped:
+def bind_routes(specialiser: Specialiser, *, looped: bool) -> None:
+    """Bind the paths of routed tendons: quick to run, or quick to compile.
+
+    A compiler would take many minutes over an adjoint, or over a free body's further coordinates.
+    """
+    if looped:
         specialiser.bind(slots.all_routes, routes.looped_routes)
         return
     for part in ROUTE_PARTS:
