@@ -118,7 +118,7 @@ class Rollout:
         free_spools: bool = True,
         device: Any = None,
     ) -> None:
-        mechanism.refuse_moving_obstacle(type(self).__name__)
+        mechanism.refuse_moving_obstacle("Rollout")
         self.recordings = tuple(recordings)
         self.driven_by = drive_of(recordings)
         """Without commands the measured force drives the mechanism."""

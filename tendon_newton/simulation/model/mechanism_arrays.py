@@ -32,7 +32,6 @@ PUSH_FORCE = 1.0e30
 """A direct drive pushes with any force [N]; a string with none."""
 JOINT_NUMBERS = {
     "stiffness": "joint_stiffness",
-    "rest": "joint_rest_q",
     "damping": "joint_damping",
     "friction": "joint_friction",
     "armature": "joint_armature",
@@ -41,7 +40,7 @@ JOINT_NUMBERS = {
     "limit_stiffness": "joint_limit_ke",
     "limit_damping": "joint_limit_kd",
 }
-"""Numbers of each joint, and the arrays of a Newton model that hold them."""
+"""Numbers of each joint, and the arrays of a Newton model that hold one per degree of freedom."""
 PER_COORDINATE = ("offset", "centre", "axis", "mass", "inertia")
 """Arrays of a mechanism that hold vectors, masses and inertias of each joint's link."""
 OF_A_WORLD = ("obstacle_", "body_")
@@ -293,7 +292,7 @@ def coordinate_axis(name: str) -> int | None:
     """Return the axis of a mechanism's array that counts coordinates, None where none does."""
     if name == "arms":
         return 2
-    return 1 if name in JOINT_NUMBERS or name in PER_COORDINATE else None
+    return 1 if name == "rest" or name in JOINT_NUMBERS or name in PER_COORDINATE else None
 
 
 def with_more(name: str, values: Array, further: int) -> Array:
@@ -334,8 +333,10 @@ def chain_arms(arms: Array, copies: int) -> Array:
 
 def joint_numbers(model: FinalModel) -> dict[str, Array]:
     """Return the joints' springs, dampers, frictions and stops, each shape (W, J)."""
-    dofs = model.joint_qd_start.numpy()[moving_joints(model)]
-    return {name: getattr(model, array).numpy()[dofs] for name, array in JOINT_NUMBERS.items()}
+    joints = moving_joints(model)
+    speeds, coordinates = model.joint_qd_start.numpy()[joints], model.joint_q_start.numpy()[joints]
+    numbers = {name: getattr(model, array).numpy()[speeds] for name, array in JOINT_NUMBERS.items()}
+    return {**numbers, "rest": model.joint_rest_q.numpy()[coordinates]}
 
 
 def tendon_numbers(model: FinalModel) -> dict[str, Array]:
