@@ -164,7 +164,7 @@ def _add_shape(builder: newton.ModelBuilder, obstacle: Obstacle, label: str) -> 
             lock_inertia=True,
             label=f"{label}_body",
         )
-        place = wp.transform_identity()
+        place = wp.transform(wp.vec3(), wp.quat_identity())
     if obstacle.shape == "sphere":
         return builder.add_shape_sphere(
             body, xform=place, radius=float(obstacle.size[0]), cfg=material, label=label

@@ -20,7 +20,7 @@ CORNERS = 8
 CENTRE = 2 * CORNERS
 """Where a ball meets something; behind the corners of a free box and those of a fixed one."""
 REST_PLACES = {
-    "sphere": {shape: (CENTRE,) for shape in SHAPES},
+    "sphere": dict.fromkeys(SHAPES, (CENTRE,)),
     "box": {
         "sphere": (CENTRE,),
         "box": tuple(range(2 * CORNERS)),

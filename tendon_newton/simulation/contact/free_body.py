@@ -71,9 +71,13 @@ def quaternion_of(turn: Vec3) -> Quaternion:
     share = real(0.5) - angle * angle / real(48.0)
     if angle > real(SMALL_TURN):
         share = wp.sin(real(0.5) * angle) / angle
-    return Quaternion(
-        share * turn[0], share * turn[1], share * turn[2], wp.cos(real(0.5) * angle)
-    )
+    return Quaternion(share * turn[0], share * turn[1], share * turn[2], wp.cos(real(0.5) * angle))
+
+
+@device_template
+def frame_of(turn: Quaternion) -> Mat33:
+    """Return a body's axes as columns."""
+    return wp.quat_to_matrix(turn)
 
 
 @device_template
@@ -82,7 +86,7 @@ def with_body_pose(
 ) -> ContactPose:
     """Return where things are, with the body where its coordinates have it."""
     home = home_of(world)
-    turned = wp.quat_to_matrix(quaternion_of(turn_in(q)))
+    turned = frame_of(quaternion_of(turn_in(q)))
     out = pose
     out.body_place = mechanism.obstacle_position[home, wp.static(BODY)] + way_in(q)
     out.body_frame = turned * mechanism.obstacle_rotation[home, wp.static(BODY)]
@@ -119,7 +123,7 @@ def past_body(
 def inertia_of_body(mechanism: Mechanism, world: int, q: JointVector) -> Mat33:
     """Return the body's inertia in the axes of the base [kg m2]."""
     home = home_of(world)
-    turned = wp.quat_to_matrix(quaternion_of(turn_in(q)))
+    turned = frame_of(quaternion_of(turn_in(q)))
     frame = turned * mechanism.obstacle_rotation[home, wp.static(BODY)]
     return frame * wp.diag(mechanism.body_inertia[home]) * wp.transpose(frame)
 

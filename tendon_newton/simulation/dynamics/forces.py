@@ -23,10 +23,9 @@ from tendon_newton.device_code.placeholders import (
     TendonVector,
     real,
 )
-from tendon_newton.device_code.slots import chain_terms, contact_terms
+from tendon_newton.device_code.slots import chain_terms, contact_terms, with_body_terms
 from tendon_newton.device_code.structs import ContactStates, Drive, Forces, FreeEquation, Mechanism
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.simulation.contact.free_body import with_body_terms
 from tendon_newton.simulation.tendons.pipeline import (
     damping_torque,
     flow_at,

@@ -26,7 +26,7 @@ from tendon_newton.device_code.placeholders import (
     TendonVector,
     real,
 )
-from tendon_newton.device_code.slots import radius_effects
+from tendon_newton.device_code.slots import radius_effects, with_still_body
 from tendon_newton.device_code.structs import (
     Commands,
     ContactStates,
@@ -37,7 +37,6 @@ from tendon_newton.device_code.structs import (
     Worlds,
 )
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.simulation.contact.free_body import with_still_body
 from tendon_newton.simulation.dynamics.events import EDGE
 from tendon_newton.simulation.dynamics.forces import smooth_forces, touching
 from tendon_newton.simulation.dynamics.memory import remembered

@@ -374,8 +374,9 @@ class ControlLoop:
         pose = self._first_pose if pose is None else pose
         still = torch.zeros_like(self._body_velocity)
         self._take("body_pose", pose, self._body_pose, chosen)
-        self._take("body_velocity", still if velocity is None else velocity, self._body_velocity,
-                   chosen)
+        self._take(
+            "body_velocity", still if velocity is None else velocity, self._body_velocity, chosen
+        )
         turn = self._body_pose[:, 3:]
         turn.div_(turn.norm(dim=-1, keepdim=True))
 

@@ -200,7 +200,9 @@ class TendonSolver(SolverBase):
         self._good = [wp.clone(self._servo.q), wp.clone(self._servo.memory)]
         if self.moves_body:
             self._carry_bodies(self.model, self.everywhere)
-            self._good_bodies = [wp.clone(a) for a in (self._servo.body_place, self._servo.body_turn)]
+            self._good_bodies = [
+                wp.clone(a) for a in (self._servo.body_place, self._servo.body_turn)
+            ]
 
     def _make_servo(self) -> Any:
         """Allocate what each world keeps between control steps."""

@@ -17,7 +17,6 @@ from tendon_newton.device_code.placeholders import (
     SHARES_BODY,
     DeviceArray,
     JointVector,
-    ParameterVector,
     Quaternion,
     Vec3,
     real,
@@ -32,12 +31,13 @@ from tendon_newton.device_code.structs import (
 )
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.contact.free_body import (
+    body_weight,
+    frame_of,
+    home_of,
     inertia_of_body,
+    quaternion_of,
     turn_in,
     way_in,
-    body_weight,
-    home_of,
-    quaternion_of,
     with_body,
 )
 from tendon_newton.simulation.dynamics.integrator import step
@@ -61,8 +61,7 @@ weigh 1 g to 30 kg at their tips and press with up to 20 N, of a body of 10 g or
 def put_body(mechanism: Mechanism, servo: Servo, home: int) -> None:
     """Let contacts meet the body where it is."""
     mechanism.obstacle_position[home, wp.static(BODY)] = servo.body_place[home]
-    turned = wp.quat_to_matrix(servo.body_turn[home])
-    mechanism.obstacle_rotation[home, wp.static(BODY)] = turned
+    mechanism.obstacle_rotation[home, wp.static(BODY)] = frame_of(servo.body_turn[home])
 
 
 @device_template

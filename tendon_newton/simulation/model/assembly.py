@@ -15,7 +15,12 @@ from tendon_newton.device_code.linear_algebra import inverse, looped_inverse
 from tendon_newton.device_code.templates import Bindings, Specialiser
 from tendon_newton.effects import Effect, Stage
 from tendon_newton.simulation.chains import planar_chain, spatial_chain
-from tendon_newton.simulation.contact import contact_distances, contact_poses, contacts
+from tendon_newton.simulation.contact import (
+    contact_distances,
+    contact_poses,
+    contacts,
+    free_body,
+)
 from tendon_newton.simulation.dynamics import integrator, sensors, settling
 from tendon_newton.simulation.kernels import position_kernels, rollout_kernels
 from tendon_newton.simulation.kernels.position_kernels import POSITION_EFFECTS
@@ -194,6 +199,8 @@ def assemble(structure: Structure, *, taped: bool = False) -> Assembly:
         specialiser.bind(slots.contact_pose, pose)
         specialiser.bind(slots.contact_terms, contacts.contact_terms)
         specialiser.bind(slots.contact_memory, contacts.contact_memory)
+        specialiser.bind(slots.with_body_terms, free_body.with_body_terms)
+        specialiser.bind(slots.with_still_body, free_body.with_still_body)
     if not taped:
         if len(structure.effects) > MANY_EFFECTS:
             for part in RARE_PARTS:
