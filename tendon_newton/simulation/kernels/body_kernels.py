@@ -53,8 +53,9 @@ from tendon_newton.simulation.kernels.control_kernels import (
 from tendon_newton.simulation.tendons.routes import placed
 
 ROUNDS = 2
-"""Rounds over the chains of a world in a step. With two no mode of up to four fingers grows that
-weigh 1 g to 30 kg at their tips and press with up to 20 N, of a body of 10 g or more, at 0.5 ms."""
+"""Rounds over the chains of a world in a step. With two, no mode of up to four fingers and a body
+of 10 g or more grows at 0.5 ms: tips of 1 g to 30 kg press with up to 20 N
+(tests/physics/contact/test_rounds.py)."""
 
 
 @device_template
