@@ -48,7 +48,7 @@ from tendon_newton.simulation.kernels.control_kernels import (
     past_of,
     resumed,
     servo_drive,
-    take_command,
+    tendon_command,
 )
 from tendon_newton.simulation.tendons.routes import placed
 
@@ -158,6 +158,18 @@ def keep_push(mechanism: Mechanism, servo: Servo, start: Drive, end: Motion, h: 
     after = inertia_of_body(mechanism, i, end.q) * turn_in(end.v)
     servo.body_push[i, 0] = push
     servo.body_push[i, 1] = (after - before) / h - turn_in(start.load)
+
+
+@device_template
+def take_command(servo: Servo, history: Commands, i: int) -> None:
+    """Let the present command into a world's past."""
+    log = past_of(history, i)
+    newest = log.count - 1
+    for k in range(newest):
+        history.time[log.first + k] = history.time[log.first + k + 1]
+        history.angle[log.first + k] = history.angle[log.first + k + 1]
+    history.time[log.first + newest] = servo.time[i]
+    history.angle[log.first + newest] = tendon_command(servo, i)
 
 
 @device_template

@@ -105,18 +105,6 @@ def tendon_command(servo: Servo, i: int) -> TendonVector:
 
 
 @device_template
-def take_command(servo: Servo, history: Commands, i: int) -> None:
-    """Let the present command into a world's past."""
-    log = past_of(history, i)
-    newest = log.count - 1
-    for k in range(newest):
-        history.time[log.first + k] = history.time[log.first + k + 1]
-        history.angle[log.first + k] = history.angle[log.first + k + 1]
-    history.time[log.first + newest] = servo.time[i]
-    history.angle[log.first + newest] = tendon_command(servo, i)
-
-
-@device_template
 def past_of(history: Commands, i: int) -> Log:
     """Return where the past commands of a world stand."""
     log = Log()
@@ -205,10 +193,14 @@ def control_step_kernel(
     i = int(wp.tid())  # pyright: ignore[reportArgumentType]
     log = past_of(history, i)
     newest = log.count - 1
-    take_command(servo, history, i)
+    for k in range(newest):
+        history.time[log.first + k] = history.time[log.first + k + 1]
+        history.angle[log.first + k] = history.angle[log.first + k + 1]
     p = servo.parameters[i]
     drive = resumed(servo_drive(mechanism, p, servo, i), servo, given, i)
     start = drive.time
+    history.time[log.first + newest] = start
+    history.angle[log.first + newest] = tendon_command(servo, i)
     for k in range(substeps):
         drive.time = start + real(k) * h
         drive.command = mean_command(history, log, p, drive.time, h, newest)
