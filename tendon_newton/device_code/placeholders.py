@@ -53,6 +53,10 @@ class Mat33(Placeholder):
     """Matrix of space, shape (3, 3)."""
 
 
+class Quaternion(Placeholder):
+    """Turn from a body's own axes to the base, (x, y, z, w)."""
+
+
 class Place(Placeholder):
     """Vector of the space in which the chain moves: `Vec2` in a plane, else `Vec3`."""
 
@@ -262,3 +266,15 @@ HAS_BOX: bool = constant()
 """Whether any obstacle is a box."""
 HAS_PLANE: bool = constant()
 """Whether any obstacle is a plane."""
+CHAINS: int = constant()
+"""Equal chains of a world, which meet the same obstacles."""
+HAS_BODY: bool = constant()
+"""Whether an obstacle is free to move."""
+SHARES_BODY: bool = constant()
+"""Whether several chains move it."""
+BODY: int = constant()
+"""Which of the obstacles that is."""
+BODY_SHAPE: int = constant()
+"""Its shape."""
+FIRST_BODY: int = constant()
+"""Where its six coordinates begin: how far it has moved [m] and turned [rad] in a step."""

@@ -22,6 +22,7 @@ from tendon_newton.device_code.structs import (
     ContactPose,
     ContactTerms,
     Drive,
+    Forces,
     Joint,
     JointPose,
     Mechanism,
@@ -292,6 +293,18 @@ def contact_pose(mechanism: Mechanism, world: int, q: JointVector) -> ContactPos
 @slot
 def contact_terms(mechanism: Mechanism, here: Drive) -> ContactTerms:
     """Joint torques of all contacts, and their derivatives."""
+    ...
+
+
+@slot
+def with_body_terms(mechanism: Mechanism, here: Drive, chain: ChainTerms) -> ChainTerms:
+    """Mass matrix and torque of a chain and its free body."""
+    ...
+
+
+@slot
+def with_still_body(forces: Forces) -> Forces:
+    """Forces in which the free body stays where it is."""
     ...
 
 

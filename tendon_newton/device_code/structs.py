@@ -12,8 +12,10 @@ from typing import Annotated
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (
+    HAS_BODY,
     PLANAR,
     ROUTED,
+    SHARES_BODY,
     TOUCHES,
     ArmMatrix,
     BendMatrix,
@@ -30,6 +32,7 @@ from tendon_newton.device_code.placeholders import (
     MemoryVector,
     ParameterVector,
     Place,
+    Quaternion,
     RowMatrix,
     RowVector,
     SpaceMatrix,
@@ -208,6 +211,12 @@ class Mechanism:
     """[m]."""
     contact_plane: Annotated[DeviceArray[Mat33], TOUCHES, PLANAR]
     """The plane of motion and its normal as rows [1]."""
+    body_mass: Annotated[DeviceArray[real], HAS_BODY]
+    """Mass of the free body [kg]."""
+    body_inertia: Annotated[DeviceArray[Vec3], HAS_BODY]
+    """Its inertia about its own axes [kg m2]."""
+    body_gravity: Annotated[DeviceArray[Vec3], HAS_BODY]
+    """Gravity in the axes of the base, out of a chain's plane too [m/s2]."""
 
 
 @device_struct
@@ -330,6 +339,16 @@ class Servo:
     """Where a world's joints stand among Newton's positions."""
     velocity_index: DeviceGrid[int]
     """Where they stand among its velocities."""
+    body_place: Annotated[DeviceArray[Vec3], HAS_BODY]
+    """Where the free body is [m]; `v` has its speeds."""
+    body_turn: Annotated[DeviceArray[Quaternion], HAS_BODY]
+    """How it is turned."""
+    body_push: Annotated[DeviceGrid[Vec3], SHARES_BODY]
+    """Mean force [N] and torque [N m] of each chain on it in the last step, shape (W K, 2)."""
+    body_position_index: Annotated[DeviceArray[int], HAS_BODY]
+    """Where its seven coordinates begin among Newton's positions."""
+    body_velocity_index: Annotated[DeviceArray[int], HAS_BODY]
+    """Where its six speeds begin among Newton's velocities."""
 
 
 @device_struct
@@ -517,6 +536,10 @@ class Drive:
     """Stiffness of the strings of spools that move on their own [N/m]."""
     carried: TendonVector
     """What the gears of shafts carry [N]; 0 where that is not known."""
+    tilt: Annotated[real, HAS_BODY]
+    """How far the bench is tipped about +y [rad]."""
+    load: Annotated[JointVector, SHARES_BODY]
+    """What the other chains do to the free body, at its coordinates [N, N m]."""
     q: JointVector
     """Coordinates [rad, m]."""
     v: JointVector
@@ -797,6 +820,10 @@ class ContactPose:
     """Where the capsules' axes begin [m]."""
     end: CapsuleMatrix
     """Where they end [m]."""
+    body_place: Annotated[Vec3, HAS_BODY]
+    """Centre of the free body [m]."""
+    body_frame: Annotated[Mat33, HAS_BODY]
+    """Its axes, as columns [1]."""
 
 
 @device_struct

@@ -83,6 +83,7 @@ class DifferentiableRollout:
         adjoint: Adjoint = ONE_WALK,
         device: Any = None,
     ) -> None:
+        mechanism.refuse_moving_obstacle("DifferentiableRollout")
         every = (*effects, *(e.cause for e in model.effects if e.cause not in effects))
         refuse_stages(
             map(effect_of, every), (Stage.CELL_CLOCK, Stage.CELL_LAG), "DifferentiableRollout"

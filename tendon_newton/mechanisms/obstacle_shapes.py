@@ -1,6 +1,7 @@
 """Obstacles and the links that meet them, as shapes of a Newton model.
 
-Every capsule that a link carries can meet an obstacle; links do not meet each other. Newton's own
+Every capsule that a link carries can meet an obstacle; links do not meet each other. An obstacle
+that moves is a body of its own, on a free joint behind the mechanism's joints. Newton's own
 collision pipeline sees the same shapes, so that other solvers feel the same contacts.
 
 =========================  ==========  =========================================
@@ -20,10 +21,11 @@ from collections.abc import Sequence
 from typing import Any
 
 import newton
+import numpy as np
 import warp as wp
 
 from tendon_newton.data.recording import Array
-from tendon_newton.errors import InvalidAsset
+from tendon_newton.errors import InvalidAsset, InvalidParameter
 from tendon_newton.mechanisms.geometry.joints import Joint
 from tendon_newton.mechanisms.geometry.obstacles import Obstacle
 from tendon_newton.mechanisms.usd.usd_tendon import NAMESPACE, register_tendon_attributes
@@ -82,7 +84,14 @@ def with_shapes(
 
     Raises:
         InvalidAsset: No link carries a capsule, which could meet them.
+        InvalidParameter: More than one of them moves.
     """
+    moving = sum(obstacle.mass is not None for obstacle in obstacles)
+    if moving > 1:
+        raise InvalidParameter(
+            f"one obstacle of {name!r} may have a mass and move; {moving} have: free bodies do not "
+            "meet each other"
+        )
     builder = newton.ModelBuilder()
     register_tendon_attributes(builder)
     register_contact_attributes(builder)
@@ -146,14 +155,24 @@ def _add_shape(builder: newton.ModelBuilder, obstacle: Obstacle, label: str) -> 
         density=0.0,
     )
     place = wp.transform(wp.vec3(*obstacle.position), quaternion(obstacle.rotation))
+    body = -1
+    if obstacle.mass is not None:
+        body = builder.add_body(
+            xform=place,
+            mass=obstacle.mass,
+            inertia=wp.mat33(*np.diag(obstacle.inertia).ravel()),
+            lock_inertia=True,
+            label=f"{label}_body",
+        )
+        place = wp.transform(wp.vec3(), wp.quat_identity())
     if obstacle.shape == "sphere":
         return builder.add_shape_sphere(
-            -1, xform=place, radius=float(obstacle.size[0]), cfg=material, label=label
+            body, xform=place, radius=float(obstacle.size[0]), cfg=material, label=label
         )
     if obstacle.shape == "box":
         hx, hy, hz = map(float, obstacle.size)
         return builder.add_shape_box(
-            -1, xform=place, hx=hx, hy=hy, hz=hz, cfg=material, label=label
+            body, xform=place, hx=hx, hy=hy, hz=hz, cfg=material, label=label
         )
     return builder.add_shape_plane(
         None, xform=place, width=0.0, length=0.0, body=-1, cfg=material, label=label

@@ -51,7 +51,8 @@ def build_model(
         device: Warp device, the current one by default.
 
     Raises:
-        InvalidParameter: There is no world, or not one entry of overrides per world.
+        InvalidParameter: There is no world, or not one entry of overrides per world, or overrides
+            come with an obstacle that moves.
     """
     if world_count < 1:
         raise InvalidParameter(f"A model needs at least one world; {world_count} were asked for.")
@@ -68,6 +69,7 @@ def build_model(
     builder.replicate(template, world_count)
     model = builder.finalize(device=device, requires_grad=requires_grad)
     if overrides is not None:
+        mechanism.refuse_moving_obstacle("a model whose worlds have overrides")
         # Worlds share few distinct entries: in a fit, many candidates replay the same recordings.
         variants = {entry: override_mechanism(mechanism, entry) for entry in set(overrides)}
         _write_variants(model, [variants[entry] for entry in overrides])

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+import newton
 import numpy as np
 import pytest
 
@@ -75,6 +76,30 @@ def test_a_marked_shape_of_the_base_is_an_obstacle(tmp_path: Path) -> None:
     assert isinstance(box, Box)
     assert box.half_size == pytest.approx([0.01, 0.015, 0.005], abs=1e-8)
     assert load_mechanism("finger").obstacles == ()
+
+
+def test_a_marked_shape_with_a_mass_moves(tmp_path: Path) -> None:
+    """UsdPhysics' mass makes a body of it, with a free joint of its own and the inertia of a solid.
+
+    The shape that the asset draws stays behind unseen.
+    """
+    marble = (
+        'def Sphere "marble" (\nprepend apiSchemas = ["PhysicsMassAPI"]\n)\n{\n'
+        "bool tendon:obstacle = true\nfloat physics:mass = 0.05\ndouble radius = 0.015\n}"
+    )
+    mechanism = load_mechanism(layer(tmp_path, more=marble))
+    assert [obstacle.mass for obstacle in mechanism.obstacles] == [
+        None,
+        None,
+        pytest.approx(0.05),
+    ]
+    model: Any = build_model(mechanism, 2, device="cpu")
+    (drawn,) = (n for n, label in enumerate(mechanism.template.shape_label) if "marble" in label)
+    assert not mechanism.template.shape_flags[drawn] & newton.ShapeFlags.VISIBLE
+    assert model.joint_type.numpy()[-1] == newton.JointType.FREE
+    assert model.body_mass.numpy()[-1] == pytest.approx(0.05)
+    inertia = 0.4 * 0.05 * 0.015**2  # kg m2
+    assert model.body_inertia.numpy()[-1] == pytest.approx(inertia * np.eye(3), rel=1e-5)
 
 
 @pytest.mark.parametrize(

@@ -35,11 +35,13 @@ def play(mechanism: Mechanism, viewer: Any, frames: int | None = None) -> None:
     there_and_back = np.concatenate([positions, positions[::-1]]).astype(np.float32)
     model = build_model(mechanism, 1, device="cpu")
     state: Any = model.state()
+    joints = state.joint_q.numpy().copy()  # a free body's stand behind the mechanism's
     viewer.set_model(model)
     for number in count() if frames is None else range(frames):
         if not viewer.is_running():
             break
-        state.joint_q.assign(there_and_back[number % len(there_and_back)])
+        joints[: positions.shape[1]] = there_and_back[number % len(there_and_back)]
+        state.joint_q.assign(joints)
         newton.eval_fk(model, state.joint_q, state.joint_qd, state)
         viewer.begin_frame(number / FRAME_RATE)
         viewer.log_state(state)

@@ -53,7 +53,9 @@ def mujoco_spec(mechanism: Mechanism) -> Any:
 
     Raises:
         InvalidAsset: Two joints or tendons share the last part of their paths.
+        InvalidParameter: An obstacle has a mass.
     """
+    mechanism.refuse_moving_obstacle("an MJCF file")
     names = [*mechanism.joint_names, *(tendon.name for tendon in mechanism.tendons)]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:

@@ -8,7 +8,7 @@ from pathlib import Path
 import newton
 
 from tendon_newton.data.recording import Array
-from tendon_newton.errors import InvalidAsset
+from tendon_newton.errors import InvalidAsset, InvalidParameter
 from tendon_newton.mechanisms.geometry.joints import Joint, JointKind, freeze_arrays
 from tendon_newton.mechanisms.geometry.obstacles import Obstacle
 from tendon_newton.mechanisms.geometry.parts import Tendon, Tip
@@ -75,6 +75,19 @@ class Mechanism:
         """Return this mechanism with further things in its way.
 
         Its links meet them with the capsules that the asset gives them to look at. Every simulator
-        then simulates contact; one of a mechanism without obstacles pays nothing for it.
+        then simulates contact; one of a mechanism without obstacles pays nothing for it. An
+        obstacle with a mass moves, in `ControlLoop` and `TendonSolver`.
         """
         return replace(self, obstacles=(*self.obstacles, *obstacles))
+
+    def refuse_moving_obstacle(self, host: str) -> None:
+        """Refuse an obstacle with a mass on behalf of a host that keeps obstacles where they are.
+
+        Raises:
+            InvalidParameter: There is one.
+        """
+        if any(obstacle.mass is not None for obstacle in self.obstacles):
+            raise InvalidParameter(
+                f"{host} keeps obstacles where they are, and one of {self.name!r} has a mass: "
+                "step it with ControlLoop or TendonSolver"
+            )

@@ -1,4 +1,4 @@
-"""Things in a mechanism's way: spheres, boxes and planes that are fixed to its base."""
+"""Things in a mechanism's way: spheres, boxes and planes of its base, or a body free to move."""
 
 from __future__ import annotations
 
@@ -28,7 +28,9 @@ NOT_NEGATIVE = ("stiffness", "dissipation", "friction")
 
 @dataclass(frozen=True, kw_only=True)
 class Obstacle:
-    r"""Something fixed to the base that links press against, and what the contact is like.
+    r"""Something that links press against, and what the contact is like.
+
+    It is fixed to the base, or free to move if it has a mass.
 
     With :math:`\delta` the depth to which a link overlaps it, the link is pushed off with the
     force :math:`k \delta (1 + \chi \dot\delta)`, and never pulled. Source: Hunt and Crossley,
@@ -46,10 +48,14 @@ class Obstacle:
     """Rise of the force with the closing speed, chi [s/m]."""
     friction: float = FRICTION
     """Coulomb's coefficient [1]."""
+    mass: float | None = None
+    """Of a solid that is free to move [kg]; None: fixed to the base."""
 
     def __post_init__(self) -> None:
         """Refuse what cannot be."""
         for entry in fields(self):
+            if getattr(self, entry.name) is None:
+                continue
             values = np.asarray(getattr(self, entry.name), dtype=np.float64)
             if not np.isfinite(values).all():
                 raise InvalidParameter(
@@ -61,7 +67,16 @@ class Obstacle:
                 raise InvalidParameter(
                     f"{name} of a {self.shape} must not be negative; it is {getattr(self, name)}"
                 )
+        if self.mass is not None and not self.mass > 0.0:
+            raise InvalidParameter(
+                f"mass of a {self.shape} that moves must be positive; it is {self.mass} kg"
+            )
         freeze_arrays(self)
+
+    @property
+    def inertia(self) -> Array:
+        """Inertia about its own axes where it has a mass [kg m2], shape (3,)."""
+        return np.zeros(3)
 
     @property
     def size(self) -> Array:
@@ -99,6 +114,11 @@ class Sphere(Obstacle):
             raise InvalidParameter(f"radius of a sphere must be positive; it is {self.radius} m")
 
     @property
+    def inertia(self) -> Array:
+        """That of a solid ball [kg m2], shape (3,)."""
+        return np.full(3, 0.4 * (self.mass or 0.0) * self.radius**2)
+
+    @property
     def size(self) -> Array:
         """The radius, three times [m], shape (3,)."""
         return np.full(3, self.radius)
@@ -133,6 +153,12 @@ class Box(Obstacle):
         freeze_arrays(self)
 
     @property
+    def inertia(self) -> Array:
+        """That of a solid box [kg m2], shape (3,)."""
+        squares = np.square(self.half_size)
+        return (self.mass or 0.0) / 3.0 * (np.sum(squares) - squares)
+
+    @property
     def size(self) -> Array:
         """Half of the edges [m], shape (3,)."""
         return self.half_size
@@ -154,8 +180,12 @@ class Plane(Obstacle):
     """Direction away from the solid, shape (3,); its length does not matter."""
 
     def __post_init__(self) -> None:
-        """Refuse a normal without a direction."""
+        """Refuse a normal without a direction, and a plane that moves."""
         super().__post_init__()
+        if self.mass is not None:
+            raise InvalidParameter(
+                f"a plane has no end and cannot move; its mass must be None, it is {self.mass} kg"
+            )
         self._require_vector("normal")
         length = float(np.linalg.norm(self.normal))
         if not length > 1.0e-9:

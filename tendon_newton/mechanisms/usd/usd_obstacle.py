@@ -2,6 +2,7 @@
 
 ``bool tendon:obstacle = true`` on the shape's prim makes it one; ``tendon:contactStiffness`` [N/m],
 ``tendon:contactDissipation`` [s/m] and ``tendon:contactFriction`` [1] say what the contact is like.
+``physics:mass`` [kg], of UsdPhysics' MassAPI, lets it move; its inertia is that of a solid.
 """
 
 from __future__ import annotations
@@ -26,6 +27,9 @@ from tendon_newton.mechanisms.geometry.obstacles import (
 from tendon_newton.mechanisms.usd.usd_tendon import authored
 
 MARK = "tendon:obstacle"
+MASS = "physics:mass"
+UNKNOWN_MASS = 0.0
+"""By which UsdPhysics says that a mass is not given [kg]."""
 NUMBERS = {
     "stiffness": ("tendon:contactStiffness", STIFFNESS),
     "dissipation": ("tendon:contactDissipation", DISSIPATION),
@@ -64,6 +68,11 @@ def _obstacle(prim: Any, builder: newton.ModelBuilder, shape: int) -> Obstacle:
     matrix = np.array(wp.quat_to_matrix(wp.transform_get_rotation(place)), dtype=np.float64)
     turn, size = matrix.reshape(3, 3), np.array(builder.shape_scale[shape], dtype=np.float64)
     numbers = {name: float(authored(prim, *own)) for name, own in NUMBERS.items()}
+    mass = float(authored(prim, MASS, UNKNOWN_MASS))
+    if mass != UNKNOWN_MASS:
+        numbers["mass"] = mass
+        # what moves has a shape of its own; this one would stay where it was
+        builder.shape_flags[shape] &= ~newton.ShapeFlags.VISIBLE
     kind = builder.shape_type[shape]
     if kind == newton.GeoType.SPHERE:
         return Sphere(position=position, radius=float(size[0]), **numbers)

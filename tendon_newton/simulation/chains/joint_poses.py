@@ -5,7 +5,7 @@ from __future__ import annotations
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (
-    JOINTS,
+    LINKS,
     PARENT,
     REVOLUTE,
     JointVector,
@@ -25,7 +25,7 @@ def joint_pose(mechanism: Mechanism, world: int, q: JointVector) -> JointPose:
     origin = SpaceMatrix()
     axis = SpaceMatrix()
     rotations = TurnMatrix()
-    for j in range(JOINTS):
+    for j in range(LINKS):
         rotation = wp.identity(n=3, dtype=real)
         o = Vec3()
         if wp.static(PARENT[j] >= 0):

@@ -15,6 +15,7 @@ import warp as wp
 
 from tendon_newton.device_code.placeholders import (
     JOINTS,
+    LINKS,
     MOVES,
     PARENT,
     REVOLUTE,
@@ -46,7 +47,7 @@ def chain_terms(mechanism: Mechanism, here: Drive) -> ChainTerms:
     drift = PlaneMatrix()  # the same of the centre of mass, less gravity
     rate = JointVector()
     axis = PlaneMatrix()
-    for j in range(JOINTS):
+    for j in range(LINKS):
         u = Vec2(real(1.0), real(0.0))
         o = Vec2(real(0.0), real(0.0))
         a = Vec2(real(0.0), real(0.0))
@@ -84,11 +85,11 @@ def chain_terms(mechanism: Mechanism, here: Drive) -> ChainTerms:
     out = ChainTerms()
     mass_matrix = JointMatrix()
     torque = JointVector()
-    for k in range(JOINTS):
+    for k in range(LINKS):
         m = mechanism.mass[here.world, k]
         inertia = mechanism.inertia[here.world, k]
         columns = PlaneMatrix()  # Jacobian of the centre of mass of link k
-        for j in range(JOINTS):
+        for j in range(LINKS):
             if wp.static(MOVES[j][k]):
                 if wp.static(REVOLUTE[j]):
                     columns[j, 0] = origin[j, 1] - centre[k, 1]
@@ -99,8 +100,8 @@ def chain_terms(mechanism: Mechanism, here: Drive) -> ChainTerms:
                 torque[j] = torque[j] - m * (
                     columns[j, 0] * drift[k, 0] + columns[j, 1] * drift[k, 1]
                 )
-        for i in range(JOINTS):
-            for j in range(JOINTS):
+        for i in range(LINKS):
+            for j in range(LINKS):
                 if wp.static(MOVES[i][k] and MOVES[j][k]):
                     entry = m * (columns[i, 0] * columns[j, 0] + columns[i, 1] * columns[j, 1])
                     if wp.static(REVOLUTE[i] and REVOLUTE[j]):

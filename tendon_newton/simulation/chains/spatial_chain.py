@@ -13,6 +13,7 @@ import warp as wp
 
 from tendon_newton.device_code.placeholders import (
     JOINTS,
+    LINKS,
     MOVES,
     PARENT,
     REVOLUTE,
@@ -76,7 +77,7 @@ def chain_terms(mechanism: Mechanism, here: Drive) -> ChainTerms:
     out = ChainTerms()
     mass_matrix = JointMatrix()
     torque = JointVector()
-    for j in range(JOINTS):
+    for j in range(LINKS):
         rotation = wp.identity(n=3, dtype=real)
         o = Vec3()
         a = Vec3()
@@ -118,7 +119,7 @@ def chain_terms(mechanism: Mechanism, here: Drive) -> ChainTerms:
         drift = here.inertia * (a + wp.cross(alpha, c) + wp.cross(w, wp.cross(w, c)))
         drift = drift - here.gravity
         spin = inertia * alpha + wp.cross(w, inertia * w)
-        for i in range(JOINTS):
+        for i in range(LINKS):
             if wp.static(MOVES[i][j]):
                 z_i = row(axis, i)
                 column = z_i
@@ -126,7 +127,7 @@ def chain_terms(mechanism: Mechanism, here: Drive) -> ChainTerms:
                     column = wp.cross(z_i, o + c - row(origin, i))
                     torque[i] = torque[i] - wp.dot(z_i, spin)
                 torque[i] = torque[i] - mass * wp.dot(column, drift)
-                for k in range(JOINTS):
+                for k in range(LINKS):
                     if wp.static(MOVES[k][j]):
                         z_k = row(axis, k)
                         entry = real(0.0)

@@ -9,7 +9,7 @@ import numpy as np
 
 from tendon_newton.data.recording import Array
 from tendon_newton.simulation.chains.rotations import rotation_matrices
-from tendon_newton.simulation.contact.contact_plan import NO_CONTACTS, ContactPlan
+from tendon_newton.simulation.contact.contact_plan import FIXED, NO_CONTACTS, ContactPlan
 
 SHAPE_NAMES = {
     int(newton.GeoType.SPHERE): "sphere",
@@ -33,9 +33,11 @@ def read_contact_plan(model: Any, moved_by: dict[int, int]) -> ContactPlan:
         for shapes in (rows.bone_shape, rows.obstacle_shape)
     ]
     bodies, kinds = model.shape_body.numpy()[first[0]], model.shape_type.numpy()[first[1]]
+    free = np.flatnonzero(model.shape_body.numpy()[first[1]] >= 0)
     return ContactPlan(
         links=tuple(moved_by[int(body)] for body in bodies),
         shapes=tuple(SHAPE_NAMES[int(kind)] for kind in kinds),
+        body=int(free[0]) if len(free) else FIXED,
     )
 
 
@@ -51,6 +53,9 @@ def contact_numbers(model: Any, plan: ContactPlan, frames: Any, basis: Array | N
     rows, worlds = model.tendon, model.world_count
     shapes = rows.obstacle_shape.numpy().reshape(worlds, -1)
     place = model.shape_transform.numpy().astype(np.float64)[shapes]
+    if plan.moves:
+        carriers = model.shape_body.numpy()[shapes[:, plan.body]]
+        place[:, plan.body] = model.body_q.numpy()[carriers]
     names = ("stiffness", "dissipation", "friction")
     return {
         "obstacle_position": place[..., :3],
@@ -81,7 +86,20 @@ def capsule_numbers(model: Any, plan: ContactPlan, frames: Any, basis: Array | N
             height = (point + frames.origin[:, links]) @ normal
             point = np.concatenate([point @ basis.T, height[..., None]], axis=-1)
         out[f"capsule_{name}"] = point
-    if basis is not None:
-        plane = np.vstack([basis, np.cross(basis[0], basis[1])])
-        out["contact_plane"] = np.broadcast_to(plane, (model.world_count, 3, 3))
     return out
+
+
+def body_numbers(model: Any, gravity: Array) -> dict[str, Array]:
+    """Return mass, inertia and gravity of each world's free body.
+
+    Args:
+        model: A finalized `newton.Model`.
+        gravity: Of each world [m/s2], shape (W, 3).
+    """
+    carriers = model.shape_body.numpy()[model.tendon.obstacle_shape.numpy()]
+    bodies = carriers[carriers >= 0]
+    return {
+        "body_mass": model.body_mass.numpy()[bodies],
+        "body_inertia": model.body_inertia.numpy()[bodies][:, range(3), range(3)],
+        "body_gravity": gravity,
+    }

@@ -13,6 +13,25 @@ PLACES = {"sphere": (BETWEEN,), "box": (START, END, BETWEEN), "plane": (START, E
 """A flat face is met by both ends of a link that lies on it, an edge by what lies in between."""
 STRETCH = 3
 """Numbers of memory per contact: how far friction has stretched it, a vector."""
+NO_LINK = -1
+"""Stands for capsule and link of a contact between a free body and a fixed obstacle."""
+CORNERS = 8
+"""Corners of a box. A box meets a flat face with each of them by itself."""
+CENTRE = 2 * CORNERS
+"""Where a ball meets something; behind the corners of a free box and those of a fixed one."""
+REST_PLACES = {
+    "sphere": dict.fromkeys(SHAPES, (CENTRE,)),
+    "box": {
+        "sphere": (CENTRE,),
+        "box": tuple(range(2 * CORNERS)),
+        "plane": tuple(range(CORNERS)),
+    },
+}
+"""Where a free body of a shape may meet fixed obstacles of each."""
+FIXED = -1
+"""Stands for the free body where there is none."""
+BODY_COORDINATES = 6
+"""Coordinates of a free body: a way, then a turn."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,18 +42,42 @@ class ContactPlan:
     """Link that carries each capsule, shape (C,)."""
     shapes: tuple[str, ...]
     """Shape of each obstacle, shape (O,)."""
+    body: int = FIXED
+    """The obstacle that is free to move."""
+    chains: int = 1
+    """Equal chains of a world, which meet the same obstacles."""
+
+    @property
+    def moves(self) -> bool:
+        """Whether an obstacle is free to move."""
+        return self.body != FIXED
 
     @cached_property
     def contacts(self) -> tuple[tuple[int, int, int, int, int], ...]:
         """What each contact that may be is: capsule, obstacle, place, the obstacle's shape, link.
 
-        The place is on the capsule; the link carries it.
+        The place is on the capsule; the link carries it. Behind them stand those of a free body
+        with fixed obstacles.
         """
-        return tuple(
+        pressed = tuple(
             (capsule, obstacle, place, SHAPES.index(shape), link)
             for capsule, link in enumerate(self.links)
             for obstacle, shape in enumerate(self.shapes)
             for place in PLACES[shape]
+        )
+        return pressed + self._rests
+
+    @property
+    def _rests(self) -> tuple[tuple[int, int, int, int, int], ...]:
+        """Contacts of a free body with fixed obstacles."""
+        if not self.moves:
+            return ()
+        places = REST_PLACES[self.shapes[self.body]]
+        return tuple(
+            (NO_LINK, obstacle, place, SHAPES.index(shape), NO_LINK)
+            for obstacle, shape in enumerate(self.shapes)
+            if obstacle != self.body
+            for place in places[shape]
         )
 
     @property

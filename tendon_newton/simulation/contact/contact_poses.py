@@ -7,7 +7,7 @@ import warp as wp
 from tendon_newton.device_code.placeholders import (
     CAPSULE_LINK,
     CAPSULES,
-    JOINTS,
+    LINKS,
     PARENT,
     REVOLUTE,
     CapsuleMatrix,
@@ -35,7 +35,7 @@ def planar_pose(mechanism: Mechanism, world: int, q: JointVector) -> ContactPose
     start = CapsuleMatrix()
     end = CapsuleMatrix()
     out_of_plane = wp.transpose(mechanism.contact_plane[world])
-    for j in range(JOINTS):
+    for j in range(LINKS):
         u = Vec2(real(1.0), real(0.0))
         o = Vec2(real(0.0), real(0.0))
         if wp.static(PARENT[j] >= 0):

@@ -24,12 +24,16 @@ from __future__ import annotations
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (
+    BODY,
     CARRIES,
+    CHAINS,
     CONTACT_MEMORY,
     CONTACT_TABLE,
     CONTACTS,
+    HAS_BODY,
     JOINTS,
     REVOLUTE,
+    CapsuleMatrix,
     JointMatrix,
     JointVector,
     MemoryVector,
@@ -51,6 +55,8 @@ from tendon_newton.simulation.chains.joint_poses import moved_by
 from tendon_newton.simulation.chains.spatial_chain import row
 from tendon_newton.simulation.contact.contact_distances import overlap_at
 from tendon_newton.simulation.contact.contact_plan import STRETCH
+from tendon_newton.simulation.contact.free_body import home_of, past_body, with_body_pose
+from tendon_newton.simulation.contact.rest_distances import rest_overlap
 
 SHEAR = 2.0 / 3.0
 """Stiffness along a contact as a share of that across it, k_t / k [1]: 2 (1 - nu) / (2 - nu) with
@@ -65,6 +71,21 @@ RELAXED = 1.0e6
 
 
 @device_template
+def pose_at(mechanism: Mechanism, world: int, q: JointVector) -> ContactPose:
+    """Place all that may touch."""
+    pose = contact_pose(mechanism, world, q)
+    if wp.static(HAS_BODY):
+        pose = with_body_pose(mechanism, world, q, pose)
+    return pose
+
+
+@device_template
+def end_of(matrix: CapsuleMatrix, capsule: int) -> Vec3:
+    """Return one row of a (C, 3) matrix."""
+    return Vec3(matrix[capsule, 0], matrix[capsule, 1], matrix[capsule, 2])
+
+
+@device_template
 def overlap_of(
     mechanism: Mechanism,
     world: int,
@@ -76,18 +97,46 @@ def overlap_of(
 ) -> Overlap:
     """Return the overlap of one contact; none with an obstacle that is not there."""
     out = Overlap()
-    if mechanism.obstacle_stiffness[world, obstacle] > real(0.0):
-        out = overlap_at(
-            row(pose.start, capsule),
-            row(pose.end, capsule),
-            mechanism.capsule_radius[world, capsule],
-            spot,
-            mechanism.obstacle_position[world, obstacle],
-            mechanism.obstacle_rotation[world, obstacle],
-            mechanism.obstacle_size[world, obstacle],
-            shape,
-        )
+    home = home_of(world)
+    if mechanism.obstacle_stiffness[home, obstacle] > real(0.0):
+        place = mechanism.obstacle_position[home, obstacle]
+        frame = mechanism.obstacle_rotation[home, obstacle]
+        size = mechanism.obstacle_size[home, obstacle]
+        radius = mechanism.capsule_radius[world, wp.max(capsule, 0)]
+        if wp.static(HAS_BODY):
+            if obstacle == wp.static(BODY):
+                place = pose.body_place
+                frame = pose.body_frame
+        if capsule >= 0:
+            start = end_of(pose.start, capsule)
+            end = end_of(pose.end, capsule)
+            out = overlap_at(start, end, radius, spot, place, frame, size, shape)
+        if wp.static(HAS_BODY):
+            # the floor pushes once, however many chains there are
+            if capsule < 0 and world == home * wp.static(CHAINS):
+                body = mechanism.obstacle_size[home, wp.static(BODY)]
+                out = rest_overlap(pose, body, spot, place, frame, size, shape)
     return out
+
+
+@device_template
+def material_of(mechanism: Mechanism, home: int, capsule: int, obstacle: int) -> Vec3:
+    """Return stiffness [N/m], dissipation [s/m] and friction [1] of a contact.
+
+    They are the obstacle's. Between a free body and a fixed obstacle the body gives way, and the
+    smoother of the two decides the friction.
+    """
+    soft = int(obstacle)
+    friction = mechanism.obstacle_friction[home, obstacle]
+    if wp.static(HAS_BODY):
+        if capsule < 0:
+            soft = wp.static(BODY)
+            friction = wp.min(friction, mechanism.obstacle_friction[home, soft])
+    return Vec3(
+        mechanism.obstacle_stiffness[home, soft],
+        mechanism.obstacle_dissipation[home, soft],
+        friction,
+    )
 
 
 @device_template
@@ -180,15 +229,18 @@ def grip_terms(friction: real, normal: Vec3, grip: Grip, columns: SpaceMatrix) -
 
 
 @device_template
-def contact_columns(pose: ContactPose, link: int, point: Vec3) -> SpaceMatrix:
-    """Return how the joints move a point of a link [m/rad], shape (J, 3)."""
+def contact_columns(pose: ContactPose, link: int, obstacle: int, point: Vec3) -> SpaceMatrix:
+    """Return how the coordinates move a point of a link past an obstacle [m/rad], shape (J, 3)."""
     columns = SpaceMatrix()
+    carrier = wp.max(link, 0)
     for j in range(JOINTS):
-        move = CARRIES[j, link] * moved_by(
+        move = CARRIES[j, carrier] * moved_by(
             row(pose.origin, j), row(pose.axis, j), wp.static(REVOLUTE[j]), point
         )
         for i in range(3):
             columns[j, i] = move[i]
+    if wp.static(HAS_BODY):
+        columns = past_body(pose, columns, link, obstacle, point)
     return columns
 
 
@@ -210,12 +262,8 @@ def grip_at(
     )
     out = ContactTerms()
     if touch.depth > real(0.0):
-        columns = contact_columns(pose, CONTACT_TABLE[contact, 4], touch.point)
-        material = Vec3(
-            mechanism.obstacle_stiffness[here.world, obstacle],
-            mechanism.obstacle_dissipation[here.world, obstacle],
-            mechanism.obstacle_friction[here.world, obstacle],
-        )
+        columns = contact_columns(pose, CONTACT_TABLE[contact, 4], obstacle, touch.point)
+        material = material_of(mechanism, home_of(here.world), capsule, obstacle)
         slot = wp.static(CONTACT_MEMORY) + wp.static(STRETCH) * contact
         kept = Vec3(here.memory[slot], here.memory[slot + 1], here.memory[slot + 2])
         mean = here.v - (unseen * here.elapsed) * here.acceleration
@@ -227,7 +275,7 @@ def grip_at(
 @device_template
 def contact_terms(mechanism: Mechanism, here: Drive) -> ContactTerms:
     """Return the joint torques of all contacts, and their derivatives."""
-    pose = contact_pose(mechanism, here.world, here.q)
+    pose = pose_at(mechanism, here.world, here.q)
     torque = JointVector()
     stiffness = JointMatrix()
     damping = JointMatrix()
@@ -250,7 +298,7 @@ def contact_terms(mechanism: Mechanism, here: Drive) -> ContactTerms:
 def contact_memory(mechanism: Mechanism, here: Drive, memory: MemoryVector) -> MemoryVector:
     """Renew how far friction has stretched each contact; one that has opened forgets."""
     out = memory
-    pose = contact_pose(mechanism, here.world, here.q)
+    pose = pose_at(mechanism, here.world, here.q)
     count = int(CONTACTS)
     for contact in range(count):
         own = grip_at(mechanism, here, pose, contact, real(AFTER))

@@ -7,6 +7,7 @@ import warp as wp
 from tendon_newton.device_code.linear_algebra import inverse
 from tendon_newton.device_code.placeholders import (
     FREE_SPOOL,
+    HAS_BODY,
     HAS_ROTOR,
     JOINTS,
     LINKS,
@@ -22,7 +23,7 @@ from tendon_newton.device_code.placeholders import (
     TendonVector,
     real,
 )
-from tendon_newton.device_code.slots import chain_terms, contact_terms
+from tendon_newton.device_code.slots import chain_terms, contact_terms, with_body_terms
 from tendon_newton.device_code.structs import ContactStates, Drive, Forces, FreeEquation, Mechanism
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.tendons.pipeline import (
@@ -51,6 +52,8 @@ def smooth_forces(
     share of the step: a force that grows with speed is implicit, however stiff it is.
     """
     terms = chain_terms(mechanism, here)
+    if wp.static(HAS_BODY):
+        terms = with_body_terms(mechanism, here, terms)
     mass_matrix = terms.mass_matrix
     torque = terms.torque
     stiffness = JointMatrix()

@@ -12,6 +12,7 @@ import warp as wp
 from tendon_newton.device_code.linear_algebra import inverse
 from tendon_newton.device_code.placeholders import (
     FREE_SPOOL,
+    HAS_BODY,
     HAS_MEMORY,
     HELD_MEMORY,
     HOLDS_FORCE,
@@ -25,7 +26,7 @@ from tendon_newton.device_code.placeholders import (
     TendonVector,
     real,
 )
-from tendon_newton.device_code.slots import radius_effects
+from tendon_newton.device_code.slots import radius_effects, with_still_body
 from tendon_newton.device_code.structs import (
     Commands,
     ContactStates,
@@ -133,6 +134,8 @@ def frictionless_forces(
                     slope[i, j] = slope[i, j] - product * stiffness * flow.angle[1]
         forces.torque = torque
         forces.stiffness = slope
+    if wp.static(HAS_BODY):
+        forces = with_still_body(forces)
     return forces
 
 

@@ -27,7 +27,7 @@ from tendon_newton.simulation.kernels.reading_kernels import (
     finite_kernel,
     tip_kernel,
 )
-from tendon_newton.simulation.model.mechanism_arrays import coordinate_axis
+from tendon_newton.simulation.model.mechanism_arrays import OF_A_WORLD, coordinate_axis
 from tendon_newton.simulation.model.structure import Precision
 
 SHOWN_WORLDS = 8
@@ -164,6 +164,8 @@ class ControlLoop:
             UnknownName: No such numbers.
         """
         numbers = wp.to_torch(self.solver.bench_numbers(name))
+        if name.startswith(OF_A_WORLD):
+            return numbers
         axis = coordinate_axis(name)
         if axis is not None:  # a spool that moves on its own has a column, but no number to set
             joints = self.solver.joint_count // self.solver.chain_count
@@ -179,6 +181,8 @@ class ControlLoop:
         *,
         joint_position: Tensor | None = None,
         joint_velocity: Tensor | None = None,
+        body_pose: Tensor | None = None,
+        body_velocity: Tensor | None = None,
     ) -> ControlReading:
         """Begin anew in some worlds: time 0, every internal state and delay relaxed.
 
@@ -189,9 +193,14 @@ class ControlLoop:
             joint_position: Where they begin [rad, m], shape (W, J); by default in the friction-free
                 equilibrium of the command.
             joint_velocity: Their rates, shape (W, J); at rest by default.
+            body_pose: Where free bodies begin, shape (W, 7): place [m], quaternion (x, y, z, w);
+                where their mechanism has them by default. Joints find their equilibrium past them.
+            body_velocity: Their velocities [m/s] and angular velocities [rad/s], shape (W, 6); at
+                rest by default.
 
         Raises:
-            InvalidParameter: A number that counts is not finite, or a shape is wrong.
+            InvalidParameter: A number that counts is not finite, or a shape is wrong, or nothing
+                is free to move.
         """
         chosen = self._mask(worlds)
         at_rest = joint_position is None
@@ -205,6 +214,7 @@ class ControlLoop:
         ):
             given = still if values is None else values
             self._take(name, given, getattr(self.reading, name), chosen)
+        self._take_body(body_pose, body_velocity, chosen)
         self._chosen.copy_(chosen)
         with torch_stream(self.device):
             self.solver.begin(self._state, self._chosen_array, at_rest=at_rest)
@@ -242,6 +252,19 @@ class ControlLoop:
             self.solver.read_contacts(self._state)
         return self._contact_force
 
+    @property
+    def body_pose(self) -> Tensor:
+        """Where free bodies are now: place [m], quaternion (x, y, z, w), shape (W, 7).
+
+        The tensor is rewritten by the next step; where nothing is free to move its shape is (W, 0).
+        """
+        return self._body_pose
+
+    @property
+    def body_velocity(self) -> Tensor:
+        """Their velocities [m/s] and angular velocities [rad/s], shape (W, 6), rewritten too."""
+        return self._body_velocity
+
     def require_finite(self) -> None:
         """Raise an error if a world has diverged since its last reset.
 
@@ -269,13 +292,19 @@ class ControlLoop:
         self._contact_force = wp.to_torch(solver.contact_force)
         self._diverged = wp.zeros(worlds, dtype=wp.bool, device=self.device)
         self._tip = wp.zeros(worlds if has_tip else 0, dtype=wp.vec3f, device=self.device)
-        shape = (worlds, solver.joint_count)
+        position, velocity = (
+            wp.to_torch(numbers).view(worlds, -1)
+            for numbers in (self._state.joint_q, self._state.joint_qd)
+        )
+        joints = solver.joint_count  # behind them stand those of a free body
+        self._body_pose, self._body_velocity = position[:, joints:], velocity[:, joints:]
+        self._first_pose = self._body_pose.clone()
         self.reading = ControlReading(
             motor_position=wp.to_torch(solver.motor_position),
             motor_velocity=wp.to_torch(solver.motor_velocity),
             force=wp.to_torch(solver.force),
-            joint_position=wp.to_torch(self._state.joint_q).view(shape),
-            joint_velocity=wp.to_torch(self._state.joint_qd).view(shape),
+            joint_position=position[:, :joints],
+            joint_velocity=velocity[:, :joints],
             tip=wp.to_torch(self._tip) if has_tip else None,
             diverged=wp.to_torch(self._diverged),
         )
@@ -333,6 +362,23 @@ class ControlLoop:
                 f"{tuple(worlds.shape)} of {worlds.dtype}"
             )
         return worlds.to(self._chosen.device)
+
+    def _take_body(self, pose: Tensor | None, velocity: Tensor | None, chosen: Tensor) -> None:
+        """Write where the chosen worlds' bodies begin, and how fast they are then."""
+        if not self.solver.moves_body:
+            if pose is not None or velocity is not None:
+                raise InvalidParameter(
+                    "body_pose and body_velocity need an obstacle with a mass; there is none"
+                )
+            return
+        pose = self._first_pose if pose is None else pose
+        still = torch.zeros_like(self._body_velocity)
+        self._take("body_pose", pose, self._body_pose, chosen)
+        self._take(
+            "body_velocity", still if velocity is None else velocity, self._body_velocity, chosen
+        )
+        turn = self._body_pose[:, 3:]
+        turn.div_(turn.norm(dim=-1, keepdim=True))
 
     def _take(self, name: str, values: Tensor, target: Tensor, chosen: Tensor) -> None:
         """Write the chosen worlds' rows to a tensor that Warp sees."""

@@ -117,6 +117,7 @@ class Rollout:
         free_spools: bool = True,
         device: Any = None,
     ) -> None:
+        mechanism.refuse_moving_obstacle("Rollout")
         self.recordings = tuple(recordings)
         self.driven_by = drive_of(recordings)
         """Without commands the measured force drives the mechanism."""

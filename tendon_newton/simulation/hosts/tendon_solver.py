@@ -19,7 +19,13 @@ from tendon_newton.actuators import find_actuator
 from tendon_newton.actuators.networks.history import History
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array
-from tendon_newton.device_code.placeholders import ParameterVector, TendonVector, real
+from tendon_newton.device_code.placeholders import (
+    ParameterVector,
+    Quaternion,
+    TendonVector,
+    Vec3,
+    real,
+)
 from tendon_newton.device_code.structs import (
     Commands,
     Mechanism,
@@ -31,14 +37,14 @@ from tendon_newton.device_code.structs import (
 from tendon_newton.effects import Stage
 from tendon_newton.errors import InvalidParameter, unknown_name
 from tendon_newton.simulation.hosts.rollout import set_spool_radius
-from tendon_newton.simulation.kernels import contact_kernels, control_kernels
+from tendon_newton.simulation.kernels import body_kernels, contact_kernels, control_kernels
 from tendon_newton.simulation.model.assembly import assemble, kernel_set
 from tendon_newton.simulation.model.chain_copies import (
     copies_of,
     gather_kernel,
     spread_kernel,
 )
-from tendon_newton.simulation.model.joint_places import joint_places
+from tendon_newton.simulation.model.joint_places import body_places, joint_places
 from tendon_newton.simulation.model.kernel_arrays import samples_of, struct_of, zeros
 from tendon_newton.simulation.model.mechanism_arrays import (
     fill_mechanism,
@@ -68,7 +74,8 @@ class TendonSolver(SolverBase):
     step, as a servo holds its goal between two packets; `dt` is the control step, which one
     kernel divides into substeps no
     longer than `max_step`. Links meet the obstacles of their mechanism (`contacts`), and nothing
-    else; `control.joint_f` is not read.
+    else; `control.joint_f` is not read. An obstacle with a mass moves: its free joint is a part of
+    the state.
 
     A mechanism of K equal chains that share neither joint nor tendon, such as a hand, is stepped as
     K mechanisms of one chain: numbers that are one per world stand once for each chain.
@@ -141,6 +148,8 @@ class TendonSolver(SolverBase):
         )
         self._kernel_of = control_kernel_set(self._kernels.structure)
         self._mechanism = fill_mechanism(model, self._kernels)
+        self.moves_body = topology.touch.moves
+        """Whether an obstacle is free to move."""
         self._history_length = history if self._kernels.structure.uses(Stage.CLOCK) else 1
         vectors = of_world.kernel_vectors(of_world.vector(description), self.chain_count)
         self._make_arrays(np.tile(vectors, (self.world_count, 1)))
@@ -182,7 +191,7 @@ class TendonSolver(SolverBase):
         self.everywhere = wp.ones(worlds, dtype=wp.bool, device=device)
         """A mask of all worlds, shape (W,)."""
         touch = self._kernels.structure.touch
-        shape = (worlds, len(touch.links), len(touch.shapes))
+        shape = (worlds, self.chain_count * len(touch.links), len(touch.shapes))
         self.contact_force = wp.zeros(shape, dtype=wp.vec3f, device=device)
         """What obstacles do to links [N], in the axes of the base, shape (W, C, O), capsule by
         capsule and obstacle by obstacle; see `read_contacts`."""
@@ -190,6 +199,11 @@ class TendonSolver(SolverBase):
         self._servo = self._make_servo()
         self._history = self._make_history()
         self._good = [wp.clone(self._servo.q), wp.clone(self._servo.memory)]
+        if self.moves_body:
+            self._carry_bodies(self.model, self.everywhere)
+            self._good_bodies = [
+                wp.clone(a) for a in (self._servo.body_place, self._servo.body_turn)
+            ]
 
     def _make_servo(self) -> Any:
         """Allocate what each world keeps between control steps."""
@@ -213,7 +227,34 @@ class TendonSolver(SolverBase):
             command=self._by_chain(self.command),
             position_index=position,
             velocity_index=velocity,
+            **self._make_bodies(),
         )
+
+    def _make_bodies(self) -> dict[str, Any]:
+        """Allocate what each world keeps of its free body, where it has one."""
+        if not self.moves_body:
+            return {}
+        types, device, worlds = self._kernels.types, self.model.device, self.world_count
+        position, velocity = body_places(self.model)
+        bodies = {
+            "body_place": wp.zeros(worlds, dtype=types[Vec3], device=device),
+            "body_turn": wp.zeros(worlds, dtype=types[Quaternion], device=device),
+            "body_position_index": position,
+            "body_velocity_index": velocity,
+        }
+        if self.chain_count > 1:
+            bodies["body_push"] = wp.zeros((self._chains, 2), dtype=types[Vec3], device=device)
+        return bodies
+
+    def _carry_bodies(self, state: Any, chosen: wp.array) -> None:
+        """Put free bodies where a state has them in the chosen worlds, shape (W,)."""
+        if self.moves_body:
+            wp.launch(
+                self._kernel_of["carry"],
+                self.world_count,
+                inputs=[self._mechanism, self._servo, chosen, self._joints_of(state)],
+                device=self.model.device,
+            )
 
     def _make_history(self) -> Any:
         """Allocate the past commands of each world, as a recording of a few rows."""
@@ -263,6 +304,7 @@ class TendonSolver(SolverBase):
 
     def begin(self, state: newton.State, chosen: wp.array, *, at_rest: bool) -> None:
         """Reset or settle the chosen worlds, shape (W,)."""
+        self._carry_bodies(state, chosen)
         wp.launch(
             self._kernel_of["forget"],
             self._chains,
@@ -271,6 +313,7 @@ class TendonSolver(SolverBase):
         )
         if at_rest:
             self.relax(state, chosen)
+        self._carry_bodies(state, chosen)
 
     def relax(self, state: newton.State, chosen: wp.array) -> None:
         """Move the chosen worlds, shape (W,), to the equilibrium of their command or held force."""
@@ -345,6 +388,13 @@ class TendonSolver(SolverBase):
                 inputs=[self.chain_count, marks, diverged],
                 device=self.model.device,
             )
+        if self.moves_body:
+            wp.launch(
+                self._kernel_of["guard_body"],
+                self.world_count,
+                inputs=[self._servo, *self._good_bodies, self._joints_of(state), diverged],
+                device=self.model.device,
+            )
 
     def bench_numbers(self, name: str) -> wp.array:
         """Return an array of the mechanism that every step reads, one row per world and chain.
@@ -416,7 +466,7 @@ class TendonSolver(SolverBase):
         substeps = max(1, ceil(dt / self.max_step - 1.0e-6))
         wp.launch(
             self._kernel_of["step"],
-            self._chains,
+            self.world_count if self.moves_body else self._chains,
             inputs=[
                 *self._inputs(),
                 substeps,
@@ -449,11 +499,14 @@ class TendonSolver(SolverBase):
         """Write what obstacles do to links to `contact_force`."""
         self.contact_force.zero_()
         if "contact" in self._kernel_of:
+            self._carry_bodies(state, self.everywhere)
+            _, capsules, obstacles = self.contact_force.shape
+            by_chain = (self._chains, capsules // self.chain_count, obstacles)
             wp.launch(
                 self._kernel_of["contact"],
-                self.world_count,
+                self._chains,
                 inputs=[self._mechanism, self._servo, self._joints_of(state)],
-                outputs=[self.contact_force],
+                outputs=[self.contact_force.reshape(by_chain)],
                 device=self.model.device,
             )
 
@@ -463,6 +516,7 @@ class TendonSolver(SolverBase):
             fresh = fill_mechanism(self.model, self._kernels)
             for name in self._kernels.types[Mechanism].vars:
                 getattr(self._mechanism, name).assign(getattr(fresh, name))
+            self._carry_bodies(self.model, wp.zeros_like(self.everywhere))
 
     def _inputs(self) -> list[Any]:
         """Return what most kernels read first."""
@@ -482,11 +536,18 @@ class TendonSolver(SolverBase):
 def control_kernel_set(structure: Structure) -> dict[str, wp.Kernel]:
     """Return the kernels of a solver by what they do."""
     assembly = assemble(structure)
-    touching = structure.touch.contacts
+    touch, step = structure.touch, control_kernels.control_step_kernel
+    further = {}
+    if touch.contacts:
+        further["contact"] = assembly.kernel(contact_kernels.contact_kernel)
+    if touch.moves:
+        step = body_kernels.body_step_kernel
+        further["carry"] = assembly.kernel(body_kernels.carry_kernel)
+        further["guard_body"] = assembly.kernel(body_kernels.guard_body_kernel)
     return {
-        **({"contact": assembly.kernel(contact_kernels.contact_kernel)} if touching else {}),
+        **further,
         "step": assembly.kernel(
-            control_kernels.control_step_kernel,
+            step,
             launch_bounds=(BLOCK, BLOCKS_TOGETHER),
             block_dim=BLOCK,
         ),

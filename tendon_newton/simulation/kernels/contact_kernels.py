@@ -9,10 +9,9 @@ from tendon_newton.device_code.placeholders import (
     CONTACTS,
     real,
 )
-from tendon_newton.device_code.slots import contact_pose
 from tendon_newton.device_code.structs import Drive, Mechanism, NewtonJoints, Servo
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.simulation.contact.contacts import WITHIN, grip_at
+from tendon_newton.simulation.contact.contacts import WITHIN, grip_at, pose_at
 from tendon_newton.simulation.kernels.control_kernels import resumed
 
 
@@ -26,7 +25,7 @@ def contact_kernel(
     drive.world = i
     drive.memory = servo.memory[i]
     here = resumed(drive, servo, given, i)
-    pose = contact_pose(mechanism, i, here.q)
+    pose = pose_at(mechanism, i, here.q)
     count = int(CONTACTS)
     for contact in range(count):
         own = grip_at(mechanism, here, pose, contact, real(WITHIN))
@@ -35,4 +34,5 @@ def contact_kernel(
         pushed = wp.vec3f(
             wp.float32(own.force[0]), wp.float32(own.force[1]), wp.float32(own.force[2])
         )
-        force[i, capsule, obstacle] = force[i, capsule, obstacle] + pushed
+        if capsule >= 0:
+            force[i, capsule, obstacle] = force[i, capsule, obstacle] + pushed

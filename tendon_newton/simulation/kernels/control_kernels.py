@@ -11,6 +11,7 @@ from tendon_newton.device_code.placeholders import (
     JOINTS,
     LINKS,
     MEMORY_SIZE,
+    SHARES_BODY,
     TENDONS,
     DeviceArray,
     DeviceGrid,
@@ -18,6 +19,7 @@ from tendon_newton.device_code.placeholders import (
     MemoryVector,
     ParameterVector,
     TendonVector,
+    Vec3,
     real,
 )
 from tendon_newton.device_code.slots import cell_effects, clock_effects
@@ -171,6 +173,9 @@ def forget_kernel(
         contact = choose_contact_states(mechanism, p, here)
         servo.q[i] = q
         servo.v[i] = v
+        if wp.static(SHARES_BODY):
+            servo.body_push[i, 0] = Vec3()
+            servo.body_push[i, 1] = Vec3()
         servo.memory[i] = remembered(mechanism, p, here, contact)
 
 

@@ -15,7 +15,12 @@ from tendon_newton.device_code.linear_algebra import inverse, looped_inverse
 from tendon_newton.device_code.templates import Bindings, Specialiser
 from tendon_newton.effects import Effect, Stage
 from tendon_newton.simulation.chains import planar_chain, spatial_chain
-from tendon_newton.simulation.contact import contact_distances, contact_poses, contacts
+from tendon_newton.simulation.contact import (
+    contact_distances,
+    contact_poses,
+    contacts,
+    free_body,
+)
 from tendon_newton.simulation.dynamics import integrator, sensors, settling
 from tendon_newton.simulation.kernels import position_kernels, rollout_kernels
 from tendon_newton.simulation.kernels.position_kernels import POSITION_EFFECTS
@@ -186,7 +191,7 @@ def assemble(structure: Structure, *, taped: bool = False) -> Assembly:
     chain = planar_chain if structure.planar else spatial_chain
     specialiser.bind(slots.chain_terms, chain.chain_terms)
     if structure.routes.spans:
-        bind_routes(specialiser, taped=taped)
+        bind_routes(specialiser, looped=taped or structure.touch.moves)
     if structure.touch.contacts:
         for part in (contact_distances.overlap_at, contacts.grip_of, contacts.grip_terms):
             specialiser.function(part, inline=False)
@@ -194,6 +199,8 @@ def assemble(structure: Structure, *, taped: bool = False) -> Assembly:
         specialiser.bind(slots.contact_pose, pose)
         specialiser.bind(slots.contact_terms, contacts.contact_terms)
         specialiser.bind(slots.contact_memory, contacts.contact_memory)
+        specialiser.bind(slots.with_body_terms, free_body.with_body_terms)
+        specialiser.bind(slots.with_still_body, free_body.with_still_body)
     if not taped:
         if len(structure.effects) > MANY_EFFECTS:
             for part in RARE_PARTS:
@@ -213,9 +220,12 @@ def bind_duty(specialiser: Specialiser, structure: Structure) -> None:
     specialiser.bind(slots.driven_force, given)
 
 
-def bind_routes(specialiser: Specialiser, *, taped: bool) -> None:
-    """Bind the paths of routed tendons: quick to run, or where a tape walks back to compile."""
-    if taped:
+def bind_routes(specialiser: Specialiser, *, looped: bool) -> None:
+    """Bind the paths of routed tendons: quick to run, or quick to compile.
+
+    A compiler would take many minutes over an adjoint, or over a free body's further coordinates.
+    """
+    if looped:
         specialiser.bind(slots.all_routes, routes.looped_routes)
         return
     for part in ROUTE_PARTS:

@@ -1,14 +1,15 @@
 """A mechanism of several equal chains, such as a hand of fingers, as that many small mechanisms.
 
-Chains that share no joint and no tendon do not feel each other. Kernels for one of them, run for
-each, compile in the time of a finger, and step a hand in that of its fingers. What a world has of
-all its joints, chain by chain, is in memory what its chains have of theirs.
+Chains that share no joint and no tendon feel each other only through a body that they move. Kernels
+for one of them, run for each, compile in the time of a finger, and step a hand in that of its
+fingers. What a world has of all its joints, chain by chain, is in memory what its chains have of
+theirs; obstacles are in every chain's way.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from tendon_newton.device_code.placeholders import DeviceArray
 from tendon_newton.errors import InvalidModelFile
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.worlds import build_model
+from tendon_newton.simulation.contact.contact_plan import ContactPlan
 from tendon_newton.simulation.model.mechanism_arrays import Topology, moment_arms, read_topology
 from tendon_newton.simulation.model.route_plan import NO_PULLEY, RoutePlan, SpanPlan
 
@@ -52,17 +54,14 @@ def are_apart(mechanism: Mechanism) -> bool:
 def chain_copies(topology: Topology, arms: Array) -> ChainCopies:
     """Divide a mechanism into as many equal chains as it has, one after the other.
 
-    What may meet obstacles stays whole: they are a world's.
-
     Args:
         topology: Of a whole world.
         arms: Its moment arms [m], shape (W, D, J).
     """
     joints, tendons = len(topology.parents), topology.tendon_count
-    if topology.touch.contacts:  # each chain meets obstacles of its own kind
-        return ChainCopies(count=1, topology=topology)
     for count in range(min(joints, tendons), 1, -1):
-        if joints % count or tendons % count or len(topology.routes.bodies) % count:
+        parts = (joints, tendons, len(topology.routes.bodies), len(topology.touch.links))
+        if any(part % count for part in parts):
             continue
         chains = [chain_at(topology, k, count) for k in range(count)]
         if all(chain == chains[0] for chain in chains) and is_apart(arms, count):
@@ -79,6 +78,7 @@ def chain_at(topology: Topology, k: int, count: int) -> Topology:
         revolute=topology.revolute[own],
         tendon_count=topology.tendon_count // count,
         routes=routes_at(topology.routes, k, count, joints),
+        touch=touch_at(topology.touch, k, count, joints),
     )
 
 
@@ -100,6 +100,17 @@ def routes_at(routes: RoutePlan, k: int, count: int, joints: int) -> RoutePlan:
             )
             for span in spans
         ),
+    )
+
+
+def touch_at(touch: ContactPlan, k: int, count: int, joints: int) -> ContactPlan:
+    """Return where chain k may meet the obstacles of all."""
+    if not touch.contacts:
+        return touch
+    capsules = len(touch.links) // count
+    own = touch.links[k * capsules : (k + 1) * capsules]
+    return replace(
+        touch, links=tuple(numbered(link, k * joints, joints) for link in own), chains=count
     )
 
 

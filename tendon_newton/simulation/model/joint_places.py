@@ -6,12 +6,22 @@ from typing import Any
 
 import warp as wp
 
-from tendon_newton.simulation.model.mechanism_arrays import moving_joints
+from tendon_newton.simulation.model.mechanism_arrays import body_joints, moving_joints
 
 
 def joint_places(model: Any) -> tuple[Any, Any]:
     """Return the places of positions and of velocities on the model's device, each shape (W, J)."""
     joints = moving_joints(model)
+    positions, velocities = (
+        wp.array(starts.numpy()[joints], dtype=wp.int32, device=model.device)
+        for starts in (model.joint_q_start, model.joint_qd_start)
+    )
+    return positions, velocities
+
+
+def body_places(model: Any) -> tuple[Any, Any]:
+    """Return where each free body's positions and velocities begin, each shape (W,)."""
+    joints = body_joints(model)
     positions, velocities = (
         wp.array(starts.numpy()[joints], dtype=wp.int32, device=model.device)
         for starts in (model.joint_q_start, model.joint_qd_start)

@@ -68,6 +68,7 @@ def vector_types(structure: Structure) -> dict[Any, Any]:
         d.Vec2: vector(2),
         d.Vec3: vector(3),
         d.Mat33: matrix(3, 3),
+        d.Quaternion: wp.quatd if real is wp.float64 else wp.quatf,
         d.Place: vector(2) if structure.planar else vector(3),
         d.LinkInertia: real if structure.planar else matrix(3, 3),
         d.Jet: vector(3),
@@ -92,13 +93,14 @@ def vector_types(structure: Structure) -> dict[Any, Any]:
 
 def code_constants(structure: Structure) -> dict[Any, Any]:
     """Return what the mechanism and its frictions decide."""
+    joints = structure.coordinate_count
     return {
-        d.JOINTS: structure.coordinate_count,
+        d.JOINTS: joints,
         d.LINKS: structure.joint_count,
         d.TENDONS: structure.tendon_count,
         d.ROWS: structure.tendon_count + structure.spool_count,
         d.PARENT: structure.coordinate_parents,
-        d.REVOLUTE: (*structure.revolute, *[False] * structure.spool_count),
+        d.REVOLUTE: (*structure.revolute, *[False] * (joints - structure.joint_count)),
         d.MOVES: structure.moves(),
         d.PLANAR: structure.planar,
         d.FREE_SPOOL: structure.free_spool,
@@ -166,11 +168,20 @@ def contact_constants(structure: Structure) -> dict[Any, Any]:
         d.CAPSULES: len(touch.links),
         d.CAPSULE_LINK: touch.links,
         d.CONTACTS: len(touch.contacts),
+        d.CHAINS: touch.chains,
+        d.HAS_BODY: touch.moves,
+        d.SHARES_BODY: touch.moves and touch.chains > 1,
         **{
             has: shape in touch.shapes
             for has, shape in zip((d.HAS_SPHERE, d.HAS_BOX, d.HAS_PLANE), SHAPES, strict=True)
         },
     }
+    if touch.moves:
+        out |= {
+            d.BODY: touch.body,
+            d.BODY_SHAPE: SHAPES.index(touch.shapes[touch.body]),
+            d.FIRST_BODY: structure.first_body,
+        }
     if touch.contacts:
         carries = wp.types.matrix(shape=(joints, joints), dtype=getattr(wp, structure.precision))
         out |= {

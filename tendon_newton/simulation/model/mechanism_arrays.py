@@ -14,7 +14,11 @@ from tendon_newton.data.recording import Array, Indices
 from tendon_newton.device_code.structs import Mechanism as MechanismNumbers
 from tendon_newton.errors import InvalidAsset
 from tendon_newton.simulation.chains.rotations import rotation_matrices
-from tendon_newton.simulation.contact.contact_arrays import contact_numbers, read_contact_plan
+from tendon_newton.simulation.contact.contact_arrays import (
+    body_numbers,
+    contact_numbers,
+    read_contact_plan,
+)
 from tendon_newton.simulation.contact.contact_plan import NO_CONTACTS, ContactPlan
 from tendon_newton.simulation.model.assembly import Assembly, KernelSet
 from tendon_newton.simulation.model.route_arrays import read_numbers, read_plan
@@ -28,7 +32,6 @@ PUSH_FORCE = 1.0e30
 """A direct drive pushes with any force [N]; a string with none."""
 JOINT_NUMBERS = {
     "stiffness": "joint_stiffness",
-    "rest": "joint_rest_q",
     "damping": "joint_damping",
     "friction": "joint_friction",
     "armature": "joint_armature",
@@ -37,11 +40,13 @@ JOINT_NUMBERS = {
     "limit_stiffness": "joint_limit_ke",
     "limit_damping": "joint_limit_kd",
 }
-"""Numbers of each joint, and the arrays of a Newton model that hold them."""
+"""Numbers of each joint, and the arrays of a Newton model that hold one per degree of freedom."""
 PER_COORDINATE = ("offset", "centre", "axis", "mass", "inertia")
 """Arrays of a mechanism that hold vectors, masses and inertias of each joint's link."""
+OF_A_WORLD = ("obstacle_", "body_")
+"""How the names of arrays begin that belong to a world and not to its chains."""
 NO_STOP = 1.0e30
-"""A spool has no end stop within this [m]."""
+"""Neither a spool nor a body has an end stop within this [m, rad]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,17 +86,28 @@ def read_topology(model: FinalModel) -> Topology:
 
 
 def moving_joints(model: FinalModel) -> Indices:
-    """Return the indices of the joints that move, shape (W, J)."""
+    """Return the indices of the mechanism's joints that move, shape (W, J)."""
     kinds = model.joint_type.numpy()
     moving = (kinds == newton.JointType.REVOLUTE) | (kinds == newton.JointType.PRISMATIC)
     parents = model.joint_parent.numpy()
-    if np.any(~moving & ((kinds != newton.JointType.FIXED) | (parents >= 0))):
-        label = model.joint_label[int(np.argmax(~moving & (parents >= 0)))]
+    fixed = (kinds == newton.JointType.FIXED) & (parents < 0)
+    unknown = ~moving & ~fixed
+    unknown[body_joints(model)] = False
+    if np.any(unknown):
+        label = model.joint_label[int(np.argmax(unknown))]
         raise InvalidAsset(
             f"joint {label} must be revolute or prismatic (or fix a body to the base); "
             "weld bodies together in the asset instead of by fixed joints"
         )
     return np.flatnonzero(moving).reshape(model.world_count, -1)
+
+
+def body_joints(model: FinalModel) -> Indices:
+    """Return the index of each world's joint that lets its free body move, shape (W,) or (0,)."""
+    if not hasattr(model.tendon, "obstacle_shape"):
+        return np.zeros(0, dtype=np.int64)
+    carriers = model.shape_body.numpy()[model.tendon.obstacle_shape.numpy()]
+    return np.flatnonzero(np.isin(model.joint_child.numpy(), carriers[carriers >= 0]))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -197,7 +213,8 @@ def plane_of(model: FinalModel, topology: Topology) -> Array | None:
 def fill_mechanism(model: FinalModel, kernels: KernelSet | Assembly, device: Any = None) -> Any:
     """Return the `Mechanism` struct of a kernel set, filled from a model's arrays.
 
-    Where the kernels are those of one chain of several, each chain of a world counts as a world.
+    Where the kernels are those of one chain of several, each chain of a world counts as a world;
+    obstacles stay a world's.
 
     Args:
         model: W worlds of one mechanism.
@@ -215,9 +232,9 @@ def fill_mechanism(model: FinalModel, kernels: KernelSet | Assembly, device: Any
 
     def put(name: str, values: Array) -> None:
         scalar = np.float64 if structure.precision == "float64" else np.float32
-        if len(values) < chains:
+        if len(values) < chains and not name.startswith(OF_A_WORLD):
             values = values.reshape(chains, values.shape[1] // copies, *values.shape[2:])
-        values = with_spools(name, values, structure.spool_count)
+        values = with_more(name, values, structure.coordinate_count - structure.joint_count)
         dtype = types[MechanismNumbers].vars[name].type.dtype
         exact = np.ascontiguousarray(values, dtype=scalar)
         setattr(struct, name, wp.array(exact, dtype=dtype, device=device))
@@ -249,6 +266,12 @@ def fill_mechanism(model: FinalModel, kernels: KernelSet | Assembly, device: Any
     if topology.touch.contacts:
         for name, values in contact_numbers(model, topology.touch, frames, basis).items():
             put(name, values)
+    if basis is not None and topology.touch.contacts:
+        plane = np.vstack([basis, np.cross(basis[0], basis[1])])
+        put("contact_plane", np.broadcast_to(plane, (chains, 3, 3)))
+    if topology.touch.moves:
+        for name, values in body_numbers(model, gravity[::copies]).items():
+            put(name, values)
     if basis is None:
         for name in ("offset", "centre", "axis"):
             put(name, getattr(frames, name))
@@ -269,22 +292,22 @@ def coordinate_axis(name: str) -> int | None:
     """Return the axis of a mechanism's array that counts coordinates, None where none does."""
     if name == "arms":
         return 2
-    return 1 if name in JOINT_NUMBERS or name in PER_COORDINATE else None
+    return 1 if name == "rest" or name in JOINT_NUMBERS or name in PER_COORDINATE else None
 
 
-def with_spools(name: str, values: Array, spools: int) -> Array:
-    """Return numbers of joints with columns for spools, which weigh nothing and meet no stop.
+def with_more(name: str, values: Array, further: int) -> Array:
+    """Return numbers of joints with columns for spools and a body, which meet no stop.
 
     Args:
         name: Array of a mechanism; those that have no column per joint stay as they are.
         values: Its numbers, shape (W, J, ...), of the arms (W, D, J).
-        spools: Spools that have a coordinate of their own.
+        further: Coordinates of spools and of a body.
     """
     axis = coordinate_axis(name)
-    if spools == 0 or axis is None:
+    if further == 0 or axis is None:
         return values
     shape = list(values.shape)
-    shape[axis] = spools
+    shape[axis] = further
     stop = {"lower": -NO_STOP, "upper": NO_STOP}.get(name, 0.0)
     return np.concatenate([values, np.full(shape, stop)], axis=axis)
 
@@ -310,8 +333,10 @@ def chain_arms(arms: Array, copies: int) -> Array:
 
 def joint_numbers(model: FinalModel) -> dict[str, Array]:
     """Return the joints' springs, dampers, frictions and stops, each shape (W, J)."""
-    dofs = model.joint_qd_start.numpy()[moving_joints(model)]
-    return {name: getattr(model, array).numpy()[dofs] for name, array in JOINT_NUMBERS.items()}
+    joints = moving_joints(model)
+    speeds, coordinates = model.joint_qd_start.numpy()[joints], model.joint_q_start.numpy()[joints]
+    numbers = {name: getattr(model, array).numpy()[speeds] for name, array in JOINT_NUMBERS.items()}
+    return {**numbers, "rest": model.joint_rest_q.numpy()[coordinates]}
 
 
 def tendon_numbers(model: FinalModel) -> dict[str, Array]:

@@ -8,7 +8,11 @@ from typing import Any, Literal
 
 from tendon_newton.actuators import find_actuator
 from tendon_newton.effects import EFFECTS, Effect, Stage, find_effect, law_of
-from tendon_newton.simulation.contact.contact_plan import NO_CONTACTS, ContactPlan
+from tendon_newton.simulation.contact.contact_plan import (
+    BODY_COORDINATES,
+    NO_CONTACTS,
+    ContactPlan,
+)
 from tendon_newton.simulation.model.route_plan import NO_ROUTES, RoutePlan
 
 Precision = Literal["float32", "float64"]
@@ -54,9 +58,14 @@ class Structure:
         return self.tendon_count if self.free_spool else 0
 
     @property
-    def coordinate_count(self) -> int:
-        """Number of coordinates of a world: its joints, then its spools."""
+    def first_body(self) -> int:
+        """Where the coordinates of a free body begin."""
         return self.joint_count + self.spool_count
+
+    @property
+    def coordinate_count(self) -> int:
+        """Number of coordinates of a world: its joints, its spools, its free body."""
+        return self.first_body + (BODY_COORDINATES if self.touch.moves else 0)
 
     @property
     def has_rotor(self) -> bool:
@@ -171,11 +180,11 @@ class Structure:
 
     @property
     def coordinate_parents(self) -> tuple[int, ...]:
-        """Parent of each coordinate; a spool's is the base."""
-        return (*self.parents, *[-1] * self.spool_count)
+        """Parent of each coordinate; a spool's and a body's is the base."""
+        return (*self.parents, *[-1] * (self.coordinate_count - self.joint_count))
 
     def moves(self) -> tuple[tuple[bool, ...], ...]:
-        """Return whether coordinate j carries link k; spools carry none. Shape (J + D, J + D)."""
+        """Return whether coordinate j carries link k, shape (J, J); spools and bodies none."""
         parents = self.coordinate_parents
         table = [[False] * len(parents) for _ in parents]
         for link in range(self.joint_count):

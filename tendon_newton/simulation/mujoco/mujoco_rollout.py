@@ -81,6 +81,7 @@ class MujocoRollout:
         trust: bool = False,
         device: Any = None,
     ) -> None:
+        mechanism.refuse_moving_obstacle("MujocoRollout")
         effects = [effect.name for effect in model.effects]
         refuse_stages(effects, UNSUPPORTED, "SolverMuJoCo")
         self._rollout = rollout_of(

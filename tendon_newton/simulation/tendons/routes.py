@@ -87,7 +87,7 @@ def turn_sign(turning: int, moving: int) -> real:
 def end_moves(pose: JointPose, way: WayVector, point: Vec3) -> SpaceMatrix:
     """Return how joints move an end of a span, as seen by the observer [m/rad], shape (J, 3)."""
     moves = SpaceMatrix()
-    for j in range(JOINTS):
+    for j in range(LINKS):
         if way[j] != 0:
             move = sign_of(way[j]) * moved_by(
                 row(pose.origin, j), row(pose.axis, j), wp.static(REVOLUTE[j]), point
@@ -108,8 +108,8 @@ def end_turning(pose: JointPose, way: WayVector, slope: Vec3, moves: SpaceMatrix
         moves: How the joints move it [m/rad].
     """
     out = JointMatrix()
-    for j in range(JOINTS):
-        for k in range(JOINTS):
+    for j in range(LINKS):
+        for k in range(LINKS):
             sign = turn_sign(way[j], way[k])
             if wp.static(REVOLUTE[j]):
                 if sign != real(0.0):
@@ -143,12 +143,12 @@ def span_route(mechanism: Mechanism, world: int, pose: JointPose, span: int) -> 
     slope = JointVector()
     bend = end_turning(pose, start_way, terms.start, starts)
     bend = bend + end_turning(pose, end_way, terms.end, ends)
-    for j in range(JOINTS):
+    for j in range(LINKS):
         if start_way[j] != 0 or end_way[j] != 0:
             a = row(starts, j)
             b = row(ends, j)
             slope[j] = wp.dot(terms.start, a) + wp.dot(terms.end, b)
-            for k in range(JOINTS):
+            for k in range(LINKS):
                 if start_way[k] != 0 or end_way[k] != 0:
                     bend[j, k] = bend[j, k] + span_bend(terms, a, b, row(starts, k), row(ends, k))
     out = RouteTerms()
@@ -172,9 +172,9 @@ def unrolled_routes(mechanism: Mechanism, world: int, pose: JointPose) -> Routes
         for span in range(wp.static(FIRST_SPAN[d]), wp.static(FIRST_SPAN[d + 1])):
             own = span_route(mechanism, world, pose, span)
             length[d] = length[d] + own.length
-            for j in range(JOINTS):
+            for j in range(LINKS):
                 slope[d, j] = slope[d, j] + own.slope[j]
-                for k in range(JOINTS):
+                for k in range(LINKS):
                     bend[JOINTS * d + j, k] = bend[JOINTS * d + j, k] + own.bend[j, k]
     out.length = length
     out.slope = slope
@@ -217,9 +217,9 @@ def looped_routes(mechanism: Mechanism, world: int, pose: JointPose) -> Routes:
             mechanism, world, pose, wp.static(FIRST_SPAN[d]), wp.static(FIRST_SPAN[d + 1])
         )
         length[d] = own.length
-        for j in range(JOINTS):
+        for j in range(LINKS):
             slope[d, j] = own.slope[j]
-            for k in range(JOINTS):
+            for k in range(LINKS):
                 bend[JOINTS * d + j, k] = own.bend[j, k]
     out.length = length
     out.slope = slope
@@ -245,8 +245,8 @@ def located(mechanism: Mechanism, drive: Drive, q: JointVector, v: JointVector) 
         routes = all_routes(mechanism, drive.world, joint_pose(mechanism, drive.world, q))
         bow = TendonVector()
         for d in range(TENDONS):
-            for j in range(JOINTS):
-                for k in range(JOINTS):
+            for j in range(LINKS):
+                for k in range(LINKS):
                     bow[d] = bow[d] - v[j] * routes.bend[JOINTS * d + j, k] * v[k]
         out.length = mechanism.excursion_offset[drive.world] + arms * q - routes.length
         out.arms = arms - routes.slope
@@ -260,8 +260,8 @@ def route_stiffness(here: Drive, tension: TendonVector) -> JointMatrix:
     """Return the derivative of the tensions' torque by the joints, T H [N m/rad]."""
     out = JointMatrix()
     for d in range(TENDONS):
-        for j in range(JOINTS):
-            for k in range(JOINTS):
+        for j in range(LINKS):
+            for k in range(LINKS):
                 out[j, k] = out[j, k] + tension[d] * here.bend[JOINTS * d + j, k]
     return out
 

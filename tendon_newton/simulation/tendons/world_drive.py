@@ -9,6 +9,7 @@ from tendon_newton.device_code.placeholders import (
     EFFECT_COUNT,
     FIRST_OWN,
     FREE_SPOOL,
+    HAS_BODY,
     JOINTS,
     MEMORY_NULLS,
     MEMORY_OFFSETS,
@@ -52,6 +53,8 @@ def world_drive(mechanism: Mechanism, world: int, p: ParameterVector) -> Drive:
     angle = tilt_effects(real(0.0), p)
     turned = mechanism.gravity[world] - wp.sin(angle) * mechanism.gravity_across[world]
     drive.gravity = turned - (real(1.0) - wp.cos(angle)) * mechanism.gravity_along[world]
+    if wp.static(HAS_BODY):
+        drive.tilt = angle
     friction = JointVector()
     greatest_speed = TendonVector()
     dry = real(0.0)
