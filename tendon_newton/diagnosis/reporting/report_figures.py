@@ -267,8 +267,12 @@ def bracket(axes: Any, rows: list[int], x: float) -> None:
 
 
 def short(name: str) -> str:
-    """Return a recording's name without its ending, no longer than an axis can hold."""
-    stem = name.rsplit("/", 1)[-1].rsplit(".", 1)[0].replace("_", " ")
+    """Return a recording's name without its ending, no longer than an axis can hold.
+
+    The servo that stands behind the name, where there are several, stays.
+    """
+    file, comma, servo = name.rsplit("/", 1)[-1].partition(", ")
+    stem = file.rsplit(".", 1)[0].replace("_", " ") + comma + servo
     return stem if len(stem) <= 22 else f"{stem[:10]}…{stem[-11:]}"
 
 

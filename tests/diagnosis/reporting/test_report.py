@@ -12,6 +12,7 @@ from tendon_newton.data.parameters import BenchScale
 from tendon_newton.diagnosis.diagnose import Evidence
 from tendon_newton.diagnosis.identifiability import Confounded
 from tendon_newton.diagnosis.reporting.report import Origin, write_report
+from tendon_newton.diagnosis.reporting.report_figures import short
 from tendon_newton.diagnosis.reporting.report_words import (
     SENTENCES,
     cause_sentence,
@@ -263,3 +264,16 @@ def test_the_headline_is_the_verdict() -> None:
     assert headline(diagnosis("explained")) == "One cause accounts for the gap."
     assert headline(diagnosis("no_gap")).startswith("No gap:")
     assert headline(diagnosis("unexplained")).startswith("There is a gap, and no cause")
+
+
+@pytest.mark.parametrize(
+    ("name", "label"),
+    [
+        ("logs/run_3.csv", "run 3"),
+        ("run_3.csv, servo 2", "run 3, servo 2"),
+        ("finger_random_steps_10.mcap, servo 0", "finger ran…10, servo 0"),
+    ],
+)
+def test_recordings_of_several_servos_are_told_apart(name: str, label: str) -> None:
+    """The bars of a hand's four servos were all called run 3."""
+    assert short(name) == label
