@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import Model
@@ -52,14 +52,25 @@ def measured_pace(recordings: Sequence[Recording], model: Model, study: Study) -
     firsts = {r.bench: r for r in reversed(recordings)}.values()
     parts = [rows_of(r, slice(0, TRIAL_ROWS), r.name) for r in firsts]
     small = Study(parts, model, study.table.effects, time_step=study.time_step, scale=study.scale)
-    base = small.base_value(0)  # candidates that are alike would be simulated once
-    candidates = replacements([{0: base + i * TRIFLE} for i in range(TRIALS)])
+    candidates = replacements(nearly_alike(small, {}, TRIALS))
     small.residuals(*candidates)  # loads the kernels
     start = time.monotonic()
     for _ in range(ROUNDS):
         small.residuals(*candidates)
     taken = (time.monotonic() - start) / (TRIALS * ROUNDS)
     return SLOWDOWN * taken / sum(r.duration for r in parts)
+
+
+def nearly_alike(study: Study, numbers: Mapping[int, float], count: int) -> list[dict[int, float]]:
+    """Return candidates that take as long as one, column -> value: equal ones are simulated once.
+
+    Args:
+        study: The recordings.
+        numbers: Numbers of the candidate that differ from the model's own, column -> value.
+        count: How many to return.
+    """
+    first = numbers.get(0, study.base_value(0))
+    return [{**numbers, 0: first + i * TRIFLE} for i in range(count)]
 
 
 def expected_times(

@@ -17,16 +17,17 @@ from tendon_newton.data.model_file import load_model
 from tendon_newton.device_code.quiet import quiet_warp
 from tendon_newton.diagnosis.search.spans import beginnings
 from tendon_newton.diagnosis.search.worlds import SEARCH_STEP
+from tendon_newton.diagnosis.time_left import nearly_alike
 from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.study import Study, replacements
 
 WORLDS, ROUNDS = 16, 3
-"""Copies of a candidate that are simulated at once, and how often: the fastest counts."""
+"""Candidates that are nearly alike and simulated at once, and how often: the fastest counts."""
 
 
 def nanoseconds(study: Study, numbers: dict[int, float]) -> float:
     """Return the CPU time of all cores that a substep of a candidate takes [ns]."""
-    candidates = replacements([numbers] * WORLDS)
+    candidates = replacements(nearly_alike(study, numbers, WORLDS))
     study.residuals(*candidates)  # loads the kernels
     times = []
     for _ in range(ROUNDS):

@@ -30,10 +30,11 @@ from tendon_newton.diagnosis.time_left import (
     expected_times,
     finishing_time,
     measured_pace,
+    nearly_alike,
     time_left,
 )
 from tendon_newton.errors import InvalidParameter
-from tendon_newton.identification.study import Study
+from tendon_newton.identification.study import Study, replacements
 from tendon_newton.scheduler import THREADS_VARIABLE
 from tendon_newton.workflows import diagnosing as writing
 from tests.diagnosis.made_up import EXAMPLE, beginning, diagnosis, evidence
@@ -70,6 +71,18 @@ def test_the_time_told_grows_with_the_data_and_the_causes(monkeypatch: pytest.Mo
     more, _ = expected_times(recordings[:1] * 5, study, pace)
     assert 0.0 < one < several
     assert more == pytest.approx(5.0 * one)
+
+
+def test_every_candidate_that_is_timed_is_simulated() -> None:
+    """Equal candidates share a world: a clock would then show a fraction of the time."""
+    model = load_model(EXAMPLE / "model.toml")
+    runs = [r for r in load_dataset(EXAMPLE).train if r.bench == "spring_weak"]
+    recordings = [beginning(r, force=True) for r in runs]
+    study = Study(recordings, model, EFFECTS, time_step=2e-3)
+    candidates = nearly_alike(study, {study.table.columns("command_delay")[0]: 0.03}, 5)
+    found = study.residuals(*replacements(candidates))[0].theta
+    assert len(np.unique(found, axis=0)) == 5
+    assert found == pytest.approx(np.tile(found[0], (5, 1)), abs=1e-6)
 
 
 def test_time_is_kept_for_what_follows_the_decision() -> None:

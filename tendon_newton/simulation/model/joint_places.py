@@ -11,17 +11,16 @@ from tendon_newton.simulation.model.mechanism_arrays import body_joints, moving_
 
 def joint_places(model: Any) -> tuple[Any, Any]:
     """Return the places of positions and of velocities on the model's device, each shape (W, J)."""
-    joints = moving_joints(model)
-    positions, velocities = (
-        wp.array(starts.numpy()[joints], dtype=wp.int32, device=model.device)
-        for starts in (model.joint_q_start, model.joint_qd_start)
-    )
-    return positions, velocities
+    return starts_of(model, moving_joints(model))
 
 
 def body_places(model: Any) -> tuple[Any, Any]:
     """Return where each free body's positions and velocities begin, each shape (W,)."""
-    joints = body_joints(model)
+    return starts_of(model, body_joints(model))
+
+
+def starts_of(model: Any, joints: Any) -> tuple[Any, Any]:
+    """Return where positions and velocities of some joints begin, on the model's device."""
     positions, velocities = (
         wp.array(starts.numpy()[joints], dtype=wp.int32, device=model.device)
         for starts in (model.joint_q_start, model.joint_qd_start)

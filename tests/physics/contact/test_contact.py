@@ -8,6 +8,7 @@ import torch
 from scipy.optimize import root
 from torch import Tensor
 
+from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidAsset, InvalidParameter
 from tendon_newton.mechanisms.geometry.obstacles import Box, Plane, Sphere
@@ -18,6 +19,7 @@ from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tests.physics.contact.contacts import ball, ball_torque, block, floor
 from tests.physics.runs import GAIN, RADIUS, ideal_model
 from tests.physics.test_energy import energy
+from train.reproduction.physical import DATA_SHEET
 
 ARMS = np.array([0.0080, 0.0055])  # m
 SCENE = (ball(), block(), floor())
@@ -25,6 +27,7 @@ BALL, BLOCK, FLOOR = range(3)
 RATE = 200.0  # Hz
 STEP = 1.25e-4  # s
 CLOSED = 3.0  # rad, a command that presses
+SERVO = Model(actuator=NamedValues(name="pwm_servo", values=DATA_SHEET))
 
 
 @cache
@@ -72,6 +75,25 @@ def test_a_held_ball_is_squeezed_as_hard_as_statics_say() -> None:
     assert start == pytest.approx(solution.x, abs=1e-6)
     found = torch.linalg.vector_norm(loop.contact_forces()[0, :, BALL], dim=-1).numpy()
     assert found == pytest.approx(push, rel=1e-3)
+
+
+def test_a_motor_with_a_rotor_holds_a_ball_in_equilibrium() -> None:
+    """Springs, gravity, the tension that is read and the ball balance where the finger rests."""
+    mechanism, sphere = load_mechanism("finger"), ball()
+    loop = ControlLoop(
+        mechanism.with_obstacles(sphere), SERVO, 1, rate=RATE, max_step=STEP, device="cpu"
+    )
+    loop.bench_numbers("obstacle_friction").fill_(0.0)
+    loop.reset(torch.zeros(1, 1))
+    for _ in range(400):
+        reading = loop.step(torch.full((1, 1), CLOSED))
+    angles = reading.joint_position[0].numpy().astype(np.float64)
+    squeeze, push = ball_torque(mechanism, sphere, angles)
+    tension = float(reading.force[0, 0])
+    assert np.min(push) > 0.1  # N
+    assert squeeze + passive_torque(mechanism, angles) == pytest.approx(
+        -ARMS * tension, abs=1e-5
+    )  # N m; a millinewton of tension is 8e-6
 
 
 def test_closing_on_a_ball_ends_where_it_rests() -> None:
