@@ -3,10 +3,10 @@ r"""What a policy sees and does: the one definition, for training and for deploy
 A sample holds, in this order, the motor position and velocity, the action last applied, the one
 before it, and the goal angle. With several servos each of the first four stands once per servo, in
 the order of the asset's tendons: `(theta_0, theta_1, theta_dot_0, theta_dot_1, ..., alpha)`. An
-observation is the latest samples, oldest first, one behind the
-other: `(sample 0, sample 1, ...)`. A policy that turns a ball sees the commanded rate in place of
-the goal angle, and behind it where the ball's middle is, as a camera sees it, in the axes of the
-base and from where the ball was at first: `(..., rate, ball_x, ball_y, ball_z)`. Everything is float32 in SI units, and normalisation is the
+observation is the latest samples, oldest first, one behind the other: `(sample 0, sample 1, ...)`.
+A policy that turns a ball sees the commanded rate in place of the goal angle. Behind it stands
+where a camera sees the ball's middle, in the axes of the base and from where the ball was at first:
+`(..., rate, ball_x, ball_y, ball_z)`. Everything is float32 in SI units, and normalisation is the
 policy's own business: it stands inside its file.
 
 One policy step, at instant k with the motor at position :math:`\theta_k`:

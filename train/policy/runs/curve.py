@@ -9,7 +9,6 @@ from typing import Any
 import torch
 from torch import Tensor
 
-
 CURVE_FIGURES = {
     "/tip_error_m": "tip_error",
     "/turning_rate_rad_s": "turning_rate",

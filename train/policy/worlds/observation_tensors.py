@@ -42,9 +42,7 @@ class ObservationTensors:
         self._previous.masked_fill_(worlds[:, None], 0.0)
         self._fresh.logical_or_(worlds)
 
-    def observe(
-        self, position: Tensor, velocity: Tensor, goal: Tensor, *seen: Tensor
-    ) -> None:
+    def observe(self, position: Tensor, velocity: Tensor, goal: Tensor, *seen: Tensor) -> None:
         """Enter motor angles [rad] and speeds [rad/s], (W, D), goals, (W,), and what is seen."""
         own = [position, velocity, self._action, self._previous]
         latest = torch.cat([*own, goal[:, None], *seen], dim=-1)

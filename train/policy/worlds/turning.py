@@ -72,9 +72,7 @@ class Turning:
         self._config, self._loop, self._draws = config, loop, draws
         ball = ball_of(mechanism)
         self.greatest_start = own.start_command
-        self.card = TurningTask(
-            asset=mechanism.name, axis=AXIS, drop_distance=own.drop_distance
-        )
+        self.card = TurningTask(asset=mechanism.name, axis=AXIS, drop_distance=own.drop_distance)
         self.goal = torch.zeros(worlds, device=device)
         """Commanded rates [rad/s], shape (W,)."""
         self.rate = torch.zeros(worlds, device=device)
@@ -82,7 +80,8 @@ class Turning:
         self._camera = Camera(own, worlds, draws)
         self._axis = torch.tensor(AXIS, device=device)
         self._kept = exp(-1.0 / (own.rate_window * config.rate))
-        self._mass, self._inertia = loop.bench_numbers("body_mass"), loop.bench_numbers("body_inertia")
+        self._mass = loop.bench_numbers("body_mass")
+        self._inertia = loop.bench_numbers("body_inertia")
         self._size = loop.bench_numbers("obstacle_size")[:, ball]
         self._friction = loop.bench_numbers("obstacle_friction")[:, ball]
         self._nominal = mechanism.obstacles[ball]
@@ -92,6 +91,11 @@ class Turning:
         """Where the balls start, shape (W, 7)."""
         self._home = self._start.clone()
         self._orientation = self._start[:, 3:].clone()
+        self.judged_pose = self._start.clone()
+        self.judged_pose[:, :3] = 0.0
+        """Where balls were when the last step was judged, from where they started, (W, 7)."""
+        self.judged_tension = loop.reading.force.clone()
+        """Tensions then [N], shape (W, D)."""
 
     def place(self, worlds: Tensor) -> dict[str, Tensor]:
         """Draw mass, friction and size of balls, and put them into their cups."""
@@ -134,6 +138,8 @@ class Turning:
         self.rate.mul_(self._kept).add_((1.0 - self._kept) * rate)
         self._orientation.copy_(pose[:, 3:])
         place = pose[:, :3] - self._start[:, :3]
+        self.judged_pose.copy_(torch.cat([place, pose[:, 3:]], dim=-1))
+        self.judged_tension.copy_(self._loop.reading.force)
         self._camera.take(place)
         away = torch.linalg.vector_norm(place, dim=-1)
         dropped = away > own.drop_distance
