@@ -1,8 +1,8 @@
 """Turn a ball in a hand's palm by a gait that sees nothing: what a policy must beat.
 
-``python -m examples.studies.turning`` lets the gait of ``turning.json`` turn 32 balls for 20 s, on
-the ideal source and on a motor's data sheet; some minutes on one core. ``--search 12`` looks for
-a gait anew, on 64 balls for 6 s each round. Hands, balls and joint friction differ as in training.
+``python -m examples.studies.turning`` lets the gaits of ``turning.json`` turn 32 balls for 20 s, one
+on the ideal source and one on a motor's data sheet; some minutes on one core. ``--search 8`` looks
+for them anew, on 64 balls for 6 s each round. Hands, balls and joint friction differ as in training.
 
 Each pair of fingers, index with ring and middle with little, is asked for a wave: offset and
 amplitude of the outer and of the inner fingers, a phase between the pairs, and a second harmonic.
@@ -29,9 +29,11 @@ from train.policy.scoring.turning import turning_worlds, watch
 from train.policy.worlds.environment import FingerEnvironment
 from train.reproduction.physical import starting_model
 
-GAIT = Path(__file__).with_suffix(".json")
+GAITS = Path(__file__).with_suffix(".json")
+SHEET = "data_sheet"
+"""Name of the motor of a data sheet among the forces."""
 NUMBERS = {
-    "frequency_hz": (0.6, 2.2),
+    "frequency_hz": (0.4, 2.2),
     "phase_rad": (0.0, 6.28),
     "outer_offset_rad": (1.0, 4.5),
     "outer_amplitude_rad": (0.0, 3.0),
@@ -56,24 +58,26 @@ DROP_PRICE = 2.0
 
 
 def main() -> None:
-    """Search if asked to, and print the figures of the gait."""
+    """Search if asked to, and print the figures of the gaits."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--search", type=int, default=0, metavar="ROUNDS")
     parser.add_argument("--seconds", type=float, default=20.0)
+    parser.add_argument("--forces", nargs="+", choices=("ideal", SHEET), default=["ideal", SHEET])
     words = parser.parse_args()
     wp.config.log_level = wp.LOG_ERROR
-    if words.search:
-        found = search(words.search)
-        GAIT.write_text(json.dumps(dict(zip(NUMBERS, found, strict=True)), indent=1) + "\n")
-    numbers = [json.loads(GAIT.read_text())[name] for name in NUMBERS]
+    gaits = json.loads(GAITS.read_text(encoding="utf-8"))
     with tempfile.TemporaryDirectory() as folder:
-        sheet = Path(folder) / "data_sheet.toml"
+        sheet = Path(folder) / f"{SHEET}.toml"
         write_model(sheet, starting_model())
-        for force in ("ideal", str(sheet)):
-            hands = worlds(replace(HANDS, force=force), words.seconds)
-            gait = torch.tensor(numbers).repeat(HANDS.worlds, 1)
-            figures = watch(hands, Walk(hands, gait), words.seconds)
-            print(f"{Path(force).stem}: {figures.text}", flush=True)
+        for name in words.forces:
+            own = replace(HANDS, force=str(sheet) if name == SHEET else name)
+            if words.search:
+                gaits[name] = dict(zip(NUMBERS, search(own, words.search), strict=True))
+                GAITS.write_text(json.dumps(gaits, indent=1) + "\n", encoding="utf-8")
+            hands = worlds(own, words.seconds)
+            gait = torch.tensor([gaits[name][number] for number in NUMBERS])
+            figures = watch(hands, Walk(hands, gait.repeat(HANDS.worlds, 1)), words.seconds)
+            print(f"{name}: {figures.text}", flush=True)
 
 
 def worlds(config: EnvironmentConfig, seconds: float) -> FingerEnvironment:
@@ -107,9 +111,9 @@ class Walk:
         return offset + (wave_in + (wave_out - wave_in) * OUTER) * wave
 
 
-def search(rounds: int) -> list[float]:
-    """Return the numbers of the best gait by the cross-entropy method."""
-    hands = worlds(replace(HANDS, worlds=64, max_step=2.0e-3), SEARCHED)
+def search(config: EnvironmentConfig, rounds: int) -> list[float]:
+    """Return the numbers of a gait that the cross-entropy method finds."""
+    hands = worlds(replace(config, worlds=64, max_step=2.0e-3), SEARCHED)
     generator = np.random.default_rng(SEED)
     low, high = np.array(list(NUMBERS.values())).T
     gaits = generator.uniform(low, high, (64, len(low)))
@@ -118,7 +122,10 @@ def search(rounds: int) -> list[float]:
         scores = judged(hands, gaits)
         elite = gaits[np.argsort(-scores)[:ELITE]]
         middle, spread = elite.mean(axis=0), elite.std(axis=0) + 0.01 * (high - low)
-        print(f"round {number}: best {scores.max():.2f}, median {np.median(scores):.2f} rad/s")
+        print(
+            f"round {number}: best {scores.max():.2f}, median {np.median(scores):.2f} rad/s",
+            flush=True,
+        )
         gaits = np.clip(generator.normal(middle, spread, gaits.shape), low, high)
         gaits[0] = middle
     return [round(float(number), 3) for number in middle]

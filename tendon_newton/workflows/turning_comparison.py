@@ -1,14 +1,12 @@
 """Let policies that turn a ball do so in simulation, and write what the balls did."""
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import torch
-from torch import Tensor
 
 from tendon_newton.data.files.json_file import write_json
 from tendon_newton.data.files.text_file import write_text
@@ -17,7 +15,7 @@ from tendon_newton.errors import InvalidParameter
 from tendon_newton.workflows.options import ClimbOptions
 from train.policy.config.environment_config import EnvironmentConfig
 from train.policy.scoring.evaluation import RunnablePolicy
-from train.policy.scoring.turning import as_trained, turning_worlds, watch
+from train.policy.scoring.turning import as_trained, on_tensors, turning_worlds, watch
 
 Row = tuple[str, str, TurningFigures]
 """Policy, force model and figures."""
@@ -66,16 +64,6 @@ def watched(options: ClimbOptions, policy: RunnablePolicy, hand: str, force: str
         device=options.device,
     )
     return watch(hands, on_tensors(policy.run, hands.num_actions), options.seconds)
-
-
-def on_tensors(run: Callable[[Any], Any], servos: int) -> Callable[[Tensor], Tensor]:
-    """Return what runs a policy's file on tensors of any device."""
-
-    def act(seen: Tensor) -> Tensor:
-        output = np.asarray(run(seen.cpu().numpy()), dtype=np.float32)
-        return torch.from_numpy(output.reshape(-1, servos)).to(seen.device)
-
-    return act
 
 
 def to_markdown(options: ClimbOptions, rows: Sequence[Row]) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import torch
@@ -84,3 +85,13 @@ def as_trained(card: PolicyCard, config: EnvironmentConfig) -> EnvironmentConfig
         pay_out=card.pay_out or no_rule,
         turning=replace(config.turning, drop_distance=card.turning.drop_distance),
     )
+
+
+def on_tensors(run: Callable[[Any], Any], servos: int) -> Actor:
+    """Return what runs a policy's file on tensors of any device."""
+
+    def act(seen: Tensor) -> Tensor:
+        output = np.asarray(run(seen.cpu().numpy()), dtype=np.float32)
+        return torch.from_numpy(output.reshape(-1, servos)).to(seen.device)
+
+    return act
