@@ -1,8 +1,9 @@
 """Turn a ball in a hand's palm by a gait that sees nothing: what a policy must beat.
 
-``python -m examples.studies.turning`` lets the gaits of ``turning.json`` turn 32 balls for 20 s, one
-on the ideal source and one on a motor's data sheet; some minutes on one core. ``--search 8`` looks
-for them anew, on 64 balls for 6 s each round. Hands, balls and joint friction differ as in training.
+``python -m examples.studies.turning`` lets the gaits of ``turning.json`` turn 32 balls for 20 s,
+one on the ideal source and one on a motor's data sheet; some minutes on one core. ``--search 8``
+looks for them anew, on 64 balls for 6 s each round. Hands, balls and joint friction differ as in
+training.
 
 Each pair of fingers, index with ring and middle with little, is asked for a wave: offset and
 amplitude of the outer and of the inner fingers, a phase between the pairs, and a second harmonic.
