@@ -1,7 +1,7 @@
 """Turn a ball in a hand's palm by a gait that sees nothing: what a policy must beat.
 
-``python -m examples.studies.turning`` lets the gaits of ``turning.json`` turn 32 balls for 20 s,
-one on the ideal source and one on a motor's data sheet; some minutes on one core. ``--search 8``
+``python -m examples.studies.turning`` lets the gaits of ``turning.json`` turn 16 balls for 20 s,
+one on the ideal source and one on a motor's data sheet; some minutes on one core. ``--search 6``
 looks for them anew, on 64 balls for 6 s each round. Hands, balls and joint friction differ as in
 training.
 
@@ -37,9 +37,9 @@ NUMBERS = {
     "frequency_hz": (0.4, 2.2),
     "phase_rad": (0.0, 6.28),
     "outer_offset_rad": (1.0, 4.5),
-    "outer_amplitude_rad": (0.0, 3.0),
+    "outer_amplitude_rad": (0.0, 6.0),
     "inner_offset_rad": (1.0, 4.5),
-    "inner_amplitude_rad": (0.0, 3.0),
+    "inner_amplitude_rad": (0.0, 6.0),
     "harmonic": (-0.5, 0.5),
     "harmonic_phase_rad": (0.0, 6.28),
 }
@@ -47,7 +47,7 @@ NUMBERS = {
 LEADS = torch.tensor([1.0, 0.0, 0.0, 1.0])
 OUTER = torch.tensor([1.0, 1.0, 0.0, 0.0])
 """Which of index, little, middle and ring are of the pair that leads, and which stand outside."""
-HANDS = EnvironmentConfig(task="turn", worlds=32, max_step=1.0e-3, history=1, action_clip=10.0)
+HANDS = EnvironmentConfig(task="turn", worlds=16, max_step=1.0e-3, history=1, action_clip=10.0)
 RATE = 1.0
 """Rate that a policy is asked for [rad/s]; a gait does not know of it."""
 SEED = 77
@@ -117,19 +117,20 @@ def search(config: EnvironmentConfig, rounds: int) -> list[float]:
     hands = worlds(replace(config, worlds=64, max_step=2.0e-3), SEARCHED)
     generator = np.random.default_rng(SEED)
     low, high = np.array(list(NUMBERS.values())).T
-    gaits = generator.uniform(low, high, (64, len(low)))
+    gaits = best = generator.uniform(low, high, (64, len(low)))
     for number in range(rounds):
         hands.reset(seed=number)
         scores = judged(hands, gaits)
-        elite = gaits[np.argsort(-scores)[:ELITE]]
-        middle, spread = elite.mean(axis=0), elite.std(axis=0) + 0.01 * (high - low)
+        best = gaits[np.argsort(-scores)]
+        elite = best[:ELITE]
         print(
             f"round {number}: best {scores.max():.2f}, median {np.median(scores):.2f} rad/s",
             flush=True,
         )
-        gaits = np.clip(generator.normal(middle, spread, gaits.shape), low, high)
-        gaits[0] = middle
-    return [round(float(number), 3) for number in middle]
+        middle, spread = elite.mean(axis=0), elite.std(axis=0) + 0.01 * (high - low)
+        fresh = np.clip(generator.normal(middle, spread, gaits.shape), low, high)
+        gaits = np.concatenate([elite, fresh[ELITE:]])  # the elite meets other hands
+    return [round(float(number), 3) for number in best[0]]
 
 
 def judged(hands: FingerEnvironment, gaits: Array | Sequence[Array]) -> Array:

@@ -24,7 +24,11 @@ pytestmark = pytest.mark.slow  # a hand's kernels take a minute to compile
 
 WORLDS = 6
 PLAIN = TurningConfig(
-    turn_rates=(1.0, 1.0), size_spread=0.0, camera_noise=(0.0, 0.0), camera_delay=(1, 1)
+    turn_rates=(1.0, 1.0),
+    start_command=1.0,
+    size_spread=0.0,
+    camera_noise=(0.0, 0.0),
+    camera_delay=(1, 1),
 )
 HANDS = EnvironmentConfig(
     task="turn",

@@ -18,8 +18,9 @@ class TurningConfig:
     episode."""
     drop_distance: float = 0.015
     """Distance of the ball's middle from where it starts beyond which it is dropped [m]."""
-    start_command: float = 1.0
-    """Greatest command at the start of an episode [rad]: fingers are open, the ball is free."""
+    start_command: float = 3.5
+    """Greatest command at the start of an episode [rad], the smaller the likelier: fingers are open
+    or just hold the ball."""
     rate_window: float = 1.0
     """Time constant of the mean rate that is paid for [s]."""
     rate_weight: float = 1.0
