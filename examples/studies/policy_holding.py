@@ -23,6 +23,7 @@ from train.policy.config.environment_config import EnvironmentConfig
 from train.policy.config.training_config import PolicyTrainingConfig
 from train.policy.runs.training import train_policy
 from train.policy.worlds.environment import FingerEnvironment
+from train.policy.worlds.tip_goal import TipGoal
 
 CLOSED, OPEN = 1.8, 0.1  # rad, goals behind the ball and before it
 HOLD, RELEASE, LATE = 80, 40, 40  # policy steps of 50 ms: 4 s, 2 s, and the last 2 s of the hold
@@ -100,7 +101,8 @@ def run(policy: Policy, chance: float, goals: list[float], device: str) -> tuple
         seen = finger.step(action.clone())[0]
         contact = finger.loop.contact_forces().sum(dim=(1, 2))
         forces.append(torch.linalg.vector_norm(contact, dim=-1).cpu().numpy().copy())
-        errors.append(finger.tip_error().cpu().numpy().copy())
+        assert isinstance(finger.task, TipGoal)
+        errors.append(finger.task.tip_error().cpu().numpy().copy())
     return np.array(forces), np.array(errors)
 
 

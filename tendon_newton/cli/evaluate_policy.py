@@ -11,6 +11,10 @@ On a bench, real or virtual, whose logs are kept, and on logs of `deploy --goals
   tendon-newton evaluate-policy learned/policy.onnx --out comparison --port /dev/ttyUSB0
   tendon-newton evaluate-policy learned/policy.onnx --out comparison --logs deployments/run_0.mcap
 
+Policies that turn a ball do so for a minute in hands that differ, and are told in radians and drops
+per minute:
+  tendon-newton evaluate-policy turning/policy.onnx --worlds 16 --out comparison
+
 OUT gets evaluation.json with every number, evaluation.md with the table, and climb.png.
 """
 
@@ -37,7 +41,8 @@ def main(config: ClimbOptions) -> None:
     with Terminal() as operator:
         found = compare_policies(config, operator)
     print(found.text)
-    tell_floor(found.scores)
+    if found.scores:
+        tell_floor(found.scores)
     print(f"wrote {', '.join(map(str, found.files))}")
 
 

@@ -10,6 +10,9 @@ On a diagnosed model, within its intervals, or on a force network:
 With a ball in the way of half of the episodes, to learn holding:
   tendon-newton train-policy --obstacle sphere --out holding
 
+A hand that turns a ball in its palm:
+  tendon-newton train-policy --task turn --out turning
+
 On four GPUs of one machine:
   torchrun --nproc-per-node 4 -m tendon_newton train-policy --device cuda --out policy
 
@@ -83,7 +86,7 @@ def main(config: TrainPolicyConfig) -> None:
     if trained.points:
         last = trained.points[-1]
         print(
-            f"{last.samples:,} steps; tip error while exploring {1e3 * last.tip_error:.1f} mm; "
+            f"{last.samples:,} steps; while exploring: {last.text}; "
             f"next: tendon-newton evaluate-policy {exported.onnx}{finger_words(own)} "
             "--out comparison"
         )

@@ -29,6 +29,7 @@ from tendon_newton.workflows.options import (
     FurtherLoadCells,
 )
 from tendon_newton.workflows.packaged_policies import policy_file
+from tendon_newton.workflows.turning_comparison import compare_turning
 from train.policy.config.environment_config import EnvironmentConfig
 from train.policy.scoring.bench_climb import climb_on_bench
 from train.policy.scoring.evaluation import Climb, RunnablePolicy, climb_stairs, reachable_error
@@ -47,6 +48,7 @@ class Comparison:
     """Climbs of all policies, what they are worth, and the files that say so."""
 
     scores: tuple[ClimbScore, ...]
+    """None of policies that turn a ball."""
     text: str
     """The table in Markdown."""
     files: tuple[Path, ...]
@@ -54,6 +56,8 @@ class Comparison:
 
 def compare_policies(options: ClimbOptions, operator: Operator) -> Comparison:
     """Let policies climb, and write ``evaluation.json``, ``evaluation.md`` and ``climb.png``.
+
+    Policies that turn a ball do so instead, and have no picture.
 
     Args:
         options: Which ones, and where.
@@ -66,6 +70,9 @@ def compare_policies(options: ClimbOptions, operator: Operator) -> Comparison:
     policies = load_policies(options)
     finger = finger_of(options.finger, policies)
     out = make_folder(options.out)
+    if any(policy.card.task == "turn" for policy in policies):
+        text, files = compare_turning(options, policies, finger, out)
+        return Comparison(scores=(), text=text, files=files)
     climbs = [
         *climbs_in_simulation(options, policies, finger),
         *climbs_on_bench(options, policies, finger, out, operator),

@@ -188,6 +188,12 @@ class ClimbOptions(BenchPorts, FurtherLoadCells):
     nominal friction, a tenth of the springs' torque; none takes the model as it is."""
     dwell: float = 1.5
     """Time on each stair in simulation [s]; on a bench it is 1.5 s."""
+    rate: float = 1.0
+    """Rate that policies which turn a ball are asked for [rad/s]."""
+    seconds: float = 60.0
+    """Time for which they turn it [s]."""
+    device: Literal["cpu", "cuda"] = "cpu"
+    """Where their worlds are simulated; all of these differ."""
     seed: int = 0
     """Seed of the numbers of the further worlds."""
     trust: bool = False

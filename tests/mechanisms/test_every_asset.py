@@ -39,10 +39,12 @@ def test_newton_places_the_links_where_our_kinematics_does(name: str) -> None:
     model = build_model(mechanism, 1, device="cpu")
     q = 0.5 * closed_position(mechanism)
     state = model.state()
-    state.joint_q.assign(q.astype(np.float32))
+    coordinates = state.joint_q.numpy()
+    coordinates[: q.size] = q  # behind them stand those of a body that is free to move
+    state.joint_q.assign(coordinates)
     newton.eval_fk(model, state.joint_q, state.joint_qd, state)
     frames = posture(mechanism, q)
-    origins = state.body_q.numpy()[:, :3]
+    origins = state.body_q.numpy()[: q.size, :3]
     assert origins == pytest.approx(np.array(frames.position), abs=1e-6)  # float32 metres
     if mechanism.tip is not None:
         body = wp.transform(*state.body_q.numpy()[mechanism.tip.body])

@@ -14,7 +14,15 @@ from types import MappingProxyType
 from typing import Any, Literal
 
 from tendon_newton.data.cards.card_json import Promise, read_card_json, refuse_broken
-from tendon_newton.data.cards.policy_observation import HISTORY, RATE, SAMPLE, SERVO_RATE, sample_of
+from tendon_newton.data.cards.policy_observation import (
+    HISTORY,
+    RATE,
+    SAMPLE,
+    SERVO_RATE,
+    Task,
+    sample_of,
+)
+from tendon_newton.data.cards.turning_task import TurningTask, read_turning
 from tendon_newton.data.files.checked_table import CheckedTable
 from tendon_newton.errors import InvalidPolicyFile
 
@@ -26,6 +34,8 @@ CARD_KEY = "card"
 ACTION_UNIT, ACTION_MEANING = "rad", "motor position offset"
 NORMALISATIONS = ("in_network", "none")
 RATE_TOLERANCE = 1e-9
+GOAL_RANGES: dict[Task, str] = {"tip": "goal_range_rad", "turn": "rate_range_rad_s"}
+"""Key of the goals of a task in a card."""
 DEEPEST_COMMAND = 2.0
 """Farthest that a pay-out rule lets a command below home [rad]: a fifth of the full duty."""
 USD_ENDINGS = (".usda", ".usd", ".usdc", ".usdz")
@@ -114,7 +124,7 @@ class PolicyCard:
     model: str | None = None
     """SHA-256 of the ``model.toml`` that it was trained on; absent for a model without a file."""
     goal_range: tuple[float, float] = (0.0, pi / 2.0)
-    """Goal angles that it has met in training [rad]."""
+    """Goals that it has met in training: angles [rad], or rates [rad/s] of a policy that turns."""
     rate: float = RATE
     """Policy steps per second [Hz]."""
     servo_rate: float = SERVO_RATE
@@ -129,12 +139,14 @@ class PolicyCard:
     action_meaning: str = ACTION_MEANING
     further_servos: tuple[FurtherServo, ...] = ()
     """The servos beyond the first, in the order of the asset's tendons."""
+    turning: TurningTask | None = None
+    """Task of a policy that turns a ball; where there is none the tip goes to a goal."""
     schema: int = SCHEMA
 
     def __post_init__(self) -> None:
         """Refuse a card that this version cannot honour."""
         ratio = self.servo_rate / self.rate if self.rate > 0.0 else 0.0
-        sample = sample_of(self.servo_count)
+        sample = sample_of(self.servo_count, self.task)
         promises = (
             ("schema", self.schema, self.schema == SCHEMA, f"{SCHEMA}"),
             (
@@ -168,11 +180,12 @@ class PolicyCard:
                 "on the card of every servo, or of none",
             ),
             (
-                "goal_range_rad",
+                GOAL_RANGES[self.task],
                 self.goal_range,
                 is_range(self.goal_range),
-                "[least, greatest] within 1000 rad",
+                "[least, greatest] within 1000",
             ),
+            *(() if self.turning is None else self.turning.promises),
             (
                 "normalisation",
                 self.normalisation,
@@ -189,6 +202,11 @@ class PolicyCard:
         refuse_broken(promises, InvalidPolicyFile)
         for place, servo in enumerate(self.further_servos, start=1):
             refuse_broken(drive_promises(servo), InvalidPolicyFile, f" of servo {place}")
+
+    @property
+    def task(self) -> Task:
+        """What the policy is for."""
+        return "tip" if self.turning is None else "turn"
 
     @property
     def servo_count(self) -> int:
@@ -235,9 +253,14 @@ class PolicyCard:
                 "meaning": self.action_meaning,
             },
             **drive_table(self),
-            "goal_range_rad": list(self.goal_range),
+            GOAL_RANGES[self.task]: list(self.goal_range),
             "normalisation": self.normalisation,
             "model": self.model,
+            **(
+                {}
+                if self.turning is None
+                else {"task": self.task, "turning": self.turning.to_table()}
+            ),
             **(
                 {"further_servos": [drive_table(each) for each in self.further_servos]}
                 if self.further_servos
@@ -262,7 +285,9 @@ def read_card(table: CheckedTable) -> PolicyCard:
     training = table.table("training", samples=0, force="", randomisation={}, files={})
     ranges, files = training.table("randomisation"), training.table("files")
     action = table.table("action")
-    goals = {"goal_range": table.pair("goal_range_rad")} if "goal_range_rad" in table else {}
+    turns = "turning" in table
+    key = GOAL_RANGES["turn" if turns else "tip"]
+    goals = {"goal_range": table.pair(key)} if key in table else {}
     further = table.tables("further_servos") if "further_servos" in table else []
     return PolicyCard(
         schema=table.whole("schema"),
@@ -285,6 +310,7 @@ def read_card(table: CheckedTable) -> PolicyCard:
             files={name: files.word(name) for name in files.values},
         ),
         further_servos=tuple(FurtherServo(**drive_values(each)) for each in further),
+        turning=read_turning(table.table("turning")) if turns else None,
         **goals,
         **drive_values(table),
     )

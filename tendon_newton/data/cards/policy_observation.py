@@ -3,8 +3,10 @@ r"""What a policy sees and does: the one definition, for training and for deploy
 A sample holds, in this order, the motor position and velocity, the action last applied, the one
 before it, and the goal angle. With several servos each of the first four stands once per servo, in
 the order of the asset's tendons: `(theta_0, theta_1, theta_dot_0, theta_dot_1, ..., alpha)`. An
-observation is the latest samples, oldest first, one behind the
-other: `(sample 0, sample 1, ...)`. Everything is float32 in SI units, and normalisation is the
+observation is the latest samples, oldest first, one behind the other: `(sample 0, sample 1, ...)`.
+A policy that turns a ball sees the commanded rate in place of the goal angle. Behind it stands
+where a camera sees the ball's middle, in the axes of the base and from where the ball was at first:
+`(..., rate, ball_x, ball_y, ball_z)`. Everything is float32 in SI units, and normalisation is the
 policy's own business: it stands inside its file.
 
 One policy step, at instant k with the motor at position :math:`\theta_k`:
@@ -23,7 +25,7 @@ A policy of several servos gives one number for each, and the same holds servo b
 Before the first step no action was applied: both are zero, and the first sample fills the history.
 """
 
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -38,6 +40,13 @@ SAMPLE: tuple[tuple[str, str], ...] = (
     ("alpha", "rad"),
 )
 """Name and unit of each number of a sample of one servo, in their order."""
+Task = Literal["tip", "turn"]
+"""What a policy is for: its finger's tip goes to a goal, or its hand turns a ball."""
+GOALS: dict[Task, tuple[tuple[str, str], ...]] = {
+    "tip": SAMPLE[-1:],
+    "turn": (("rate", "rad/s"), ("ball_x", "m"), ("ball_y", "m"), ("ball_z", "m")),
+}
+"""Name and unit of what a sample holds behind the servos' numbers: a goal, then what is seen."""
 HISTORY = 30
 """Samples in an observation, as the paper has them."""
 RATE = 20.0
@@ -49,12 +58,12 @@ Values = TypeVar("Values", bound=Any)
 """NumPy arrays and torch tensors alike."""
 
 
-def sample_of(servos: int) -> tuple[tuple[str, str], ...]:
+def sample_of(servos: int, task: Task = "tip") -> tuple[tuple[str, str], ...]:
     """Return name and unit of each number of a sample of some servos, in their order."""
-    if servos == 1:
-        return SAMPLE
-    *own, goal = SAMPLE
-    return (*((f"{name}_{d}", unit) for name, unit in own for d in range(servos)), goal)
+    own = SAMPLE[:-1]
+    if servos > 1:
+        own = tuple((f"{name}_{d}", unit) for name, unit in own for d in range(servos))
+    return (*own, *GOALS[task])
 
 
 def applied_action(output: Values, clip: float) -> Values:
@@ -114,15 +123,19 @@ class ObservationHistory:
         worlds: Number of policies W.
         history: Samples in an observation.
         servos: Number of servos D of each.
+        task: What they are for; behind its goal stand N numbers that are seen.
     """
 
-    def __init__(self, worlds: int = 1, history: int = HISTORY, servos: int = 1) -> None:
+    def __init__(
+        self, worlds: int = 1, history: int = HISTORY, servos: int = 1, task: Task = "tip"
+    ) -> None:
         if worlds < 1 or history < 1 or servos < 1:
             raise InvalidParameter(
                 f"worlds, history and servos must be 1 or more; they are {worlds}, {history} and "
                 f"{servos}"
             )
-        self._samples = np.zeros((worlds, history, len(sample_of(servos))), dtype=np.float32)
+        shape = (worlds, history, len(sample_of(servos, task)))
+        self._samples = np.zeros(shape, dtype=np.float32)
         self._action = np.zeros((worlds, servos), dtype=np.float32)
         self._previous = np.zeros_like(self._action)
         self._fresh = np.ones(worlds, dtype=bool)
@@ -143,14 +156,16 @@ class ObservationHistory:
         self,
         position: ArrayLike,
         velocity: ArrayLike,
-        alpha: ArrayLike,
+        goal: ArrayLike,
+        seen: ArrayLike = (),
     ) -> NDArray[np.float32]:
         """Enter a sample and return the observations, a row per policy, as a new array.
 
         Args:
             position: Motor angles [rad].
             velocity: Motor speeds [rad/s].
-            alpha: Goal angles [rad], shape (W,).
+            goal: Goals of the task, angles [rad] or rates [rad/s], shape (W,).
+            seen: What a camera sees [m], shape (W, N), of a task that has it.
         """
         samples = self._samples
         samples[:, :-1] = samples[:, 1:]
@@ -159,7 +174,9 @@ class ObservationHistory:
         for place, values in enumerate(latest):
             columns = slice(place * servos, (place + 1) * servos)
             samples[:, -1, columns] = self._per_servo(values)
-        samples[:, -1, -1] = np.asarray(alpha, dtype=np.float32)
+        samples[:, -1, len(latest) * servos] = np.asarray(goal, dtype=np.float32)
+        further = np.asarray(seen, dtype=np.float32)
+        samples[:, -1, len(latest) * servos + 1 :] = further.reshape(len(samples), -1)
         samples[self._fresh] = samples[self._fresh, -1:]
         self._fresh[:] = False
         return samples.reshape(len(samples), -1).copy()

@@ -1,12 +1,15 @@
 """Settings of the environment in which a policy learns."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import pi
 from typing import Literal
 
-from tendon_newton.data.cards.policy_observation import HISTORY, RATE
+from tendon_newton.data.cards.policy_observation import HISTORY, RATE, Task
 from tendon_newton.errors import InvalidParameter
+from train.policy.config.turning_config import TurningConfig
 
+FINGERS: dict[Task, str] = {"tip": "finger", "turn": "hand_ball"}
+"""Default finger of each task."""
 ObstacleChoice = Literal["none", "sphere", "box", "plane"]
 POSITIVE = ("worlds", "history", "rate", "episode", "action_clip", "max_step")
 NOT_NEGATIVE = (
@@ -24,8 +27,11 @@ class EnvironmentConfig:
 
     worlds: int = 4096
     """Fingers that learn side by side."""
-    finger: str = "finger"
-    """Finger with a tip and tendons that close it: a name under assets/, or a USD file."""
+    task: Task = "tip"
+    """What is learned: to bring a finger's tip to goals, or to turn a ball in a hand's palm."""
+    finger: str = FINGERS["tip"]
+    """Finger with a tip and tendons that close it: a name under assets/, or a USD file. A hand that
+    turns a ball has a ball with a mass; by default hand_ball."""
     force: str = "ideal"
     """Force model of the servo: ideal, a model file (.toml), or a force network (.safetensors)."""
     randomise: tuple[str, ...] = ("joint_friction", "link_mass", "spool_radius", "joint_spring")
@@ -77,9 +83,17 @@ class EnvironmentConfig:
     """Longest step of the simulation [s]."""
     precision: Literal["float32", "float64"] = "float32"
     """Numbers inside the simulation."""
+    turning: TurningConfig = field(default_factory=TurningConfig)
+    """Settings of the task to turn a ball."""
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be simulated."""
+        """Refuse what cannot be simulated, and choose the hand of a task that needs one."""
+        if self.finger == FINGERS["tip"]:  # this finger turns nothing
+            object.__setattr__(self, "finger", FINGERS[self.task])
+        if self.task == "turn" and self.obstacle != "none":
+            raise InvalidParameter(
+                f"obstacle must be none where a ball is turned; it is {self.obstacle}"
+            )
         for name in POSITIVE:
             if not getattr(self, name) > 0:
                 raise InvalidParameter(f"{name} must be positive; it is {getattr(self, name)}")

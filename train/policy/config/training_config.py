@@ -10,6 +10,8 @@ from train.policy.config.environment_config import EnvironmentConfig
 
 OBSERVED = "policy"
 """Name of the observations among those that the environment offers."""
+HIDDEN = "hidden"
+"""Name of what only the critic sees."""
 POSITIVE = (
     "iterations",
     "steps",
@@ -129,11 +131,12 @@ def to_rsl_rl(config: PolicyTrainingConfig) -> dict[str, Any]:
         "init_std": config.exploration,
         "learn_std": False,
     }
+    critic = [OBSERVED] if config.environment.task == "tip" else [OBSERVED, HIDDEN]
     return {
         "num_steps_per_env": config.steps,
         "save_interval": config.iterations,
         "check_for_nan": True,
-        "obs_groups": {"actor": [OBSERVED], "critic": [OBSERVED]},
+        "obs_groups": {"actor": [OBSERVED], "critic": critic},
         "actor": {**network, "distribution_cfg": actions},
         "critic": dict(network),
         "algorithm": {

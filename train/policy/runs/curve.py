@@ -2,12 +2,20 @@
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import torch
 from torch import Tensor
+
+CURVE_FIGURES = {
+    "/tip_error_m": "tip_error",
+    "/turning_rate_rad_s": "turning_rate",
+    "/displacement_m": "displacement",
+    "/drops_per_minute": "drops_per_minute",
+}
+"""Columns of the curve that not every task has, by what an environment logs."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,8 +26,8 @@ class CurvePoint:
     """Number of finished iterations."""
     samples: int
     """Policy steps learned from, in all."""
-    tip_error: float
-    """Mean distance between tip and goal, while exploring [m]."""
+    figures: Mapping[str, float]
+    """Means of the task while exploring, by the names of `CURVE_FIGURES`."""
     reward: float
     """Mean reward of a step."""
     action_change: float
@@ -29,6 +37,28 @@ class CurvePoint:
     value_loss: float
     surrogate_loss: float
     learning_rate: float
+
+    @property
+    def tip_error(self) -> float:
+        """Mean distance between tip and goal, while exploring [m]."""
+        return self.figures["tip_error"]
+
+    @property
+    def text(self) -> str:
+        """What the policy does, in words."""
+        own = self.figures
+        if "tip_error" in own:
+            return f"tip error {1e3 * self.tip_error:5.1f} mm"
+        return (
+            f"turning {own['turning_rate']:5.2f} rad/s   {own['drops_per_minute']:4.1f} drops/min"
+            f"   {1e3 * own['displacement']:4.1f} mm off"
+        )
+
+    def to_row(self) -> dict[str, float]:
+        """Return all numbers by the names of the columns; the task's stand behind the samples."""
+        table = asdict(self)
+        first = {name: table.pop(name) for name in ("iteration", "samples")}
+        return {**first, **table.pop("figures"), **table}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,7 +81,7 @@ class Progress:
         diverged = f"   {point.diverged} worlds diverged" if point.diverged else ""
         return (
             f"iteration {point.iteration:4d} of {self.iterations}   "
-            f"tip error {1e3 * point.tip_error:5.1f} mm   reward {point.reward:8.4f}   "
+            f"{point.text}   reward {point.reward:8.4f}   "
             f"{self.steps_per_second:,.0f} steps/s   {time} left{diverged}"
         )
 
@@ -113,7 +143,11 @@ class CurveLogger:
         point = CurvePoint(
             iteration=done,
             samples=(self.points[-1].samples if self.points else 0) + self._samples,
-            tip_error=sums["/tip_error_m"] / self._steps,
+            figures={
+                name: sums[logged] / self._steps
+                for logged, name in CURVE_FIGURES.items()
+                if logged in sums
+            },
             reward=sums["reward"] / self._steps,
             action_change=sums["/action_change_rad"] / self._steps,
             diverged=round(sums["/diverged_worlds"]),
@@ -124,7 +158,7 @@ class CurveLogger:
         self.points.append(point)
         self._sums, self._steps = {}, 0
         if self._board is not None:
-            for name, value in asdict(point).items():
+            for name, value in point.to_row().items():
                 self._board.add_scalar(f"policy/{name}", value, done)
         pace = (time.monotonic() - self._started) / (done - self._done_before)
         self._report(
@@ -144,10 +178,15 @@ class CurveLogger:
 
 def curve_table(points: Sequence[CurvePoint]) -> dict[str, Any]:
     """Return a curve as JSON: the names of its columns, and a row per iteration."""
-    names = [field.name for field in fields(CurvePoint)]
-    return {"columns": names, "rows": [list(asdict(point).values()) for point in points]}
+    rows = [point.to_row() for point in points]
+    return {"columns": list(rows[0]) if rows else [], "rows": [list(row.values()) for row in rows]}
 
 
 def read_curve(table: Mapping[str, Any]) -> list[CurvePoint]:
     """Return the curve that a table holds."""
-    return [CurvePoint(**dict(zip(table["columns"], row, strict=True))) for row in table["rows"]]
+    points = []
+    for values in table["rows"]:
+        row = dict(zip(table["columns"], values, strict=True))
+        figures = {name: row.pop(name) for name in CURVE_FIGURES.values() if name in row}
+        points.append(CurvePoint(figures=figures, **row))
+    return points

@@ -27,6 +27,7 @@ from train.policy.config.training_config import PolicyTrainingConfig
 from train.policy.runs.curve import CurvePoint, curve_table
 from train.policy.runs.training import Trained, files_of
 from train.policy.worlds.environment import FingerEnvironment
+from train.policy.worlds.turning import Turning
 
 INPUT, OUTPUT = "observation", "action"
 UNNAMED_SERVO = "unnamed"
@@ -82,6 +83,7 @@ def make_card(
     """Say what a policy sees and does, and where it comes from."""
     own = environment.config
     first, *further = servos_of(environment)
+    turning = environment.task.card if isinstance(environment.task, Turning) else None
     return PolicyCard(
         command_range=first.command_range,
         pay_out=first.pay_out,
@@ -89,9 +91,10 @@ def make_card(
         servo=first.servo,
         force_limit=first.force_limit,
         further_servos=tuple(further),
-        observation=sample_of(environment.num_actions),
+        observation=sample_of(environment.num_actions, own.task),
         action_clip=own.action_clip,
-        goal_range=own.goals,
+        goal_range=own.goals if turning is None else own.turning.turn_rates,
+        turning=turning,
         rate=own.rate,
         servo_rate=own.rate * SERVO_READINGS,
         history=own.history,

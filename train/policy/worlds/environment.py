@@ -18,13 +18,15 @@ from tendon_newton.errors import InvalidParameter, SimulationDiverged
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from train.policy.config.environment_config import EnvironmentConfig
-from train.policy.config.training_config import OBSERVED
+from train.policy.config.training_config import HIDDEN, OBSERVED
 from train.policy.worlds.force_model import open_force_model
 from train.policy.worlds.goal_path import GoalPath
 from train.policy.worlds.observation_tensors import ObservationTensors
-from train.policy.worlds.obstacle import ObstaclePlacer, with_obstacle
+from train.policy.worlds.obstacle import with_obstacle
 from train.policy.worlds.randomisation import Randomiser, further_effects, ranges_of
-from train.policy.worlds.reward import step_reward
+from train.policy.worlds.task import Task
+from train.policy.worlds.tip_goal import TipGoal
+from train.policy.worlds.turning import Turning
 from train.policy.worlds.world_draws import WorldDraws
 
 PHASES = 4
@@ -41,7 +43,7 @@ class Divergence:
     step: int
     """Steps of the environment before it."""
     goal: float
-    """Goal angle of the world [rad]."""
+    """Goal of the world: an angle [rad] or a rate [rad/s]."""
     action: tuple[float, ...]
     """Action of the policy for each servo [rad]; may be no number."""
 
@@ -49,27 +51,28 @@ class Divergence:
         """Say it in words."""
         action = ", ".join(f"{each:.3f}" for each in self.action)
         return (
-            f"world {self.world} diverged in step {self.step}, with goal {self.goal:.3f} rad and "
+            f"world {self.world} diverged in step {self.step}, with goal {self.goal:.3f} and "
             f"action {action} rad; it began anew"
         )
 
 
 class FingerEnvironment(VecEnv):
-    """W fingers that are paid for keeping their tips at moving goals.
+    """W fingers, or hands, that are paid for what their task is: tips at goals, balls that turn.
 
     Everything is a torch tensor on one device; a step brings one flag to the host, whether any
     world begins anew. The tensors that a step returns are fresh. `torch.manual_seed` does not
     matter here: all draws come from `seed`, and each world has its own.
 
     Args:
-        config: Finger, force model, goals and rewards.
+        config: Finger, force model, task and rewards.
         seed: Seed of all draws.
         device: Torch device.
         simulator: Worlds of another program in place of ours, with `reset`, `step` and `reading` of
             a `ControlLoop`. Nothing is randomised in them.
 
     Raises:
-        InvalidParameter: Something shall differ between the worlds of another program.
+        InvalidParameter: Something shall differ between the worlds of another program, or the
+            finger cannot do what is asked.
     """
 
     def __init__(
@@ -88,13 +91,14 @@ class FingerEnvironment(VecEnv):
         self.mechanism = with_obstacle(load_mechanism(config.finger), config.obstacle)
         self.num_envs, self.num_actions = config.worlds, len(self.mechanism.tendons)
         self.path = GoalPath(self.mechanism, self.device)
-        self.path.require(config.goals)
         self.force = open_force_model(config.force, self.mechanism)
         ranges = ranges_of(config, self.force.model)
-        if simulator is not None and (ranges or config.obstacle != "none"):
+        drawn = ranges or config.obstacle != "none" or config.task != "tip"
+        if simulator is not None and drawn:
             raise InvalidParameter(
                 "another simulator's worlds are all alike: randomise must be none, and so must "
-                f"obstacle; they are {', '.join(config.randomise)} and {config.obstacle}"
+                f"obstacle; they are {', '.join(config.randomise)} and {config.obstacle}. The task "
+                f"must be tip; it is {config.task}"
             )
         self.loop: ControlLoop = simulator or ControlLoop(
             self.mechanism,
@@ -111,18 +115,12 @@ class FingerEnvironment(VecEnv):
         self.randomiser = Randomiser(
             self.loop, ranges, joint_friction=config.joint_friction, draws=self._draws
         )
-        self.obstacle: ObstaclePlacer | None = None
-        """Placer of the obstacles, where the config asks for some."""
-        if config.obstacle != "none":
-            self.obstacle = ObstaclePlacer(
-                self.loop,
-                config.obstacle,
-                self.path,
-                goals=config.goals,
-                chance=config.obstacle_chance,
-                spread=config.spread,
-                draws=self._draws,
-            )
+        self.task: Task = (
+            TipGoal(config, self.loop, self.path, self._draws)
+            if config.task == "tip"
+            else Turning(config, self.loop, self.mechanism, self._draws)
+        )
+        """What the fingers are for."""
         self.command_ranges = self.path.of_each_servo(config.command_range, self.spool_radius)
         """Least and greatest command of each servo [rad]."""
         self.pay_outs = (
@@ -134,11 +132,10 @@ class FingerEnvironment(VecEnv):
         self._ends = self._columns(self.command_ranges)
         self._pay_out = self._columns(self.pay_outs) if config.pays_out else None
         self._least_at_rest = self._ends[0] if self._pay_out is None else self._pay_out[0]
+        self._greatest_at_rest = self._ends[1].clamp(max=self.task.greatest_start)
         self.history = ObservationTensors(
-            config.worlds, config.history, self.device, self.num_actions
+            config.worlds, config.history, self.device, self.num_actions, config.task
         )
-        self.goal = torch.zeros(config.worlds, device=self.device)
-        """Goal angles [rad], shape (W,)."""
         self.episode_length_buf = torch.zeros(config.worlds, dtype=torch.long, device=self.device)
         self.steps = 0
         """Steps since the environment was made."""
@@ -146,6 +143,11 @@ class FingerEnvironment(VecEnv):
         """The last worlds that diverged."""
         self.divergence_count = 0
         self.reset(seed=seed)
+
+    @property
+    def goal(self) -> Tensor:
+        """Goals of the task, shape (W,)."""
+        return self.task.goal
 
     @property
     def spool_radius(self) -> float:
@@ -169,8 +171,14 @@ class FingerEnvironment(VecEnv):
         return self.get_observations()
 
     def get_observations(self) -> TensorDict:
-        """Return what the policies see, shape (W, history * (4 D + 1)), named ``policy``."""
-        return TensorDict({OBSERVED: self.history.flat()}, batch_size=[self.num_envs])
+        """Return what the policies see, shape (W, history * (4 D + 1 + N)), named ``policy``.
+
+        What only their critic sees, where a task has something, is named ``hidden``.
+        """
+        seen, hidden = {OBSERVED: self.history.flat()}, self.task.hidden()
+        if hidden is not None:
+            seen[HIDDEN] = hidden
+        return TensorDict(seen, batch_size=[self.num_envs])
 
     def step(self, actions: Tensor) -> tuple[TensorDict, Tensor, Tensor, dict[str, Any]]:
         """Let all policies act for one step.
@@ -193,27 +201,29 @@ class FingerEnvironment(VecEnv):
         change = self._apply(asked)
         self.steps += 1
         self.episode_length_buf += 1
-        reading, tip_error = self.loop.reading, self.tip_error()
-        rewards = step_reward(
-            self.config,
-            tip_error=tip_error,
+        reading = self.loop.reading
+        outcome = self.task.score(
             action=self.history.action,
             action_change=change,
             tendon_speed=self.spool_radius * reading.motor_velocity,
         )
         diverged = reading.diverged.clone()
-        dones = diverged | (self.episode_length_buf >= self.max_episode_length)
+        late = self.episode_length_buf >= self.max_episode_length
+        dones = time_outs = diverged | late
+        if outcome.failed is not None:
+            dones, time_outs = dones | outcome.failed, time_outs & ~outcome.failed
         log = {
-            "/tip_error_m": tip_error.mean(),
+            **outcome.log,
             "/action_change_rad": change.abs().mean(),
             "/diverged_worlds": diverged.sum().float(),
         }
-        self._renew_goals(dones)
+        self.task.renew(dones)
         if bool(dones.any()):
             self._note_divergences(diverged, asked)
             self._begin(dones)
         self._observe()
-        return self.get_observations(), rewards, dones, {"time_outs": dones.float(), "log": log}
+        extras = {"time_outs": time_outs.float(), "log": log}
+        return self.get_observations(), outcome.reward, dones, extras
 
     def _apply(self, asked: Tensor) -> Tensor:
         """Hold the commands of what policies ask for, (W, D), and return how actions change."""
@@ -224,35 +234,16 @@ class FingerEnvironment(VecEnv):
         self.history.act(torch.where(torch.isfinite(action), action, 0.0))
         return self.history.action - before
 
-    def tip_error(self) -> Tensor:
-        """Return the distances between tips and goal points [m], shape (W,)."""
-        tip = self.loop.reading.tip
-        assert tip is not None
-        return torch.linalg.vector_norm(self.path.points(self.goal) - tip, dim=-1)
-
     def _begin(self, worlds: Tensor) -> None:
         """Begin episodes: new numbers, at rest under a command, the smaller the likelier."""
         self.randomiser.draw(worlds)
-        if self.obstacle is not None:
-            self.obstacle.draw(worlds)
+        placed = self.task.place(worlds)
         share = self._draws.uniform(self.num_actions, worlds=worlds).square()
-        least, greatest = self._least_at_rest, self._ends[1]
-        self.loop.reset(least + (greatest - least) * share, worlds)
+        least, greatest = self._least_at_rest, self._greatest_at_rest
+        self.loop.reset(least + (greatest - least) * share, worlds, **placed)
         self.history.reset(worlds)
-        goals = self._goals_at(self._draws.uniform(worlds=worlds))
-        self.goal.copy_(torch.where(worlds, goals, self.goal))
+        self.task.begin(worlds)
         self.episode_length_buf.masked_fill_(worlds, 0)
-
-    def _renew_goals(self, dones: Tensor) -> None:
-        """Give some of the worlds that go on a new goal."""
-        chance, share = self._draws.uniform(2).unbind(dim=1)
-        renewed = (chance < self.config.goal_change) & ~dones
-        self.goal.copy_(torch.where(renewed, self._goals_at(share), self.goal))
-
-    def _goals_at(self, share: Tensor) -> Tensor:
-        """Return the goals [rad] at some shares of their range."""
-        low, high = self.config.goals
-        return low + (high - low) * share
 
     def _columns(self, angles: Sequence[Any]) -> tuple[Tensor, Tensor]:
         """Return two angles [rad] of each servo as two tensors, shape (D,)."""
@@ -261,8 +252,8 @@ class FingerEnvironment(VecEnv):
 
     def _observe(self) -> None:
         """Let the policies see what the sensors report."""
-        reading = self.loop.reading
-        self.history.observe(reading.motor_position, reading.motor_velocity, self.goal)
+        position, velocity = self.loop.reading.motor_position, self.loop.reading.motor_velocity
+        self.history.observe(position, velocity, self.goal, *self.task.seen())
 
     def _note_divergences(self, diverged: Tensor, asked: Tensor) -> None:
         """Name the worlds that diverged, and stop where it is not a few."""

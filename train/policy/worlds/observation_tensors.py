@@ -3,7 +3,7 @@
 import torch
 from torch import Tensor
 
-from tendon_newton.data.cards.policy_observation import HISTORY, sample_of
+from tendon_newton.data.cards.policy_observation import HISTORY, Task, sample_of
 
 
 class ObservationTensors:
@@ -14,6 +14,7 @@ class ObservationTensors:
         history: Samples in an observation.
         device: Torch device of the tensors.
         servos: Number of servos D of each.
+        task: What they are for; behind its goal stand N numbers that are seen.
     """
 
     def __init__(
@@ -22,8 +23,9 @@ class ObservationTensors:
         history: int = HISTORY,
         device: torch.device | str = "cpu",
         servos: int = 1,
+        task: Task = "tip",
     ) -> None:
-        shape = (worlds, history, len(sample_of(servos)))
+        shape = (worlds, history, len(sample_of(servos, task)))
         self._samples = torch.zeros(shape, dtype=torch.float32, device=device)
         self._action = torch.zeros(worlds, servos, dtype=torch.float32, device=device)
         self._previous = torch.zeros_like(self._action)
@@ -40,10 +42,10 @@ class ObservationTensors:
         self._previous.masked_fill_(worlds[:, None], 0.0)
         self._fresh.logical_or_(worlds)
 
-    def observe(self, position: Tensor, velocity: Tensor, alpha: Tensor) -> None:
-        """Enter motor angles [rad] and speeds [rad/s], (W, D), and goal angles [rad], (W,)."""
+    def observe(self, position: Tensor, velocity: Tensor, goal: Tensor, *seen: Tensor) -> None:
+        """Enter motor angles [rad] and speeds [rad/s], (W, D), goals, (W,), and what is seen."""
         own = [position, velocity, self._action, self._previous]
-        latest = torch.cat([*own, alpha[:, None]], dim=-1)
+        latest = torch.cat([*own, goal[:, None], *seen], dim=-1)
         later = torch.cat([self._samples[:, 1:], latest[:, None]], dim=1)
         self._samples.copy_(torch.where(self._fresh[:, None, None], latest[:, None], later))
         self._fresh.fill_(False)
@@ -54,5 +56,5 @@ class ObservationTensors:
         self._action.copy_(action)
 
     def flat(self) -> Tensor:
-        """Return the observations, shape (W, history * (4 D + 1)), as a new tensor."""
+        """Return the observations, shape (W, history * (4 D + 1 + N)), as a new tensor."""
         return self._samples.flatten(1).clone()

@@ -1,5 +1,7 @@
 """Random numbers that each world draws for itself: what one draws changes no other's."""
 
+from math import pi
+
 import torch
 from torch import Tensor
 
@@ -30,6 +32,11 @@ class WorldDraws:
         self._numbers = torch.arange(1, worlds + 1, dtype=torch.int64, device=device)
         self.manual_seed(seed)
 
+    @property
+    def device(self) -> torch.device:
+        """Torch device of the numbers."""
+        return self._numbers.device
+
     def manual_seed(self, seed: int) -> None:
         """Begin all sequences anew."""
         self._state = mixed(self._numbers * STEP + mixed(torch.full_like(self._numbers, seed)))
@@ -49,6 +56,14 @@ class WorldDraws:
         self._state = moved if worlds is None else torch.where(worlds, moved, self._state)
         share = shifted(bits, 64 - BITS).to(torch.float32) * 2.0**-BITS
         return share.reshape(-1, *shape)
+
+    def normal(self, *shape: int) -> Tensor:
+        """Return standard normal numbers for each world, shape (W, *shape).
+
+        Source: Box and Muller, A note on the generation of random normal deviates (1958).
+        """
+        distance, angle = self.uniform(2, *shape).unbind(dim=1)
+        return (-2.0 * torch.log1p(-distance)).sqrt() * torch.cos(2.0 * pi * angle)
 
 
 def mixed(bits: Tensor) -> Tensor:

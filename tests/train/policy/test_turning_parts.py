@@ -1,0 +1,170 @@
+"""What turning a ball needs no simulation for: turns, figures, sample, card and camera."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+from scipy.spatial.transform import Rotation
+
+from tendon_newton.data.cards.policy_card import FurtherServo, PolicyCard
+from tendon_newton.data.cards.policy_observation import ObservationHistory, sample_of
+from tendon_newton.data.cards.turning_task import TurningTask, half_turn
+from tendon_newton.data.turning_figures import turning_figures
+from tendon_newton.errors import InvalidParameter, InvalidPolicyFile
+from tendon_newton.mechanisms.geometry.obstacles import Sphere
+from tendon_newton.mechanisms.loading import load_mechanism
+from tests.hardware.deploy.policies import card_of
+from train.policy.config.environment_config import EnvironmentConfig
+from train.policy.config.turning_config import TurningConfig
+from train.policy.worlds.camera import Camera
+from train.policy.worlds.observation_tensors import ObservationTensors
+from train.policy.worlds.world_draws import WorldDraws
+
+TASK = TurningTask(asset="hand_ball", axis=(0.0, 1.0, 0.0), drop_distance=0.015)
+WORLDS = 200
+
+
+def turning_card(**changes: Any) -> PolicyCard:
+    """Return the card of a policy of four servos that turns a ball."""
+    servo = FurtherServo(
+        command_range=(-1.2, 6.28), spool_radius=0.0125, servo="xc330_t288_t", force_limit=21.0
+    )
+    own = {"observation": sample_of(4, "turn"), "further_servos": (servo,) * 3}
+    return card_of(**{**own, "turning": TASK, "goal_range": (0.5, 1.5), **changes})
+
+
+def test_a_turn_about_an_axis_is_what_rotations_say(rng: np.random.Generator) -> None:
+    """For any posture before; a quaternion and its negative are one turn, in torch as in numpy."""
+    angles = rng.uniform(-3.0, 3.0, 20)
+    before = Rotation.random(20, random_state=1)
+    after = (Rotation.from_rotvec(angles[:, None] * np.array(TASK.axis)) * before).as_quat()
+    for later in (after, -after):
+        sine, cosine = half_turn(before.as_quat(), later, np.array(TASK.axis))
+        assert 2.0 * np.arctan2(sine, cosine) == pytest.approx(angles, abs=1e-12)
+        seen = half_turn(*map(torch.from_numpy, (before.as_quat(), later, np.array(TASK.axis))))
+        assert seen[0].numpy() == pytest.approx(sine, abs=1e-15)
+    aside = (Rotation.from_rotvec([0.3, 0.0, 0.0]) * before).as_quat()
+    assert half_turn(before.as_quat(), aside, np.array(TASK.axis))[0] == pytest.approx(0.0)
+
+
+def test_turns_count_in_the_cup_and_each_way_out_is_a_drop() -> None:
+    """0.1 rad a row; the first ball is out in two rows of ten, and three turns touch those."""
+    pose = np.zeros((10, 2, 7))
+    turned = 0.1 * np.arange(10)[:, None] * np.array(TASK.axis)
+    pose[:, :, 3:] = Rotation.from_rotvec(turned).as_quat()[:, None]
+    pose[4:6, 0, 2] = 0.016
+    tension = np.zeros((10, 2, 4))
+    tension[3, 1, 2] = 7.5
+    found = turning_figures(TASK, period=0.05, pose=pose, start=np.zeros(3), tension=tension)
+    assert found.turned == pytest.approx([0.6, 0.9])
+    assert found.drops.tolist() == [1, 0]
+    assert found.turned_per_minute == pytest.approx(0.75 * 120.0)
+    assert found.drops_per_minute == pytest.approx(60.0)
+    assert found.largest_tension == 7.5
+
+
+def test_the_card_of_a_policy_that_turns_says_so_and_comes_back() -> None:
+    """Task, axis, rates and drop distance; a card of a tip has none of these keys."""
+    card = turning_card()
+    assert (card.task, card_of().task) == ("turn", "tip")
+    assert PolicyCard.from_json(card.to_json()) == card
+    assert '"rate_range_rad_s"' in card.to_json()
+    assert "turn" not in card_of().to_json()
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"turning": None}, "observation must be"),
+        ({"goal_range": (2.0, 1.0)}, "rate_range_rad_s"),
+        ({"turning": TurningTask(asset="", axis=(0.0, 1.0, 0.0), drop_distance=0.1)}, "asset"),
+        ({"turning": TurningTask(asset="a", axis=(0.0, 2.0, 0.0), drop_distance=0.1)}, "axis"),
+        ({"turning": TurningTask(asset="a", axis=(0.0, 1.0, 0.0), drop_distance=0.0)}, "drop"),
+    ],
+)
+def test_a_wrong_card_of_a_policy_that_turns_is_named(changes: dict[str, Any], said: str) -> None:
+    """The first number that cannot be is."""
+    with pytest.raises(InvalidPolicyFile, match=said):
+        turning_card(**changes)
+
+
+def test_an_axis_that_is_no_vector_is_refused() -> None:
+    """As it stands in a file."""
+    with pytest.raises(InvalidPolicyFile, match="wrong type"):
+        PolicyCard.from_json(turning_card().to_json().replace('"axis": [', '"axis": [0.0, '))
+
+
+def test_deployment_and_training_build_the_same_sample(rng: np.random.Generator) -> None:
+    """Servos, then the rate, then the ball; bit for bit."""
+    deployed, tensors = (
+        ObservationHistory(3, 5, 4, "turn"),
+        ObservationTensors(3, 5, "cpu", 4, "turn"),
+    )
+    for _ in range(8):
+        position, velocity, action = rng.normal(size=(3, 3, 4)).astype(np.float32)
+        goal, ball = (
+            rng.normal(size=3).astype(np.float32),
+            rng.normal(size=(3, 3)).astype(np.float32),
+        )
+        seen = deployed.observe(position, velocity, goal, ball)
+        tensors.observe(*map(torch.from_numpy, (position, velocity, goal, ball)))
+        assert np.array_equal(seen, tensors.flat().numpy())
+        assert np.array_equal(seen[:, -4:], np.column_stack([goal, ball]))
+        deployed.act(action)
+        tensors.act(torch.from_numpy(action))
+    assert [name for name, _ in sample_of(4, "turn")[-4:]] == ["rate", "ball_x", "ball_y", "ball_z"]
+
+
+def test_a_camera_is_late_by_a_step_or_two_and_noisy_as_stated() -> None:
+    """Places that grow by a millimetre a step; noise of 1 mm is that of 600 numbers."""
+    everywhere = torch.ones(WORLDS, dtype=torch.bool)
+    still = torch.zeros(WORLDS, 3)
+    sharp = Camera(TurningConfig(camera_noise=(0.0, 0.0)), WORLDS, WorldDraws(WORLDS))
+    sharp.begin(everywhere, still)
+    for step in range(1, 6):
+        sharp.take(still + 1e-3 * step)
+    late = (5.0 - 1e3 * sharp.seen()[:, 0]).round().to(torch.long)
+    assert sorted(set(late.tolist())) == [1, 2]
+    noisy = Camera(TurningConfig(camera_noise=(1e-3, 1e-3)), WORLDS, WorldDraws(WORLDS))
+    noisy.begin(everywhere, still)
+    assert float(noisy.seen().std()) == pytest.approx(1e-3, rel=0.1)  # 600 numbers: 3 % is usual
+
+
+def test_the_hand_looks_up_and_its_ball_touches_the_cup() -> None:
+    """Gravity presses the ball of 50 mm into beads that are smoother than the ball."""
+    hand = load_mechanism("hand_ball")
+    assert hand.gravity == pytest.approx([0.0, 0.0, 9.81])
+    ball, *beads = hand.obstacles
+    assert isinstance(ball, Sphere)
+    assert (ball.radius, ball.mass, ball.friction) == pytest.approx((0.025, 0.05, 0.8))
+    assert len(beads) == 4
+    for bead in beads:
+        assert isinstance(bead, Sphere)
+        assert (bead.mass, bead.friction) == (None, pytest.approx(0.1))
+        gap = np.linalg.norm(bead.position - ball.position) - bead.radius - ball.radius
+        assert gap == pytest.approx(0.0, abs=5e-5)  # the file's numbers end at 0.1 mm
+
+
+def test_a_task_brings_its_hand_and_refuses_obstacles() -> None:
+    """The finger stays the tip's, and another hand may be named."""
+    assert EnvironmentConfig().finger == "finger"
+    assert EnvironmentConfig(task="turn").finger == "hand_ball"
+    assert EnvironmentConfig(task="turn", finger="mine.usda").finger == "mine.usda"
+    with pytest.raises(InvalidParameter, match="obstacle must be none"):
+        EnvironmentConfig(task="turn", obstacle="box")
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"drop_distance": 0.0}, "drop_distance must be positive"),
+        ({"place_weight": -1.0}, "place_weight must not be negative"),
+        ({"turn_rates": (2.0, 1.0)}, "turn_rates must be a least and a greatest"),
+        ({"size_spread": 0.5}, "size_spread must be at most"),
+    ],
+)
+def test_wrong_settings_of_the_task_are_named(changes: dict[str, Any], said: str) -> None:
+    """In words."""
+    with pytest.raises(InvalidParameter, match=said):
+        TurningConfig(**changes)

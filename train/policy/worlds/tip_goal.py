@@ -1,0 +1,99 @@
+"""The task of a finger whose tip goes to moving goals."""
+
+from __future__ import annotations
+
+from math import inf
+
+import torch
+from torch import Tensor
+
+from tendon_newton.simulation.hosts.control_loop import ControlLoop
+from train.policy.config.environment_config import EnvironmentConfig
+from train.policy.worlds.goal_path import GoalPath
+from train.policy.worlds.obstacle import ObstaclePlacer
+from train.policy.worlds.reward import step_reward
+from train.policy.worlds.task import Outcome
+from train.policy.worlds.world_draws import WorldDraws
+
+
+class TipGoal:
+    """Goal angles, and obstacles on the way to them where the config asks for some.
+
+    Args:
+        config: Goals, obstacle and prices.
+        loop: The worlds.
+        path: Goal points.
+        draws: Source of all numbers, on the device of the worlds.
+
+    Raises:
+        InvalidParameter: The finger does not pass the goals.
+    """
+
+    greatest_start = inf
+
+    def __init__(
+        self, config: EnvironmentConfig, loop: ControlLoop, path: GoalPath, draws: WorldDraws
+    ) -> None:
+        path.require(config.goals)
+        self._config, self._loop, self._path, self._draws = config, loop, path, draws
+        self._obstacle: ObstaclePlacer | None = None
+        if config.obstacle != "none":
+            self._obstacle = ObstaclePlacer(
+                loop,
+                config.obstacle,
+                path,
+                goals=config.goals,
+                chance=config.obstacle_chance,
+                spread=config.spread,
+                draws=draws,
+            )
+        self.goal = torch.zeros(config.worlds, device=draws.device)
+        """Goal angles [rad], shape (W,)."""
+
+    def place(self, worlds: Tensor) -> dict[str, Tensor]:
+        """Draw obstacles."""
+        if self._obstacle is not None:
+            self._obstacle.draw(worlds)
+        return {}
+
+    def begin(self, worlds: Tensor) -> None:
+        """Draw goals."""
+        goals = self._goals_at(self._draws.uniform(worlds=worlds))
+        self.goal.copy_(torch.where(worlds, goals, self.goal))
+
+    def score(self, *, action: Tensor, action_change: Tensor, tendon_speed: Tensor) -> Outcome:
+        """Price the distance between tip and goal."""
+        tip_error = self.tip_error()
+        reward = step_reward(
+            self._config,
+            tip_error=tip_error,
+            action=action,
+            action_change=action_change,
+            tendon_speed=tendon_speed,
+        )
+        return Outcome(reward=reward, failed=None, log={"/tip_error_m": tip_error.mean()})
+
+    def renew(self, ended: Tensor) -> None:
+        """Give some of the worlds that go on a new goal."""
+        chance, share = self._draws.uniform(2).unbind(dim=1)
+        renewed = (chance < self._config.goal_change) & ~ended
+        self.goal.copy_(torch.where(renewed, self._goals_at(share), self.goal))
+
+    def seen(self) -> tuple[Tensor, ...]:
+        """Return nothing: servos and goal are all."""
+        return ()
+
+    def hidden(self) -> Tensor | None:
+        """Return nothing: the critic sees what the policy sees."""
+        return None
+
+    def tip_error(self) -> Tensor:
+        """Return the distances between tips and goal points [m], shape (W,)."""
+        tip = self._loop.reading.tip
+        assert tip is not None
+        return torch.linalg.vector_norm(self._path.points(self.goal) - tip, dim=-1)
+
+    def _goals_at(self, share: Tensor) -> Tensor:
+        """Return the goals [rad] at some shares of their range."""
+        low, high = self._config.goals
+        return low + (high - low) * share
