@@ -251,7 +251,7 @@ def camera_of(unit: Unit, seed: int) -> BallCamera | None:
     return BallCamera(constants, random.Random(f"camera {seed}"))
 
 
-def mechanism_of(unit: Unit) -> Mechanism | StringMechanism:
+def mechanism_of(unit: Unit) -> Slider | Finger | StringMechanism:
     """Return what a unit's tendons pull."""
     constants = unit.mechanism
     if isinstance(constants, SliderConstants):

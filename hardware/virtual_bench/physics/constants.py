@@ -16,7 +16,7 @@ Sources named in short:
 
 from dataclasses import dataclass, field
 from math import pi
-from typing import Any, ClassVar
+from typing import Any
 
 BENCH_SEEDS = (0, 1, 2, 3, 4, 5, 6, 7, 8, 9)
 """The ten units that every published figure is a median of."""

@@ -138,8 +138,8 @@ class Scene:
         model.body_mass[ball] *= c.ball_mass
         model.body_inertia[ball] *= c.ball_mass
         for pair in range(model.npair):
-            names = geoms[model.pair_geom1[pair]], geoms[model.pair_geom2[pair]]
-            smooth = any(name.startswith(CUP) for name in names)
+            first, second = int(model.pair_geom1[pair]), int(model.pair_geom2[pair])
+            smooth = geoms[first].startswith(CUP) or geoms[second].startswith(CUP)
             model.pair_friction[pair, :2] *= c.cup_friction if smooth else c.ball_friction
 
     def _names(self, kind: str) -> list[str]:

@@ -149,6 +149,11 @@ def servo_count(bench: str) -> int:
     return 2 if isinstance(middle, AntagonistConstants) else 1
 
 
+def has_ball(bench: str) -> bool:
+    """Tell whether a virtual bench has a ball, and a camera that sees it."""
+    return isinstance(BENCHES[bench], HandBallConstants)
+
+
 def drawn_line(servo: str, rng: random.Random) -> LineConstants:
     """Draw a further servo with its tendon and load cell."""
     return LineConstants(
