@@ -55,15 +55,18 @@ class Scene:
         self._fit(constants)
         model.actuator_ctrllimited[:] = 0  # what a string takes is the spool's business
         self._joints = int(model.jnt_type.size - (BALL in self._names("body")))
+        weights = model.body_invweight0.copy(), model.dof_invweight0.copy()
         mujoco.mj_setConst(model, data)
+        # contacts and stops stay as stiff as the asset says: MuJoCo's are the stiffer, the heavier
+        model.body_invweight0[:], model.dof_invweight0[:] = weights
         mujoco.mj_resetData(model, data)
         mujoco.mj_step1(model, data)
         self._open: list[float] = data.ten_length.tolist()  # [m] with straight fingers
-        count = len(self._open)
-        self.excursions: tuple[float, ...] = (0.0,) * count
+        self.excursions: tuple[float, ...]
         """Line given to each string [m]."""
-        self.excursion_rates: tuple[float, ...] = (0.0,) * count
+        self.excursion_rates: tuple[float, ...]
         """[m/s]"""
+        self._measure()
 
     def advance(
         self, pulls: Sequence[float], stiffnesses: Sequence[float], time_step: float
@@ -73,12 +76,15 @@ class Scene:
         model.opt.timestep = time_step
         data.ctrl[:] = pulls
         mujoco.mj_step2(model, data)
-        mujoco.mj_step1(model, data)  # the strings' lengths where the links are now
-        lengths, rates = data.ten_length.tolist(), data.ten_velocity.tolist()
-        self.excursions = tuple(
-            straight - length for straight, length in zip(self._open, lengths, strict=True)
-        )
-        self.excursion_rates = tuple(-rate for rate in rates)
+        mujoco.mj_step1(model, data)
+        self._measure()
+
+    def place(self, joints: Sequence[float]) -> None:
+        """Put the fingers at rest in a posture [rad]."""
+        self._data.qpos[: self._joints] = joints
+        self._data.qvel[: self._joints] = 0.0
+        self._mujoco.mj_step1(self._model, self._data)
+        self._measure()
 
     def tip(self) -> tuple[float, float]:
         """Return the index finger's tip, x and z in the base frame [m]."""
@@ -109,6 +115,14 @@ class Scene:
         mujoco.mj_energyPos(model, data)
         mujoco.mj_energyVel(model, data)
         return float(data.energy.sum())
+
+    def _measure(self) -> None:
+        """Take the strings' lengths where the links are now."""
+        lengths, rates = self._data.ten_length.tolist(), self._data.ten_velocity.tolist()
+        self.excursions = tuple(
+            straight - length for straight, length in zip(self._open, lengths, strict=True)
+        )
+        self.excursion_rates = tuple(-rate for rate in rates)
 
     def _fit(self, c: HandConstants) -> None:
         """Give the scene the unit's numbers."""
