@@ -99,7 +99,7 @@ class BallWatch:
             self._lose(now)
         elif self._since is not None and now - self._inside > SETTLED:
             self._since = None
-            self._operator.announce("The ball is back in its cup: the policy goes on.")
+            self._operator.tell("The ball is back in its cup: the policy goes on.")
         self._help(now)
 
     def _away(self, sighting: Sighting) -> Place:
@@ -117,7 +117,7 @@ class BallWatch:
             self._since = now
             self._put_back = False
             self.drops += 1
-            self._operator.announce("The ball has left its cup: put it back between open fingers.")
+            self._operator.tell("The ball has left its cup: put it back between open fingers.")
 
     def _help(self, now: float) -> None:
         """Put the ball of a virtual bench back once the fingers have had time to open."""

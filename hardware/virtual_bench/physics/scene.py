@@ -109,6 +109,11 @@ class Scene:
         data.qvel[joints:] = 0.0
         self._mujoco.mj_step1(model, data)
 
+    def throw(self, velocity: Sequence[float]) -> None:
+        """Give the ball a velocity [m/s], shape (3,), as a blow would."""
+        self._data.qvel[self._joints : self._joints + 3] = velocity
+        self._mujoco.mj_step1(self._model, self._data)
+
     def energy(self) -> float:
         """Return the energy of motion, weight and springs [J]."""
         model, data, mujoco = self._model, self._data, self._mujoco

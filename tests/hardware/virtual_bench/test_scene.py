@@ -154,5 +154,7 @@ def test_without_mujoco_one_line_says_what_to_install(monkeypatch: pytest.Monkey
         raise ModuleNotFoundError(name)
 
     monkeypatch.setattr(importlib, "import_module", missing)
-    with pytest.raises(MissingDependency, match=r"needs the package 'mujoco'.*tendon-newton\[sim\]"):
+    with pytest.raises(
+        MissingDependency, match=r"needs the package 'mujoco'.*tendon-newton\[sim\]"
+    ):
         Scene("hand", HandConstants())
