@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -47,8 +48,9 @@ def test_a_camera_tells_what_it_saw_in_order_and_never_waits(name: str) -> None:
         camera.close()
     assert not {sighting.sequence for sighting in again} & {sighting.sequence for sighting in seen}
     assert len(seen) >= 8  # of 18: a computer with other work is late
-    assert all(b.sequence > a.sequence for a, b in zip(seen, seen[1:], strict=False))
-    assert all(b.exposed > a.exposed for a, b in zip(seen, seen[1:], strict=False))
+    for earlier, later in pairwise(seen):
+        assert later.sequence > earlier.sequence
+        assert later.exposed > earlier.exposed
     for sighting in seen:
         assert sighting.exposed < sighting.arrived
         assert sighting.arrived >= begin

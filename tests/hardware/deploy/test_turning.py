@@ -149,7 +149,7 @@ def test_the_true_pose_stands_in_the_log(policy: Policy, tmp_path: Path) -> None
     """Quaternions of length 1, twelve joints that move, and places within the camera's noise."""
     path = tmp_path / "run.mcap"
     turn(policy, path, 3.0)
-    time, pose, joints = read_truth(path)
+    _, pose, joints = read_truth(path)
     assert np.linalg.norm(pose[:, 3:], axis=1) == pytest.approx(1.0, abs=1e-9)
     assert joints.shape[1] == 12
     assert np.ptp(joints, axis=0).max() > 0.3
@@ -190,7 +190,7 @@ def test_a_policy_for_another_hand_is_refused(policy: Policy) -> None:
     loop, *further = loops_of(policy.card)
     settings = DeploySettings(loop=loop, further_loops=tuple(further))
     refuse_mismatch(policy.card, settings, address_of())
-    with pytest.raises(PolicyMismatch, match="turning.asset hand_ball, this bench hand"):
+    with pytest.raises(PolicyMismatch, match=r"turning\.asset hand_ball, this bench hand"):
         refuse_mismatch(policy.card, settings, address_of(bench="hand"))
 
 
