@@ -55,10 +55,8 @@ def drawn(pose: Array, joints: Array) -> list[Array]:
     Raises:
         MissingDependency: MuJoCo cannot draw here.
     """
-    mujoco = import_mujoco()
-    model = spotted(mujoco)
+    mujoco, model, renderer = prepared()
     data = mujoco.MjData(model)
-    renderer = renderer_of(mujoco, model)
     eye = mujoco.MjvCamera()
     eye.lookat[:] = (0.01, 0.0, -0.03)
     eye.azimuth, eye.elevation, eye.distance = AZIMUTH, ELEVATION, DISTANCE
@@ -72,15 +70,19 @@ def drawn(pose: Array, joints: Array) -> list[Array]:
     return frames
 
 
-def renderer_of(mujoco: Any, model: Any) -> Any:
-    """Return MuJoCo's renderer.
+def prepared() -> tuple[Any, Any, Any]:
+    """Return MuJoCo, the scene and what draws the scene.
 
     Raises:
         MissingDependency: There is no library that draws without a display.
     """
     try:
-        return mujoco.Renderer(model, HEIGHT, WIDTH)
-    except Exception as error:  # each library fails in its own way
+        mujoco = import_mujoco()
+        model = spotted(mujoco)
+        return mujoco, model, mujoco.Renderer(model, HEIGHT, WIDTH)
+    except MissingDependency:
+        raise
+    except Exception as error:  # each library fails in its own way, some while they are loaded
         raise MissingDependency(
             "MuJoCo must be able to draw; set MUJOCO_GL=osmesa with the system's package "
             "libosmesa6, or MUJOCO_GL=egl with a graphics card"
