@@ -59,6 +59,10 @@ class LoadCellSilent(HardwareFault):
     """A load cell sends nothing, or nothing that can be read."""
 
 
+class BallNotSeen(HardwareFault):
+    """A ball is to be turned, and no camera sees it."""
+
+
 class InvalidCalibration(HardwareFault):
     """A calibration, or its file, breaks what is promised of it."""
 

@@ -9,6 +9,8 @@ from typing import Protocol
 
 from hardware.benches.bench_address import BenchAddress, DriveAddress
 from hardware.benches.virtual_calibration import calibrated_twins
+from hardware.cameras.base import Camera
+from hardware.cameras.line_camera import LineCamera
 from hardware.clock import Clock, MonotonicClock
 from hardware.errors import HardwareFault, InvalidCalibration
 from hardware.load_cells import LOAD_CELLS
@@ -23,15 +25,13 @@ from hardware.servos.serial_bus.servo_port import PortHandler, ServoPort
 from hardware.virtual_bench import Faults, LockstepBench, VirtualPorts
 from hardware.virtual_bench.emulation.emulations import SERVO_MODELS
 from hardware.virtual_bench.emulation.plant import PlantState
-from hardware.virtual_bench.physics.unit import servo_count
+from hardware.virtual_bench.physics.unit import has_ball, servo_count
 from tendon_newton.errors import InvalidParameter
 
 RETRIES = 2
 """Times that an instruction is sent again: three attempts of 4 ms are one tick at 80 Hz."""
 PATIENCE = 8
 """The same of a virtual bench in real time, which answers when the scheduler lets it."""
-
-Tip = tuple[float, float]
 
 
 class VirtualControls(Protocol):
@@ -45,6 +45,9 @@ class VirtualControls(Protocol):
 
     def hang_mass(self, mass: float | None) -> None:
         """Hang a mass on the load cell [kg]."""
+
+    def put_ball_back(self) -> None:
+        """Lay a hand's ball where it starts."""
 
     def state(self) -> PlantState:
         """Return what is true now."""
@@ -72,6 +75,8 @@ class Bench:
     drives: tuple[Drive, ...]
     """All servos on the bus, in the order of the asset's tendons."""
     clock: Clock
+    camera: Camera | None = None
+    """Sees the ball in a hand; opened by who needs it."""
     controls: VirtualControls | None = None
     """Controls of a virtual bench: obstacles, faults, masses; None on a real one."""
     lockstep: bool = False
@@ -87,10 +92,6 @@ class Bench:
         if self.lockstep:
             return TimeBase(start=0.0, epoch=0)
         return TimeBase(start=self.clock.now(), epoch=time.time_ns())
-
-    def tip(self) -> Tip | None:
-        """Return where the finger's tip is [m], where something sees it."""
-        return None if self.controls is None else self.controls.state().tip
 
 
 @contextmanager
@@ -154,7 +155,10 @@ def real_bench(address: BenchAddress) -> Bench:
     clock = MonotonicClock()
     cells = [real_cell(drive, address.load_cell) for drive in address.drives]
     found = [each.calibration and load_calibration(each.calibration) for each in address.drives]
-    return bench_of(address, address.port, clock, cells, found)
+    bench = bench_of(address, address.port, clock, cells, found)
+    if address.camera_port is not None:
+        bench.camera = LineCamera(address.camera_port, clock=clock)
+    return bench
 
 
 def real_cell(drive: DriveAddress, kind: str) -> LoadCell | None:
@@ -203,6 +207,7 @@ def virtual_bench(address: BenchAddress, stack: ExitStack) -> Bench:
             address.bench, address.unit, load_cell_rate=rate, model=model, wear=address.wear
         )
         clock, controls, port = twin.clock, twin, twin.servo_port()
+        camera_port = twin.camera_stream()
         cell_ports = [twin.load_cell_stream(place) for place in places]
     else:
         controls = stack.enter_context(
@@ -215,10 +220,13 @@ def virtual_bench(address: BenchAddress, stack: ExitStack) -> Bench:
             )
         )
         clock, port = MonotonicClock(), controls.servo_port
+        camera_port = controls.camera_port
         cell_ports = [controls.load_cell_ports[place] for place in places]
     cells = [Hx711Serial(cell_port, clock=clock) for cell_port in cell_ports]
     bench = bench_of(address, port, clock, cells, calibrations)
     bench.controls, bench.lockstep = controls, address.lockstep
+    if has_ball(address.bench):
+        bench.camera = LineCamera(camera_port, clock=clock)
     return bench
 
 

@@ -38,6 +38,8 @@ class BenchAddress:
     """Serial port of the servo, or ``virtual[:BENCH[:SEED[:WEAR]]]``."""
     load_cell_port: str | None = None
     """Serial port of the load cell; a virtual bench brings its own."""
+    camera_port: str | None = None
+    """Port on which a camera's program tells where a ball is; a virtual hand brings its own."""
     load_cell: str = "hx711_serial"
     """Kind of the load cell."""
     calibration: Path | None = None

@@ -33,7 +33,7 @@ def calibrated_twins(bench: str, unit: int, rate: int) -> tuple[LoadCellCalibrat
         unit: Number of its unit.
         rate: Readings per second [Hz].
     """
-    twin = LockstepBench(bench, unit, load_cell_rate=rate)
+    twin = LockstepBench(bench, unit, load_cell_rate=rate, still=True)
     cells = [
         Hx711Serial(twin.load_cell_stream(place), clock=twin.clock)
         for place in range(len(twin.servos))

@@ -1,6 +1,6 @@
 """Sources of a deployment's commands: a policy, or a hand at the keys."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import isfinite
 from typing import Protocol
@@ -24,13 +24,19 @@ class PilotStep:
     """Action that a pilot wants now, and the sample behind it."""
 
     sample: tuple[float, ...]
-    """Positions [rad], velocities [rad/s], both last actions [rad] and goal [rad], as float32."""
+    """Positions [rad], velocities [rad/s], both last actions [rad], the goal [rad, or rad/s of a
+    policy that turns] and what is seen of a ball [m], as float32."""
     output: tuple[float, ...]
     """Output for each servo before any cut [rad], maybe no number."""
     action: tuple[float, ...]
     """Outputs within the clip [rad]; zero where the output is no number."""
     command: tuple[float, ...]
     """Desired spool angles [rad]."""
+
+    @property
+    def goal(self) -> float:
+        """The goal in the sample."""
+        return self.sample[4 * len(self.command)]
 
 
 class Pilot(Protocol):
@@ -49,23 +55,30 @@ class PolicyPilot:
 
     Args:
         policy: The policy.
+        see: Gives what a policy that turns a ball sees of it [m].
     """
 
-    def __init__(self, policy: Policy) -> None:
+    def __init__(self, policy: Policy, see: Callable[[], tuple[float, ...]] = lambda: ()) -> None:
         card = policy.card
         self._policy = policy
         self._clip = card.action_clip
         self._ranges = tuple(zip(card.command_ranges, card.pay_outs, strict=True))
         self._goals = card.goal_range
-        self._history = ObservationHistory(history=card.history, servos=card.servo_count)
+        self._see = see
+        self._history = ObservationHistory(
+            history=card.history, servos=card.servo_count, task=card.task
+        )
         self._width = len(card.observation)
         self._action = (0.0,) * card.servo_count
 
     def step(self, states: Sequence[ServoState], goal: float) -> PilotStep:
-        """Look at the servos and the goal [rad], cut to those of training, and let it decide."""
+        """Look at the servos and the goal, cut to those of training, and let it decide."""
         goal = min(max(goal, self._goals[0]), self._goals[1])
         observation = self._history.observe(
-            [state.position for state in states], [state.velocity for state in states], [goal]
+            [state.position for state in states],
+            [state.velocity for state in states],
+            [goal],
+            self._see(),
         )
         output = self._policy(observation)
         action = tuple(

@@ -13,6 +13,7 @@ from hardware.control.keyboard import Keyboard
 from hardware.control.operator import Operator
 from hardware.control.pilot import Pilot
 from hardware.control.policy_runner import Policy
+from hardware.deployment.ball_watch import BallWatch
 from hardware.deployment.deploy_log import DeployLog, step_fields
 from hardware.deployment.deploy_loop import DeployLoop
 from hardware.deployment.deploy_operator import AbsentableOperator
@@ -68,6 +69,8 @@ class Deployment:
     """Named in the log; a hand at the keys is none."""
     estimate: ForceEstimate | None = None
     """Gives the tension where no load cell does."""
+    watch: BallWatch | None = None
+    """Knows of the ball that a policy turns."""
 
     @property
     def estimates(self) -> tuple[ForceEstimate, ...]:
@@ -107,6 +110,7 @@ def deploy(
         AbsentableOperator(operator),
         stop,
         deployment.estimates,
+        deployment.watch,
     )
     session = session_of(deployment, read_back)
     log = None
@@ -185,7 +189,7 @@ def session_of(deployment: Deployment, read_back: Sequence[ServoSettings]) -> di
         simulated=address.virtual,
         notes=settings.notes,
     ).text()
-    names = step_fields(len(bench.drives))
+    names = step_fields(len(bench.drives), "tip" if policy is None else policy.card.task)
     session |= {"deploy.dry": str(settings.dry), "policy.step_fields": ", ".join(names)}
     session["deploy.limits"] = json.dumps(asdict(settings.limits))
     for place, (drive, found) in enumerate(zip(others, read_back[1:], strict=True), start=1):
@@ -212,6 +216,8 @@ def ending(loop: DeployLoop, fault: TendonNewtonError | None) -> dict[str, str]:
         "pacing": loop.ticker.report().text,
         "safety.trips": json.dumps(loop.guard.trips),
     }
+    if loop.watch is not None:
+        facts["ball.drops"] = str(loop.watch.drops)
     return facts | counter_facts(loop.bench.drives)
 
 

@@ -11,6 +11,7 @@ from hardware.control.pilot import PilotStep
 from hardware.logs import ros_messages as ros
 from hardware.logs.session_log import SessionLog
 from hardware.safety_rules.rules_applied import Trip
+from tendon_newton.data.cards.policy_observation import GOALS, Task
 from tendon_newton.data.formats.mcap_file import McapReading
 from tendon_newton.errors import InvalidRecording
 
@@ -29,7 +30,8 @@ STEP_FIELDS = (
 )
 """Numbers of a message on ``/policy/step``: the sample, the policy's output, the command.
 
-With several servos all but ``alpha`` and ``held`` stand once per servo: see `step_fields`.
+With several servos all but ``alpha`` and ``held`` stand once per servo, and a policy that turns a
+ball has rate and place of the ball in place of ``alpha``: see `step_fields`.
 """
 TIMING_FIELDS = ("tick", "lateness", "duration", "policy")
 """Numbers of a message on ``/loop/timing``; all but the first [s]."""
@@ -40,21 +42,26 @@ SERVO_FIELDS = len(STEP_FIELDS) - len(COMMON_FIELDS)
 LEVELS = {"cut": "warn", "hold": "warn", "unwind": "error", "off": "error"}
 
 
-def step_fields(servos: int) -> tuple[str, ...]:
+def step_fields(servos: int, task: Task = "tip") -> tuple[str, ...]:
     """Return the names of the numbers of a step of some servos."""
-    if servos == 1:
-        return STEP_FIELDS
     names: list[str] = []
     for name in STEP_FIELDS:
-        common = name in COMMON_FIELDS
-        names += [name] if common else [f"{name}_{d}" for d in range(servos)]
+        if name == "alpha":
+            names += [goal for goal, _ in GOALS[task]]
+        elif name in COMMON_FIELDS or servos == 1:
+            names.append(name)
+        else:
+            names += [f"{name}_{d}" for d in range(servos)]
     return tuple(names)
 
 
 def servo_count_of(width: int) -> int | None:
     """Return of how many servos a step of so many numbers is, or nothing where of none."""
-    servos, rest = divmod(width - len(COMMON_FIELDS), SERVO_FIELDS)
-    return None if servos < 1 or rest else servos
+    for goals in GOALS.values():
+        servos, rest = divmod(width - len(goals) - 1, SERVO_FIELDS)
+        if servos >= 1 and not rest:
+            return servos
+    return None
 
 
 class DeployLog:
@@ -104,7 +111,7 @@ class LoggedStep:
     time: float
     """Stamp [s]."""
     sample: tuple[float, ...]
-    """Positions [rad], velocities [rad/s], both last actions [rad] and goal [rad]."""
+    """What the policy saw: see `PilotStep`."""
     output: tuple[float, ...]
     """Output of the policy for each servo [rad]."""
     action: tuple[float, ...]
@@ -113,6 +120,16 @@ class LoggedStep:
     """Desired spool angles that were sent [rad]."""
     held: bool
     """Whether the last command stayed instead."""
+
+    @property
+    def goal(self) -> float:
+        """Goal angle [rad], or rate [rad/s] of a policy that turns a ball."""
+        return self.sample[4 * len(self.command)]
+
+    @property
+    def seen(self) -> tuple[float, ...]:
+        """What was seen of a ball [m]; nothing of a policy without one."""
+        return self.sample[4 * len(self.command) + 1 :]
 
 
 def read_steps(path: Path) -> Iterator[LoggedStep]:
@@ -132,7 +149,7 @@ def read_steps(path: Path) -> Iterator[LoggedStep]:
                     f"{path}: a policy step has {len(STEP_FIELDS)} numbers, and {SERVO_FIELDS} "
                     f"more for each further servo; one has {len(values)}"
                 )
-            sample, results = values[: 4 * servos + 1], values[4 * servos + 1 : -1]
+            sample, results = values[: -3 * servos - 1], values[-3 * servos - 1 : -1]
             yield LoggedStep(
                 time=1e-9 * stamp,
                 sample=sample,
@@ -144,12 +161,12 @@ def read_steps(path: Path) -> Iterator[LoggedStep]:
 
 
 def step_table(path: Path) -> NDArray[np.float64]:
-    """Return stamp [s], motor angles [rad], goal [rad] and commands [rad] of each step of a log.
+    """Return stamp [s], motor angles [rad], goal and commands [rad] of each step of a log.
 
     The shape is (T, 2 D + 2).
     """
     rows = [
-        (step.time, *step.sample[: len(step.command)], step.sample[-1], *step.command)
+        (step.time, *step.sample[: len(step.command)], step.goal, *step.command)
         for step in read_steps(path)
     ]
     return np.array(rows, dtype=np.float64)

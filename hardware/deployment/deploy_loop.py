@@ -15,6 +15,7 @@ from hardware.control.goals import Goals
 from hardware.control.keyboard import Keyboard
 from hardware.control.operator import Operator
 from hardware.control.pilot import Pilot, PilotStep
+from hardware.deployment.ball_watch import BallWatch
 from hardware.deployment.deploy_log import DeployLog
 from hardware.deployment.deploy_operator import DeployProgress
 from hardware.deployment.deploy_senses import DeploySenses
@@ -62,6 +63,7 @@ class DeployLoop:
         operator: Receiver of messages and progress.
         stop: Signals that end the run.
         estimates: Give the tension of each servo where no load cell does; may be none.
+        watch: Knows of the ball that a policy turns.
     """
 
     def __init__(
@@ -74,6 +76,7 @@ class DeployLoop:
         operator: Operator,
         stop: StopRequest,
         estimates: Sequence[ForceEstimate] = (),
+        watch: BallWatch | None = None,
     ) -> None:
         self.bench = bench
         self.servos = tuple(drive.servo for drive in bench.drives)
@@ -83,6 +86,7 @@ class DeployLoop:
         self.goals = goals
         self.operator = operator
         self.estimates = estimates
+        self.watch = watch
         self.guard = SafetyGuards(
             settings.servo_limits, [f"servo {servo.identifier}" for servo in self.servos]
         )
@@ -134,6 +138,8 @@ class DeployLoop:
     def _tick(self, tick: int) -> None:
         senses = self.senses
         senses.take(tick, self._log)
+        if self.watch is not None:
+            self.watch.take(None if self._log is None else self._log.session_log)
         due = tick // self.settings.divider != self._sent
         step = self._decision(states) if due and (states := senses.states) else None
         trips = self.guard.judge(senses.glances(self._output, self._jump))
@@ -161,7 +167,7 @@ class DeployLoop:
             self.senses.servos, self.estimates, befores, states, strict=False
         ):
             servo.estimated = estimate(before, state.position, state.velocity)
-        self._goal, self._output = step.sample[-1], step.output
+        self._goal, self._output = step.goal, step.output
         self._jump = tuple(
             (command - before) * self.settings.policy_rate
             for command, before in zip(step.command, befores, strict=True)
@@ -325,6 +331,7 @@ class DeployLoop:
                 temperature=max(warmth, default=None),
                 mode=self.guard.mode,
                 goal=self._goal,
+                turns=self.watch is not None,
                 position=tuple(0.0 if s.state is None else s.state.position for s in servos),
                 command=self._command,
                 estimated=any(servo.forces.force is None for servo in servos),

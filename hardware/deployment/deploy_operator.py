@@ -14,7 +14,9 @@ class DeployProgress(Progress):
     mode: str
     """``run``, ``hold``, ``unwind`` or ``off``."""
     goal: float
-    """Goal angle, or of a jog the spool's [rad]."""
+    """Goal angle, or of a jog the spool's [rad]; the rate of a policy that turns [rad/s]."""
+    turns: bool = False
+    """Whether a ball is turned."""
     position: tuple[float, ...]
     """Spool angle of each servo [rad]."""
     command: tuple[float, ...]
@@ -33,12 +35,13 @@ class DeployProgress(Progress):
         if self.force is not None:
             force = f"{self.force:.1f} N{' est.' if self.estimated else ''}"
         warmth = "" if self.temperature is None else f"  {self.temperature:.0f} degC"
+        goal = f"{self.goal:.2f} rad/s" if self.turns else f"{degrees(self.goal):.0f} deg"
         spools = ", ".join(
             f"{position:.2f}->{command:.2f}"
             for position, command in zip(self.position, self.command, strict=True)
         )
         return (
-            f"{self.mode} {self.elapsed:.0f} s  goal {degrees(self.goal):.0f} deg  spool "
+            f"{self.mode} {self.elapsed:.0f} s  goal {goal}  spool "
             f"{spools} rad  {force}{warmth}  "
             f"late {1e3 * self.late:.1f} ms  {self.skipped + self.missed} lost"
         )

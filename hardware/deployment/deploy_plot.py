@@ -13,17 +13,22 @@ from tendon_newton.data.formats.topic_mapping import STATE_TOPIC
 
 GOAL, TIP = "goal", "tip"
 """Names of the two lines whose distance is the error of a policy."""
+AXES = ("x", "y", "z")
+"""Names of a ball's coordinates."""
 
 
 def panels_of(path: Path) -> tuple[Panel, ...]:
     """Gather what a log shows: goal and tip, spool, tension, timing."""
     log = read_mcap(path, bench="finger")
-    goals, late = logged_lines(path)
+    goals, balls, late = logged_lines(path)
     if log.tip is not None:
         tip = np.degrees(goal_angle(log.tip[:, 0], log.tip[:, 1]))
         goals.append(Line(name=TIP, time=log.time, values=tip))
     servos = log.motor_position.shape[1]
-    panels = [Panel(title="goal angle [deg]", lines=tuple(goals))]
+    panels = [
+        Panel(title="goal angle [deg]", lines=() if balls else tuple(goals)),
+        Panel(title="ball from its start, as seen [mm]", lines=tuple(balls)),
+    ]
     for d in range(servos):
         of = f" of servo {d}" if servos > 1 else ""
         spool = [Line(name="measured", time=log.time, values=log.motor_position[:, d])]
@@ -41,10 +46,11 @@ def panels_of(path: Path) -> tuple[Panel, ...]:
     return tuple(panel for panel in panels if panel.lines)
 
 
-def logged_lines(path: Path) -> tuple[list[Line], list[Line]]:
-    """Return goals and timing of a deployment; any other log has neither."""
+def logged_lines(path: Path) -> tuple[list[Line], list[Line], list[Line]]:
+    """Return goals, a ball's places and timing of a deployment; any other log has none."""
     first: int | None = None
     goals: list[tuple[float, float]] = []
+    balls: list[tuple[float, ...]] = []
     timing: list[tuple[float, float, float]] = []
     with path.open("rb") as file:
         wanted = {STATE_TOPIC, STEP_TOPIC, TIMING_TOPIC}
@@ -53,12 +59,19 @@ def logged_lines(path: Path) -> tuple[list[Line], list[Line]]:
             seconds = 1e-9 * (stamp - first)
             if topic == STEP_TOPIC and (place := goal_place(len(message.data))) is not None:
                 goals.append((seconds, np.degrees(message.data[place])))
+                seen = message.data[place + 1 : len(message.data) - 3 * (place // 4) - 1]
+                if len(seen) == len(AXES):
+                    balls.append((seconds, *(1e3 * value for value in seen)))
             elif topic == TIMING_TOPIC and len(message.data) == len(TIMING_FIELDS):
                 timing.append((seconds, 1e3 * message.data[1], 1e3 * message.data[2]))
     time, alpha = columns(goals, 2)
     instants, lateness, length = columns(timing, 3)
+    sighted, *places = columns(balls, 1 + len(AXES))
     return (
         [Line(name=GOAL, time=time, values=alpha)] if goals else [],
+        [Line(name=axis, time=sighted, values=way) for axis, way in zip(AXES, places, strict=True)]
+        if balls
+        else [],
         [
             Line(name="lateness", time=instants, values=lateness, band=True),
             Line(name="tick's length", time=instants, values=length, band=True),

@@ -47,11 +47,13 @@ def replay_log(policy: Policy, path: Path) -> ReplayReport:
     Raises:
         InvalidRecording: The file holds no policy steps.
     """
-    pilot = PolicyPilot(policy)
+    seen: tuple[float, ...] = ()
+    pilot = PolicyPilot(policy, lambda: seen)
     steps = broken = 0
     difference = worst = start = 0.0
     for logged in read_steps(path):
-        step = pilot.step(states_of(logged, policy.card.servo_count), logged.sample[-1])
+        seen = logged.seen
+        step = pilot.step(states_of(logged, policy.card.servo_count), logged.goal)
         start = logged.time if steps == 0 else start
         steps += 1
         broken += step.sample != logged.sample

@@ -105,6 +105,9 @@ def refuse_mismatch(card: PolicyCard, settings: DeploySettings, address: BenchAd
         ),
         ("servos", card.servo_count == servos, f"{card.servo_count}", f"{servos}"),
     ]
+    if card.turning is not None:
+        asset = card.turning.asset
+        agreements.append(("turning.asset", asset == address.bench, asset, address.bench))
     for place, (servo, limits) in enumerate(
         zip((card, *card.further_servos), settings.servo_limits, strict=False)
     ):

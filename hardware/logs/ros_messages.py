@@ -89,9 +89,9 @@ def wrench(stamp: int, frame: str, force: float) -> Message:
     }
 
 
-def point(stamp: int, frame: str, x: float, z: float) -> Message:
-    """Fill a PointStamped in the plane of the finger [m]."""
-    return {"header": header(stamp, frame), "point": {"x": x, "y": 0.0, "z": z}}
+def point(stamp: int, frame: str, x: float, y: float, z: float) -> Message:
+    """Fill a PointStamped [m]."""
+    return {"header": header(stamp, frame), "point": {"x": x, "y": y, "z": z}}
 
 
 def integers(values: Sequence[int]) -> Message:

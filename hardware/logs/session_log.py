@@ -11,6 +11,7 @@ from hardware.logs.background_log import BackgroundLog
 from hardware.logs.mcap_file import McapFile
 from hardware.servos.base import ServoCounters, ServoHealth, ServoState
 from tendon_newton.data.formats.topic_mapping import (
+    BALL_TOPIC,
     COMMAND_TOPIC,
     DIAGNOSTICS_TOPIC,
     DUTY_TOPIC,
@@ -19,6 +20,7 @@ from tendon_newton.data.formats.topic_mapping import (
     SESSION_RECORD,
     STATE_TOPIC,
     TIP_TOPIC,
+    TRUTH_TOPIC,
 )
 
 
@@ -112,9 +114,19 @@ class SessionLog:
         self.sink.write(FORCE_TOPIC, ros.WRENCH, self.time_base.stamp(arrival), message)
 
     def tip(self, instant: float, x: float, z: float) -> None:
-        """Write where the finger's tip is [m]."""
+        """Write where the finger's tip is in its plane [m]."""
         stamp = self.time_base.stamp(instant)
-        self.sink.write(TIP_TOPIC, ros.POINT, stamp, ros.point(stamp, "base", x, z))
+        self.sink.write(TIP_TOPIC, ros.POINT, stamp, ros.point(stamp, "base", x, 0.0, z))
+
+    def ball(self, instant: float, arrival: float, x: float, y: float, z: float) -> None:
+        """Write where a camera saw the ball, from where it was at first [m], and when."""
+        message = ros.point(self.time_base.stamp(instant), "ball_start", x, y, z)
+        self.sink.write(BALL_TOPIC, ros.POINT, self.time_base.stamp(arrival), message)
+
+    def truth(self, instant: float, ball: Sequence[float], joints: Sequence[float]) -> None:
+        """Write the ball's true place [m] and quaternion (x, y, z, w), and joint angles [rad]."""
+        stamp = self.time_base.stamp(instant)
+        self.sink.write(TRUTH_TOPIC, ros.NUMBERS, stamp, ros.numbers([*ball, *joints]))
 
     def health(
         self,

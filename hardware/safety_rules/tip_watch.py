@@ -1,4 +1,4 @@
-"""Where the finger's tip is during a run, on a bench where something sees it."""
+"""What is true of a virtual bench during a run: where tip and ball are, and how joints stand."""
 
 from hardware.benches.bench import Bench
 from hardware.logs.session_log import SessionLog
@@ -8,7 +8,7 @@ PERIOD = 0.05
 
 
 class TipWatch:
-    """Logs the tip; faster than real time at every tick, else now and then.
+    """Logs what a virtual bench knows; faster than real time at every tick, else now and then.
 
     Args:
         bench: An open bench.
@@ -20,14 +20,16 @@ class TipWatch:
         self._next = 0.0
 
     def take(self, log: SessionLog | None) -> None:
-        """Look where the tip is, if it is time."""
+        """Look at the bench, if it is time."""
         clock = self.bench.clock
         now = clock.now()
-        if not self._sees or log is None or now < self._next:
+        controls = self.bench.controls
+        if controls is None or not self._sees or log is None or now < self._next:
             return
         self._next = now if self.bench.lockstep else now + PERIOD
-        tip = self.bench.tip()
-        if tip is None:
-            self._sees = False
-        else:
-            log.tip(clock.now(), *tip)
+        state = controls.state()
+        self._sees = state.tip is not None
+        if state.tip is not None:
+            log.tip(clock.now(), *state.tip)
+        if state.ball is not None:
+            log.truth(clock.now(), state.ball, state.joints)

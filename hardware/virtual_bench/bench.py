@@ -37,7 +37,8 @@ class VirtualBench:
     """Servos, load cells and plant on one clock that starts at zero.
 
     Args:
-        bench: ``spring_weak``, ``spring_strong``, ``finger`` or ``finger_antagonist``.
+        bench: ``spring_weak``, ``spring_strong``, ``finger``, ``finger_antagonist``, ``hand`` or
+            ``hand_ball``.
         seed: Which unit, and which noise.
         faults: Faults by chance.
         obstacle: Obstacle in the mechanism's way: ``free``, ``tape_roll``, ``hand`` or
@@ -45,6 +46,7 @@ class VirtualBench:
         load_cell_rate: Lines per second: 80, 20 or 10 [Hz].
         model: Which servo's control table.
         wear: Wear of the unit.
+        still: Whether nothing gives line, as while masses hang on the load cells.
     """
 
     def __init__(
@@ -57,9 +59,12 @@ class VirtualBench:
         load_cell_rate: int = 80,
         model: AnyModel = XC330_T288_T,
         wear: str = NEW,
+        still: bool = False,
     ) -> None:
         self.unit = worn(draw_unit(bench, seed, model.name), wear)
-        self.plant = Plant(self.unit, seed=seed, model=model, load_cell_rate=load_cell_rate)
+        self.plant = Plant(
+            self.unit, seed=seed, model=model, load_cell_rate=load_cell_rate, still=still
+        )
         self.servos = tuple(
             emulator_of(line, seed, place) for place, line in enumerate(self.plant.lines)
         )
@@ -69,6 +74,7 @@ class VirtualBench:
         self._random = random.Random(f"bench {seed}")
         self._parser = self.plant.lines[0].family.parser()
         self._cells = tuple(deque([Reply(due=0.0, data=BANNER)]) for _ in self.servos)
+        self._frames: deque[Reply] = deque()
         self._faults = Faults()
         self._events: list[FaultEvent] = []
         self._unplugged_until = self._dip_until = 0.0
@@ -122,6 +128,10 @@ class VirtualBench:
         for line in self.plant.lines:
             line.load_cell.mass = mass
 
+    def put_ball_back(self) -> None:
+        """Lay the ball where it starts, as a hand would; without a ball nothing happens."""
+        self.plant.put_ball_back()
+
     def state(self) -> PlantState:
         """Return what is true now."""
         return self.plant.state()
@@ -136,6 +146,9 @@ class VirtualBench:
             for place, line in enumerate(lines):
                 if line:
                     self._cells[place].extend(self._sent(place, line, plant.time))
+            if plant.camera is not None and (frame := plant.look()):
+                due = plant.time + plant.camera.delay
+                self._frames.append(Reply(due=due, data=frame))
 
     def _sent(self, place: int, line: bytes, time: float) -> Iterable[Reply]:
         """Return a load cell's line on its way to the host, unless it is lost."""
@@ -200,11 +213,12 @@ class VirtualBench:
     def cell_lines(self, time: float, place: int = 0) -> list[Reply]:
         """Return what a load cell's board has sent up to an instant [s], line by line."""
         self.advance(time)
-        lines: list[Reply] = []
-        cell = self._cells[place]
-        while cell and cell[0].due <= time:
-            lines.append(cell.popleft())
-        return lines
+        return come(self._cells[place], time)
+
+    def camera_lines(self, time: float) -> list[Reply]:
+        """Return what the camera's program has sent up to an instant [s], line by line."""
+        self.advance(time)
+        return come(self._frames, time)
 
     def _happen(self, time: float) -> None:
         """Let the events that are due happen."""
@@ -249,6 +263,14 @@ def emulator_of(line: DriveLine, seed: int, place: int) -> AnyEmulator:
     rng = random.Random(f"servo sensors {seed} {place}" if place else f"servo sensors {seed}")
     constants = line.constants.servo
     return line.family.emulator(line.registers, line.firmware, line.motor, constants, rng)
+
+
+def come(sent: deque[Reply], time: float) -> list[Reply]:
+    """Take out what has come by an instant [s]."""
+    lines: list[Reply] = []
+    while sent and sent[0].due <= time:
+        lines.append(sent.popleft())
+    return lines
 
 
 def changed(data: bytes, rng: random.Random) -> bytes:

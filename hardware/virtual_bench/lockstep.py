@@ -6,6 +6,7 @@ handler and the load cell's stream come from here.
 
 import termios
 from collections import deque
+from collections.abc import Callable
 from functools import cached_property
 from pathlib import Path
 
@@ -143,26 +144,32 @@ class LockstepServoPort:
             raise termios.error(*UNPLUGGED.args)
 
 
-class LockstepCellStream:
-    """A load cell's bytes with the instants at which they arrived."""
+class LockstepStream:
+    """Lines of a sensor with the instants at which they arrived.
 
-    def __init__(self, bench: VirtualBench, clock: LockstepClock, place: int = 0) -> None:
-        self._bench = bench
+    Args:
+        name: Name in errors.
+        lines: Gives what the sensor has sent up to an instant [s].
+        clock: The bench's clock.
+    """
+
+    def __init__(
+        self, name: str, lines: Callable[[float], list[Reply]], clock: LockstepClock
+    ) -> None:
+        self.name = name
+        self._lines = lines
         self._clock = clock
-        self._place = place
-        self.name = "lockstep load cell"
 
     def open(self) -> None:
         """Begin to receive: what came before is gone."""
-        self._bench.cell_lines(self._clock.now(), self._place)
+        self._lines(self._clock.now())
 
     def close(self) -> None:
         """Stop to receive."""
 
     def receive(self) -> list[tuple[float, bytes]]:
         """Return arrival [s] and bytes of each line since the last call."""
-        lines = self._bench.cell_lines(self._clock.now(), self._place)
-        return [(line.due, line.data) for line in lines]
+        return [(line.due, line.data) for line in self._lines(self._clock.now())]
 
 
 class LockstepBench(VirtualBench):
@@ -177,9 +184,15 @@ class LockstepBench(VirtualBench):
         """Return a port handler for dynamixel_sdk."""
         return LockstepServoPort(self, self.clock)
 
-    def load_cell_stream(self, place: int = 0) -> LockstepCellStream:
+    def load_cell_stream(self, place: int = 0) -> LockstepStream:
         """Return the stream of dated bytes of the load cell in one of the tendons."""
-        return LockstepCellStream(self, self.clock, place)
+        return LockstepStream(
+            "lockstep load cell", lambda time: self.cell_lines(time, place), self.clock
+        )
+
+    def camera_stream(self) -> LockstepStream:
+        """Return the stream of dated lines of the camera that sees the ball."""
+        return LockstepStream("lockstep camera", self.camera_lines, self.clock)
 
     def plant_file(self, path: Path) -> None:
         """Write every constant of this unit, and the effects that they amount to, as TOML."""

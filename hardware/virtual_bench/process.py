@@ -20,7 +20,7 @@ from hardware.virtual_bench.lockstep import LockstepBench
 from hardware.virtual_bench.memory.control_table import XC330_T288_T
 from hardware.virtual_bench.physics.unit import BENCHES, draw_unit
 from hardware.virtual_bench.physics.wear import NEW, WEARS, worn
-from hardware.virtual_bench.server import CONTROL, SERVO, load_cell_name
+from hardware.virtual_bench.server import CAMERA, CONTROL, SERVO, load_cell_name
 from tendon_newton.errors import TendonNewtonError, listed, unknown_name
 
 WORD = "virtual"
@@ -86,7 +86,8 @@ class VirtualPorts:
     """A running virtual bench: use it as a context manager, or close it.
 
     Args:
-        bench: ``spring_weak``, ``spring_strong``, ``finger`` or ``finger_antagonist``.
+        bench: ``spring_weak``, ``spring_strong``, ``finger``, ``finger_antagonist``, ``hand`` or
+            ``hand_ball``.
         seed: Which unit, and which noise.
         obstacle: Obstacle in the mechanism's way.
         load_cell_rate: Lines per second: 80, 20 or 10 [Hz].
@@ -144,6 +145,11 @@ class VirtualPorts:
         return tuple(str(self.folder / load_cell_name(place)) for place in range(count))
 
     @property
+    def camera_port(self) -> str:
+        """Path of the port of the camera that sees the ball, where there is one."""
+        return str(self.folder / CAMERA)
+
+    @property
     def process_id(self) -> int:
         """Number of the process that emulates."""
         return self._process.pid
@@ -197,11 +203,16 @@ class VirtualPorts:
         """Hang a mass [kg] on the load cell; ``None`` hooks the tendon in again."""
         self._ask("mass", mass=mass)
 
+    def put_ball_back(self) -> None:
+        """Lay a hand's ball where it starts."""
+        self._ask("ball")
+
     def state(self) -> PlantState:
         """Return what is true now."""
         answer = self._ask("state")
-        if answer["tip"] is not None:
-            answer["tip"] = tuple(answer["tip"])
+        for key in ("tip", "joints", "ball"):
+            if answer[key] is not None:
+                answer[key] = tuple(answer[key])
         return PlantState(**answer)
 
     def plant_file(self, path: Path) -> None:

@@ -26,7 +26,7 @@ from hardware.virtual_bench.physics.wear import NEW
 from hardware.virtual_bench.pty_port import PtyPort
 from tendon_newton.errors import TendonNewtonError
 
-SERVO, LOAD_CELL, CONTROL = "servo", "load_cell", "control"
+SERVO, LOAD_CELL, CAMERA, CONTROL = "servo", "load_cell", "camera", "control"
 """Names of the files in the process's folder; further load cells are numbered."""
 KEEP_UP = 4e-3
 """Longest time that the plant falls behind the clock [s]."""
@@ -56,6 +56,7 @@ class BenchServer:
         self._cells = [
             PtyPort(folder / load_cell_name(place)) for place in range(len(bench.servos))
         ]
+        self._camera = None if bench.plant.camera is None else PtyPort(folder / CAMERA)
         self._control = socket.socket(socket.AF_UNIX)
         self._control.bind(str(folder / CONTROL))
         self._control.listen()
@@ -95,8 +96,8 @@ class BenchServer:
     def close(self) -> None:
         """Take ports and socket away."""
         self._servo.unplug()
-        for cell in self._cells:
-            cell.unplug()
+        for port in (*self._cells, *([] if self._camera is None else [self._camera])):
+            port.unplug()
         self._control.close()
         (self._folder / CONTROL).unlink(missing_ok=True)
         with suppress(OSError):  # it was ours alone, unless somebody put a file there
@@ -135,6 +136,9 @@ class BenchServer:
         for place, cell in enumerate(self._cells):
             for line in self._bench.cell_lines(now, place):
                 cell.write(line.data)
+        if self._camera is not None:
+            for line in self._bench.camera_lines(now):
+                self._camera.write(line.data)
 
     def _obey(self, client: socket.socket) -> None:
         """Carry out one line from a client of the control socket and answer it."""
@@ -169,8 +173,11 @@ class BenchServer:
             bench.set_obstacle(arguments["name"])
         elif kind == "mass":
             bench.hang_mass(arguments["mass"])
+        elif kind == "ball":
+            bench.put_ball_back()
         elif kind != "state":
-            return {"error": f"no command {kind!r}; known: faults, event, obstacle, mass, state"}
+            known = "faults, event, obstacle, mass, ball, state"
+            return {"error": f"no command {kind!r}; known: {known}"}
         return asdict(bench.state())
 
 

@@ -1,7 +1,7 @@
 """Let a policy drive a bench that options name, and keep its log as a recording."""
 
 import sys
-from contextlib import closing
+from contextlib import ExitStack, closing
 from dataclasses import replace
 from math import pi
 from pathlib import Path
@@ -9,14 +9,17 @@ from pathlib import Path
 from hardware.benches.bench import Bench, open_bench
 from hardware.benches.bench_address import BenchAddress, DriveAddress
 from hardware.collection.collect_plan import free_name, mount
+from hardware.control.ball_pilot import BallPilot
 from hardware.control.goals import FixedGoal, Goals, open_goals
 from hardware.control.keyboard import Keyboard
 from hardware.control.operator import Operator
-from hardware.control.pilot import JogPilot, PolicyPilot
+from hardware.control.pilot import JogPilot, Pilot, PolicyPilot
 from hardware.control.policy_runner import Policy, load_policy
+from hardware.deployment.ball_watch import BallWatch
 from hardware.deployment.deploy import Deployment, DeployOutcome, deploy
 from hardware.deployment.deploy_replay import DIFFERENCE, replay_log
 from hardware.deployment.deploy_settings import DeploySettings, loops_of, refuse_mismatch
+from hardware.deployment.turning_report import turning_text
 from hardware.safety_rules.bench_limits import SafetyLimits
 from hardware.safety_rules.force_estimate import ForceEstimate, load_estimate
 from hardware.safety_rules.rule_limits import limits_for
@@ -60,31 +63,44 @@ def drive(options: DeployOptions, operator: Operator) -> DeployOutcome:
     settings = settings_of(options, policy)
     if policy is not None:
         refuse_mismatch(policy.card, settings, address)
-        pilot = PolicyPilot(policy)
-    else:
-        pilot = JogPilot(settings.policy_rate, settings.loop.position_range)
     with (
         closing(goals_of(options, policy, settings)) as goals,
         StopRequest() as stop,
         open_bench(address, operator.tell) as bench,
+        ExitStack() as stack,
     ):
         if settings.duration is None:
             settings = replace(settings, duration=goals.length)
         get_ready(bench, operator)
+        watch = None
+        if policy is not None and policy.card.turning is not None:
+            watch = BallWatch(bench, policy.card.turning, operator)
+            watch.open()
+            stack.callback(watch.close)
         deployment = Deployment(
             bench=bench,
-            pilot=pilot,
+            pilot=pilot_of(policy, settings, watch),
             settings=settings,
             goals=goals,
             policy=policy,
             estimate=estimate_of(options),
+            watch=watch,
         )
         with Keyboard() as keyboard:
             if settings.duration is None and not keyboard.there:
                 tell_endless(options, operator)
             outcome = deploy(deployment, free_log(options), keyboard, operator, stop)
+    if policy is not None and policy.card.turning is not None and outcome.path is not None:
+        operator.announce(turning_text(outcome.path, policy.card.turning))
     conclude(options, outcome, operator)
     return outcome
+
+
+def pilot_of(policy: Policy | None, settings: DeploySettings, watch: BallWatch | None) -> Pilot:
+    """Return who drives: a policy, with a ball or without, or a hand at the keys."""
+    if policy is None:
+        return JogPilot(settings.policy_rate, settings.loop.position_range)
+    return PolicyPilot(policy) if watch is None else BallPilot(policy, watch)
 
 
 def tell_endless(options: DeployOptions, operator: Operator) -> None:
@@ -146,13 +162,14 @@ def bench_address(options: DeployOptions, servos: int) -> BenchAddress:
     bench = bench_of(options)
     if bench not in (assets := asset_files()):
         raise unknown_name("bench", bench, assets)
-    return address_of(
+    address = address_of(
         options,
         bench,
         port=options.port or "",
         load_cell_rate=options.load_cell_rate,
         further=further_drives(options, servos),
     )
+    return replace(address, camera_port=options.camera_port)
 
 
 def further_drives(options: DeployOptions, servos: int) -> tuple[DriveAddress, ...]:

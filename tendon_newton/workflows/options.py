@@ -137,7 +137,7 @@ class DeployOptions(BenchOptions, BenchPorts, FurtherLoadCells, ViewOptions):
     finger-stairs, which comes along."""
     goals: str = "keyboard"
     """Where goals come from: keyboard, stdin, udp:5005, udp:ADDRESS:PORT, stairs, a file of times
-    [s] and angles [rad], or one angle [rad]."""
+    [s] and angles [rad], or one angle [rad]. A policy that turns a ball takes rates [rad/s]."""
     goals_key: Path | None = None
     """File with a key of 16 bytes or more, with which goals over UDP are signed; those from other
     computers must be."""
@@ -157,6 +157,8 @@ class DeployOptions(BenchOptions, BenchPorts, FurtherLoadCells, ViewOptions):
     """Trust this TorchScript policy from now on; it is a program."""
     force_network: Path | None = None
     """ONNX file of a force network that estimates the tension where no load cell is."""
+    camera_port: str | None = None
+    """Port on which a camera's program tells where a ball is; a virtual hand brings its own."""
     bench: str | None = None
     """Bench under assets; unless given the virtual one that the port names, or finger."""
     load_cell_rate: int = 20

@@ -7,12 +7,25 @@ from hardware.virtual_bench.emulation.emulations import AnyModel, family_of
 from hardware.virtual_bench.emulation.firmware import TICK
 from hardware.virtual_bench.memory.control_table import XC330_T288_T
 from hardware.virtual_bench.physics.antagonist import AntagonistFinger
-from hardware.virtual_bench.physics.constants import TIME_STEP, AntagonistConstants, SliderConstants
+from hardware.virtual_bench.physics.ball_camera import BallCamera
+from hardware.virtual_bench.physics.constants import (
+    TIME_STEP,
+    AntagonistConstants,
+    HandBallConstants,
+    HandConstants,
+    SliderConstants,
+)
 from hardware.virtual_bench.physics.encoder import Encoder
 from hardware.virtual_bench.physics.load_cell import LoadCellBoard
-from hardware.virtual_bench.physics.mechanisms import Finger, Mechanism, Slider
+from hardware.virtual_bench.physics.mechanisms import (
+    Finger,
+    Mechanism,
+    Slider,
+    StringMechanism,
+)
 from hardware.virtual_bench.physics.motor import Motor
 from hardware.virtual_bench.physics.obstacle import Obstacle
+from hardware.virtual_bench.physics.scene import Pose, Scene, Still
 from hardware.virtual_bench.physics.tendon import Tendon
 from hardware.virtual_bench.physics.unit import LineConstants, Unit
 
@@ -73,6 +86,10 @@ class PlantState:
     """[1]"""
     tip: tuple[float, float] | None
     """x and z of the fingertip [m]; ``None`` where there is none."""
+    joints: tuple[float, ...] = ()
+    """Joint angles of a hand, finger by finger [rad]."""
+    ball: Pose | None = None
+    """Place [m] and quaternion (x, y, z, w) of the ball in a hand, where there is one."""
 
 
 class Plant:
@@ -84,6 +101,7 @@ class Plant:
         model: Which servo's control table it has.
         load_cell_rate: 80 or 10, the chip's own, or 20 [Hz].
         time_step: Substep [s]; must divide a millisecond.
+        still: Whether nothing gives line, as while masses hang on the load cells.
     """
 
     def __init__(
@@ -94,6 +112,7 @@ class Plant:
         model: AnyModel = XC330_T288_T,
         load_cell_rate: int = 80,
         time_step: float = TIME_STEP,
+        still: bool = False,
     ) -> None:
         self.unit = unit
         self._substeps = round(TICK / time_step)
@@ -112,10 +131,12 @@ class Plant:
         self.motor, self.tendon, self.encoder = first.motor, first.tendon, first.encoder
         self.registers, self.firmware = first.registers, first.firmware
         self.load_cell = first.load_cell
-        self.mechanism = mechanism_of(unit)
+        self.mechanism = Still(len(self.lines)) if still else mechanism_of(unit)
+        self.camera = camera_of(unit, seed)
+        """Looks at the ball, where there is one."""
         self.obstacle = Obstacle()
         self.ticks = 0
-        for _ in range(REST_TICKS):
+        for _ in range(0 if still else REST_TICKS):
             self._move(0.0)
         for line in self.lines:
             line.motor.angle = line.motor.rate = 0.0
@@ -144,11 +165,11 @@ class Plant:
 
     def _move(self, time: float) -> tuple[float, ...]:
         """Advance the mechanics by a millisecond; return the mean tensions at the cells [N]."""
-        if isinstance(self.mechanism, AntagonistFinger):
-            return self._move_between(self.mechanism, time)
-        return (self._move_alone(self.mechanism, time),)
+        if isinstance(self.mechanism, Slider | Finger):
+            return (self._move_alone(self.mechanism, time),)
+        return self._move_between(self.mechanism, time)
 
-    def _move_between(self, mechanism: AntagonistFinger, time: float) -> tuple[float, ...]:
+    def _move_between(self, mechanism: StringMechanism, time: float) -> tuple[float, ...]:
         """Advance what several servos pull; an obstacle meets the first one's string."""
         lines, obstacle, step = self.lines, self.obstacle, self._time_step
         totals = [0.0] * len(lines)
@@ -191,26 +212,52 @@ class Plant:
     def state(self) -> PlantState:
         """Return what is true now."""
         motor, mechanism = self.motor, self.mechanism
-        several = isinstance(mechanism, AntagonistFinger)
+        alone = isinstance(mechanism, Slider | Finger)
+        scene = mechanism if isinstance(mechanism, Scene) else None
         return PlantState(
             time=self.time,
             angle=motor.angle,
             rate=motor.rate,
             tension=self.tendon.spool_side,
-            excursion=mechanism.excursions[0] if several else mechanism.excursion,
+            excursion=mechanism.excursion if alone else mechanism.excursions[0],
             current=motor.input_current,
             voltage=motor.voltage,
             temperature=motor.temperature,
             duty=motor.duty,
             tip=mechanism.tip(),
+            joints=() if scene is None else scene.joints(),
+            ball=None if scene is None else scene.ball(),
         )
 
+    def look(self) -> bytes:
+        """Let the camera look at the ball; return the line of a frame that is complete."""
+        if self.camera is None or not isinstance(self.mechanism, Scene):
+            return b""
+        ball = self.mechanism.ball()
+        assert ball is not None
+        return self.camera.take(ball[:3], self.time)
 
-def mechanism_of(unit: Unit) -> Mechanism | AntagonistFinger:
+    def put_ball_back(self) -> None:
+        """Lay the ball where it starts, as a hand would; without a ball nothing happens."""
+        if isinstance(self.mechanism, Scene):
+            self.mechanism.put_back()
+
+
+def camera_of(unit: Unit, seed: int) -> BallCamera | None:
+    """Return what looks at a unit's ball, where there is one."""
+    constants = unit.mechanism
+    if not isinstance(constants, HandBallConstants):
+        return None
+    return BallCamera(constants, random.Random(f"camera {seed}"))
+
+
+def mechanism_of(unit: Unit) -> Slider | Finger | StringMechanism:
     """Return what a unit's tendons pull."""
     constants = unit.mechanism
     if isinstance(constants, SliderConstants):
         return Slider(constants)
     if isinstance(constants, AntagonistConstants):
         return AntagonistFinger(constants)
+    if isinstance(constants, HandConstants):
+        return Scene(unit.bench, constants)
     return Finger(constants)

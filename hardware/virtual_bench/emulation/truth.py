@@ -9,11 +9,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from hardware.virtual_bench.physics.constants import (
-    AntagonistConstants,
-    FingerConstants,
-    SliderConstants,
-)
+from hardware.virtual_bench.physics.constants import HandConstants, SliderConstants
 from hardware.virtual_bench.physics.load_cell import FILTER
 from hardware.virtual_bench.physics.obstacle import NOMINAL_SPOOL
 from hardware.virtual_bench.physics.unit import BENCHES, Unit
@@ -98,18 +94,24 @@ def mechanism_effects(unit: Unit) -> list[Effect]:
             ("inertia_error", {"scale": c.mass / nominal.mass}),
             ("joint_dry_friction", {"fraction": dry}),
         ]
-    assert isinstance(c, FingerConstants | AntagonistConstants)
-    assert isinstance(nominal, FingerConstants | AntagonistConstants)
-    return [
+    assert not isinstance(c, SliderConstants)
+    assert not isinstance(nominal, SliderConstants)
+    own: list[Effect] = [
         ("joint_stiffness_error", {"scale": ratio(c.stiffness, nominal.stiffness)}),
         ("joint_damping_error", {"scale": ratio(c.damping, nominal.damping)}),
         ("inertia_error", {"scale": ratio(c.masses, nominal.masses)}),
+        ("gravity_misalignment", {"angle": c.tilt}),
+    ]
+    if isinstance(c, HandConstants):
+        return own
+    return [
+        *own[:-1],
         (
             "viscoelastic_spring",
             {"stiffness_ratio": c.maxwell_ratio, "relaxation_time": c.maxwell_time},
         ),
         ("spring_stiffening", {}),
-        ("gravity_misalignment", {"angle": c.tilt}),
+        own[-1],
     ]
 
 
@@ -123,6 +125,6 @@ def sensor_effects(unit: Unit) -> list[Effect]:
     ]
 
 
-def ratio(values: tuple[float, float], nominal: tuple[float, float]) -> float:
-    """Return the mean ratio of two joints' values to their nominal ones [1]."""
-    return 0.5 * (values[0] / nominal[0] + values[1] / nominal[1])
+def ratio(values: tuple[float, ...], nominal: tuple[float, ...]) -> float:
+    """Return the mean ratio of joints' or fingers' values to their nominal ones [1]."""
+    return sum(v / n for v, n in zip(values, nominal, strict=True)) / len(values)

@@ -41,8 +41,8 @@ def drawn(
     return field(default=nominal, metadata={"width": width, "unit": unit, "source": source})
 
 
-def drawn_pair(nominal: tuple[float, float], spread: float, unit: str, source: str) -> Any:
-    """Return a field with a value for each of two joints, drawn one by one."""
+def drawn_each(nominal: tuple[float, ...], spread: float, unit: str, source: str) -> Any:
+    """Return a field with a value for each joint or finger, drawn one by one."""
     width = tuple(abs(value) * spread for value in nominal)
     return field(default=nominal, metadata={"width": width, "unit": unit, "source": source})
 
@@ -106,14 +106,14 @@ class TendonConstants:
 class FingerConstants:
     """Two phalanges on flexible joints; [PIP, DIP] where there are two numbers."""
 
-    lengths: tuple[float, float] = drawn_pair((0.030, 0.025), 0.01, "m", "nominal bench")
-    masses: tuple[float, float] = drawn_pair((0.012, 0.008), 0.05, "kg", "nominal bench")
-    moment_arms: tuple[float, float] = drawn_pair((0.0080, 0.0055), 0.03, "m", "nominal bench")
-    stiffness: tuple[float, float] = drawn_pair((0.045, 0.030), 0.08, "N m/rad", "nominal bench")
-    damping: tuple[float, float] = drawn_pair((5e-4, 3e-4), 0.2, "N m s/rad", "nominal bench")
-    limits: tuple[float, float] = drawn_pair((1.75, 1.40), 0.02, "rad", "nominal bench")
+    lengths: tuple[float, float] = drawn_each((0.030, 0.025), 0.01, "m", "nominal bench")
+    masses: tuple[float, float] = drawn_each((0.012, 0.008), 0.05, "kg", "nominal bench")
+    moment_arms: tuple[float, float] = drawn_each((0.0080, 0.0055), 0.03, "m", "nominal bench")
+    stiffness: tuple[float, float] = drawn_each((0.045, 0.030), 0.08, "N m/rad", "nominal bench")
+    damping: tuple[float, float] = drawn_each((5e-4, 3e-4), 0.2, "N m s/rad", "nominal bench")
+    limits: tuple[float, float] = drawn_each((1.75, 1.40), 0.02, "rad", "nominal bench")
     stop_stiffness: float = drawn(30.0, 0.0, "N m/rad", "nominal bench")
-    stop_damping: tuple[float, float] = drawn_pair((0.02, 0.004), 0.0, "N m s/rad", "nominal bench")
+    stop_damping: tuple[float, float] = drawn_each((0.02, 0.004), 0.0, "N m s/rad", "nominal bench")
     maxwell_ratio: float = drawn(0.22, 0.3, "1", "assumed: TPU 95A relaxes by 15 to 30 %")
     maxwell_time: float = drawn(1.4, 0.4, "s", "assumed: TPU 95A within seconds")
     pad_stiffness: float = drawn(0.35, 0.3, "N m/rad", "assumed: TPU pads that meet at closure")
@@ -131,28 +131,56 @@ class AntagonistConstants:
     is straight.
     """
 
-    lengths: tuple[float, float] = drawn_pair((0.034, 0.026), 0.01, "m", "nominal bench")
-    masses: tuple[float, float] = drawn_pair((0.015, 0.009), 0.05, "kg", "nominal bench")
-    flexor_before: tuple[float, float] = drawn_pair(
+    lengths: tuple[float, float] = drawn_each((0.034, 0.026), 0.01, "m", "nominal bench")
+    masses: tuple[float, float] = drawn_each((0.015, 0.009), 0.05, "kg", "nominal bench")
+    flexor_before: tuple[float, float] = drawn_each(
         (0.014705, 0.012207), 0.02, "m", "nominal bench; 0.3 mm of print and line"
     )
-    flexor_behind: tuple[float, float] = drawn_pair((0.014422, 0.010929), 0.02, "m", "as before")
-    flexor_angle: tuple[float, float] = drawn_pair((1.93729, 1.92764), 0.01, "rad", "as before")
-    extensor_before: tuple[float, float] = drawn_pair((0.017889, 0.020742), 0.02, "m", "as before")
-    extensor_behind: tuple[float, float] = drawn_pair((0.015042, 0.010770), 0.02, "m", "as before")
-    extensor_angle: tuple[float, float] = drawn_pair((2.30361, 2.49272), 0.01, "rad", "as before")
-    knuckles: tuple[float, float] = drawn_pair((0.006, 0.0045), 0.02, "m", "as before")
-    stiffness: tuple[float, float] = drawn_pair((0.030, 0.020), 0.08, "N m/rad", "nominal bench")
-    damping: tuple[float, float] = drawn_pair((6e-4, 3e-4), 0.2, "N m s/rad", "nominal bench")
-    limits: tuple[float, float] = drawn_pair((1.5, 1.5), 0.02, "rad", "nominal bench")
+    flexor_behind: tuple[float, float] = drawn_each((0.014422, 0.010929), 0.02, "m", "as before")
+    flexor_angle: tuple[float, float] = drawn_each((1.93729, 1.92764), 0.01, "rad", "as before")
+    extensor_before: tuple[float, float] = drawn_each((0.017889, 0.020742), 0.02, "m", "as before")
+    extensor_behind: tuple[float, float] = drawn_each((0.015042, 0.010770), 0.02, "m", "as before")
+    extensor_angle: tuple[float, float] = drawn_each((2.30361, 2.49272), 0.01, "rad", "as before")
+    knuckles: tuple[float, float] = drawn_each((0.006, 0.0045), 0.02, "m", "as before")
+    stiffness: tuple[float, float] = drawn_each((0.030, 0.020), 0.08, "N m/rad", "nominal bench")
+    damping: tuple[float, float] = drawn_each((6e-4, 3e-4), 0.2, "N m s/rad", "nominal bench")
+    limits: tuple[float, float] = drawn_each((1.5, 1.5), 0.02, "rad", "nominal bench")
     stop_stiffness: float = drawn(30.0, 0.0, "N m/rad", "nominal bench")
-    stop_damping: tuple[float, float] = drawn_pair((0.02, 0.005), 0.0, "N m s/rad", "nominal bench")
+    stop_damping: tuple[float, float] = drawn_each((0.02, 0.005), 0.0, "N m s/rad", "nominal bench")
     maxwell_ratio: float = drawn(0.22, 0.3, "1", "assumed: TPU 95A relaxes by 15 to 30 %")
     maxwell_time: float = drawn(1.4, 0.4, "s", "assumed: TPU 95A within seconds")
     pad_stiffness: float = drawn(0.35, 0.3, "N m/rad", "assumed: TPU pads that meet at closure")
     pad_reach: float = drawn(0.20, 0.2, "rad", "assumed: pads meet this far before the stop")
     gravity: float = drawn(9.81, 0.0, "m/s^2", "nominal bench")
     tilt: float = drawn(0.0, 0.0, "rad", "assumed: the bench stands level", half_width=0.02)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class HandConstants:
+    """Four fingers in front of one palm, each with its servo; what a unit has of the asset's [1].
+
+    The asset's own numbers stand in the scene's file. Of four numbers one belongs to each tendon's
+    finger.
+    """
+
+    masses: tuple[float, ...] = drawn_each((1.0,) * 4, 0.05, "1", "printing tolerance")
+    stiffness: tuple[float, ...] = drawn_each((1.0,) * 4, 0.08, "1", "as of the finger's springs")
+    damping: tuple[float, ...] = drawn_each((1.0,) * 4, 0.2, "1", "as of the finger's joints")
+    tilt: float = drawn(0.0, 0.0, "rad", "assumed: the bench stands level", half_width=0.02)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class HandBallConstants(HandConstants):
+    """The same hand with a ball in a cup on its palm, and a camera that looks at the ball."""
+
+    ball_mass: float = drawn(1.0, 0.1, "1", "assumed: balls of one kind, as sold")
+    ball_friction: float = drawn(1.0, 0.2, "1", "assumed: rubber on printed fingers, dust")
+    cup_friction: float = drawn(1.0, 0.3, "1", "assumed: polished plastic, dust")
+    camera_noise: float = drawn(1.0e-3, 0.5, "m", "assumed: a blob of some 20 pixels at 640 x 480")
+    camera_delay: float = drawn(
+        0.075, 0.0, "s", "assumed: exposure, readout and search of a frame", half_width=0.025
+    )
+    camera_rate: float = drawn(30.0, 1e-4, "Hz", "assumed: a camera's own crystal")
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

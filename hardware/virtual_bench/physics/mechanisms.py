@@ -1,5 +1,6 @@
 """Mechanisms that the tendon pulls: a carriage on a rail, or a finger with flexible joints."""
 
+from collections.abc import Sequence
 from math import cos, sin
 from typing import Protocol
 
@@ -20,6 +21,24 @@ class Mechanism(Protocol):
 
     def advance(self, pull: float, stiffness: float, time_step: float) -> None:
         """Advance by one substep [s] under a pull [N], implicit in what pulls [N/m]."""
+
+    def tip(self) -> tuple[float, float] | None:
+        """Return the tip's x and z [m], or ``None`` where there is no tip."""
+        ...
+
+
+class StringMechanism(Protocol):
+    """A mechanism that several strings pull."""
+
+    excursions: tuple[float, ...]
+    """Line given to each string [m]."""
+    excursion_rates: tuple[float, ...]
+    """[m/s]"""
+
+    def advance(
+        self, pulls: Sequence[float], stiffnesses: Sequence[float], time_step: float
+    ) -> None:
+        """Advance by one substep [s] under each string's pull [N] and stiffness [N/m]."""
 
     def tip(self) -> tuple[float, float] | None:
         """Return the tip's x and z [m], or ``None`` where there is no tip."""

@@ -56,8 +56,8 @@ def stiff_springs(unit: Unit, factor: float) -> Unit:
     own = unit.mechanism
     if isinstance(own, SliderConstants):
         return replace(unit, mechanism=replace(own, stiffness=factor * own.stiffness))
-    first, second = own.stiffness
-    return replace(unit, mechanism=replace(own, stiffness=(factor * first, factor * second)))
+    stiffer = tuple(factor * each for each in own.stiffness)
+    return replace(unit, mechanism=replace(own, stiffness=stiffer))
 
 
 def tilt(unit: Unit, angle: float) -> Unit:

@@ -9,6 +9,8 @@ from hardware.virtual_bench.memory.feetech_table import STS3215, STS3250
 from hardware.virtual_bench.physics.constants import (
     AntagonistConstants,
     FingerConstants,
+    HandBallConstants,
+    HandConstants,
     LoadCellConstants,
     ServoConstants,
     SliderConstants,
@@ -22,16 +24,19 @@ Constants = TypeVar(
     | TendonConstants
     | FingerConstants
     | AntagonistConstants
+    | HandConstants
     | SliderConstants
     | LoadCellConstants,
 )
-MechanismConstants = FingerConstants | AntagonistConstants | SliderConstants
+MechanismConstants = FingerConstants | AntagonistConstants | HandConstants | SliderConstants
 
 BENCHES: dict[str, MechanismConstants] = {
     "spring_weak": SliderConstants(stiffness=200.0),
     "spring_strong": SliderConstants(stiffness=800.0),
     "finger": FingerConstants(),
     "finger_antagonist": AntagonistConstants(),
+    "hand": HandConstants(),
+    "hand_ball": HandBallConstants(),
 }
 """Bench names and the middle of each mechanism's draw."""
 SERVOS: dict[str, ServoConstants] = {
@@ -138,7 +143,15 @@ def servo_count(bench: str) -> int:
     """
     if bench not in BENCHES:
         raise unknown_name("virtual bench", bench, BENCHES)
-    return 2 if isinstance(BENCHES[bench], AntagonistConstants) else 1
+    middle = BENCHES[bench]
+    if isinstance(middle, HandConstants):
+        return len(middle.stiffness)
+    return 2 if isinstance(middle, AntagonistConstants) else 1
+
+
+def has_ball(bench: str) -> bool:
+    """Tell whether a virtual bench has a ball, and a camera that sees it."""
+    return isinstance(BENCHES[bench], HandBallConstants)
 
 
 def drawn_line(servo: str, rng: random.Random) -> LineConstants:

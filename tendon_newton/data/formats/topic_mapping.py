@@ -16,6 +16,8 @@ FORCE_TOPIC = "/load_cell"
 RAW_FORCE_TOPIC = "/load_cell/raw"
 DIAGNOSTICS_TOPIC = "/servo/diagnostics"
 TIP_TOPIC = "/tip"
+BALL_TOPIC = "/ball"
+TRUTH_TOPIC = "/bench/truth"
 SESSION_RECORD = "session"
 """Name of the metadata record that says how a recording was made."""
 

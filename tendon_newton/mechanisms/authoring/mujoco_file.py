@@ -1,10 +1,16 @@
-"""A mechanism as MJCF for plain MuJoCo: Newton's own export, with a motor on each tendon."""
+"""A mechanism as MJCF for plain MuJoCo: Newton's own export, with a motor on each tendon.
+
+Bodies, joints and tendons are called by the last part of their paths. Where two fingers share such
+names, the finger's stands before them: `index_mcp`.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import io
 import tempfile
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +21,7 @@ from newton.solvers import SolverMuJoCo
 from tendon_newton.data.files.text_file import write_text
 from tendon_newton.data.recording import BenchOverrides
 from tendon_newton.errors import InvalidAsset
+from tendon_newton.mechanisms.authoring.mujoco_contacts import add_obstacles
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.worlds import build_model
 
@@ -42,38 +49,54 @@ def write_mujoco(path: Path, mechanism: Mechanism) -> None:
     Raises:
         InvalidOutput: The file cannot be written.
     """
-    spec = mujoco_spec(mechanism)
+    names = names_of(mechanism)
+    spec = scene_spec(mechanism, names)
     for tendon in mechanism.tendons:
-        add_motor(spec, tendon.name, tendon.force_limit, direct=tendon.direct)
+        add_motor(spec, names[tendon.prim], tendon.force_limit, direct=tendon.direct)
     write_spec(path, spec)
 
 
 def mujoco_spec(mechanism: Mechanism) -> Any:
     """Return a mechanism, with its own numbers, as MuJoCo's editable model without actuators.
 
+    Joints and tendons have the names that they have in the mechanism.
+
     Raises:
         InvalidAsset: Two joints or tendons share the last part of their paths.
         InvalidParameter: An obstacle has a mass.
     """
-    mechanism.refuse_moving_obstacle("an MJCF file")
-    names = [*mechanism.joint_names, *(tendon.name for tendon in mechanism.tendons)]
-    twice = sorted({name for name in names if names.count(name) > 1})
+    mechanism.refuse_moving_obstacle("an MJCF file with a servo")
+    names = names_of(mechanism)
+    own = [last(prim) for prim in named_prims(mechanism)]
+    twice = sorted({name for name in own if own.count(name) > 1})
     if twice:
         raise InvalidAsset(
             "MJCF calls joints and tendons by the last part of their paths, which "
             f"{mechanism.name} has more than once: {', '.join(twice)}; export one finger of it"
         )
+    return scene_spec(mechanism, names)
+
+
+def scene_spec(mechanism: Mechanism, names: Mapping[str, str]) -> Any:
+    """Return a mechanism and its obstacles, which may move, as MuJoCo's editable model.
+
+    Args:
+        mechanism: The mechanism.
+        names: What its prims are called; see `names_of`.
+    """
     with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
         draft = Path(folder) / "export.xml"
-        model = build_model(mechanism, 1, overrides=[BenchOverrides()], device="cpu")
+        alone = replace(mechanism, obstacles=())
+        model = build_model(alone, 1, overrides=[BenchOverrides()], device="cpu")
         solver: Any = SolverMuJoCo(model, disable_contacts=True, save_to_mjcf=str(draft))
-        text = short_names(draft.read_text(encoding="utf-8"), mechanism)
-    spec = newton_s_mujoco().MjSpec.from_string(text)
+        text = short_names(draft.read_text(encoding="utf-8"), mechanism, names)
+    mujoco = newton_s_mujoco()
+    spec = mujoco.MjSpec.from_string(text)
     spec.modelname = mechanism.name
     spec.option.timestep = TIME_STEP
     for joint, stop in zip(spec.joints, solver.mj_model.jnt_solref, strict=True):
         joint.solref_limit = stop  # the export leaves the end stops at MuJoCo's default
-    draw_shapes(spec, mechanism)
+    add_obstacles(spec, mechanism, draw_shapes(spec, mechanism, names), mujoco)
     return spec
 
 
@@ -92,17 +115,46 @@ def newton_s_mujoco() -> Any:
     return SolverMuJoCo.import_mujoco()[0]
 
 
-def short_names(text: str, mechanism: Mechanism) -> str:
-    """Call prims by the last part of their paths, which are unique in our assets."""
+def named_prims(mechanism: Mechanism) -> list[str]:
+    """Return the paths of joints and tendons, which programs call by name."""
+    return [*mechanism.template.joint_label, *(tendon.prim for tendon in mechanism.tendons)]
+
+
+def names_of(mechanism: Mechanism) -> dict[str, str]:
+    """Return what MJCF calls each prim, by its path.
+
+    Raises:
+        InvalidAsset: Two joints or tendons would have the same name.
+    """
+    template, prims = mechanism.template, named_prims(mechanism)
+    shared = len({last(prim) for prim in prims}) < len(prims)
+    called = of_its_finger if shared else last
+    names = [called(prim) for prim in prims]
+    if len(set(names)) < len(names):
+        raise InvalidAsset(
+            f"MJCF calls joints and tendons by their finger and name; {mechanism.name} has some "
+            "twice: each finger of a hand must stand directly below its root"
+        )
+    return {prim: called(prim) for prim in (*prims, *template.body_label, *template.shape_label)}
+
+
+def short_names(text: str, mechanism: Mechanism, names: Mapping[str, str]) -> str:
+    """Call prims by their names in place of their paths."""
     template = mechanism.template
     prims = [*template.body_label, *template.joint_label]
     for prim in sorted(prims, key=len, reverse=True):
-        text = text.replace(f'"{prim.replace("/", "_")}"', f'"{last(prim)}"')
+        text = text.replace(f'"{prim.replace("/", "_")}"', f'"{names[prim]}"')
     for tendon in mechanism.tendons:
-        text = text.replace(f'"{tendon.prim}"', f'"{tendon.name}"')
+        text = text.replace(f'"{tendon.prim}"', f'"{names[tendon.prim]}"')
     for shape, label in enumerate(template.shape_label):
-        text = text.replace(f'"{label}_{shape}"', f'"{last(label)}"')
+        text = text.replace(f'"{label}_{shape}"', f'"{names[label]}"')
     return text
+
+
+def of_its_finger(prim: str) -> str:
+    """Return the last part of a prim's path behind its finger's name."""
+    _, _, *parts = prim.split("/")
+    return "_".join(dict.fromkeys((parts[0], parts[-1])))
 
 
 def last(prim: str) -> str:
@@ -110,18 +162,24 @@ def last(prim: str) -> str:
     return prim.rsplit("/", maxsplit=1)[-1]
 
 
-def draw_shapes(spec: Any, mechanism: Mechanism) -> None:
-    """Add the asset's shapes to be looked at: they neither weigh nor touch."""
+def draw_shapes(spec: Any, mechanism: Mechanism, names: Mapping[str, str]) -> list[Any]:
+    """Add the asset's shapes to be looked at; return the geoms of the capsules of its links.
+
+    The shapes neither weigh nor touch: an obstacle's contacts name what it meets.
+    """
     kinds = newton_s_mujoco().mjtGeom
     template = mechanism.template
+    bones: list[Any] = []
     for shape, kind in enumerate(template.shape_type):
-        is_site = bool(template.shape_flags[shape] & newton.ShapeFlags.SITE)
-        if is_site or int(kind) not in DRAWN:
+        flags = template.shape_flags[shape]
+        hidden = bool(flags & newton.ShapeFlags.SITE) or not flags & newton.ShapeFlags.VISIBLE
+        if hidden or int(kind) not in DRAWN:
             continue
         owner = template.shape_body[shape]
-        body = spec.worldbody if owner < 0 else spec.body(last(template.body_label[owner]))
+        link = "" if owner < 0 else names[template.body_label[owner]]
+        body = spec.body(link) if link else spec.worldbody
         place = np.array(template.shape_transform[shape], dtype=np.float64)
-        body.add_geom(
+        geom = body.add_geom(
             type=getattr(kinds, DRAWN[int(kind)]),
             size=np.array(template.shape_scale[shape], dtype=np.float64),
             pos=place[:3],
@@ -131,6 +189,10 @@ def draw_shapes(spec: Any, mechanism: Mechanism) -> None:
             mass=0.0,
             rgba=[0.86, 0.66, 0.49, 1.0],
         )
+        if link and kind == newton.GeoType.CAPSULE:
+            geom.name = f"{link}_{last(template.shape_label[shape])}"
+            bones.append(geom)
+    return bones
 
 
 def add_motor(spec: Any, tendon: str, limit: float, *, direct: bool) -> None:

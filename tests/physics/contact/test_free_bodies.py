@@ -231,7 +231,7 @@ def test_hosts_that_move_no_bodies_say_so() -> None:
         ("Rollout", lambda: simulate(runs, ideal_model(), time_step=STEP, mechanism=mechanism)),
         ("DifferentiableRollout", lambda: DifferentiableRollout(mechanism, runs, ideal_model())),
         ("MujocoRollout", lambda: MujocoRollout(mechanism, runs, ideal_model())),
-        ("an MJCF file", lambda: mujoco_spec(mechanism)),
+        ("an MJCF file with a servo", lambda: mujoco_spec(mechanism)),
     ):
         with pytest.raises(InvalidParameter, match=f"^{host} keeps obstacles where they are"):
             build()

@@ -1,0 +1,1 @@
+"""Cameras that say where the ball in a hand is."""

@@ -1,0 +1,218 @@
+"""A policy that turns a ball, on the virtual hand."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from hardware.benches.bench import Bench, open_bench
+from hardware.benches.bench_address import BenchAddress, DriveAddress
+from hardware.control.ball_pilot import BallPilot
+from hardware.control.goals import FixedGoal
+from hardware.control.keyboard import Keyboard
+from hardware.control.policy_runner import Policy, load_policy
+from hardware.deployment.ball_watch import BallWatch
+from hardware.deployment.deploy import Deployment, DeployOutcome, deploy
+from hardware.deployment.deploy_log import read_steps
+from hardware.deployment.deploy_settings import DeploySettings, loops_of, refuse_mismatch
+from hardware.deployment.turning_report import log_figures, read_truth
+from hardware.errors import BallNotSeen, PolicyMismatch
+from hardware.stop_request import StopRequest
+from tendon_newton.cli import main
+from tendon_newton.data.dataset import load_dataset
+from tendon_newton.data.formats.mcap_file import McapReading, read_session
+from tendon_newton.data.formats.topic_mapping import BALL_TOPIC
+from tests.hardware.deploy.runs import Watching, at_instant, calibration_files
+from tests.hardware.deploy.turning import FINGERS, TASK, turning_card, write_gait
+
+LIMIT = 21.0
+"""The most that a servo can pull, as the card says [N]."""
+
+
+@pytest.fixture(scope="module")
+def gait(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A policy's file."""
+    return write_gait(tmp_path_factory.mktemp("gait") / "gait.onnx")
+
+
+@pytest.fixture(scope="module")
+def policy(gait: Path) -> Policy:
+    """The same, loaded."""
+    return load_policy(gait)
+
+
+@pytest.fixture(autouse=True)
+def nobody_at_the_keys(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let no test wait for someone at a terminal."""
+    monkeypatch.setattr("sys.stdin.isatty", lambda: False, raising=False)
+
+
+def address_of(**changes: Any) -> BenchAddress:
+    """Return where the virtual hand is, its cells calibrated."""
+    first, *others = calibration_files("hand_ball", 80)
+    further = [DriveAddress(identifier=2 + k, calibration=each) for k, each in enumerate(others)]
+    values = {
+        "bench": "hand_ball",
+        "port": "virtual",
+        "load_cell_rate": 80,
+        "lockstep": True,
+        "calibration": first,
+        "further": tuple(further),
+    }
+    return BenchAddress(**values | changes)
+
+
+def turn(
+    policy: Policy,
+    path: Path,
+    duration: float,
+    then: Callable[[Bench], None] = lambda bench: None,
+) -> tuple[DeployOutcome, Watching, BallWatch]:
+    """Deploy a policy; a fault may be planned when the bench is open."""
+    operator = Watching()
+    loop, *further = loops_of(policy.card)
+    settings = DeploySettings(duration=duration, loop=loop, further_loops=tuple(further))
+    with open_bench(address_of(), operator.tell) as bench, StopRequest() as stop:
+        watch = BallWatch(bench, TASK, operator)
+        watch.open()
+        then(bench)
+        deployment = Deployment(
+            bench=bench,
+            pilot=BallPilot(policy, watch),
+            settings=settings,
+            goals=FixedGoal(1.0, policy.card.goal_range),
+            policy=policy,
+            watch=watch,
+        )
+        with Keyboard(-1) as keyboard:
+            outcome = deploy(deployment, path, keyboard, operator, stop)
+        watch.close()
+    return outcome, operator, watch
+
+
+def sightings(path: Path) -> list[tuple[float, tuple[float, ...]]]:
+    """Return when each place of the ball arrived [s], and the place [m]."""
+    with path.open("rb") as file:
+        return [
+            (1e-9 * stamp, (message.point.x, message.point.y, message.point.z))
+            for _, stamp, message in McapReading(file, path.name).messages({BALL_TOPIC})
+        ]
+
+
+def test_a_ball_is_turned_from_the_command_line(
+    gait: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The summary, the log as a recording of four tendons, the replay and the plot."""
+    words = ["deploy", "--policy", str(gait), "--port", "virtual:hand_ball:3", "--goals", "1.0"]
+    words += ["--duration", "4", "--faster-than-real-time", "--out", str(tmp_path)]
+    assert main([*words, "--split", "test"]) == 0
+    said = capsys.readouterr()
+    assert "rad/min" in said.out + said.err
+    assert "goal 1.00 rad/s" in said.out + said.err
+    log = tmp_path / "gait_0.mcap"
+    (recording,) = load_dataset(tmp_path, require_train=False).test
+    assert recording.motor_position.shape[1] == FINGERS
+    assert recording.force is not None
+    assert np.nanmax(recording.force) > 2.0
+    session = read_session(log)
+    assert session["ball.drops"] == "0"
+    assert "rate, ball_x, ball_y, ball_z" in session["policy.step_fields"]
+    assert main(["deploy", "--policy", str(gait), "--replay", str(log)]) == 0
+    assert "outputs differ by 0.00e+00 rad" in capsys.readouterr().out
+    assert main(["plot", str(log)]) == 0
+    drawn = log.with_suffix(".svg").read_text(encoding="utf-8")
+    assert "ball from its start" in drawn
+    assert "goal angle" not in drawn
+
+
+def test_a_policy_sees_the_latest_place_that_the_camera_told(
+    policy: Policy, tmp_path: Path
+) -> None:
+    """Each sample's coordinates are those of the last line before it, and the rate is the goal."""
+    path = tmp_path / "run.mcap"
+    outcome, _, watch = turn(policy, path, 3.0)
+    assert outcome.fault is None
+    assert watch.drops == 0
+    told = sightings(path)
+    assert len(told) > 80
+    for step in list(read_steps(path))[5:]:
+        latest = [place for arrived, place in told if arrived <= step.time - 0.005][-1:]
+        # a line may come while servos are read, 8 ms of a tick
+        newest = [place for arrived, place in told if arrived <= step.time][-1]
+        assert step.goal == 1.0
+        assert step.seen in [tuple(np.float32(p).tolist()) for p in (*latest, newest)]
+
+
+def test_the_true_pose_stands_in_the_log(policy: Policy, tmp_path: Path) -> None:
+    """Quaternions of length 1, twelve joints that move, and places within the camera's noise."""
+    path = tmp_path / "run.mcap"
+    turn(policy, path, 3.0)
+    _, pose, joints = read_truth(path)
+    assert np.linalg.norm(pose[:, 3:], axis=1) == pytest.approx(1.0, abs=1e-9)
+    assert joints.shape[1] == 12
+    assert np.ptp(joints, axis=0).max() > 0.3
+    seen = np.array([place for _, place in sightings(path)])
+    assert seen.mean(axis=0) == pytest.approx(np.mean(pose[:, :3] - pose[0, :3], axis=0), abs=2e-3)
+    figures = log_figures(path, TASK)
+    assert figures.seconds == pytest.approx(3.0, rel=0.1)
+    assert 2.0 < figures.largest_tension < LIMIT
+    assert figures.drops_per_minute == 0.0
+
+
+def test_a_ball_that_is_lost_is_put_back_between_open_fingers(
+    policy: Policy, tmp_path: Path
+) -> None:
+    """The fingers open, a hand puts the virtual ball back, and the policy goes on."""
+    path = tmp_path / "run.mcap"
+
+    def knock(bench: Bench) -> None:
+        scene = bench.controls.plant.mechanism  # pyright: ignore
+        at_instant(bench, bench.clock.now() + 2.0, lambda: scene.throw((0.0, 0.0, -2.0)))
+
+    outcome, operator, watch = turn(policy, path, 9.0, knock)
+    assert outcome.fault is None
+    assert (watch.drops, watch.lost) == (1, False)
+    assert log_figures(path, TASK).drops.tolist() == [1]
+    said = " ".join(operator.told)
+    assert "put it back" in said
+    assert "the policy goes on" in said
+    steps = list(read_steps(path))
+    waiting = [step for step in steps if step.output == (0.0,) * FINGERS]
+    assert 40 <= len(waiting) <= 100  # 2 to 5 s of 20 Hz
+    assert max(waiting[-1].sample[:FINGERS]) < 0.6  # rad, open
+    assert max(max(step.sample[:FINGERS]) for step in steps[-20:]) > 0.6  # closes again
+
+
+def test_a_policy_for_another_hand_is_refused(policy: Policy) -> None:
+    """The card names the asset with its ball."""
+    loop, *further = loops_of(policy.card)
+    settings = DeploySettings(loop=loop, further_loops=tuple(further))
+    refuse_mismatch(policy.card, settings, address_of())
+    with pytest.raises(PolicyMismatch, match=r"turning\.asset hand_ball, this bench hand"):
+        refuse_mismatch(policy.card, settings, address_of(bench="hand"))
+
+
+def test_a_bench_without_a_camera_is_refused() -> None:
+    """In one line, which says how a camera is named."""
+    with open_bench(address_of(), pytest.fail) as bench:
+        bench.camera = None
+        with pytest.raises(BallNotSeen, match="--camera-port"):
+            BallWatch(bench, TASK, Watching())
+
+
+def test_a_ball_that_nobody_sees_is_refused_before_any_motor_runs() -> None:
+    """The camera must see it in its cup."""
+    with open_bench(address_of(), pytest.fail) as bench:
+        bench.controls.plant.mechanism.throw((0.0, 0.0, -50.0))  # pyright: ignore
+        bench.clock.sleep_until(bench.clock.now() + 0.2)
+        with pytest.raises(BallNotSeen, match="saw the ball 0 times"):
+            BallWatch(bench, TASK, Watching()).open()
+
+
+def test_a_card_of_four_servos_has_as_many_ranges() -> None:
+    """The made-up card is sound."""
+    card = turning_card()
+    assert card.servo_count == FINGERS
+    assert len(card.observation) == 4 * FINGERS + 4
