@@ -249,7 +249,7 @@ MUTATIONS: tuple[Mutation, ...] = (
     Mutation(
         name="end-of-time-is-a-death",
         file="train/policy/worlds/environment.py",
-        old='{"time_outs": dones.float(), "log": log}',
+        old='{"time_outs": time_outs.float(), "log": log}',
         new='{"time_outs": diverged.float(), "log": log}',
         tests="tests/train/policy/test_environment.py -k say_so",
     ),

@@ -1,5 +1,6 @@
 """Our solver against Newton's SolverMuJoCo: two independent engines, one asset, one motion."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -48,7 +49,8 @@ def test_every_asset_moves_alike(name: str) -> None:
     MuJoCo's first-order steps leave about 0.2 %.
     """
     lower, upper = COMMANDS.get(name, (0.5, 2.5))
-    assert disagreement(load_mechanism(name), name, lower, upper) < 0.01
+    alone = replace(load_mechanism(name), obstacles=())  # contact has tests of its own
+    assert disagreement(alone, name, lower, upper) < 0.01
 
 
 @pytest.mark.parametrize("tree", TREES)

@@ -9,6 +9,7 @@ from tendon_newton.data.files.json_file import read_json
 from tendon_newton.errors import InvalidPolicyFile
 from train.policy.config.environment_config import EnvironmentConfig
 from train.policy.config.training_config import PolicyTrainingConfig
+from train.policy.config.turning_config import TurningConfig
 from train.policy.runs.curve import Progress
 from train.policy.runs.export import ExportedPolicy, export_policy
 from train.policy.runs.training import train_policy
@@ -44,7 +45,8 @@ def find_training(policy: Path) -> EarlierTraining:
         places = dict(own.pop("environment"))
         if "command_range" in places:  # before the pay-out rule all of it counted everywhere
             places.setdefault("pay_out", places["command_range"])
-        environment = EnvironmentConfig(**kept(EnvironmentConfig, places))
+        turning = TurningConfig(**kept(TurningConfig, places.pop("turning", {})))
+        environment = EnvironmentConfig(**kept(EnvironmentConfig, places), turning=turning)
         config = PolicyTrainingConfig(environment=environment, **kept(PolicyTrainingConfig, own))
     except (TypeError, KeyError) as error:
         raise InvalidPolicyFile(f"{path}: its config is not that of a training") from error

@@ -102,7 +102,7 @@ def test_missing_file_is_refused(tmp_path: Path) -> None:
 
 def test_unknown_asset_lists_the_known_ones() -> None:
     """A name outside assets/ is answered with the names inside."""
-    with pytest.raises(UnknownName, match="hand, pendulum"):
+    with pytest.raises(UnknownName, match="hand, hand_ball, pendulum"):
         asset_path("fingre")
 
 
