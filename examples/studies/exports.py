@@ -93,7 +93,7 @@ TYPICAL: dict[str, dict[str, float]] = {
     "tendon_compliance": {"stiffness": 8000.0},
     "speed_limit": {"limit": 4.0},
     "routing_friction": {"exponent": 0.15},
-    "obstruction": {"stiffness": 800.0, "position": 0.6},
+    "obstruction": {"stiffness": 800.0, "position": 0.6, "dissipation": 10.0},
     "joint_stiffness_error": {"scale": 1.2},
     "spring_stiffening": {"beta": 0.8},
     "viscoelastic_spring": {"stiffness_ratio": 0.3, "relaxation_time": 0.4},

@@ -20,6 +20,7 @@ DIMENSIONS: dict[str, tuple[int, int, int]] = {
     "N s/rad": (1, -1, 0),
     "m": (0, 0, 1),
     "N/m": (1, 0, -1),
+    "s/m": (0, 0, -1),
     "kg m2": (1, -2, 1),
 }
 """Unit -> powers of force, motor angle and tendon excursion; seconds are the same on any bench."""
@@ -32,11 +33,12 @@ ON_A_SHAFT: dict[str, str] = {
     "N s/rad": "N m s/rad",
     "m": "rad",
     "N/m": "N m/rad",
+    "s/m": "s/rad",
 }
 """Unit at a string -> unit where a shaft is turned, whose excursion is its angle."""
 TIME_POWERS: dict[str, int] = {
     "s": 1, "1/s": -1, "N/s": -1, "N m/s": -1, "rad/s": -1, "rad/s2": -2, "N s/rad": 1,
-    "N m s/rad": 1, "kg m2": 2,
+    "N m s/rad": 1, "s/m": 1, "s/rad": 1, "kg m2": 2,
 }  # fmt: skip
 """Unit -> power of time, where there is one and forces are measured: an inertia is in N m s2."""
 SMALLEST, GREATEST = 1.0e-4, 1.0e4

@@ -89,6 +89,8 @@ class Tendon:
     """Its inverse [1/m]."""
     length: real
     """Excursion l of the mechanism [m]."""
+    rate: real
+    """Its rate [m/s]."""
     wound: real
     """String on the spool [m]: the excursion, and by how much a spool of its own leads it."""
     velocity: real

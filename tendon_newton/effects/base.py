@@ -80,7 +80,7 @@ class Effect:
     dry: ClassVar[tuple[str, ...]] = ()
     """Parameters that make a tendon stick where they are not zero."""
     undamped: ClassVar[bool] = False
-    """Whether the law leaves out what damps its contact or its string."""
+    """Whether what damps its contact or its string is left out, or is known in one form alone."""
     includes: ClassVar[tuple[str, ...]] = ()
     """Effects that are special cases of this one: the simpler is named if both explain the data."""
     needs_string: ClassVar[bool] = False

@@ -75,6 +75,23 @@ def test_an_obstruction_takes_what_lies_behind_it() -> None:
     np.testing.assert_allclose(before["theta"], run(np.full(10, 1.0))["theta"], atol=1e-12)
 
 
+def test_an_obstruction_takes_more_on_the_way_in_than_it_gives_back() -> None:
+    """F = k x + c v + k_o d (1 + chi v) while the depth d grows, and as it shrinks."""
+    fine, stiffness, place, chi = ROW / 20.0, 900.0, 1.2, 20.0
+    index = np.arange(9600) * fine
+    command = np.clip(4.0 - np.abs(index - 3.0), 1.5, 4.0)
+    values = {"stiffness": stiffness, "position": place, "dissipation": chi}
+    out = run(command, {"obstruction": values}, row=fine)
+    speed = RADIUS * out["rate"]
+    extra = out["force"] - STIFFNESS * out["travel"] - DAMPING * speed
+    depth = out["travel"] - place * RADIUS
+    for way, begin, end in ((1.0, 1.5, 3.0), (-1.0, 4.2, 4.6)):
+        chosen = (way * out["rate"] > 0.1) & (index > begin) & (index < end) & (depth > 5e-4)
+        assert np.count_nonzero(chosen) > 100
+        lost = extra[chosen] / (stiffness * depth[chosen]) - 1.0
+        np.testing.assert_allclose(lost, chi * speed[chosen], rtol=2e-2)
+
+
 def test_dry_joints_hold_their_share_of_the_spring() -> None:
     """Sliding, the tendon carries f k x_max more or less than the spring; then it holds still."""
     fine = ROW / 20.0  # the reading just after a command is half a step of the ramp ahead

@@ -25,6 +25,7 @@ from tendon_newton.device_code.slots import (
     motor_force_memory,
     spool_force_memory,
     tension_memory,
+    transmission_effects,
 )
 from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
@@ -46,7 +47,7 @@ from tendon_newton.exports.newton.spools import (
 from tendon_newton.exports.newton.structs import Answer, Bench, Kept
 from tendon_newton.simulation.tendons.pipeline import (
     gear_line,
-    guide_line,
+    passed_share,
     servo_flow,
     tendon_flow,
 )
@@ -154,15 +155,18 @@ def answered(tendon: Tendon, p: ParameterVector, before: Kept, bench: Bench) -> 
             out.tension = real(0.0)
             kept.wound_rate = tendon.velocity
             kept.wound = tendon.length + bench.step * tendon.velocity
-        inward = guide_line(out.tension, on_side(here, real(1.0)), p)
-        outward = guide_line(out.tension, on_side(here, real(-1.0)), p)
+        given = Jet(out.tension, real(0.0), real(0.0))
+        inward = transmission_effects(given, on_side(here, real(1.0)), p)
+        outward = transmission_effects(given, on_side(here, real(-1.0)), p)
         half = real(0.5) * (outward[0] - inward[0])
         bend = rebent(before, inward[0], half, bench)
         kept.share = bent_share(bend, tendon.velocity, half, bench.inertia, bench.step)
         kept.bend = bent_on(bend, tendon.velocity, half, bench.inertia, bench.step)
         out.pull = inward[0] + kept.share * (outward[0] - inward[0])
         kept.pull = out.pull
-        out.pull_gain = inward[1] + kept.share * (outward[1] - inward[1])
+        least_gain = passed_share(given, inward, on_side(here, real(1.0)), p)
+        most_gain = passed_share(given, outward, on_side(here, real(-1.0)), p)
+        out.pull_gain = least_gain + kept.share * (most_gain - least_gain)
     else:
         least = tendon_flow(on_side(here, real(1.0)), p)
         most = tendon_flow(on_side(here, real(-1.0)), p)

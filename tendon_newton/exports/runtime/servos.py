@@ -114,6 +114,7 @@ class Servo:
             nominal_radius=self.numbers["spool_radius"],
             spool_radius=self.radius,
             length=now.length,
+            rate=now.velocity,
             wound=now.length + now.lead,
             velocity=velocity,
             acceleration=now.acceleration,
@@ -179,10 +180,9 @@ class Servo:
             gain = gear[1]
             if outrun:
                 tension, gain = Jet(-self.holding * tendon.direction), 0.0
-            guide = self.guide_line(tension[0], tendon)
-            slope = guide[1] * tension[1] + guide[2]
-            pull = Jet(guide[0], slope, guide[1] * tension[2])
-            return Flow(angle, motor, tension, pull, gain, guide[1] * gain)
+            pull = staged(tension, stages["transmission"], tendon)
+            ahead = staged(tension + Jet(0.0, 1.0), stages["transmission"], tendon)
+            return Flow(angle, motor, tension, pull, gain, (ahead[1] - pull[1]) * gain)
         tension = self.after_gear(motor, tendon)
         if outrun:
             tension = Jet(-self.holding * tendon.direction)
@@ -205,13 +205,6 @@ class Servo:
         here = self.after_gear(Jet(force), tendon)
         ahead = self.after_gear(Jet(force, 1.0), tendon)
         return Jet(here[0], ahead[1] - here[1], here[2])
-
-    def guide_line(self, tension: float, tendon: Any) -> Jet:
-        """Return what guides leave of a tension [N], its slope [1], its slope by l [N/m]."""
-        pieces = self.stages["transmission"]
-        here = staged(Jet(tension), pieces, tendon)
-        ahead = staged(Jet(tension, 1.0), pieces, tendon)
-        return Jet(here[0], ahead[1] - here[1], here[1])
 
     def spool_flow(self, now: Now, side: float) -> tuple[Jet, float, float]:
         """Return angle [rad], net force [N] and tension [N] of a spool that moves on its own."""

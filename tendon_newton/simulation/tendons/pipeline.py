@@ -115,7 +115,8 @@ def tendon_state(
         tendon.length = here.length[d]
     else:
         tendon.length = mechanism.excursion_offset[here.world][d] + excursion(arms, d, here.q)
-    tendon.velocity = excursion(arms, d, here.v)
+    tendon.rate = excursion(arms, d, here.v)
+    tendon.velocity = tendon.rate
     tendon.acceleration = excursion(arms, d, here.acceleration) + bow[d]
     tendon.wound = tendon.length
     if wp.static(FREE_SPOOL):
@@ -207,11 +208,10 @@ def gear_line(force: real, tendon: Tendon, p: ParameterVector) -> Jet:
 
 
 @device_template
-def guide_line(tension: real, tendon: Tendon, p: ParameterVector) -> Jet:
-    """Return what reaches the mechanism of a tension [N], its slope [1], its slope by l [N/m]."""
-    here = transmission_effects(Jet(tension, real(0.0), real(0.0)), tendon, p)
-    ahead = transmission_effects(Jet(tension, real(1.0), real(0.0)), tendon, p)
-    return Jet(here[0], ahead[1] - here[1], here[1])
+def passed_share(tension: Jet, pull: Jet, tendon: Tendon, p: ParameterVector) -> real:
+    """Return by how much the pull at the mechanism grows with the tension behind it [1]."""
+    ahead = transmission_effects(tension + Jet(real(0.0), real(1.0), real(0.0)), tendon, p)
+    return ahead[1] - pull[1]
 
 
 @device_template
@@ -235,12 +235,10 @@ def rotor_flow(flow: Flow, tendon: Tendon, p: ParameterVector) -> Flow:
     if tendon.side * tendon.direction > real(1.5):
         tension = Jet(-real(HELD) * tendon.direction, real(0.0), real(0.0))
         gain = real(0.0)
-    guide = guide_line(tension[0], tendon, p)
-    slope = guide[1] * tension[1] + guide[2]
     out.tension = tension
-    out.pull = Jet(guide[0], slope, guide[1] * tension[2])
+    out.pull = transmission_effects(tension, tendon, p)
     out.tension_gain = gain
-    out.pull_gain = guide[1] * gain
+    out.pull_gain = passed_share(tension, out.pull, tendon, p) * gain
     return out
 
 

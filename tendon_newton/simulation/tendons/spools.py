@@ -30,13 +30,13 @@ from tendon_newton.device_code.placeholders import (
     ParameterVector,
     real,
 )
-from tendon_newton.device_code.slots import armature, radius_effects
+from tendon_newton.device_code.slots import armature, radius_effects, transmission_effects
 from tendon_newton.device_code.structs import ContactStates, Drive, Forces, Mechanism, Spool
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.tendons.pipeline import (
     HELD,
     gear_line,
-    guide_line,
+    passed_share,
     servo_flow,
     tendon_state,
 )
@@ -115,9 +115,9 @@ def spool_at(
     guided = tendon
     guided.side = guide_side
     guided.direction = wp.clamp(guide_side, real(-1.0), real(1.0))
-    guide = guide_line(tension, guided, p)
-    out.pull = Jet(guide[0], guide[2], real(0.0))
-    out.pull_by_lead = guide[1] * stiffness
+    given = Jet(tension, real(0.0), real(0.0))
+    out.pull = transmission_effects(given, guided, p)
+    out.pull_by_lead = passed_share(given, out.pull, guided, p) * stiffness
     return out
 
 
@@ -165,6 +165,7 @@ def with_spool(
                 damping[i, j] = damping[i, j] + product * spool.force[2]
             if guided:
                 stiffness[i, j] = stiffness[i, j] + row[i] * row[j] * spool.pull[1]
+                damping[i, j] = damping[i, j] + row[i] * row[j] * spool.pull[2]
     out.mass_matrix = mass_matrix
     out.torque = torque
     out.stiffness = stiffness
