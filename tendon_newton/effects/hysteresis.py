@@ -10,6 +10,26 @@ from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.effects.base import Effect, Stage
 
+ALIKE = 1.0e-3
+"""Difference of an exponent from 1 below which both are the same [1]."""
+
+
+@device_template
+def left(before: real, way: real, exponent: real) -> real:
+    """Return the share of the friction that is still to come, which was `before`, after a way [1].
+
+    It falls as du/dw = -u^n.
+    """
+    rest = real(1.0) - exponent
+    out = real(0.0)
+    if wp.abs(rest) < real(ALIKE):
+        out = before * wp.exp(-way)
+    elif before > real(0.0):
+        base = wp.pow(before, rest) - rest * way
+        if base > real(0.0):
+            out = wp.pow(base, real(1.0) / rest)
+    return out
+
 
 @device_template
 def bent(before: real, tendon: Tendon, values: Values) -> Jet:
@@ -23,20 +43,26 @@ def bent(before: real, tendon: Tendon, values: Values) -> Jet:
         side = real(1.0)
     if travel < real(0.0):
         side = real(-1.0)
-    level = side * values[0]
-    kept = wp.exp(-side * travel / values[1])
-    away = (before - level) * kept
-    return Jet(level + away, -side * away / values[1], real(0.0))
+    missing = real(1.0) - side * before / values[0]
+    missing = left(missing, side * travel / values[1], values[2])
+    slope = real(0.0)
+    if missing > real(0.0):
+        slope = wp.pow(missing, values[2])
+    friction = side * values[0] * (real(1.0) - missing)
+    return Jet(friction, values[0] / values[1] * slope, real(0.0))
 
 
 class Hysteresis(Effect):
     r"""Dahl's friction: bristles that bend before they slide.
 
-    .. math:: F = F_m - F_h, \qquad
-        \frac{dF_h}{ds} = \frac{F_C - F_h \operatorname{sign} v}{x_0}
+    .. math::
 
-    It is solved exactly along a step's travel.
-    Source: Dahl, A solid friction model (1968), with the exponent 1; Olsson et al. (1998), eq. 9.
+        F = F_m - F_h, \qquad
+        \frac{dF_h}{ds} = \frac{F_C}{x_0} \left(1 - \frac{F_h}{F_C} \operatorname{sign} v\right)^n
+
+    It is solved exactly along a step's travel. With n = 0 bristles bend in proportion until they
+    slide, as Prandtl has it; with n = 1 they give way evenly.
+    Source: Dahl, A solid friction model (1968); Olsson et al. (1998), eq. 9, with n = 1.
     Validity: no breakaway above the sliding force; it creeps under a force that comes and goes.
     Signature: after each reversal the force turns over within the same travel at any speed;
     positions of rest depend on where the tendon came from.
@@ -67,6 +93,16 @@ class Hysteresis(Effect):
             upper=2.0e-2,
             source="from half a degree of a spool of 12.5 mm, below which any dry friction's "
             "bristles bend (5 to 40 um), to the gear of a worn servo",
+        ),
+        Parameter(
+            name="exponent",
+            unit="1",
+            null=1.0,
+            nominal=1.0,
+            lower=0.0,
+            upper=2.0,
+            source="Dahl: from 0 for what is brittle to above 1 for what is ductile",
+            optional=True,
         ),
     )
 

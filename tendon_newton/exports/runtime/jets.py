@@ -49,6 +49,7 @@ class wp:  # noqa: N801 - the name under which the effects call it
     max = staticmethod(max)
     exp = staticmethod(math.exp)
     log = staticmethod(math.log)
+    pow = staticmethod(math.pow)
     sin = staticmethod(math.sin)
     cos = staticmethod(math.cos)
     sqrt = staticmethod(math.sqrt)

@@ -264,12 +264,15 @@ def probability(gains: Array, bar: float, rng: np.random.Generator) -> float:
 
 
 def at_bound(pool: Pool, fit: Fit, name: str) -> bool:
-    """Tell whether a number of a cause ended at the edge of its range, its null aside."""
+    """Tell whether a number of a cause ended at the edge of its range, its null aside.
+
+    A number that a model may leave out only gives a law its form. Its edges are forms as well.
+    """
     values = values_of(pool.worlds, fit.columns, fit.place)
     study = pool.worlds.study
     ends = [(values[c], study.parameter(c)) for c in study.table.columns(name)]
     return any(np.isclose(v, (p.lower, p.upper), rtol=1e-6, atol=0.0).any() and v != p.null
-               for v, p in ends)  # fmt: skip
+               for v, p in ends if not p.optional)  # fmt: skip
 
 
 def close_rivals(pool: Pool, fit: Fit, name: str) -> tuple[Fit, ...]:
