@@ -21,7 +21,14 @@ from tendon_newton.simulation.contact import (
     contacts,
     free_body,
 )
-from tendon_newton.simulation.dynamics import integrator, sensors, settling
+from tendon_newton.simulation.dynamics import (
+    contact_states,
+    events,
+    forces,
+    integrator,
+    sensors,
+    settling,
+)
 from tendon_newton.simulation.kernels import position_kernels, rollout_kernels
 from tendon_newton.simulation.kernels.position_kernels import POSITION_EFFECTS
 from tendon_newton.simulation.model.kernel_types import kernel_types
@@ -95,7 +102,19 @@ RARE_PARTS = (
     sensors.tensions,
     settling.frictionless_forces,
 )
-"""What such a kernel does seldom, and calls: so it compiles in half the time."""
+"""What a long kernel does seldom, and calls: so it compiles in half the time."""
+BODY_PARTS = (
+    contact_states.constrained_solve,
+    routes.located,
+    forces.smooth_forces,
+    contact_states.begin,
+    events.bring_row,
+    events.first_event,
+    integrator.rosenbrock,
+    events.bring_back,
+)
+"""What a kernel with a free body does in several places, and calls; what is called stands first.
+With these copied into one function a compiler for CUDA takes more than six minutes."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -202,12 +221,20 @@ def assemble(structure: Structure, *, taped: bool = False) -> Assembly:
         specialiser.bind(slots.with_body_terms, free_body.with_body_terms)
         specialiser.bind(slots.with_still_body, free_body.with_still_body)
     if not taped:
-        if len(structure.effects) > MANY_EFFECTS:
-            for part in RARE_PARTS:
-                specialiser.function(part, inline=False)
-        # a call would copy 2 KB of a world; inlined, what a world keeps is read once
-        specialiser.function(integrator.step, inline=True)
+        call_parts(specialiser, structure)
     return Assembly(structure=structure, types=types, specialiser=specialiser)
+
+
+def call_parts(specialiser: Specialiser, structure: Structure) -> None:
+    """Choose what kernels without an adjoint call, and what is copied to where it is used."""
+    moves, routed = structure.touch.moves, bool(structure.routes.spans)
+    called = BODY_PARTS if moves else ()
+    if moves or routed or len(structure.effects) > MANY_EFFECTS:
+        called += RARE_PARTS
+    for part in called:
+        specialiser.function(part, inline=False)
+    # a call would copy 2 KB of a world; inlined, what a world keeps is read once
+    specialiser.function(integrator.step, inline=not moves)
 
 
 def bind_duty(specialiser: Specialiser, structure: Structure) -> None:
@@ -230,7 +257,8 @@ def bind_routes(specialiser: Specialiser, *, looped: bool) -> None:
         return
     for part in ROUTE_PARTS:
         specialiser.function(part, inline=True)
-    specialiser.bind(slots.all_routes, routes.unrolled_routes)
+    # long, and used in several places: copied there, a compiler for CUDA takes minutes
+    specialiser.bind(slots.all_routes, specialiser.function(routes.unrolled_routes, inline=False))
 
 
 def bind_stages(specialiser: Specialiser, structure: Structure, *, taped: bool) -> None:
