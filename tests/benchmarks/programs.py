@@ -55,6 +55,19 @@ def nameless(text: str) -> str:
     return text
 
 
+def plain_name(module: wp.Module) -> str:
+    """Return a module's name without hashes."""
+    return nameless(f"{module.name}_").strip("_")
+
+
+def own_modules() -> list[wp.Module]:
+    """Return the modules that were loaded and are ours: what builds a model is Newton's."""
+    loaded = [m for m in gc.get_objects() if type(m) is wp.Module and m.execs]
+    writers = [next(iter(m.kernels.values())).func.__module__ for m in loaded]
+    pairs = zip(loaded, writers, strict=True)
+    return [module for module, writer in pairs if not writer.startswith("newton.")]
+
+
 def instructions(module: wp.Module, folder: Path) -> str:
     """Return the fingerprint of a module, compiled for the device of the figures."""
     made = wp.compile_aot_module(module, arch=ARCHITECTURE, module_dir=folder, use_ptx=True)
@@ -65,14 +78,11 @@ def instructions(module: wp.Module, folder: Path) -> str:
 def fingerprints() -> dict[str, str]:
     """Return the fingerprint of every program that our engines load, by its name."""
     run_engines()
-    loaded = [m for m in gc.get_objects() if type(m) is wp.Module and m.execs]
     found: dict[str, list[str]] = {}
-    for module in loaded:
-        writer = next(iter(module.kernels.values())).func.__module__
-        if not writer.startswith("newton."):  # what builds a model is not timed
-            with tempfile.TemporaryDirectory() as folder:
-                fingerprint = instructions(module, Path(folder))
-            found.setdefault(nameless(f"{module.name}_").strip("_"), []).append(fingerprint)
+    for module in own_modules():
+        with tempfile.TemporaryDirectory() as folder:
+            fingerprint = instructions(module, Path(folder))
+        found.setdefault(plain_name(module), []).append(fingerprint)
     return {name: " ".join(sorted(found[name])) for name in sorted(found)}
 
 
