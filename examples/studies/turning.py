@@ -47,7 +47,7 @@ NUMBERS = {
 LEADS = torch.tensor([1.0, 0.0, 0.0, 1.0])
 OUTER = torch.tensor([1.0, 1.0, 0.0, 0.0])
 """Which of index, little, middle and ring are of the pair that leads, and which stand outside."""
-HANDS = EnvironmentConfig(task="turn", worlds=16, max_step=1.0e-3, history=1, action_clip=10.0)
+HANDS = EnvironmentConfig(task="turn", worlds=16, max_step=5.0e-4, history=1, action_clip=10.0)
 RATE = 1.0
 """Rate that a policy is asked for [rad/s]; a gait does not know of it."""
 SEED = 77
@@ -114,7 +114,7 @@ class Walk:
 
 def search(config: EnvironmentConfig, rounds: int) -> list[float]:
     """Return the numbers of a gait that the cross-entropy method finds."""
-    hands = worlds(replace(config, worlds=64, max_step=2.0e-3), SEARCHED)
+    hands = worlds(replace(config, worlds=64), SEARCHED)
     generator = np.random.default_rng(SEED)
     low, high = np.array(list(NUMBERS.values())).T
     gaits = best = generator.uniform(low, high, (64, len(low)))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from tendon_newton.device_code.placeholders import JOINTS, JointMatrix, real
+import warp as wp
+
+from tendon_newton.device_code.placeholders import JOINTS, JointMatrix, JointVector, real
 from tendon_newton.device_code.templates import device_template
 
 
@@ -44,3 +46,29 @@ def looped_inverse(matrix: JointMatrix) -> JointMatrix:
                 for column in range(count):
                     m[row, column] = m[row, column] - factor * m[pivot, column]
     return m
+
+
+@device_template
+def solution(matrix: JointMatrix, load: JointVector) -> JointVector:
+    """Solve matrix x = load by Gaussian elimination: a third of the work of `inverse`.
+
+    As there no rows are exchanged: what stays of a mass matrix and its springs needs none.
+    """
+    m = matrix
+    x = load
+    for pivot in range(JOINTS):
+        scale = real(1.0) / m[pivot, pivot]
+        for row in range(JOINTS):
+            if row > pivot:
+                factor = scale * m[row, pivot]
+                for column in range(JOINTS):
+                    if column > pivot:
+                        m[row, column] = m[row, column] - factor * m[pivot, column]
+                x[row] = x[row] - factor * x[pivot]
+    for step in range(JOINTS):
+        i = wp.static(JOINTS - 1) - step
+        for j in range(JOINTS):
+            if j > i:
+                x[i] = x[i] - m[i, j] * x[j]
+        x[i] = x[i] / m[i, i]
+    return x

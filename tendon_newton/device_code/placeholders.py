@@ -93,6 +93,10 @@ class JointMatrix(Placeholder):
     """Shape (J, J)."""
 
 
+class LinkMatrix(Placeholder):
+    """One number per pair of joints that carry links, shape (L, L)."""
+
+
 class PlaneMatrix(Placeholder):
     """One vector of the plane of motion per joint, shape (J, 2)."""
 
@@ -122,7 +126,7 @@ class ArmMatrix(Placeholder):
 
 
 class BendMatrix(Placeholder):
-    """Second derivatives of the tendons' excursions by the joints, shape (D J, J)."""
+    """Second derivatives of the tendons' excursions by the joints of L links, shape (D L, L)."""
 
 
 class WayVector(Placeholder):

@@ -28,6 +28,7 @@ from tendon_newton.device_code.placeholders import (
     JointMatrix,
     JointVector,
     LinkInertia,
+    LinkMatrix,
     Mat33,
     MemoryVector,
     ParameterVector,
@@ -791,7 +792,7 @@ class RouteTerms:
     """[m]."""
     slope: JointVector
     """[m/rad]."""
-    bend: JointMatrix
+    bend: LinkMatrix
     """[m/rad2]."""
 
 
@@ -886,3 +887,5 @@ class ContactTerms:
     """Force of one contact on its link [N]."""
     stretch: Vec3
     """How far friction has stretched it [m]."""
+    depth: real
+    """How deep it is [m]; 0: it does not touch."""

@@ -18,6 +18,7 @@ from typing import Annotated, Any, TypeVar, get_args, get_origin
 import warp as wp
 
 from tendon_newton.device_code.field_check import check_fields
+from tendon_newton.device_code.references import by_reference, check_calls
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 Declaration = TypeVar("Declaration", bound=type)
@@ -120,16 +121,18 @@ class Specialiser:
 
     Args:
         bindings: What the declarations stand for.
+        references: Whether large arguments are passed by reference; a tape cannot follow them.
     """
 
-    def __init__(self, bindings: Bindings) -> None:
+    def __init__(self, bindings: Bindings, *, references: bool = False) -> None:
         self._bindings = bindings.copy()
+        self._references = references
         self._functions: dict[types.CodeType, Any] = {}
         self._sources: list[str] = []
 
     def child(self) -> Specialiser:
         """Return one with the same bindings, which may get more; its sources count here too."""
-        child = Specialiser(self._bindings)
+        child = Specialiser(self._bindings, references=self._references)
         child._sources = self._sources
         return child
 
@@ -148,7 +151,10 @@ class Specialiser:
         code = template.__code__
         if code not in self._functions:
             decorator: Any = wp.func(inline=inline)
-            self._functions[code] = decorator(self._bind(template))
+            bound = self._bind(template)
+            if self._references:
+                bound.__annotations__ = by_reference(template, bound.__annotations__)
+            self._functions[code] = decorator(bound)
         return self._functions[code]
 
     def gradient(self, template: Callable[..., Any], rule: Callable[..., Any]) -> None:
@@ -192,6 +198,7 @@ class Specialiser:
             if name in scope:
                 scope[name] = self._bound(scope[name])
         bound = types.FunctionType(template.__code__, scope, template.__name__)
+        check_calls(template, scope)
         bound.__annotations__ = self._bindings.annotations(template, template.__globals__)
         bound.__module__ = template.__module__
         bound.__qualname__ = template.__qualname__

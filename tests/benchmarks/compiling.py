@@ -20,40 +20,40 @@ from datetime import UTC, datetime
 import torch
 import warp as wp
 
-from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.device_code.quiet import quiet_warp
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
+from tests.benchmarks.engines_timed.engines import MODEL
 from tests.benchmarks.programs import ARCHITECTURE, own_modules, plain_name
 from tests.benchmarks.timing import RESULTS, commit
 
 RESULT = RESULTS / "compiling_cuda.json"
-IDEAL = Model(actuator=NamedValues(name="ideal", values={"gain": 4.2, "spool_radius": 0.0125}))
 
 
 def take_step(asset: str) -> None:
     """Take a control step of two worlds on the CPU, which loads their kernels."""
     mechanism = load_mechanism(asset)
     loop = ControlLoop(
-        mechanism, IDEAL, 2, rate=20.0, max_step=1e-3, device="cpu", precision="float32"
+        mechanism, MODEL, 2, rate=20.0, max_step=1e-3, device="cpu", precision="float32"
     )
     command = torch.zeros(2, len(mechanism.tendons))
     loop.reset(command)
     loop.step(command)
 
 
-def compile_times(seen: set[int]) -> dict[str, float]:
-    """Compile modules that are not among those seen; return the seconds of each by its name."""
-    found = {}
+def compile_times(seen: list[wp.Module]) -> dict[str, float]:
+    """Compile modules that are not among those seen; return the seconds of each name's kernels."""
+    found: dict[str, float] = {}
     for module in own_modules():
-        if id(module) in seen:
+        if module in seen:
             continue
-        seen.add(id(module))
+        seen.append(module)
         begun = time.perf_counter()
         with tempfile.TemporaryDirectory() as folder:
             wp.compile_aot_module(module, arch=ARCHITECTURE, module_dir=folder, use_ptx=False)
-        found[plain_name(module)] = round(time.perf_counter() - begun, 1)
-        sys.stdout.write(f"  {found[plain_name(module)]:6.1f} s  {plain_name(module)}\n")
+        seconds, name = time.perf_counter() - begun, plain_name(module)
+        found[name] = round(found.get(name, 0.0) + seconds, 1)
+        sys.stdout.write(f"  {seconds:6.1f} s  {name}\n")
         sys.stdout.flush()
     return found
 
@@ -64,7 +64,7 @@ def main() -> None:
     parser.add_argument("assets", nargs="*", default=["hand", "hand_ball"])
     assets = parser.parse_args().assets
     quiet_warp()
-    seen: set[int] = set()
+    seen: list[wp.Module] = []
     rows = {}
     for asset in assets:
         sys.stdout.write(f"{asset}\n")

@@ -269,6 +269,7 @@ def grip_at(
         mean = here.v - (unseen * here.elapsed) * here.acceleration
         grip = grip_of(material, touch, columns, here.v, mean, here.elapsed, kept)
         out = grip_terms(material[2], touch.normal, grip, columns)
+        out.depth = touch.depth
     return out
 
 
@@ -284,9 +285,10 @@ def contact_terms(mechanism: Mechanism, here: Drive) -> ContactTerms:
     count = int(CONTACTS)
     for contact in range(count):
         own = grip_at(mechanism, here, pose, contact, real(WITHIN))
-        torque = torque + own.torque
-        stiffness = stiffness + own.stiffness
-        damping = damping + own.damping
+        if own.depth > real(0.0):
+            torque = torque + own.torque
+            stiffness = stiffness + own.stiffness
+            damping = damping + own.damping
     out = ContactTerms()
     out.torque = torque
     out.stiffness = stiffness

@@ -54,7 +54,8 @@ def rest_overlap(
     if wp.static(BODY_SHAPE == BOX):
         if spot < wp.static(CORNERS):
             point = corner(spot, pose.body_place, pose.body_frame, body)
-            out = met(point, real(0.0), surface_at(point, place, frame, size, shape), real(1.0))
+            near = surface_at(point, place, frame, size, shape)
+            out = met(point, real(0.0), near, real(1.0))
         else:
             point = place
             radius = size[0]

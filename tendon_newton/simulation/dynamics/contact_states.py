@@ -12,9 +12,10 @@ from __future__ import annotations
 
 import warp as wp
 
-from tendon_newton.device_code.linear_algebra import inverse
+from tendon_newton.device_code.linear_algebra import inverse, solution
 from tendon_newton.device_code.placeholders import (
     FREE_SPOOL,
+    HAS_BODY,
     HAS_ROTOR,
     JOINTS,
     LINKS,
@@ -344,15 +345,18 @@ def constrained_solve(
 ) -> JointVector:
     """Solve matrix x = load with x = 0 along every joint that is held, -bow along every tendon."""
     part = free_part(matrix, load, arms, contact)
-    free = part.arms
-    mobility = inverse(part.matrix)
-    x = mobility * part.load
-    if wp.static(MAY_HOLD):
-        for _sweep in range(wp.static(1 if ROWS == 1 else SWEEPS)):
-            for d in range(ROWS):
-                if contact.row_held[d] > real(0.0):
-                    response = mobility * free[d]
-                    admittance = wp.dot(free[d], response)
-                    if admittance > real(0.0):
-                        x = x - response * ((wp.dot(free[d], x) + bow[d]) / admittance)
-    return x
+    if wp.static(HAS_BODY and not MAY_HOLD):
+        return solution(part.matrix, part.load)
+    else:
+        free = part.arms
+        mobility = inverse(part.matrix)
+        x = mobility * part.load
+        if wp.static(MAY_HOLD):
+            for _sweep in range(wp.static(1 if ROWS == 1 else SWEEPS)):
+                for d in range(ROWS):
+                    if contact.row_held[d] > real(0.0):
+                        response = mobility * free[d]
+                        admittance = wp.dot(free[d], response)
+                        if admittance > real(0.0):
+                            x = x - response * ((wp.dot(free[d], x) + bow[d]) / admittance)
+        return x

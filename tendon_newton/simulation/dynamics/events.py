@@ -118,9 +118,9 @@ def first_event(
     here: Drive,
     contact: ContactStates,
     end: Motion,
-    h: real,
+    there: Drive,
 ) -> Event:
-    """Find what ends the contact states first inside a step of h [s]."""
+    """Find what ends the contact states first in a step that `there` is the end of."""
     event = Event()
     event.fraction = real(1.0)
     event.row = int(NOTHING)
@@ -169,7 +169,7 @@ def first_event(
                     event.joint = int(NOTHING)
                     event.speed = real(0.0)
     if wp.static(not HAS_ROTOR):
-        event = first_slack(mechanism, p, here, contact, end, h, event)
+        event = first_slack(mechanism, p, contact, end, there, event)
     return event
 
 
@@ -177,19 +177,17 @@ def first_event(
 def first_slack(
     mechanism: Mechanism,
     p: ParameterVector,
-    here: Drive,
     contact: ContactStates,
     end: Motion,
-    h: real,
+    there: Drive,
     before: Event,
 ) -> Event:
     """Return an event, or what comes before it: a string that comes loose or is caught."""
     event = before
-    later = located(mechanism, at_end(here, h, (end.v - here.v) / h), end.q, end.v)
     for d in range(TENDONS):
-        least = mechanism.least_tension[here.world][d]
+        least = mechanism.least_tension[there.world][d]
         if contact.row_held[d] == real(0.0) and least == real(0.0):
-            flow = flow_at(mechanism, p, later, d, contact.row_side[d])
+            flow = flow_at(mechanism, p, there, d, contact.row_side[d])
             fraction = real(1.0)
             if (end.line[d] < least) != (flow.line < least):
                 fraction = crossing(end.line[d], flow.line)
@@ -374,8 +372,9 @@ def caught_string(
     if here.slack[d] == real(UNDECIDED):
         slack = end.line[d] < least
     if slack and contact.row_held[d] == real(0.0) and least == real(0.0):
-        free = in_same_mode(at_end(here, h, (end.v - here.v) / h), TendonVector())
-        later = located(mechanism, free, end.q, end.v)
+        later = at_end(here, h, (end.v - here.v) / h)
+        later = in_same_mode(later, TendonVector())
+        later = located(mechanism, later, end.q, end.v)
         flow = flow_at(mechanism, p, later, d, contact.row_side[d])
         if flow.line > least:
             since = h * flow.line / (flow.line - wp.min(end.line[d], real(0.0)))

@@ -6,6 +6,7 @@ import warp as wp
 
 from tendon_newton.device_code.linear_algebra import inverse
 from tendon_newton.device_code.placeholders import (
+    FIRST_BODY,
     FREE_SPOOL,
     HAS_BODY,
     HAS_ROTOR,
@@ -24,7 +25,14 @@ from tendon_newton.device_code.placeholders import (
     real,
 )
 from tendon_newton.device_code.slots import chain_terms, contact_terms, with_body_terms
-from tendon_newton.device_code.structs import ContactStates, Drive, Forces, FreeEquation, Mechanism
+from tendon_newton.device_code.structs import (
+    ContactStates,
+    Drive,
+    Flow,
+    Forces,
+    FreeEquation,
+    Mechanism,
+)
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.tendons.pipeline import (
     damping_torque,
@@ -58,7 +66,7 @@ def smooth_forces(
     torque = terms.torque
     stiffness = JointMatrix()
     damping = JointMatrix()
-    for j in range(JOINTS):
+    for j in range(FIRST_BODY):
         own = joint_torque(mechanism, p, here, j, contact.touch[j])
         torque[j] = torque[j] + own[0] - here.friction[j] * contact.joint_direction[j]
         stiffness[j, j] = stiffness[j, j] + own[1]
@@ -70,8 +78,9 @@ def smooth_forces(
         damping = damping + touch.damping
     arms = tendon_arms(mechanism, here)
     bow = tendon_bow(here)
+    laden = Drive()
     if wp.static(HAS_ROTOR and not FREE_SPOOL):
-        here = loaded(mechanism, p, here, contact, mass_matrix, torque)
+        laden = loaded(mechanism, p, here, contact, mass_matrix, torque)
     out = Forces()
     slack = TendonVector()
     line = TendonVector()
@@ -86,7 +95,11 @@ def smooth_forces(
         if wp.static(FREE_SPOOL):
             moves = contact.joint_held[LINKS + d] == real(0.0)
         if contact.row_held[d] == real(0.0) and not moves:
-            flow = flow_at(mechanism, p, here, d, contact.row_side[d])
+            flow = Flow()
+            if wp.static(HAS_ROTOR and not FREE_SPOOL):
+                flow = flow_at(mechanism, p, laden, d, contact.row_side[d])
+            else:
+                flow = flow_at(mechanism, p, here, d, contact.row_side[d])
             pull = flow.pull
             pulls[d] = pull[0]
             slack[d] = flow.slack
@@ -99,11 +112,11 @@ def smooth_forces(
             if wp.static(HAS_ROTOR and not FREE_SPOOL):
                 if flow.tension[0] < mechanism.least_tension[here.world][d]:
                     pull = Jet(real(0.0), real(0.0), real(0.0))  # at rest a string is slack
-        for i in range(JOINTS):
+        for i in range(FIRST_BODY):
             torque[i] = torque[i] + arms[d, i] * pull[0]
             if wp.static(ROUTED and HAS_ROTOR):
                 torque[i] = torque[i] - arms[d, i] * inertia * bow[d]
-            for j in range(JOINTS):
+            for j in range(FIRST_BODY):
                 product = arms[d, i] * arms[d, j]
                 if wp.static(HAS_ROTOR):
                     mass_matrix[i, j] = mass_matrix[i, j] + product * inertia
@@ -192,16 +205,17 @@ def loaded(
             inertia = rotor_inertia(mechanism, here.world, p, d)
             force[d] = flow.motor_force[0]
             felt[d] = inertia
-            for i in range(JOINTS):
+            for i in range(FIRST_BODY):
                 passed = flow.pull[0] - flow.pull_gain * inertia * bow[d]
                 push[i] = push[i] + arms[d, i] * passed
-                for j in range(JOINTS):
+                for j in range(FIRST_BODY):
                     m[i, j] = m[i, j] + arms[d, i] * arms[d, j] * flow.pull_gain * inertia
-    free = free_part(m, push, RowMatrix(), contact)
+    no_arms = RowMatrix()
+    free = free_part(m, push, no_arms, contact)
     acceleration = inverse(free.matrix) * free.load
     for d in range(TENDONS):
         rate = bow[d]
-        for j in range(JOINTS):
+        for j in range(FIRST_BODY):
             rate = rate + arms[d, j] * acceleration[j]
         force[d] = force[d] - felt[d] * rate
     out = here

@@ -20,6 +20,7 @@ from __future__ import annotations
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (
+    HAS_ROTOR,
     HOLDS_ROUTED,
     ROUTED,
     TAPED,
@@ -52,7 +53,7 @@ from tendon_newton.simulation.dynamics.events import (
     without_lead,
 )
 from tendon_newton.simulation.dynamics.forces import smooth_forces
-from tendon_newton.simulation.dynamics.memory import renewed
+from tendon_newton.simulation.dynamics.memory import renewed, renewed_at
 from tendon_newton.simulation.tendons.routes import located, row_arms
 from tendon_newton.simulation.tendons.world_drive import at_end, at_start, in_same_mode
 
@@ -72,17 +73,19 @@ def rosenbrock(
     g = real(GAMMA) * h
     arms = row_arms(mechanism, here, contact)
     bow = RowVector()
-    f = forces
     if wp.static(ROUTED):
-        arms = f.arms
-        bow = f.bow
-    matrix = f.mass_matrix - g * f.damping - g * g * f.stiffness
-    k1 = constrained_solve(matrix, f.torque + g * (f.stiffness * here.v), contact, arms, bow)
+        arms = forces.arms
+        bow = forces.bow
+    matrix = forces.mass_matrix - g * forces.damping - g * g * forces.stiffness
+    k1 = constrained_solve(
+        matrix, forces.torque + g * (forces.stiffness * here.v), contact, arms, bow
+    )
     slope = here.v + g * k1
     q1 = here.q + h * slope
     v1 = here.v + h * k1
-    line = f.line
-    later = located(mechanism, in_same_mode(at_end(here, h, k1), f.slack), q1, v1)
+    ending = at_end(here, h, k1)
+    ending = in_same_mode(ending, forces.slack)
+    later = located(mechanism, ending, q1, v1)
     f = smooth_forces(mechanism, p, later, contact)
     matrix = f.mass_matrix - g * f.damping - g * g * f.stiffness
     rest = v1 - real(2.0) * slope
@@ -97,7 +100,7 @@ def rosenbrock(
     out.q = here.q + h * (real(1.5) * slope + real(0.5) * (rest + g * k2))
     out.v = here.v + h * (real(1.5) * k1 + real(0.5) * k2)
     out.mass_matrix = f.mass_matrix
-    out.line = line
+    out.line = forces.line
     if wp.static(HOLDS_ROUTED):
         out = kept_speeds(mechanism, here, contact, speed, out)
     return out
@@ -106,7 +109,8 @@ def rosenbrock(
 @device_template
 def step(mechanism: Mechanism, p: ParameterVector, drive: Drive, h: real) -> Motion:
     """Advance a world and its memory by h [s] from where the drive has it; divide at an event."""
-    start = located(mechanism, at_start(drive, drive.time, drive.memory), drive.q, drive.v)
+    begun = at_start(drive, drive.time, drive.memory)
+    start = located(mechanism, begun, drive.q, drive.v)
     if wp.static(TAPED):  # a tape does not walk back through the choice of contact states
         contact = choose_contact_states(mechanism, p, start)
         forces = smooth_forces(mechanism, p, start, contact)
@@ -115,12 +119,17 @@ def step(mechanism: Mechanism, p: ParameterVector, drive: Drive, h: real) -> Mot
         contact = first.contact
         forces = first.forces
     end = rosenbrock(mechanism, p, start, contact, forces, h)
-    event = first_event(mechanism, p, start, contact, end, h)
+    there = at_end(start, h, (end.v - start.v) / h)
+    if wp.static(not HAS_ROTOR):  # strings come loose there, and what is remembered follows from it
+        there = located(mechanism, there, end.q, end.v)
+    event = first_event(mechanism, p, start, contact, end, there)
     if event.fraction < real(1.0):
         end = divided_step(mechanism, p, start, contact, forces, event, h)
-    else:
+    elif wp.static(HAS_ROTOR):
         end = catch_spools(mechanism, start, contact, end)
         end.memory = renewed(mechanism, p, start, contact, end, h)
+    else:
+        end.memory = renewed_at(mechanism, p, there, contact)
     end.contact = contact
     return end
 
@@ -141,11 +150,14 @@ def divided_step(
     memory = renewed(mechanism, p, start, contact, middle, part)
     v = bring_event_row(mechanism, start, event, contact, middle)
     q = without_lead(event, middle.q)
-    later = after_slack(at_start(start, start.time + part, memory), event)
+    later = at_start(start, start.time + part, memory)
+    later = after_slack(later, event)
     later = located(mechanism, later, q, v)
-    after = after_touch(choose_contact_states(mechanism, p, later), event)
+    after = choose_contact_states(mechanism, p, later)
+    after = after_touch(after, event)
     rest = h - part
-    end = rosenbrock(mechanism, p, later, after, smooth_forces(mechanism, p, later, after), rest)
+    given = smooth_forces(mechanism, p, later, after)
+    end = rosenbrock(mechanism, p, later, after, given, rest)
     end = bring_back(mechanism, p, later, after, end, rest)
     end = catch_spools(mechanism, later, after, end)
     end.memory = renewed(mechanism, p, later, after, end, rest)
@@ -157,7 +169,8 @@ def whole_step(
     mechanism: Mechanism, p: ParameterVector, drive: Drive, contact: ContactStates, h: real
 ) -> Motion:
     """Do what `step` does where no event divides it, in the contact states that it has chosen."""
-    start = located(mechanism, at_start(drive, drive.time, drive.memory), drive.q, drive.v)
+    begun = at_start(drive, drive.time, drive.memory)
+    start = located(mechanism, begun, drive.q, drive.v)
     forces = smooth_forces(mechanism, p, start, contact)
     end = rosenbrock(mechanism, p, start, contact, forces, h)
     end.memory = renewed(mechanism, p, start, contact, end, h)

@@ -70,6 +70,19 @@ def renewed(
     if wp.static(HAS_MEMORY):
         if here.remembers > real(0.0):
             acceleration = (end.v - here.v) / wp.max(h, real(SHORTEST))
-            later = located(mechanism, at_end(here, h, acceleration), end.q, end.v)
+            later = at_end(here, h, acceleration)
+            later = located(mechanism, later, end.q, end.v)
+            memory = remembered(mechanism, p, later, contact)
+    return memory
+
+
+@device_template
+def renewed_at(
+    mechanism: Mechanism, p: ParameterVector, later: Drive, contact: ContactStates
+) -> MemoryVector:
+    """Return what the effects remember at the end of a step."""
+    memory = later.memory
+    if wp.static(HAS_MEMORY):
+        if later.remembers > real(0.0):
             memory = remembered(mechanism, p, later, contact)
     return memory

@@ -201,7 +201,8 @@ def settle_kernel(
     pace = real(FIRST_PACE)
     forces = frictionless_forces(mechanism, p, drive, guided, target, x)
     for step in range(2 * SETTLING_STEPS):
-        move = inverse(forces.mass_matrix / (pace * pace) - forces.stiffness) * forces.torque
+        matrix = forces.mass_matrix / (pace * pace) - forces.stiffness
+        move = inverse(matrix) * forces.torque
         there = stepped(mechanism, world, x, move)
         there = not_beyond_strings(mechanism, drive, there)
         still = real(STILL)

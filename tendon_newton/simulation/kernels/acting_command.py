@@ -112,7 +112,8 @@ def just_after_row(
     memory: MemoryVector,
 ) -> Drive:
     """Return what acts on a world in a row, just after its command took effect."""
-    drive = in_row(world_drive(mechanism, world, p), commands, log, row)
+    drive = world_drive(mechanism, world, p)
+    drive = in_row(drive, commands, log, row)
     acting = acting_row(commands, log, p, 0, drive.time, row)
     drive.command = acting_command(commands, log, p, drive.time, acting)
     drive.memory = memory

@@ -179,7 +179,8 @@ def chain_step(
     """Step one chain and its body by h [s] from where they are."""
     log = past_of(history, i)
     p = servo.parameters[i]
-    drive = placed(servo_drive(mechanism, p, servo, i), servo.q[i], servo.v[i])
+    drive = servo_drive(mechanism, p, servo, i)
+    drive = placed(drive, servo.q[i], servo.v[i])
     drive.time = servo.time[i] + real(substep) * h
     drive.command = mean_command(history, log, p, drive.time, h, log.count - 1)
     if wp.static(SHARES_BODY):
@@ -207,7 +208,8 @@ def body_step_kernel(
     for c in range(chains):
         i = home * chains + c
         take_command(servo, history, i)
-        here = resumed(Drive(), servo, given, i)
+        here = Drive()
+        here = resumed(here, servo, given, i)
         servo.q[i] = here.q
         servo.v[i] = here.v
     resume_body(mechanism, servo, given, home)

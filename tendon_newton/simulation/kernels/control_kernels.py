@@ -131,7 +131,8 @@ def just_asked(
 ) -> Drive:
     """Return what acts on a world, and where it is, just after the present command was given."""
     p = servo.parameters[i]
-    drive = resumed(servo_drive(mechanism, p, servo, i), servo, given, i)
+    drive = servo_drive(mechanism, p, servo, i)
+    drive = resumed(drive, servo, given, i)
     log = past_of(history, i)
     command = tendon_command(servo, i)
     for d in range(TENDONS):
@@ -197,7 +198,8 @@ def control_step_kernel(
         history.time[log.first + k] = history.time[log.first + k + 1]
         history.angle[log.first + k] = history.angle[log.first + k + 1]
     p = servo.parameters[i]
-    drive = resumed(servo_drive(mechanism, p, servo, i), servo, given, i)
+    drive = servo_drive(mechanism, p, servo, i)
+    drive = resumed(drive, servo, given, i)
     start = drive.time
     history.time[log.first + newest] = start
     history.angle[log.first + newest] = tendon_command(servo, i)

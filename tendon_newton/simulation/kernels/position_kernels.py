@@ -72,7 +72,8 @@ def profiled(
 ) -> MemoryVector:
     """Return what a profile remembers after some time [s] under a command [rad]."""
     nothing = Jet(real(0.0), real(0.0), real(0.0))
-    return error_memory(nothing, asked(command, elapsed, memory), p, memory)
+    tendon = asked(command, elapsed, memory)
+    return error_memory(nothing, tendon, p, memory)
 
 
 @device_template
@@ -104,7 +105,8 @@ def carried(p: ParameterVector, shaft: real, drive: real) -> real:
 @device_template
 def reported(p: ParameterVector, shaft: real) -> real:
     """Return the angle that the encoder reports [rad]."""
-    angle = offset_effects(Jet(shaft, real(0.0), real(0.0)), Tendon(), p)
+    tendon = Tendon()
+    angle = offset_effects(Jet(shaft, real(0.0), real(0.0)), tendon, p)
     return angle[0]
 
 
@@ -121,7 +123,8 @@ def start_kernel(
     states.q[i] = JointVector(shaft)
     states.v[i] = JointVector(shaft)
     goal = commands.angle[commands.first[recording]][0]
-    states.memory[i] = profiled(worlds.parameters[i], goal, real(SETTLED), MemoryVector(shaft))
+    memory = MemoryVector(shaft)
+    states.memory[i] = profiled(worlds.parameters[i], goal, real(SETTLED), memory)
 
 
 @device_template

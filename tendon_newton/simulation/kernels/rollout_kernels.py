@@ -62,7 +62,8 @@ def rollout_kernel(
     begin = rows.begin[recording]
     p = worlds.parameters[i]
     log = log_of(commands, recording, p)
-    drive = placed(world_drive(mechanism, worlds.mechanism[i], p), states.q[i], states.v[i])
+    drive = world_drive(mechanism, worlds.mechanism[i], p)
+    drive = placed(drive, states.q[i], states.v[i])
     drive.memory = states.memory[i]
     slow = wp.static(HAS_SLOW_CELL) and cells_are_slow(p)
     cell = Cell()
@@ -77,7 +78,8 @@ def rollout_kernel(
         now = drive.time
         acting = acting_row(commands, log, p, 0, now, acting)
         drive.command = acting_command(commands, log, p, now, acting)
-        reading = read_sensors(mechanism, p, located(mechanism, drive, drive.q, drive.v))
+        here = located(mechanism, drive, drive.q, drive.v)
+        reading = read_sensors(mechanism, p, here)
         readout.joint_position[out + row] = drive.q
         readout.motor_position[out + row] = reading.angle
         readout.motor_velocity[out + row] = reading.angle_rate

@@ -193,7 +193,7 @@ def assemble(structure: Structure, *, taped: bool = False) -> Assembly:
         taped: Whether a tape walks its kernels back.
     """
     types = kernel_types(structure)
-    specialiser = Specialiser(types)
+    specialiser = Specialiser(types, references=not taped)
     specialiser.bind(placeholders.TAPED, taped)
     specialiser.bind(placeholders.SKIPS, bool(structure.effects) and not taped)
     if structure.coordinate_count > UNROLLED_JOINTS:
@@ -212,7 +212,9 @@ def assemble(structure: Structure, *, taped: bool = False) -> Assembly:
     if structure.routes.spans:
         bind_routes(specialiser, looped=taped or structure.touch.moves)
     if structure.touch.contacts:
-        for part in (contact_distances.overlap_at, contacts.grip_of, contacts.grip_terms):
+        if "box" in structure.touch.shapes:  # long: it halves a capsule's axis
+            specialiser.function(contact_distances.overlap_at, inline=False)
+        for part in (contacts.grip_of, contacts.grip_terms):
             specialiser.function(part, inline=False)
         pose = contact_poses.planar_pose if structure.planar else contact_poses.spatial_pose
         specialiser.bind(slots.contact_pose, pose)

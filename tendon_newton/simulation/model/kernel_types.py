@@ -54,6 +54,7 @@ def vector_types(structure: Structure) -> dict[Any, Any]:
     """Return scalar, vectors and matrices."""
     real = getattr(wp, structure.precision)
     joints, tendons = structure.coordinate_count, structure.tendon_count
+    links = structure.joint_count
     rows, capsules = tendons + structure.spool_count, len(structure.touch.links)
 
     def vector(length: int, dtype: Any = real) -> Any:
@@ -76,14 +77,15 @@ def vector_types(structure: Structure) -> dict[Any, Any]:
         d.MemoryVector: vector(max(structure.memory_count, 1)),
         d.JointVector: vector(joints),
         d.JointMatrix: matrix(joints, joints),
+        d.LinkMatrix: matrix(links, links),
         d.PlaneMatrix: matrix(joints, 2),
         d.SpaceMatrix: matrix(joints, 3),
-        d.TurnMatrix: matrix(3 * joints, 3),
+        d.TurnMatrix: matrix(3 * links, 3),
         d.CapsuleMatrix: matrix(max(capsules, 1), 3),
         d.TendonVector: vector(tendons),
         d.TendonRows: vector(tendons, wp.int32),
         d.ArmMatrix: matrix(tendons, joints),
-        d.BendMatrix: matrix(tendons * joints, joints),
+        d.BendMatrix: matrix(tendons * links, links),
         d.WayVector: vector(joints, wp.int32),
         d.RowVector: vector(rows),
         d.RowMatrix: matrix(rows, joints),
@@ -97,6 +99,7 @@ def code_constants(structure: Structure) -> dict[Any, Any]:
     return {
         d.JOINTS: joints,
         d.LINKS: structure.joint_count,
+        d.FIRST_BODY: structure.first_body,
         d.TENDONS: structure.tendon_count,
         d.ROWS: structure.tendon_count + structure.spool_count,
         d.PARENT: structure.coordinate_parents,
@@ -180,7 +183,6 @@ def contact_constants(structure: Structure) -> dict[Any, Any]:
         out |= {
             d.BODY: touch.body,
             d.BODY_SHAPE: SHAPES.index(touch.shapes[touch.body]),
-            d.FIRST_BODY: structure.first_body,
         }
     if touch.contacts:
         carries = wp.types.matrix(shape=(joints, joints), dtype=getattr(wp, structure.precision))

@@ -93,7 +93,8 @@ def tendon_pull(
         rate: How the tendon's excursion accelerates [m/s2], which a rotor feels.
         slack: Whether the string of a rotor has come loose.
     """
-    share = smooth_share(tendon_arms(mechanism, here), d, here.v)
+    arms = tendon_arms(mechanism, here)
+    share = smooth_share(arms, d, here.v)
     inward = flow_at(mechanism, p, here, d, real(1.0))
     outward = flow_at(mechanism, p, here, d, real(-1.0))
     tension = share * inward.tension[0] + (real(1.0) - share) * outward.tension[0]
@@ -155,7 +156,8 @@ def push_kernel(
         if n > 0:
             here.command = track.command[i]
             later = at_end(here, track.time_step, (v - track.v[n - 1, i]) / track.time_step)
-            here.memory = remembered(mechanism, p, later, sliding_contact_states(arms, v))
+            sliding = sliding_contact_states(arms, v)
+            here.memory = remembered(mechanism, p, later, sliding)
     here.command = mean_command(commands, log, p, here.time, track.time_step, row)
     torque = JointVector()
     acceleration = JointVector()

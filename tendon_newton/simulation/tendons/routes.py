@@ -24,7 +24,6 @@ from tendon_newton.device_code.placeholders import (
     END_WAY,
     FIRST_SPAN,
     FREE_SPOOL,
-    JOINTS,
     LINKS,
     REVOLUTE,
     ROUTED,
@@ -36,6 +35,7 @@ from tendon_newton.device_code.placeholders import (
     BendMatrix,
     JointMatrix,
     JointVector,
+    LinkMatrix,
     RowMatrix,
     RowVector,
     SpaceMatrix,
@@ -98,8 +98,8 @@ def end_moves(pose: JointPose, way: WayVector, point: Vec3) -> SpaceMatrix:
 
 
 @device_template
-def end_turning(pose: JointPose, way: WayVector, slope: Vec3, moves: SpaceMatrix) -> JointMatrix:
-    """Return what an end gives a length's second derivatives as its moves turn, shape (J, J).
+def end_turning(pose: JointPose, way: WayVector, slope: Vec3, moves: SpaceMatrix) -> LinkMatrix:
+    """Return what an end gives a length's second derivatives as its moves turn, shape (L, L).
 
     Args:
         pose: Where the joints are.
@@ -107,7 +107,7 @@ def end_turning(pose: JointPose, way: WayVector, slope: Vec3, moves: SpaceMatrix
         slope: Derivative of the length by the end [1].
         moves: How the joints move it [m/rad].
     """
-    out = JointMatrix()
+    out = LinkMatrix()
     for j in range(LINKS):
         for k in range(LINKS):
             sign = turn_sign(way[j], way[k])
@@ -175,7 +175,7 @@ def unrolled_routes(mechanism: Mechanism, world: int, pose: JointPose) -> Routes
             for j in range(LINKS):
                 slope[d, j] = slope[d, j] + own.slope[j]
                 for k in range(LINKS):
-                    bend[JOINTS * d + j, k] = bend[JOINTS * d + j, k] + own.bend[j, k]
+                    bend[LINKS * d + j, k] = bend[LINKS * d + j, k] + own.bend[j, k]
     out.length = length
     out.slope = slope
     out.bend = bend
@@ -192,7 +192,7 @@ def summed_spans(
     """
     length = real(0.0)
     slope = JointVector()
-    bend = JointMatrix()
+    bend = LinkMatrix()
     for span in range(first, last):
         own = span_route(mechanism, world, pose, span)
         length = length + own.length
@@ -220,7 +220,7 @@ def looped_routes(mechanism: Mechanism, world: int, pose: JointPose) -> Routes:
         for j in range(LINKS):
             slope[d, j] = own.slope[j]
             for k in range(LINKS):
-                bend[JOINTS * d + j, k] = own.bend[j, k]
+                bend[LINKS * d + j, k] = own.bend[j, k]
     out.length = length
     out.slope = slope
     out.bend = bend
@@ -242,12 +242,13 @@ def located(mechanism: Mechanism, drive: Drive, q: JointVector, v: JointVector) 
     out = placed(drive, q, v)
     if wp.static(ROUTED):
         arms = mechanism.arms[drive.world]
-        routes = all_routes(mechanism, drive.world, joint_pose(mechanism, drive.world, q))
+        pose = joint_pose(mechanism, drive.world, q)
+        routes = all_routes(mechanism, drive.world, pose)
         bow = TendonVector()
         for d in range(TENDONS):
             for j in range(LINKS):
                 for k in range(LINKS):
-                    bow[d] = bow[d] - v[j] * routes.bend[JOINTS * d + j, k] * v[k]
+                    bow[d] = bow[d] - v[j] * routes.bend[LINKS * d + j, k] * v[k]
         out.length = mechanism.excursion_offset[drive.world] + arms * q - routes.length
         out.arms = arms - routes.slope
         out.bow = bow
@@ -262,7 +263,7 @@ def route_stiffness(here: Drive, tension: TendonVector) -> JointMatrix:
     for d in range(TENDONS):
         for j in range(LINKS):
             for k in range(LINKS):
-                out[j, k] = out[j, k] + tension[d] * here.bend[JOINTS * d + j, k]
+                out[j, k] = out[j, k] + tension[d] * here.bend[LINKS * d + j, k]
     return out
 
 
