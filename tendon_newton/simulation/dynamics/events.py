@@ -11,6 +11,7 @@ from tendon_newton.device_code.placeholders import (
     JOINTS,
     LINKS,
     MAY_HOLD,
+    ROUTED,
     ROWS,
     TENDONS,
     Jet,
@@ -119,8 +120,12 @@ def first_event(
     contact: ContactStates,
     end: Motion,
     there: Drive,
+    h: real,
 ) -> Event:
-    """Find what ends the contact states first in a step that `there` is the end of."""
+    """Find what ends the contact states first inside a step of h [s].
+
+    `there` is its end where tendons are routed; else it is found here.
+    """
     event = Event()
     event.fraction = real(1.0)
     event.row = int(NOTHING)
@@ -169,7 +174,7 @@ def first_event(
                     event.joint = int(NOTHING)
                     event.speed = real(0.0)
     if wp.static(not HAS_ROTOR):
-        event = first_slack(mechanism, p, contact, end, there, event)
+        event = first_slack(mechanism, p, here, contact, end, there, h, event)
     return event
 
 
@@ -177,17 +182,23 @@ def first_event(
 def first_slack(
     mechanism: Mechanism,
     p: ParameterVector,
+    here: Drive,
     contact: ContactStates,
     end: Motion,
     there: Drive,
+    h: real,
     before: Event,
 ) -> Event:
     """Return an event, or what comes before it: a string that comes loose or is caught."""
     event = before
+    later = there
+    if wp.static(not ROUTED):
+        later = at_end(here, h, (end.v - here.v) / h)
+        later = located(mechanism, later, end.q, end.v)
     for d in range(TENDONS):
-        least = mechanism.least_tension[there.world][d]
+        least = mechanism.least_tension[here.world][d]
         if contact.row_held[d] == real(0.0) and least == real(0.0):
-            flow = flow_at(mechanism, p, there, d, contact.row_side[d])
+            flow = flow_at(mechanism, p, later, d, contact.row_side[d])
             fraction = real(1.0)
             if (end.line[d] < least) != (flow.line < least):
                 fraction = crossing(end.line[d], flow.line)

@@ -119,17 +119,18 @@ def step(mechanism: Mechanism, p: ParameterVector, drive: Drive, h: real) -> Mot
         contact = first.contact
         forces = first.forces
     end = rosenbrock(mechanism, p, start, contact, forces, h)
-    there = at_end(start, h, (end.v - start.v) / h)
-    if wp.static(not HAS_ROTOR):  # strings come loose there, and what is remembered follows from it
+    there = Drive()
+    if wp.static(ROUTED and not HAS_ROTOR):  # a path takes long, and is needed twice at the end
+        there = at_end(start, h, (end.v - start.v) / h)
         there = located(mechanism, there, end.q, end.v)
-    event = first_event(mechanism, p, start, contact, end, there)
+    event = first_event(mechanism, p, start, contact, end, there, h)
     if event.fraction < real(1.0):
         end = divided_step(mechanism, p, start, contact, forces, event, h)
-    elif wp.static(HAS_ROTOR):
+    elif wp.static(ROUTED and not HAS_ROTOR):
+        end.memory = renewed_at(mechanism, p, there, contact)
+    else:
         end = catch_spools(mechanism, start, contact, end)
         end.memory = renewed(mechanism, p, start, contact, end, h)
-    else:
-        end.memory = renewed_at(mechanism, p, there, contact)
     end.contact = contact
     return end
 
