@@ -70,13 +70,8 @@ def check_calls(function: Callable[..., Any], scope: Mapping[str, Any]) -> None:
 @cache
 def written_places(function: Callable[..., Any]) -> frozenset[tuple[str, str]]:
     """Return what a device function writes: variables, each with its field or an empty string."""
-    places = set()
-    for node in ast.walk(_tree(function)):
-        if isinstance(node, ast.Assign):
-            places |= {_place(target) for target in node.targets}
-        elif isinstance(node, (ast.AugAssign, ast.AnnAssign, ast.For)):
-            places.add(_place(node.target))
-    return frozenset(places)
+    nodes = ast.walk(_tree(function))
+    return frozenset(_place(n) for n in nodes if isinstance(getattr(n, "ctx", None), ast.Store))
 
 
 def is_only_read(name: str, kind: Any, written: frozenset[tuple[str, str]]) -> bool:
@@ -107,7 +102,7 @@ def _calls(function: Callable[..., Any]) -> list[Any]:
     return [n for n in nodes if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)]
 
 
-def _place(node: ast.expr) -> tuple[str, str]:
+def _place(node: ast.AST) -> tuple[str, str]:
     """Return the variable of `x`, `x.field` or `x[index]`, and the field or an empty string."""
     field = ""
     while isinstance(node, (ast.Attribute, ast.Subscript)):

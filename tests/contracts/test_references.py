@@ -50,6 +50,13 @@ def noted(bench: Bench, i: int) -> real:
 
 
 @device_template
+def swapped(bench: Bench, other: Bench) -> real:
+    """Write arguments as parts of a tuple."""
+    bench, other.mass = other, bench.mass
+    return bench.mass
+
+
+@device_template
 def twice(bench: Bench) -> Bench:
     """Pass the result of a call."""
     return doubled(doubled(bench))
@@ -83,6 +90,10 @@ def test_only_what_is_large_and_read_is_passed_by_reference() -> None:
     assert by_reference(noted, {"bench": bench, "i": int}) == {"bench": wp.ref[bench], "i": int}
     assert is_large(bindings()[JointMatrix])
     assert not is_large(wp.vec3d)
+    assert by_reference(swapped, {"bench": bench, "other": bench}) == {
+        "bench": bench,
+        "other": bench,
+    }
     assert written_places(noted) == {("bench", "masses")}
 
 

@@ -345,7 +345,7 @@ def constrained_solve(
 ) -> JointVector:
     """Solve matrix x = load with x = 0 along every joint that is held, -bow along every tendon."""
     part = free_part(matrix, load, arms, contact)
-    if wp.static(HAS_BODY and not MAY_HOLD):
+    if wp.static(HAS_BODY and not MAY_HOLD):  # many coordinates, and no row asks for the inverse
         return solution(part.matrix, part.load)
     else:
         free = part.arms

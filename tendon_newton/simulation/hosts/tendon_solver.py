@@ -64,8 +64,9 @@ BLOCK = (128, 4)
 thread, with some kept in memory, are a fifth faster than the compiler's own 213 and half as many
 threads (one H200)."""
 BODY_BLOCK = (32, 8)
-"""The same with a free body, whose kernel keeps 20 KB of a world in memory: 255 registers and small
-blocks, which spread over all multiprocessors, turn 24,200 balls a second in place of 14,000."""
+"""The same with a free body, whose kernel keeps 20 KB of a world in memory. With 255 registers and
+small blocks, which spread over all multiprocessors, `hand_ball` makes 24,200 control steps a second
+in place of 14,100 (one H200, 8,192 worlds)."""
 
 
 class TendonSolver(SolverBase):
