@@ -321,22 +321,25 @@ class TendonSolver(SolverBase):
     def relax(self, state: newton.State, chosen: wp.array) -> None:
         """Move the chosen worlds, shape (W,), to the equilibrium of their command or held force."""
         servo, types, device = self._servo, self._kernels.types, self.model.device
-        index = wp.array(np.arange(self._chains, dtype=np.int32), device=device)
+        chains = wp.array(np.flatnonzero(self._spread(chosen).numpy()), dtype=int, device=device)
+        if not chains.size:
+            return
+        parameters = wp.clone(self.parameters[chains])
         worlds = struct_of(
-            types, Worlds, mechanism=index, recording=index, parameters=self.parameters
+            types, Worlds, mechanism=chains, recording=chains, parameters=parameters
         )
-        copies = {name: wp.clone(getattr(servo, name)) for name in ("q", "v", "memory")}
+        copies = {name: wp.clone(getattr(servo, name)[chains]) for name in ("q", "v", "memory")}
         states = struct_of(types, States, **copies)
         wp.launch(
             self._kernels.settle,
-            self._chains,
+            chains.size,
             inputs=[0, self._mechanism, worlds, self._history, states],
             device=device,
         )
         wp.launch(
             self._kernel_of["adopt"],
-            self._chains,
-            inputs=[servo, self._spread(chosen), states, self._joints_of(state)],
+            chains.size,
+            inputs=[servo, chains, states, self._joints_of(state)],
             device=device,
         )
         self._place_bodies(state)

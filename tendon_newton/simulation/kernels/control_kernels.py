@@ -216,12 +216,11 @@ def control_step_kernel(
 
 @device_template
 def adopt_kernel(
-    servo: Servo, chosen: DeviceArray[wp.bool], states: States, out: NewtonJoints
+    servo: Servo, chosen: DeviceArray[int], states: States, out: NewtonJoints
 ) -> None:
-    """Take over a state in the chosen worlds."""
-    i = int(wp.tid())  # pyright: ignore[reportArgumentType]
-    if chosen[i]:
-        hand_over(servo, i, states.q[i], states.v[i], states.memory[i], out)
+    """Take over states, one for each world that is named."""
+    k = int(wp.tid())  # pyright: ignore[reportArgumentType]
+    hand_over(servo, chosen[k], states.q[k], states.v[k], states.memory[k], out)
 
 
 @device_template
