@@ -17,8 +17,12 @@ from tendon_newton.data.recording import Array
 from tendon_newton.errors import MissingDependency
 
 WIDTH, HEIGHT = 320, 240
-AZIMUTH, ELEVATION, DISTANCE = 150.0, 25.0, 0.22
+AZIMUTH, ELEVATION, DISTANCE = 150.0, 25.0, 0.19
 """Where the eye is [deg, deg, m]: gravity points along +z, so that the eye is below the palm."""
+LOOKED_AT = (0.015, 0.0, -0.022)
+"""[m], in the frame of the hand."""
+PAPER = (0.98, 0.98, 0.98)
+"""Colour behind the hand."""
 COLORS = 64
 """Of a frame, so that a page can show the film."""
 SPOT = 0.35
@@ -58,7 +62,7 @@ def drawn(pose: Array, joints: Array) -> list[Array]:
     mujoco, model, renderer = prepared()
     data = mujoco.MjData(model)
     eye = mujoco.MjvCamera()
-    eye.lookat[:] = (0.01, 0.0, -0.03)
+    eye.lookat[:] = LOOKED_AT
     eye.azimuth, eye.elevation, eye.distance = AZIMUTH, ELEVATION, DISTANCE
     frames: list[Array] = []
     for place, angles in zip(pose, joints, strict=True):
@@ -90,7 +94,7 @@ def prepared() -> tuple[Any, Any, Any]:
 
 
 def spotted(mujoco: Any) -> Any:
-    """Return the scene in good light, with spots on the ball, so that its turning is seen."""
+    """Return the scene in good light, with spots on the ball so that one sees it turn."""
     spec = mujoco.MjSpec.from_file(str(SCENES / "hand_ball.xml"))
     ball = spec.body("ball")
     radius = float(spec.geom("ball").size[0])
@@ -102,6 +106,14 @@ def spotted(mujoco: Any) -> Any:
             mass=0.0,
             rgba=[0.97, 0.95, 0.88, 1.0],
         )
+    spec.add_texture(
+        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_FLAT,
+        rgb1=PAPER,
+        rgb2=PAPER,
+        width=16,
+        height=96,
+    )
     model = spec.compile()
     model.vis.headlight.ambient[:] = 0.4
     model.vis.headlight.diffuse[:] = 0.8
