@@ -134,7 +134,7 @@ class DeployOptions(BenchOptions, BenchPorts, FurtherLoadCells, ViewOptions):
 
     policy: Path | None = None
     """ONNX file of the policy with its card inside, or TorchScript where torch is installed; or
-    finger-stairs, which comes along."""
+    finger-stairs or hand-turning, which come along."""
     goals: str = "keyboard"
     """Where goals come from: keyboard, stdin, udp:5005, udp:ADDRESS:PORT, stairs, a file of times
     [s] and angles [rad], or one angle [rad]. A policy that turns a ball takes rates [rad/s]."""
@@ -174,7 +174,8 @@ class ClimbOptions(BenchPorts, FurtherLoadCells):
     """Let policies follow stairs of goals, in simulation and on a bench, and compare them."""
 
     policies: Annotated[tuple[Path, ...], tyro.conf.Positional]
-    """Policy files, ONNX or TorchScript; finger-stairs names the one that comes along."""
+    """Policy files, ONNX or TorchScript; finger-stairs and hand-turning name those that come
+    along."""
     out: Path
     """Folder for the results; made if it is not there."""
     force: tuple[str, ...] = ("ideal",)
