@@ -1,19 +1,19 @@
 """Turn a ball in a hand's palm by a gait that sees nothing: what a policy must beat.
 
 ``python -m examples.studies.turning`` lets the gaits of ``turning.json`` turn 16 balls for 20 s,
-one on the ideal source and one on a motor's data sheet; some minutes on one core. ``--search 6``
-looks for them anew, on 64 balls for 6 s each round. Hands, balls and joint friction differ as in
-training.
+one on the motor of a data sheet and one on a diagnosed motor; some minutes on one core.
+``--search 5`` looks for them anew, on 64 balls for 5 s each round. Hands, balls and joint friction
+differ as in training.
 
 Each pair of fingers, index with ring and middle with little, is asked for a wave: offset and
 amplitude of the outer and of the inner fingers, a phase between the pairs, and a second harmonic.
+An action is a gain times the way from the motor to the wave, as far as a policy may act.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import tempfile
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -23,36 +23,36 @@ import torch
 import warp as wp
 from torch import Tensor
 
-from tendon_newton.data.model_file import write_model
 from tendon_newton.data.recording import Array
 from train.policy.config.environment_config import EnvironmentConfig
 from train.policy.scoring.turning import turning_worlds, watch
 from train.policy.worlds.environment import FingerEnvironment
-from train.reproduction.physical import starting_model
 
 GAITS = Path(__file__).with_suffix(".json")
-SHEET = "data_sheet"
-"""Name of the motor of a data sheet among the forces."""
+MODELS = Path(__file__).with_name("turning_models")
+MOTORS = ("data_sheet", "diagnosed")
+"""Model files of a servo: as its data sheet has it, and as a diagnosis found it."""
 NUMBERS = {
     "frequency_hz": (0.4, 2.2),
     "phase_rad": (0.0, 6.28),
     "outer_offset_rad": (1.0, 4.5),
-    "outer_amplitude_rad": (0.0, 6.0),
+    "outer_amplitude_rad": (0.0, 4.0),
     "inner_offset_rad": (1.0, 4.5),
-    "inner_amplitude_rad": (0.0, 6.0),
+    "inner_amplitude_rad": (0.0, 4.0),
     "harmonic": (-0.5, 0.5),
     "harmonic_phase_rad": (0.0, 6.28),
+    "gain": (1.0, 8.0),
 }
 """Numbers of a gait, each between these ends in a search."""
 LEADS = torch.tensor([1.0, 0.0, 0.0, 1.0])
 OUTER = torch.tensor([1.0, 1.0, 0.0, 0.0])
 """Which of index, little, middle and ring are of the pair that leads, and which stand outside."""
-HANDS = EnvironmentConfig(task="turn", worlds=16, max_step=5.0e-4, history=1, action_clip=10.0)
+HANDS = EnvironmentConfig(task="turn", worlds=16, max_step=1.0e-3, history=1, action_clip=9.0)
 RATE = 1.0
 """Rate that a policy is asked for [rad/s]; a gait does not know of it."""
 SEED = 77
 """Seed of the hands and balls."""
-SEARCHED, ELITE = 6.0, 10
+SEARCHED, ELITE = 5.0, 10
 """Time of a gait in a search [s], and how many of a round make the next one."""
 DROP_PRICE = 2.0
 """Of one drop in a search [rad/s]."""
@@ -63,22 +63,20 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--search", type=int, default=0, metavar="ROUNDS")
     parser.add_argument("--seconds", type=float, default=20.0)
-    parser.add_argument("--forces", nargs="+", choices=("ideal", SHEET), default=["ideal", SHEET])
+    parser.add_argument("--max-step", type=float, default=HANDS.max_step, help="[s]")
+    parser.add_argument("--motors", nargs="+", choices=MOTORS, default=list(MOTORS))
     words = parser.parse_args()
     wp.config.log_level = wp.LOG_ERROR
     gaits = json.loads(GAITS.read_text(encoding="utf-8"))
-    with tempfile.TemporaryDirectory() as folder:
-        sheet = Path(folder) / f"{SHEET}.toml"
-        write_model(sheet, starting_model())
-        for name in words.forces:
-            own = replace(HANDS, force=str(sheet) if name == SHEET else name)
-            if words.search:
-                gaits[name] = dict(zip(NUMBERS, search(own, words.search), strict=True))
-                GAITS.write_text(json.dumps(gaits, indent=1) + "\n", encoding="utf-8")
-            hands = worlds(own, words.seconds)
-            gait = torch.tensor([gaits[name][number] for number in NUMBERS])
-            figures = watch(hands, Walk(hands, gait.repeat(HANDS.worlds, 1)), words.seconds)
-            print(f"{name}: {figures.text}", flush=True)
+    for name in words.motors:
+        own = replace(HANDS, force=str(MODELS / f"{name}.toml"), max_step=words.max_step)
+        if words.search:
+            gaits[name] = dict(zip(NUMBERS, search(own, words.search), strict=True))
+            GAITS.write_text(json.dumps(gaits, indent=1) + "\n", encoding="utf-8")
+        hands = worlds(own, words.seconds)
+        gait = torch.tensor([gaits[name][number] for number in NUMBERS])
+        figures = watch(hands, Walk(hands, gait.repeat(HANDS.worlds, 1)), words.seconds)
+        print(f"{name}: {figures.text}", flush=True)
 
 
 def worlds(config: EnvironmentConfig, seconds: float) -> FingerEnvironment:
@@ -91,7 +89,7 @@ class Walk:
 
     Args:
         hands: The worlds; actions are not cut there before they are commands.
-        gaits: Numbers of each gait in the order of `NUMBERS`, shape (W, 8).
+        gaits: Numbers of each gait in the order of `NUMBERS`, shape (W, 9).
     """
 
     def __init__(self, hands: FingerEnvironment, gaits: Tensor) -> None:
@@ -100,11 +98,12 @@ class Walk:
     def __call__(self, seen: Tensor) -> Tensor:
         """Return the offsets [rad] of all servos now, shape (W, 4)."""
         time = (self._hands.steps - self._begun) / self._hands.config.rate
-        return self.commands(time) - self._hands.loop.reading.motor_position
+        away = self.commands(time) - self._hands.loop.reading.motor_position
+        return self._gaits[:, -1:] * away
 
     def commands(self, time: float) -> Tensor:
         """Return the desired motor angles [rad] at a time [s], shape (W, 4)."""
-        frequency, phase, *levels, harmonic, shift = self._gaits[..., None].unbind(dim=1)
+        frequency, phase, *levels, harmonic, shift, _ = self._gaits[..., None].unbind(dim=1)
         offset_out, wave_out, offset_in, wave_in = levels
         angle = 2.0 * np.pi * frequency * time + phase * (1.0 - LEADS)
         wave = torch.sin(angle) + harmonic * torch.sin(2.0 * angle + shift)
