@@ -120,6 +120,7 @@ def test_a_law_at_the_edge_of_its_range_gives_way_to_its_special_case(tmp_path: 
     assert [cause.name for cause in said.effects] == [truth.recipe.cause]
 
 
+@pytest.mark.slow
 def test_a_fault_of_one_servo_is_never_named_on_the_other(tmp_path: Path) -> None:
     """Other causes of the finger may stand beside it, but none of the sound servo."""
     said, truth = diagnosed(tmp_path, recipe("gain_error", 1))
