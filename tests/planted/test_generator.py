@@ -57,7 +57,9 @@ def test_the_same_seed_gives_the_same_files(tmp_path: Path) -> None:
     assert truths["a"] == truths["b"]
 
 
-@pytest.mark.parametrize("cause", [*EFFECTS, *OUTSIDE])
+@pytest.mark.parametrize(
+    "cause", [*EFFECTS, *(pytest.param(cause, marks=pytest.mark.slow) for cause in OUTSIDE)]
+)
 def test_every_cause_stands_out_of_the_noise(cause: str, tmp_path: Path) -> None:
     """Held-out force or angle moves by several floors; the folder does not say why."""
     mix = MIX_OF.get(cause, "A")
