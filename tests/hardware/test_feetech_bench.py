@@ -98,6 +98,4 @@ def test_id_and_rate_are_kept_without_the_supply(bench: LockstepBench) -> None:
     assert "from 1000000 to 500000" in set_baud(port, 500_000, clock, quiet).found
     bench.plan(FaultEvent(name="reboot"))
     clock.sleep_until(clock.now() + 1.0)
-    assert find_servos(port, clock, quiet) == Found(
-        family="feetech", rate=500_000, models={7: 777}
-    )
+    assert find_servos(port, clock, quiet) == Found(family="feetech", rate=500_000, models={7: 777})

@@ -12,7 +12,7 @@ from tendon_newton.mechanisms.geometry.parts import excursion, moment_arms
 from tendon_newton.mechanisms.geometry.statics import closing_tension, equilibrium
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.mechanisms.worlds import build_model
-from tests.replay import replayed
+from tests.physics.replay import replayed
 
 DURATION = 1.0  # s, many time constants of every bench
 STEP = 5.0e-4  # s: at 1 ms a light finger bounces on MuJoCo's end stops, at 2 ms it diverges

@@ -25,7 +25,7 @@ HIDDEN = {
     "joint_stiffness_error": "F",
 }
 
-# the slow test finds every effect in recordings of full length; the strong spring where none is stated
+# the slow test finds every effect in full recordings, of the strong spring if none is stated
 BENCHES = {
     "backlash": "P",
     "sample_period_error": "A",

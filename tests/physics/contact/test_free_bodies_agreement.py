@@ -17,9 +17,9 @@ from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
 from tendon_newton.simulation.mujoco.mujoco_contacts import MujocoContacts, solver_with_contacts
 from tests.physics.contact.bodies import FAR, RADIUS, SINK, ground, marble, scene_of, wall
+from tests.physics.replay import replayed
 from tests.physics.runs import GAIN, ideal_model
 from tests.physics.runs import RADIUS as SPOOL
-from tests.replay import replayed
 
 ARMS = np.array([0.0080, 0.0055])  # m
 STEP = 2.5e-4  # s

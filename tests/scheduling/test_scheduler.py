@@ -17,7 +17,7 @@ from tendon_newton import scheduler
 from tendon_newton.cli import main
 from tendon_newton.errors import InvalidParameter, TendonNewtonError
 from tendon_newton.scheduler import InTurn, JobOptions, completed, core_count, open_executor
-from tests.jobs import refuse, squared
+from tests.scheduling.jobs import refuse, squared
 from tests.train.actuator.without_cell.servo_logs import write_servo_dataset
 from tests.train.reproduction.tiny import TinyBench
 from train.actuator.fitting.sweep import SweepConfig
@@ -30,7 +30,7 @@ def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     pytest.importorskip("distributed", reason="pip install 'tendon-newton[cluster]'")
     folder = tmp_path_factory.mktemp("cluster")
     file = folder / "scheduler.json"
-    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}
     scheduler = ["scheduler", "--port", "0", "--no-dashboard", "--host", "127.0.0.1"]
     worker = ["worker", "--nworkers", "2", "--nthreads", "1", "--no-dashboard"]
     processes = [
