@@ -1,6 +1,7 @@
 """Steps of Warp's kernels without Python's share between them."""
 
 from collections.abc import Callable
+from typing import Any
 
 import warp as wp
 
@@ -11,7 +12,7 @@ def replayed(step: Callable[[], None]) -> Callable[[], None]:
     Args:
         step: What launches kernels, on the same arrays every time, and reads nothing back.
     """
-    graphs: list[wp.Graph] = []
+    graphs: list[Any] = []
 
     def again() -> None:
         if graphs:
