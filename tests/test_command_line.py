@@ -1,7 +1,6 @@
 """The door: completion by a shell, and --quiet."""
 
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -45,20 +44,18 @@ def test_a_shell_that_is_not_known_is_one_line(capsys: pytest.CaptureFixture[str
     assert "known: bash, tcsh, zsh" in line
 
 
-def test_a_quiet_verb_prints_nothing_but_warnings_and_errors(tmp_path: Path) -> None:
+def test_a_quiet_verb_prints_nothing_but_warnings_and_errors(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
     """What an operator must hear goes to the error stream, as errors do; the files are the same."""
     words = ["collect", "--port", "virtual", "--faster-than-real-time", "--duration", "2"]
-
-    def run(*more: str) -> subprocess.CompletedProcess[str]:
-        program = [sys.executable, "-m", "tendon_newton", *words, *more]
-        return subprocess.run(program, capture_output=True, text=True)
-
-    loud, quiet = run("--out", str(tmp_path / "a")), run("--quiet", "--out", str(tmp_path / "b"))
-    assert (loud.returncode, quiet.returncode) == (0, 0)
-    assert "rows, 0 missed" in loud.stdout
-    assert (quiet.stdout, quiet.stderr) == ("", "")
+    assert main([*words, "--out", str(tmp_path / "a")]) == 0
+    assert "rows, 0 missed" in capfd.readouterr().out
+    assert main([*words, "--quiet", "--out", str(tmp_path / "b")]) == 0
+    assert capfd.readouterr() == ("", "")
     name = "finger_random_steps_0.mcap"
     assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
-    stopped = run("--quiet", "--force-limit", "0.5", "--out", str(tmp_path / "c"))
-    assert (stopped.returncode, stopped.stdout) == (2, "")
-    assert "tension" in stopped.stderr
+    assert main([*words, "--quiet", "--force-limit", "0.5", "--out", str(tmp_path / "c")]) == 2
+    said = capfd.readouterr()
+    assert said.out == ""
+    assert "tension" in said.err

@@ -1,6 +1,7 @@
 """The load cell of a virtual bench as its operator has calibrated it once, with hung masses."""
 
 from collections.abc import Sequence
+from functools import cache
 from typing import Literal
 
 import numpy as np
@@ -22,6 +23,7 @@ DATE = "2026-01-01T00:00:00+00:00"
 Direction = Literal["up", "down"]
 
 
+@cache
 def calibrated_twins(bench: str, unit: int, rate: int) -> tuple[LoadCellCalibration, ...]:
     """Calibrate all load cells of a unit, on a twin of the bench that runs before it.
 

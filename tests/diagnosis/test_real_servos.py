@@ -35,11 +35,12 @@ def data(shared: Path, name: str) -> Path:
 @pytest.mark.parametrize(
     ("joint", "motions", "least", "names"),
     [
-        (
+        pytest.param(
             "Rotation",
             ("chirp_sweep", "slow_precision"),
             0.75,
             {"actuator_lag", "command_delay", "deadband"},
+            marks=pytest.mark.slow,
         ),
         (
             "Wrist_Roll",

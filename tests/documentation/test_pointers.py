@@ -2,6 +2,7 @@
 
 import ast
 import re
+from functools import cache
 
 from tests.prose import FENCE
 from tests.test_repository import ROOT, TEXT, repository_files
@@ -11,21 +12,32 @@ FILE = re.compile(r"`([\w./]+/\w+\.py)`")
 FILES = {path: path.relative_to(ROOT) for path in repository_files()}
 ENDINGS = {path.suffix[1:] for path in FILES} | {"html", "mcap", "onnx", "urdf"}
 PATHS = [f"/{place.as_posix()}" for place in FILES.values() if place.suffix == ".py"]
-SOURCES = {
-    tuple(path[1:-3].removesuffix("/__init__").split("/")): ast.parse((ROOT / path[1:]).read_text())
-    for path in PATHS
+PATH_OF = {
+    tuple(path[1:-3].removesuffix("/__init__").split("/")): ROOT / path[1:] for path in PATHS
 }
-"""Syntax of each module, by the words of its name."""
-MODULES = {words[:k] for words in SOURCES for k in range(1, len(words) + 1)}
+"""File of each module, by the words of its name."""
+MODULES = {words[:k] for words in PATH_OF for k in range(1, len(words) + 1)}
 ROOMS = {words[0] for words in MODULES} | {
     words[1] for words in MODULES if words[0] == "tendon_newton" and len(words) > 1
 }
 """First words of a module's full name, with or without `tendon_newton`."""
-CLASSES: dict[str, list[ast.ClassDef]] = {}
-for source in SOURCES.values():
-    for found in ast.walk(source):
-        if isinstance(found, ast.ClassDef):
-            CLASSES.setdefault(found.name, []).append(found)
+
+
+@cache
+def syntax(words: tuple[str, ...]) -> ast.Module:
+    """Return the syntax of a module."""
+    return ast.parse(PATH_OF[words].read_text(encoding="utf-8"))
+
+
+@cache
+def classes() -> dict[str, list[ast.ClassDef]]:
+    """Return the classes of all modules by name."""
+    found: dict[str, list[ast.ClassDef]] = {}
+    for words in PATH_OF:
+        for node in ast.walk(syntax(words)):
+            if isinstance(node, ast.ClassDef):
+                found.setdefault(node.name, []).append(node)
+    return found
 
 
 def members(place: ast.AST) -> set[str]:
@@ -43,23 +55,23 @@ def members(place: ast.AST) -> set[str]:
 
 def class_has(name: str, member: str) -> bool:
     """Tell whether a class of ours or a base of it has a member; a foreign base may have it."""
-    if name not in CLASSES:
+    if name not in classes():
         return name not in {"Protocol", "ABC"}
-    bases = {ast.unparse(base).partition("[")[0] for c in CLASSES[name] for base in c.bases}
-    return any(member in members(c) for c in CLASSES[name]) or any(
+    bases = {ast.unparse(base).partition("[")[0] for c in classes()[name] for base in c.bases}
+    return any(member in members(c) for c in classes()[name]) or any(
         class_has(base, member) for base in bases
     )
 
 
 def module_has(words: tuple[str, ...]) -> bool:
     """Tell whether words are a module, or a name in one."""
-    return words in MODULES or (words[:-1] in SOURCES and words[-1] in members(SOURCES[words[:-1]]))
+    return words in MODULES or (words[:-1] in PATH_OF and words[-1] in members(syntax(words[:-1])))
 
 
 def exists(pointer: str) -> bool:
     """Tell whether a dotted name exists; all of other libraries, and files, do."""
     words = tuple(pointer.split("."))
-    if words[0] in CLASSES:
+    if words[0] in classes():
         return class_has(words[0], words[1])
     if words[0] in ROOMS and words[-1] not in ENDINGS:
         return module_has(words) or module_has(("tendon_newton", *words))

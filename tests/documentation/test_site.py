@@ -77,6 +77,7 @@ def site() -> dict[str, tuple[Path, str]]:
     return pages
 
 
+@pytest.mark.slow
 def test_the_sites_of_two_versions_stand_side_by_side(tmp_path: Path) -> None:
     """The branch gh-pages has a folder for each, and the list that the menu shows."""
     clone = tmp_path / "clone"

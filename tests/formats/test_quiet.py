@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from tendon_newton.cli import VERBOSE_OPTION, VERBOSE_SHORT, main
 from tests.held_out import small_dataset
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -60,12 +61,11 @@ def test_a_diagnosis_from_source_prints_its_answer_and_nothing_else(
     assert (out / "identified.usda").is_file()
 
 
-@pytest.mark.parametrize("option", ["--verbose", "-v"])
-def test_a_simulation_says_more_if_told(dataset: Path, tmp_path: Path, option: str) -> None:
+def test_a_simulation_says_more_if_told(dataset: Path, tmp_path: Path) -> None:
     """Warp names itself and its devices, beside the answer."""
     words = ["simulate", str(dataset), "--model", str(dataset / "model.toml"), "--no-plots"]
     run = subprocess.run(
-        [sys.executable, "-m", "tendon_newton", *words, "--out", str(tmp_path), option],
+        [sys.executable, "-m", "tendon_newton", *words, "--out", str(tmp_path), VERBOSE_OPTION],
         cwd=ROOT,
         capture_output=True,
         text=True,
@@ -74,6 +74,14 @@ def test_a_simulation_says_more_if_told(dataset: Path, tmp_path: Path, option: s
     assert run.returncode == 0
     assert "wrote 3 recordings" in run.stdout
     assert "Warp" in run.stdout
+
+
+@pytest.mark.parametrize("option", [VERBOSE_OPTION, VERBOSE_SHORT])
+def test_both_spellings_ask_for_more(option: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The verb and the processes that it starts read the same variable."""
+    monkeypatch.setenv("TENDON_NEWTON_VERBOSE", "")
+    assert main(["plot", "nowhere.csv", option]) == 2
+    assert os.environ["TENDON_NEWTON_VERBOSE"] == "1"
 
 
 def test_what_native_code_says_besides_is_passed_on() -> None:

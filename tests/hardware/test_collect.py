@@ -58,19 +58,22 @@ def test_every_excitation_stays_inside_the_command_range(name: str) -> None:
         assert np.all((command >= 0.0) & (command <= 2.0 * pi))
 
 
-@pytest.mark.parametrize("name", [*EXCITATIONS, *TEST_EXCITATIONS])
-def test_every_excitation_drives_a_servo_on_a_serial_port(tmp_path: Path, name: str) -> None:
-    """The SDK sends each through a pseudo-terminal, and what is logged is what was planned."""
+@pytest.mark.parametrize(
+    ("name", "lockstep"),
+    [*((name, True) for name in (*EXCITATIONS, *TEST_EXCITATIONS)), ("random_steps", False)],
+)
+def test_every_excitation_drives_a_servo(tmp_path: Path, name: str, lockstep: bool) -> None:
+    """The SDK sends each, and what is logged is what was planned; one through a pseudo-terminal."""
     trial = Trial(
         path=tmp_path / "run.mcap",
         excitation=name,
         duration=1.0,
-        lockstep=False,
+        lockstep=lockstep,
         settings=CollectSettings(settle=0.2),
     )
     outcome = trial.record()
     assert outcome.finished
-    assert outcome.rows > 40, "of 80; a busy machine may lose ticks, not half of them"
+    assert outcome.rows >= (80 if lockstep else 41), "a busy machine may lose ticks, not half of 80"
     run = PlannedRun(name="run", bench="finger", excitation=name, duration=1.0)
     planned = run.command(trial.settings.seed, trial.settings.rate)
     logged = trial.recording().command

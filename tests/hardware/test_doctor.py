@@ -46,9 +46,15 @@ WELL = ServoHealth(
 
 @pytest.fixture(scope="module")
 def ports() -> Iterator[VirtualPorts]:
-    """One bench for all tests of this file."""
+    """One bench in real time for all tests of this file."""
     with VirtualPorts("finger", 2) as ports:
         yield ports
+
+
+@pytest.fixture
+def bench() -> LockstepBench:
+    """A bench whose clock goes on while its user waits: a search asks at many rates."""
+    return LockstepBench("finger", 2)
 
 
 def quiet(text: str) -> None:
@@ -194,48 +200,46 @@ def test_the_search_for_ports_always_says_something() -> None:
     assert list(check_search())
 
 
-def test_a_servo_at_the_factorys_rate_is_found_and_set(ports: VirtualPorts) -> None:
+def test_a_servo_at_the_factorys_rate_is_found_and_set(bench: LockstepBench) -> None:
     """57600 baud is too slow for 80 Hz; the rate is set, and the servo answers at it."""
-    clock = MonotonicClock()
-    assert set_baud(ports.servo_port, 57_600, clock, quiet).verdict == "good"
-    assert find_servos(ports.servo_port, clock, quiet) == Found(
+    port, clock = bench.servo_port(), bench.clock
+    assert set_baud(port, 57_600, clock, quiet).verdict == "good"
+    assert find_servos(port, clock, quiet) == Found(
         family="dynamixel", rate=57_600, models={1: 1220}
     )
     (observation,) = check_rate("servo 1", SPEC, 57_600)
     assert observation.verdict == "fix"
     assert "--set-baud 1000000" in observation.remedy
-    observation = set_baud(ports.servo_port, 1_000_000, clock, quiet)
+    observation = set_baud(port, 1_000_000, clock, quiet)
     assert "set from 57600 to 1000000 baud, and answers" in observation.found
     with pytest.raises(ServoSilent, match="asked for 12345"):
-        set_baud(ports.servo_port, 12_345, clock, quiet)
+        set_baud(port, 12_345, clock, quiet)
 
 
-def test_a_servo_is_given_an_id_of_its_own(ports: VirtualPorts) -> None:
+def test_a_servo_is_given_an_id_of_its_own(bench: LockstepBench) -> None:
     """It answers by the new one alone, and keeps it; where two answer neither is changed."""
-    clock = MonotonicClock()
-    assert "has the ID 7, and answers" in set_identifier(ports.servo_port, 7, clock, quiet).found
-    assert find_servos(ports.servo_port, clock, quiet) == Found(
+    port, clock = bench.servo_port(), bench.clock
+    assert "has the ID 7, and answers" in set_identifier(port, 7, clock, quiet).found
+    assert find_servos(port, clock, quiet) == Found(
         family="dynamixel", rate=1_000_000, models={7: 1220}
     )
-    set_identifier(ports.servo_port, 1, clock, quiet)
+    set_identifier(port, 1, clock, quiet)
     with pytest.raises(ServoSilent, match="asked for 253"):
-        set_identifier(ports.servo_port, 253, clock, quiet)
-    with (
-        VirtualPorts("finger_antagonist") as two,
-        pytest.raises(ServoSilent, match="asked for 3, and 2 answer"),
-    ):
-        set_identifier(two.servo_port, 3, clock, quiet)
+        set_identifier(port, 253, clock, quiet)
+    two = LockstepBench("finger_antagonist", 0)
+    with pytest.raises(ServoSilent, match="asked for 3, and 2 answer"):
+        set_identifier(two.servo_port(), 3, two.clock, quiet)
 
 
-def test_an_alert_is_named_and_a_restart_clears_it(ports: VirtualPorts) -> None:
+def test_an_alert_is_named_and_a_restart_clears_it(bench: LockstepBench) -> None:
     """Overload: words, remedy, and the remedy works."""
-    clock = MonotonicClock()
-    ports.plan(FaultEvent(name="alert", alert="overload"))
-    alerts = [x for x in check_servo(ports.servo_port, clock, quiet) if "alerts" in x.subject]
+    port, clock = bench.servo_port(), bench.clock
+    bench.plan(FaultEvent(name="alert", alert="overload"))
+    alerts = [x for x in check_servo(port, clock, quiet) if "alerts" in x.subject]
     assert [(x.verdict, x.found) for x in alerts] == [("fix", "overload")]
     assert "--reboot" in alerts[0].remedy
-    assert reboot_servos(ports.servo_port, clock, quiet).verdict == "good"
-    servo = BusServo(SPEC, ports.servo_port, retries=20)
+    assert reboot_servos(port, clock, quiet).verdict == "good"
+    servo = BusServo(SPEC, port, clock=clock)
     servo.open()
     assert not servo.read_health().alerts
     servo.close()

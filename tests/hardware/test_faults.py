@@ -36,6 +36,9 @@ from tendon_newton.data.formats.mcap_file import read_mcap
 from tests.hardware.recording import Trial, Watcher
 
 NOISE = Faults(dropped_replies=0.01, corrupted_replies=0.01, garbled_lines=0.01)
+either_clock = pytest.mark.parametrize(
+    "lockstep", [True, pytest.param(False, marks=pytest.mark.slow)]
+)
 
 
 def gap_of(trial: Trial) -> float:
@@ -56,7 +59,7 @@ def events_of(path: Path) -> list[str]:
         ]
 
 
-@pytest.mark.parametrize("lockstep", [True, pytest.param(False, marks=pytest.mark.slow)])
+@either_clock
 def test_lost_and_garbled_bytes_cost_hardly_a_row(tmp_path: Path, lockstep: bool) -> None:
     """With 1 % of the answers lost, 1 % broken and 1 % of the cell's lines garbled, 99 % stays.
 
@@ -96,7 +99,7 @@ def test_a_noisy_bench_in_real_time(tmp_path: Path) -> None:
     assert {"silent", "readings were missing"} <= set(events_of(trial.path))
 
 
-@pytest.mark.parametrize("lockstep", [True, False])
+@either_clock
 def test_an_unplugged_servo_leaves_a_gap_and_comes_back(tmp_path: Path, lockstep: bool) -> None:
     """Two seconds without the adapter: no rows there, forces go on, and rows come again after."""
     pulled = FaultEvent(name="unplug", start=0.5, duration=2.0)
@@ -151,7 +154,7 @@ def test_a_loop_that_hears_nothing_lets_go(tmp_path: Path) -> None:
     assert duties[1] == 0.0
 
 
-@pytest.mark.parametrize("lockstep", [True, False])
+@either_clock
 def test_an_alert_ends_the_run_with_its_reason(tmp_path: Path, lockstep: bool) -> None:
     """An overload switches the motor off; the file is closed and says so."""
     alert = FaultEvent(name="alert", start=1.0, alert="overload")

@@ -1,12 +1,10 @@
 """Every verb that drives a bench drives one with a Feetech servo."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from hardware.clock import MonotonicClock
 from hardware.doctor.observation import Observation
 from hardware.doctor.servo_checks import check_servo
 from hardware.doctor.servo_search import (
@@ -17,18 +15,18 @@ from hardware.doctor.servo_search import (
     set_identifier,
 )
 from hardware.errors import ServoRefused
-from hardware.virtual_bench import FaultEvent, VirtualPorts
+from hardware.virtual_bench import FaultEvent, LockstepBench
+from hardware.virtual_bench.process import lockstep_of
 from tendon_newton.cli import main
 from tendon_newton.data.formats.mcap_file import read_mcap, read_session
 
 FAST = ["--port", "virtual::3", "--servo", "sts3215", "--faster-than-real-time"]
 
 
-@pytest.fixture(scope="module")
-def ports() -> Iterator[VirtualPorts]:
-    """One bench for all tests of this file."""
-    with VirtualPorts("finger", 2, servo="sts3215") as ports:
-        yield ports
+@pytest.fixture
+def bench() -> LockstepBench:
+    """A bench whose clock goes on while its user waits: a search asks at many rates."""
+    return lockstep_of("virtual:finger:2", "sts3215")
 
 
 def quiet(text: str) -> None:
@@ -36,9 +34,9 @@ def quiet(text: str) -> None:
     del text
 
 
-def examined(ports: VirtualPorts) -> dict[str, Observation]:
+def examined(bench: LockstepBench) -> dict[str, Observation]:
     """Return what the doctor says of each subject."""
-    return {x.subject: x for x in check_servo(ports.servo_port, MonotonicClock(), quiet)}
+    return {x.subject: x for x in check_servo(bench.servo_port(), bench.clock, quiet)}
 
 
 def test_collect_records_what_the_firmware_does_by_itself(tmp_path: Path) -> None:
@@ -67,9 +65,9 @@ def test_deploy_turns_the_spool_by_hand(tmp_path: Path) -> None:
     assert read_session(tmp_path / "jog_0.mcap")["servo.model"] == "sts3215"
 
 
-def test_the_doctor_says_what_is_special_about_it(ports: VirtualPorts) -> None:
+def test_the_doctor_says_what_is_special_about_it(bench: LockstepBench) -> None:
     """No watchdog of its own, and what its firmware does by itself."""
-    found = examined(ports)
+    found = examined(bench)
     assert found["servo 1"].found == "sts3215 at 1000000 baud"
     assert found["servo 1 watchdog"].verdict == "note"
     assert "20% duty after 2 s at 80% or more" in found["servo 1 firmware"].found
@@ -83,24 +81,21 @@ def test_the_doctor_examines_a_virtual_one(capsys: pytest.CaptureFixture[str]) -
     assert "sts3215 at 1000000 baud" in capsys.readouterr().out
 
 
-def test_an_alert_is_named_and_ends_with_the_supply(ports: VirtualPorts) -> None:
+def test_an_alert_is_named_and_ends_with_the_supply(bench: LockstepBench) -> None:
     """Nothing restarts it over the bus, and the doctor does not say that something would."""
-    ports.plan(FaultEvent(name="alert", alert="overheating"))
-    alerts = examined(ports)["servo 1 alerts"]
+    bench.plan(FaultEvent(name="alert", alert="overheating"))
+    alerts = examined(bench)["servo 1 alerts"]
     assert (alerts.verdict, alerts.found) == ("fix", "overheating")
     assert "switch its supply off and on" in alerts.remedy
     with pytest.raises(ServoRefused, match="switch its supply off and on"):
-        reboot_servos(ports.servo_port, MonotonicClock(), quiet)
-    ports.plan(FaultEvent(name="reboot"))
+        reboot_servos(bench.servo_port(), bench.clock, quiet)
 
 
-def test_id_and_rate_are_kept_without_the_supply(ports: VirtualPorts) -> None:
+def test_id_and_rate_are_kept_without_the_supply(bench: LockstepBench) -> None:
     """They are written behind the open lock, which is shut again."""
-    clock = MonotonicClock()
-    assert "has the ID 7" in set_identifier(ports.servo_port, 7, clock, quiet).found
-    assert "from 1000000 to 500000" in set_baud(ports.servo_port, 500_000, clock, quiet).found
-    ports.plan(FaultEvent(name="reboot"))
+    port, clock = bench.servo_port(), bench.clock
+    assert "has the ID 7" in set_identifier(port, 7, clock, quiet).found
+    assert "from 1000000 to 500000" in set_baud(port, 500_000, clock, quiet).found
+    bench.plan(FaultEvent(name="reboot"))
     clock.sleep_until(clock.now() + 1.0)
-    assert find_servos(ports.servo_port, clock, quiet) == Found(
-        family="feetech", rate=500_000, models={7: 777}
-    )
+    assert find_servos(port, clock, quiet) == Found(family="feetech", rate=500_000, models={7: 777})

@@ -148,8 +148,8 @@ class Books:
 
 
 def one_step(rate: float) -> Array:
-    """Return 0.5 rad, and 2.5 rad from 0.25 s to 1.5 s, at so many rows a second [rad]."""
-    return np.where(np.arange(round(1.5 * rate)) < round(0.25 * rate), 0.5, 2.5)
+    """Return 0.5 rad, and 2.5 rad from 0.1 s to 0.6 s, at so many rows a second [rad]."""
+    return np.where(np.arange(round(0.6 * rate)) < round(0.1 * rate), 0.5, 2.5)
 
 
 def random_steps(rate: float) -> Array:

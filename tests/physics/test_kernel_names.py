@@ -16,7 +16,7 @@ from tendon_newton.mechanisms.loading import load_mechanism
 from tests.physics.runs import run_of
 
 model = load_model("examples/hidden_friction/model.toml")
-run = run_of([[0.0], [0.5]])
+run = run_of([[0.0], [0.5]], bench="spring_weak")  # one joint, compiled soonest
 rollout = rollout_of(load_mechanism(run.bench), [run], model, effects=["coulomb_friction"])
 """
 REPLAY = "rollout.run(rollout.base_vectors(model)[None])"

@@ -127,7 +127,9 @@ def replay(case: str) -> list[tuple[Array, Motion]]:
 
 
 @pytest.mark.skipif(not (CHALLENGES / "truth").is_dir(), reason="no outside data here")
-@pytest.mark.parametrize("case", [*ALIKE, *OTHERWISE])
+@pytest.mark.parametrize(
+    "case", [*ALIKE, *(pytest.param(case, marks=pytest.mark.slow) for case in OTHERWISE)]
+)
 def test_another_plant_with_the_same_cause_moves_the_same(case: str) -> None:
     """RMS over all rows of all recordings, and over those in which the motor moves."""
     force, theta, tip, moving = [], [], [], []

@@ -57,7 +57,9 @@ def test_the_same_seed_gives_the_same_files(tmp_path: Path) -> None:
     assert truths["a"] == truths["b"]
 
 
-@pytest.mark.parametrize("cause", [*EFFECTS, *OUTSIDE])
+@pytest.mark.parametrize(
+    "cause", [*EFFECTS, *(pytest.param(cause, marks=pytest.mark.slow) for cause in OUTSIDE)]
+)
 def test_every_cause_stands_out_of_the_noise(cause: str, tmp_path: Path) -> None:
     """Held-out force or angle moves by several floors; the folder does not say why."""
     mix = MIX_OF.get(cause, "A")
@@ -97,7 +99,7 @@ def test_nothing_planted_moves_nothing(tmp_path: Path) -> None:
 def test_two_causes_are_both_in_the_plant(tmp_path: Path) -> None:
     """A delay and a bias: the angle of the delay alone, the force of both."""
     names = ("command_delay", "load_cell_bias")
-    truth = make_dataset(tmp_path, Recipe(effects=names, seed=1))
+    truth = make_dataset(tmp_path, Recipe(effects=names, seed=1, duration=SHORT))
     assert truth.family == "pair"
     assert set(truth.parameters) == set(names)
     assert truth.strength_theta > 10.0
@@ -117,7 +119,7 @@ def test_a_tenth_of_the_size_is_about_a_tenth_of_the_strength(tmp_path: Path) ->
 
 def test_a_bench_off_its_drawing_is_wrong_for_the_model_alone(tmp_path: Path) -> None:
     """Nothing is planted, the plant is itself, and yet the starting model errs."""
-    truth = make_dataset(tmp_path, Recipe(seed=1, mix="F", off_nominal=0.05))
+    truth = make_dataset(tmp_path, Recipe(seed=1, mix="F", off_nominal=0.05, duration=SHORT))
     assert truth.family == "clean"
     assert truth.strength == 0.0
     assert truth.nominal[1] > 5.0 * truth.true[1]
@@ -128,7 +130,7 @@ def test_unlisted_imperfections_stay_about_the_noise(tmp_path: Path) -> None:
     datasets = []
     for level in (0.0, 1.0):
         out = tmp_path / str(level)
-        make_dataset(out, Recipe(seed=2, imperfection=level))
+        make_dataset(out, Recipe(seed=2, imperfection=level, duration=SHORT))
         datasets.append(load_dataset(out).test)
     pairs = list(zip(*datasets, strict=True))
     force = np.concatenate([a.force - b.force for a, b in pairs])
@@ -139,9 +141,10 @@ def test_unlisted_imperfections_stay_about_the_noise(tmp_path: Path) -> None:
 
 def test_a_bench_without_a_load_cell_logs_no_force(tmp_path: Path) -> None:
     """All else is what the same bench logs with one."""
-    effects = ("coulomb_friction",)
     for without in (False, True):
-        recipe = Recipe(effects=effects, seed=3, mix="S", without_force=without)
+        recipe = Recipe(
+            effects=("coulomb_friction",), seed=3, mix="S", duration=SHORT, without_force=without
+        )
         make_dataset(tmp_path / str(without), recipe)
     seen, blind = (load_dataset(tmp_path / str(without)).train for without in (False, True))
     assert all(recording.force is None for recording in blind)
@@ -151,9 +154,9 @@ def test_a_bench_without_a_load_cell_logs_no_force(tmp_path: Path) -> None:
 
 def test_a_known_friction_is_in_the_model_and_adds_to_the_planted_one(tmp_path: Path) -> None:
     """The truth of a friction that the model knows in part is the new total."""
-    truth = make_dataset(
-        tmp_path, Recipe(effects=("viscous_friction",), seed=1, mix="S", known_friction=True)
-    )
+    effects = ("viscous_friction",)
+    recipe = Recipe(effects=effects, seed=1, mix="S", duration=SHORT, known_friction=True)
+    truth = make_dataset(tmp_path, recipe)
     known = {
         effect.name: dict(effect.values) for effect in load_model(tmp_path / "model.toml").effects
     }

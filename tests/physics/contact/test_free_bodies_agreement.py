@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.tendon_solver import TendonSolver
 from tendon_newton.simulation.mujoco.mujoco_contacts import MujocoContacts, solver_with_contacts
 from tests.physics.contact.bodies import FAR, RADIUS, SINK, ground, marble, scene_of, wall
+from tests.physics.replay import replayed
 from tests.physics.runs import GAIN, ideal_model
 from tests.physics.runs import RADIUS as SPOOL
 
@@ -56,15 +58,19 @@ def theirs(mechanism: Mechanism, coordinates: Array, speeds: Array, angle: float
     states[0].joint_q.assign(coordinates.astype(np.float32))
     states[0].joint_qd.assign(speeds.astype(np.float32))
     control: Any = model.control()
-    rows, torque = [], np.zeros(len(speeds), dtype=np.float32)
-    for _ in range(round(TIME / STEP)):
-        wound = ARMS @ states[0].joint_q.numpy()[:2]
+
+    def step(begin: Any, end: Any) -> None:
+        solver.step(begin, end, control, contacts.find(begin), STEP)
+
+    steps = [replayed(partial(step, *ends)) for ends in (states, states[::-1])]
+    rows, torque = [coordinates], np.zeros(len(speeds), dtype=np.float32)
+    for number in range(round(TIME / STEP)):
+        wound = ARMS @ rows[-1][:2]
         torque[:2] = ARMS * max(0.0, GAIN * (angle - wound / SPOOL))
         control.joint_f.assign(torque)
-        solver.step(states[0], states[1], control, contacts.find(states[0]), STEP)
-        states.reverse()
-        rows.append(states[0].joint_q.numpy().astype(np.float64))
-    return np.array(rows)
+        steps[number % 2]()
+        rows.append(states[(number + 1) % 2].joint_q.numpy().astype(np.float64))
+    return np.array(rows[1:])
 
 
 def both(

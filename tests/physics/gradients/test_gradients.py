@@ -171,12 +171,18 @@ def check_gradients(rollout: DifferentiableRollout, names: tuple[str, ...]) -> N
     assert not wrong, "; ".join(wrong)
 
 
-def test_gradients_by_actuator_effects_and_bench() -> None:
+@pytest.fixture(scope="module")
+def rollout() -> DifferentiableRollout:
+    """Return the runs with gain and seven effects, which a nudge leaves as they were."""
+    return make_rollout(EFFECTS)
+
+
+def test_gradients_by_actuator_effects_and_bench(rollout: DifferentiableRollout) -> None:
     """Joint springs, damping, dry friction, masses, moment arms, spool.
 
     Gain and seven effects, through a second with stick and slip.
     """
-    check_gradients(make_rollout(EFFECTS), tuple(MECHANISM))
+    check_gradients(rollout, tuple(MECHANISM))
 
 
 @pytest.mark.slow
@@ -216,9 +222,8 @@ def test_gradients_by_a_motor_with_a_rotor(string: dict[str, dict[str, float]]) 
     check_gradients(DifferentiableRollout(load_mechanism("finger"), [run], model, device="cpu"), ())
 
 
-def test_gradients_by_the_commands() -> None:
+def test_gradients_by_the_commands(rollout: DifferentiableRollout) -> None:
     """A command moves what follows it, and nothing before it."""
-    rollout = make_rollout(EFFECTS)
     seeds = random_seeds(rollout)
     found = rollout.backward(**seeds).command.grad.numpy().copy()
     rows = (0, 25, 60, 81, 110)

@@ -15,9 +15,11 @@ from tests.planted.owners.checks import (
 from tests.planted.owners.plant import Faults
 from tests.planted.owners.sets import FAULTS, SILENT, Recipe
 
-QUICK = (("gain_error", 1), ("joint_dry_friction", 3), ("command_delay", None), (SILENT, None))
-"""What is diagnosed whenever tests run."""
+QUICK = ("gain_error", 1)
+"""What is diagnosed whenever tests run; the others take most of a minute each."""
 OTHERS = (
+    ("joint_dry_friction", 3),
+    (SILENT, None),
     *((name, place % 4) for place, name in enumerate(FAULTS)),
     *((name, None) for name, owner in HAND.kinds if owner is None and name != SILENT),
 )
@@ -28,6 +30,7 @@ def test_strings_are_as_long_as_a_fingers() -> None:
     check_strings(FINGER, "finger_routed")
 
 
+@pytest.mark.slow
 def test_the_plant_converges_with_its_step() -> None:
     """With every fault at once, half the step moves angles by less than half an encoder's floor."""
     faults = Faults(
@@ -74,10 +77,7 @@ def test_plant_and_simulator_do_the_same_with_faults_of_one_finger() -> None:
 
 @pytest.mark.parametrize(
     ("fault", "servo"),
-    [
-        *QUICK,
-        *(pytest.param(*kind, marks=pytest.mark.slow) for kind in OTHERS if kind not in QUICK),
-    ],
+    [QUICK, *(pytest.param(*kind, marks=pytest.mark.slow) for kind in OTHERS if kind != QUICK)],
 )
 def test_a_fault_is_named_with_its_finger_and_no_other(
     fault: str, servo: int | None, tmp_path: Path

@@ -20,11 +20,8 @@ from tests.planted.owners.checks import (
     effect,
 )
 from tests.planted.owners.plant import GAIN, ROW_RATE, SPOOL, Faults
-from tests.planted.owners.sets import SILENT, Recipe, commands
+from tests.planted.owners.sets import Recipe, commands
 from tests.planted.two_strings.bench import FINGER, TWO_STRINGS
-
-QUICK = ((SILENT, None),)
-"""What is diagnosed whenever tests run; the others take minutes each."""
 
 
 def test_strings_are_as_long_as_the_assets() -> None:
@@ -32,6 +29,7 @@ def test_strings_are_as_long_as_the_assets() -> None:
     check_strings(FINGER, "finger_antagonist")
 
 
+@pytest.mark.slow
 def test_the_plant_converges_with_its_step() -> None:
     """With every fault at once, half the step moves angles by less than half an encoder's floor."""
     faults = Faults(
@@ -106,13 +104,8 @@ def recipe(fault: str, servo: int | None, seed: int = 5) -> Recipe:
     return Recipe(bench=TWO_STRINGS, fault=fault, servo=servo, seed=seed)
 
 
-@pytest.mark.parametrize(
-    ("fault", "servo"),
-    [
-        pytest.param(*kind, marks=() if kind in QUICK else pytest.mark.slow)
-        for kind in TWO_STRINGS.kinds
-    ],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("fault", "servo"), TWO_STRINGS.kinds)
 def test_a_fault_is_named_with_its_owner_and_no_other(
     fault: str, servo: int | None, tmp_path: Path
 ) -> None:
@@ -127,6 +120,7 @@ def test_a_law_at_the_edge_of_its_range_gives_way_to_its_special_case(tmp_path: 
     assert [cause.name for cause in said.effects] == [truth.recipe.cause]
 
 
+@pytest.mark.slow
 def test_a_fault_of_one_servo_is_never_named_on_the_other(tmp_path: Path) -> None:
     """Other causes of the finger may stand beside it, but none of the sound servo."""
     said, truth = diagnosed(tmp_path, recipe("gain_error", 1))

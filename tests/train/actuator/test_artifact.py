@@ -126,6 +126,7 @@ def test_an_archive_that_claims_more_than_it_has_is_refused_before_it_is_unpacke
     assert process_time() - began < 1.0
 
 
+@pytest.mark.slow  # a process reads each file
 def test_flipped_bytes_never_give_a_traceback_of_another_library(
     tmp_path: Path, rng: np.random.Generator
 ) -> None:

@@ -16,31 +16,12 @@ import pytest
 from tendon_newton import scheduler
 from tendon_newton.cli import main
 from tendon_newton.errors import InvalidParameter, TendonNewtonError
-from tendon_newton.scheduler import (
-    THREADS_VARIABLE,
-    InTurn,
-    JobOptions,
-    completed,
-    core_count,
-    open_executor,
-)
+from tendon_newton.scheduler import InTurn, JobOptions, completed, core_count, open_executor
+from tests.scheduling.jobs import refuse, squared
 from tests.train.actuator.without_cell.servo_logs import write_servo_dataset
 from tests.train.reproduction.tiny import TinyBench
 from train.actuator.fitting.sweep import SweepConfig
 from train.actuator.fitting.sweep import main as train_all
-
-
-def squared(number: int) -> tuple[int, str | None, int]:
-    """Return a square, the threads that a simulation would take, and the process."""
-    time.sleep(0.1)  # so that one process does not take all
-    return number**2, os.environ.get(THREADS_VARIABLE), os.getpid()
-
-
-def refuse(number: int) -> int:
-    """Fail at one number."""
-    if number == 2:
-        raise InvalidParameter("number must not be 2")
-    return number
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +30,7 @@ def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     pytest.importorskip("distributed", reason="pip install 'tendon-newton[cluster]'")
     folder = tmp_path_factory.mktemp("cluster")
     file = folder / "scheduler.json"
-    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}
     scheduler = ["scheduler", "--port", "0", "--no-dashboard", "--host", "127.0.0.1"]
     worker = ["worker", "--nworkers", "2", "--nthreads", "1", "--no-dashboard"]
     processes = [
@@ -106,6 +87,7 @@ def test_workers_of_a_cluster_do_the_same(cluster: str) -> None:
     assert os.getpid() not in processes
 
 
+@pytest.mark.slow
 def test_an_exam_is_taken_by_a_cluster(cluster: str, tmp_path: Path) -> None:
     """The verb's own jobs travel: each dataset gets its answer, here why there is none."""
     folder, out = tmp_path / "exam", tmp_path / "out"
@@ -141,6 +123,7 @@ def test_a_sweep_is_trained_by_a_cluster(cluster: str, tmp_path: Path) -> None:
         assert here == there
 
 
+@pytest.mark.slow
 def test_a_reproduction_runs_on_a_cluster(cluster: str, tmp_path: Path) -> None:
     """A stage's jobs travel with all that it needs; its figures and results are in OUT."""
     bench = tmp_path / "bench"

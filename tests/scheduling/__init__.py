@@ -1,0 +1,1 @@
+"""Jobs in turn, in processes and on a cluster."""
