@@ -325,9 +325,7 @@ class TendonSolver(SolverBase):
         if not chains.size:
             return
         parameters = wp.clone(self.parameters[chains])
-        worlds = struct_of(
-            types, Worlds, mechanism=chains, recording=chains, parameters=parameters
-        )
+        worlds = struct_of(types, Worlds, mechanism=chains, recording=chains, parameters=parameters)
         copies = {name: wp.clone(getattr(servo, name)[chains]) for name in ("q", "v", "memory")}
         states = struct_of(types, States, **copies)
         wp.launch(

@@ -215,9 +215,7 @@ def control_step_kernel(
 
 
 @device_template
-def adopt_kernel(
-    servo: Servo, chosen: DeviceArray[int], states: States, out: NewtonJoints
-) -> None:
+def adopt_kernel(servo: Servo, chosen: DeviceArray[int], states: States, out: NewtonJoints) -> None:
     """Take over states, one for each world that is named."""
     k = int(wp.tid())  # pyright: ignore[reportArgumentType]
     hand_over(servo, chosen[k], states.q[k], states.v[k], states.memory[k], out)
