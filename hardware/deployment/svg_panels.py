@@ -15,7 +15,7 @@ POINTS_MAX = 1500
 """Points of a line; beyond the picture's width nobody sees more."""
 BAND_PIECES = 240
 """Pieces of a band, 4 px each: more would be a slab of zigzags."""
-COLOURS = ("#1f5fa8", "#c8501e", "#2f8f4e")
+COLOURS = ("#1f5fa8", "#c8501e", "#2f8f4e", "#8a4fb0")
 Values = NDArray[np.float64]
 
 
