@@ -73,7 +73,6 @@ class ServoSenses:
         except (ServoSilent, PortLost, ServoRefused):
             return None
         self.heard = state.time
-        self.forces.move(state)
         return state
 
     def look(self) -> ServoHealth | None:
@@ -200,6 +199,9 @@ class DeploySenses:
             self.missed += 1
             return
         self.rows += 1
+        spools = [state.position for state in whole]
+        for k, (servo, state) in enumerate(zip(self.servos, whole, strict=True)):
+            servo.forces.move(state, spools[:k] + spools[k + 1 :])
         if log is not None:
             log.session_log.state(*whole)
 

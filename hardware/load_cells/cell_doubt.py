@@ -5,10 +5,12 @@ A guard that believes a dead load cell is worse than none. Four things give a de
 - it is saturated: a broken wire of its bridge, or far too much load;
 - it repeats one value: a live converter's noise hardly ever does;
 - it is calmer than it was under no load when it was calibrated;
-- the motor winds the tendon in against something, and the tension does not change.
+- the motor winds the tendon in against something, no other servo lets its own out, and the tension
+  does not change.
 """
 
 from collections import deque
+from collections.abc import Sequence
 from math import ceil, log, pi, sqrt
 
 from hardware.load_cells.base import LoadCellReading
@@ -38,6 +40,9 @@ LAG = 6
 """Readings after that which may still show an older tension: an HX711 settles in four."""
 CHANGE = 0.3
 """Least change of the tension [N]: the weakest spring of the benches gives 0.6 N over 0.25 rad."""
+LET_OUT = 2.0
+"""Angle wound in at one tension while another servo lets out, per angle of that [1]: the opening
+tendon of `finger_antagonist` moves half as far as the closing one."""
 
 
 class CellDoubt:
@@ -62,6 +67,8 @@ class CellDoubt:
         self._late = 0
         self._before: float | None = None
         self._anchor: float | None = None
+        self._others: Sequence[float] = ()
+        self._others_before: Sequence[float] = ()
 
     def hear(self, reading: LoadCellReading) -> None:
         """Take a reading as it came."""
@@ -91,7 +98,8 @@ class CellDoubt:
         self._felt = instant
         if self._anchor is None or abs(force - self._anchor) >= CHANGE:
             self._anchor, self._wound, self._late = force, 0.0, 0
-        elif self._wound > WOUND:
+            self._others_before = self._others
+        elif self._wound > WOUND + LET_OUT * self._let_out():
             self._late += 1
             if self._late >= LAG:
                 self.fault = (
@@ -99,8 +107,11 @@ class CellDoubt:
                     f"{self._anchor:.1f} N over {self._wound:.1f} rad: look at the load cell"
                 )
 
-    def move(self, state: ServoState, duty: float) -> None:
-        """Take where the spool is and the duty [1] that winds it."""
+    def move(self, state: ServoState, duty: float, others: Sequence[float] = ()) -> None:
+        """Take where the spool is, the duty [1] that winds it, and where other spools are [rad]."""
+        self._others = others
+        if len(self._others_before) != len(others):
+            self._others_before = others
         self._way.append((state.time, state.position, duty))
         while state.time - self._way[0][0] > PULL_TIME:
             self._way.popleft()
@@ -111,6 +122,11 @@ class CellDoubt:
         if self._anchor is None or not self._pulls():
             return
         self._wound = max(0.0, self._wound + turned)  # an encoder at rest goes back and forth
+
+    def _let_out(self) -> float:
+        """Return how far other servos let out since the tension last changed [rad]."""
+        ways = zip(self._others_before, self._others, strict=True)
+        return sum(max(before - now, 0.0) for before, now in ways)
 
     def _pulls(self) -> bool:
         """Tell whether the motor lately needed more of its strength than to turn freely."""

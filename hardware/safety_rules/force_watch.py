@@ -1,5 +1,7 @@
 """The load cell during a run: its readings into the log, its silence and its faults noticed."""
 
+from collections.abc import Sequence
+
 from hardware.benches.bench import Bench
 from hardware.control.operator import Operator
 from hardware.errors import SafetyStop
@@ -71,10 +73,13 @@ class ForceWatch:
         """Why the cell is not believed, where its tension would be."""
         return None if self.calibration is None else self._doubt.fault
 
-    def move(self, state: ServoState) -> None:
-        """Take what the servo does: a tension that does not change with it is doubted."""
+    def move(self, state: ServoState, others: Sequence[float] = ()) -> None:
+        """Take what the servo does, and where other spools are [rad].
+
+        A tension that does not change with the servo is doubted.
+        """
         if self.cell is not None:
-            self._doubt.move(state, self._servo.duty)
+            self._doubt.move(state, self._servo.duty, others)
 
     def take(self, log: SessionLog | None) -> None:
         """Take what has come; without a log it is only watched.

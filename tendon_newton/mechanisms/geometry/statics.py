@@ -57,6 +57,8 @@ def gravity_torque(
         gravity: Acceleration of gravity [m/s^2], shape (3,); the mechanism's own by default.
     """
     g = mechanism.gravity if gravity is None else gravity
+    if not np.any(g):
+        return np.zeros(len(mechanism.joints))
     frames = posture(mechanism, joint_position)
     torque = np.zeros(len(mechanism.joints))
     for link, joint in enumerate(mechanism.joints):

@@ -82,6 +82,21 @@ def test_a_tension_must_follow_a_motor_that_pulls(duty: float, slope: float, dou
     assert (doubt.fault is not None) is doubted
 
 
+@pytest.mark.parametrize(("others", "doubted"), [(-0.5, False), (0.0, True), (0.5, True)])
+def test_a_servo_that_lets_out_keeps_the_tension_of_one_that_winds_in(
+    others: float, doubted: bool
+) -> None:
+    """A finger between two tendons turns under one tension, and its cell is believed."""
+    rng = random.Random(5)
+    doubt = CellDoubt(CALIBRATION, SPEC)
+    for k in range(400):
+        instant, angle = 0.0125 * k, 0.003 * k
+        doubt.feel(2.0 + rng.gauss(0.0, 0.01), instant)
+        state = ServoState(time=instant, position=angle, velocity=0.24, current=0.0)
+        doubt.move(state, 0.15, [others * angle])
+    assert (doubt.fault is not None) is doubted
+
+
 def test_a_motor_that_holds_still_is_no_motor_that_winds_in() -> None:
     """Ten minutes at its greatest pull: an encoder goes back and forth by a count."""
     rng = random.Random(4)

@@ -136,7 +136,7 @@ def test_the_reward_is_that_of_the_goal_that_was_seen() -> None:
         tip = finger.loop.reading.tip
         assert tip is not None
         assert not dones.all()
-        error = torch.linalg.vector_norm(finger.path.points(goal) - tip, dim=-1)
+        error = torch.linalg.vector_norm(finger.task.path.points(goal) - tip, dim=-1)
         torch.testing.assert_close(reward[~dones], -5.0 * error[~dones])
 
 

@@ -27,7 +27,7 @@ from train.policy.config.training_config import PolicyTrainingConfig
 from train.policy.runs.export import ExportedPolicy, export_policy
 from train.policy.runs.training import Trained, train_policy
 from train.policy.scoring.evaluation import RunnablePolicy, climb_stairs
-from train.policy.worlds.goal_path import GoalPath
+from train.policy.worlds.goal_path import of_each_servo
 
 GOALS = {"finger_routed": 1.88, "finger_antagonist": 1.88, "thumb": 1.7}  # rad
 LEARNED = 0.6
@@ -118,11 +118,11 @@ def test_an_opening_servo_begins_where_its_string_is_let_out() -> None:
     """Its commands start at its angle in the closed finger, so that it can hang loose anywhere."""
     mechanism = load_mechanism("finger_antagonist")
     assert closing_tendons(mechanism) == (0,)
-    (flexor, extensor) = GoalPath(mechanism).of_each_servo((0.0, 6.0), 0.0125)
+    (flexor, extensor) = of_each_servo(mechanism, (0.0, 6.0), 0.0125)
     assert flexor == (0.0, 6.0)
     let_out = float(excursion(mechanism.tendons[1], closed_position(mechanism))) / 0.0125
     assert let_out < -1.0
-    assert extensor == pytest.approx((let_out, let_out + 6.0), abs=1e-3)  # stops give by 0.1 mrad
+    assert extensor == pytest.approx((let_out, let_out + 6.0))
 
 
 def test_tendons_that_close_together_share_the_goal_path() -> None:

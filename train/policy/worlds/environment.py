@@ -20,7 +20,7 @@ from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from train.policy.config.environment_config import EnvironmentConfig
 from train.policy.config.training_config import HIDDEN, OBSERVED
 from train.policy.worlds.force_model import open_force_model
-from train.policy.worlds.goal_path import GoalPath
+from train.policy.worlds.goal_path import of_each_servo
 from train.policy.worlds.observation_tensors import ObservationTensors
 from train.policy.worlds.obstacle import with_obstacle
 from train.policy.worlds.randomisation import Randomiser, further_effects, ranges_of
@@ -90,7 +90,6 @@ class FingerEnvironment(VecEnv):
         self.max_episode_length = config.episode_steps
         self.mechanism = with_obstacle(load_mechanism(config.finger), config.obstacle)
         self.num_envs, self.num_actions = config.worlds, len(self.mechanism.tendons)
-        self.path = GoalPath(self.mechanism, self.device)
         self.force = open_force_model(config.force, self.mechanism)
         ranges = ranges_of(config, self.force.model)
         drawn = ranges or config.obstacle != "none" or config.task != "tip"
@@ -116,15 +115,15 @@ class FingerEnvironment(VecEnv):
             self.loop, ranges, joint_friction=config.joint_friction, draws=self._draws
         )
         self.task: Task = (
-            TipGoal(config, self.loop, self.path, self._draws)
+            TipGoal(config, self.loop, self.mechanism, self._draws)
             if config.task == "tip"
             else Turning(config, self.loop, self.mechanism, self._draws)
         )
         """What the fingers are for."""
-        self.command_ranges = self.path.of_each_servo(config.command_range, self.spool_radius)
+        self.command_ranges = of_each_servo(self.mechanism, config.command_range, self.spool_radius)
         """Least and greatest command of each servo [rad]."""
         self.pay_outs = (
-            self.path.of_each_servo(config.pay_out, self.spool_radius)
+            of_each_servo(self.mechanism, config.pay_out, self.spool_radius)
             if config.pays_out
             else (None,) * self.num_actions
         )

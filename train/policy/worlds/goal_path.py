@@ -10,7 +10,11 @@ from tendon_newton.errors import InvalidParameter
 from tendon_newton.mechanisms.geometry.kinematics import posture
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import excursion
-from tendon_newton.mechanisms.geometry.statics import closing_path, closing_tendons
+from tendon_newton.mechanisms.geometry.statics import (
+    closed_position,
+    closing_path,
+    closing_tendons,
+)
 
 POINTS = 1025
 """Goal points in the table."""
@@ -33,8 +37,7 @@ class GoalPath:
     """
 
     def __init__(self, mechanism: Mechanism, device: torch.device | str = "cpu") -> None:
-        alpha, tip, self._closed = tip_path(mechanism)
-        self._mechanism = mechanism
+        alpha, tip = tip_path(mechanism)
         self.range = (float(alpha[0]), float(alpha[-1]))
         """Angles from the open to the closed finger [rad]."""
         grid = np.linspace(*self.range, POINTS)
@@ -52,25 +55,6 @@ class GoalPath:
         start = self._table[first.long()]
         return start + (place - first)[:, None] * (self._table[first.long() + 1] - start)
 
-    def of_each_servo(
-        self, angles: tuple[float, float], spool_radius: float
-    ) -> tuple[tuple[float, float], ...]:
-        """Return two motor angles, such as the ends of the command range, of each servo [rad].
-
-        Those of a servo that opens count from where its string is all let out: at the path's end.
-
-        Args:
-            angles: Those of a servo that closes [rad].
-            spool_radius: Radius of all spools [m].
-        """
-        tendons, closing = self._mechanism.tendons, closing_tendons(self._mechanism)
-        starts = [
-            0.0 if d in closing else float(excursion(tendon, self._closed)) / spool_radius
-            for d, tendon in enumerate(tendons)
-        ]
-        low, high = angles
-        return tuple((low + start, high + start) for start in starts)
-
     def require(self, goals: tuple[float, float]) -> None:
         """Refuse goal angles [rad] that are not on the path.
 
@@ -85,8 +69,8 @@ class GoalPath:
             )
 
 
-def tip_path(mechanism: Mechanism) -> tuple[Array, Array, Array]:
-    """Return goal angles [rad], (N,), the tip's path [m], (N, 3), and the last posture [rad]."""
+def tip_path(mechanism: Mechanism) -> tuple[Array, Array]:
+    """Return goal angles [rad], (N,), and the tip's path [m], (N, 3)."""
     closing = closing_tendons(mechanism)
     if mechanism.tip is None or not closing:
         raise InvalidParameter(
@@ -102,4 +86,25 @@ def tip_path(mechanism: Mechanism) -> tuple[Array, Array, Array]:
             f"a goal angle must mean one point; the tip of {mechanism.name!r} comes back to angles "
             "that it has passed"
         )
-    return alpha, path.tip, path.joint_position[-1]
+    return alpha, path.tip
+
+
+def of_each_servo(
+    mechanism: Mechanism, angles: tuple[float, float], spool_radius: float
+) -> tuple[tuple[float, float], ...]:
+    """Return two motor angles, such as the ends of the command range, of each servo [rad].
+
+    Those of a servo that opens count from where its string is all let out: in the closed finger.
+
+    Args:
+        mechanism: Its tendons, one a servo.
+        angles: Those of a servo that closes [rad].
+        spool_radius: Radius of all spools [m].
+    """
+    closing, closed = closing_tendons(mechanism), closed_position(mechanism)
+    starts = [
+        0.0 if d in closing else float(excursion(tendon, closed)) / spool_radius
+        for d, tendon in enumerate(mechanism.tendons)
+    ]
+    low, high = angles
+    return tuple((low + start, high + start) for start in starts)

@@ -7,6 +7,7 @@ from math import inf
 import torch
 from torch import Tensor
 
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from train.policy.config.environment_config import EnvironmentConfig
 from train.policy.worlds.goal_path import GoalPath
@@ -22,7 +23,7 @@ class TipGoal:
     Args:
         config: Goals, obstacle and prices.
         loop: The worlds.
-        path: Goal points.
+        mechanism: The finger.
         draws: Source of all numbers, on the device of the worlds.
 
     Raises:
@@ -32,16 +33,18 @@ class TipGoal:
     greatest_start = inf
 
     def __init__(
-        self, config: EnvironmentConfig, loop: ControlLoop, path: GoalPath, draws: WorldDraws
+        self, config: EnvironmentConfig, loop: ControlLoop, mechanism: Mechanism, draws: WorldDraws
     ) -> None:
-        path.require(config.goals)
-        self._config, self._loop, self._path, self._draws = config, loop, path, draws
+        self._config, self._loop, self._draws = config, loop, draws
+        self.path = GoalPath(mechanism, draws.device)
+        """Goal points."""
+        self.path.require(config.goals)
         self._obstacle: ObstaclePlacer | None = None
         if config.obstacle != "none":
             self._obstacle = ObstaclePlacer(
                 loop,
                 config.obstacle,
-                path,
+                self.path,
                 goals=config.goals,
                 chance=config.obstacle_chance,
                 spread=config.spread,
@@ -91,7 +94,7 @@ class TipGoal:
         """Return the distances between tips and goal points [m], shape (W,)."""
         tip = self._loop.reading.tip
         assert tip is not None
-        return torch.linalg.vector_norm(self._path.points(self.goal) - tip, dim=-1)
+        return torch.linalg.vector_norm(self.path.points(self.goal) - tip, dim=-1)
 
     def _goals_at(self, share: Tensor) -> Tensor:
         """Return the goals [rad] at some shares of their range."""
