@@ -18,6 +18,7 @@ from tendon_newton.mechanisms.obstacle_shapes import (
     with_shapes,
 )
 from tendon_newton.mechanisms.usd.usd_tendon import register_tendon_attributes
+from tendon_newton.mechanisms.world_series import model_of_worlds
 
 
 def build_model(
@@ -60,14 +61,12 @@ def build_model(
         raise InvalidParameter(
             f"Overrides need one entry per world; {len(overrides)} came for {world_count} worlds."
         )
-    builder = newton.ModelBuilder()
-    register_tendon_attributes(builder)
-    template = mechanism.template
-    if mechanism.obstacles:
-        register_contact_attributes(builder)
-        template = with_shapes(template, mechanism.obstacles, mechanism.name)
-    builder.replicate(template, world_count)
-    model = builder.finalize(device=device, requires_grad=requires_grad)
+
+    def replicate(count: int) -> newton.Model:
+        builder = replicated(mechanism, count)
+        return builder.finalize(device=device, requires_grad=requires_grad)
+
+    model = model_of_worlds(replicate, world_count)
     if overrides is not None:
         mechanism.refuse_moving_obstacle("a model whose worlds have overrides")
         # Worlds share few distinct entries: in a fit, many candidates replay the same recordings.
@@ -76,6 +75,18 @@ def build_model(
         if mechanism.obstacles:
             stretch_bones(model, mechanism.joints, [variants[e].joints for e in overrides])
     return model
+
+
+def replicated(mechanism: Mechanism, world_count: int) -> newton.ModelBuilder:
+    """Return Newton's builder with a mechanism in every world."""
+    builder = newton.ModelBuilder()
+    register_tendon_attributes(builder)
+    template = mechanism.template
+    if mechanism.obstacles:
+        register_contact_attributes(builder)
+        template = with_shapes(template, mechanism.obstacles, mechanism.name)
+    builder.replicate(template, world_count)
+    return builder
 
 
 def _write_variants(model: Any, variants: Sequence[Mechanism]) -> None:

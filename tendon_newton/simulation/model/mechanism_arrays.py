@@ -175,7 +175,8 @@ def base_frames(model: FinalModel, joints: Indices) -> tuple[Array, Array]:
     position, rotation = np.zeros((worlds, 3)), np.tile(np.eye(3), (worlds, 1, 1))
     mount = parents[joints[:, 0]]
     if np.all(mount >= 0):
-        fixed = np.array([int(np.flatnonzero(children == body)[0]) for body in mount])
+        order = np.argsort(children)
+        fixed = order[np.searchsorted(children, mount, sorter=order)]
         frame = model.joint_X_p.numpy().astype(np.float64)[fixed]
         own = model.joint_X_c.numpy().astype(np.float64)[fixed]
         rotation = rotation_matrices(frame[:, 3:]) @ np.swapaxes(
@@ -355,16 +356,10 @@ def moment_arms(model: FinalModel, topology: Topology) -> Array:
     """Return the moment arms [m], shape (W, D, J)."""
     tendon: Any = model.tendon
     joints = moving_joints(model)
-    world_of = {
-        int(joint): divmod(index, joints.shape[1]) for index, joint in enumerate(joints.ravel())
-    }
     arms = np.zeros((model.world_count, topology.tendon_count, joints.shape[1]))
-    if not hasattr(tendon, "arm_tendon"):  # Newton keeps no columns without rows
-        return arms
-    rows = zip(
-        tendon.arm_tendon.numpy(), tendon.arm_joint.numpy(), tendon.arm_coef.numpy(), strict=True
-    )
-    for row, joint, arm in rows:
-        world, j = world_of[int(joint)]
-        arms[world, row % topology.tendon_count, j] += arm
+    if hasattr(tendon, "arm_tendon"):  # Newton keeps no columns without rows
+        place = np.searchsorted(joints.ravel(), tendon.arm_joint.numpy())
+        world, joint = np.divmod(place, joints.shape[1])
+        row = tendon.arm_tendon.numpy() % topology.tendon_count
+        np.add.at(arms, (world, row, joint), tendon.arm_coef.numpy())
     return arms
