@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import ast
-import inspect
-import textwrap
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
+from tendon_newton.device_code.source_text import place_of, syntax_of
 from tendon_newton.errors import InvalidDeviceCode
 
 
@@ -35,16 +34,14 @@ def field_uses(
         template: A device function whose structs are declared.
         is_struct: Whether a value is the declaration of a struct.
     """
-    lines, first = inspect.getsourcelines(template)
-    function = ast.parse(textwrap.dedent("".join(lines))).body[0]
+    function = syntax_of(template)
     structs = _structs_of(function, template.__globals__, is_struct)
-    file = inspect.getsourcefile(template)
     uses = []
     for node in ast.walk(function):
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
             struct = structs.get(node.value.id)
             if struct is not None:
-                place = f"{file}:{first + node.lineno - 1}"
+                place = place_of(template, node)
                 uses.append(FieldUse(struct=struct, field=node.attr, place=place))
     return tuple(uses)
 

@@ -11,14 +11,13 @@ a variable or a field, not the result of a call.
 from __future__ import annotations
 
 import ast
-import inspect
-import textwrap
 from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Any
 
 import warp as wp
 
+from tendon_newton.device_code.source_text import place_of, syntax_of
 from tendon_newton.errors import InvalidDeviceCode
 
 REFERENCE: type = type(wp.ref[wp.float64])
@@ -59,18 +58,17 @@ def check_calls(function: Callable[..., Any], scope: Mapping[str, Any]) -> None:
         for (argument, kind), given in zip(kinds.items(), node.args, strict=False):
             has_place = isinstance(given, (ast.Name, ast.Attribute, ast.Subscript))
             if isinstance(kind, REFERENCE) and not has_place:
-                line = inspect.getsourcelines(function)[1] + node.lineno - 1
                 raise InvalidDeviceCode(
                     f"{function.__qualname__} gives {ast.unparse(given)} to {name} as {argument}, "
                     f"which is passed by reference; assign it to a variable first "
-                    f"({inspect.getsourcefile(function)}:{line})"
+                    f"({place_of(function, node)})"
                 )
 
 
 @cache
 def written_places(function: Callable[..., Any]) -> frozenset[tuple[str, str]]:
     """Return what a device function writes: variables, each with its field or an empty string."""
-    nodes = ast.walk(_tree(function))
+    nodes = ast.walk(syntax_of(function))
     return frozenset(_place(n) for n in nodes if isinstance(getattr(n, "ctx", None), ast.Store))
 
 
@@ -91,14 +89,9 @@ def is_large(kind: Any) -> bool:
 
 
 @cache
-def _tree(function: Callable[..., Any]) -> ast.Module:
-    """Return a function's syntax; its first line is 1."""
-    return ast.parse(textwrap.dedent(inspect.getsource(function)))
-
-
 def _calls(function: Callable[..., Any]) -> list[Any]:
     """Return where a function calls another by its name."""
-    nodes = ast.walk(_tree(function))
+    nodes = ast.walk(syntax_of(function))
     return [n for n in nodes if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)]
 
 

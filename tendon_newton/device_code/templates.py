@@ -13,13 +13,13 @@ import inspect
 import sys
 import types
 from collections.abc import Callable, Mapping
-from functools import cache
 from typing import Annotated, Any, TypeVar, get_args, get_origin
 
 import warp as wp
 
 from tendon_newton.device_code.field_check import check_fields
 from tendon_newton.device_code.references import by_reference, check_calls
+from tendon_newton.device_code.source_text import text_of
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 Declaration = TypeVar("Declaration", bound=type)
@@ -47,12 +47,6 @@ def device_struct(declaration: Declaration) -> Declaration:
 def is_struct(value: Any) -> bool:
     """Tell whether a value is the declaration of a struct."""
     return isinstance(value, type) and _STRUCT in vars(value)
-
-
-@cache
-def _source_of(template: Callable[..., Any]) -> str:
-    """Return the text of a template, which Python looks for anew with each call."""
-    return inspect.getsource(template)
 
 
 class Bindings:
@@ -210,7 +204,7 @@ class Specialiser:
         bound.__module__ = template.__module__
         bound.__qualname__ = template.__qualname__
         bound.__doc__ = template.__doc__
-        self._sources.append(_source_of(template))
+        self._sources.append(text_of(template))
         return bound
 
     def _bound(self, value: Any) -> Any:

@@ -36,9 +36,10 @@ from tendon_newton.device_code.structs import (
 )
 from tendon_newton.effects import Stage
 from tendon_newton.errors import InvalidParameter, unknown_name
+from tendon_newton.simulation.dynamics.settling import settle_kernel
 from tendon_newton.simulation.hosts.rollout import set_spool_radius
 from tendon_newton.simulation.kernels import body_kernels, contact_kernels, control_kernels
-from tendon_newton.simulation.model.assembly import assemble, kernel_set
+from tendon_newton.simulation.model.assembly import Assembly, assemble
 from tendon_newton.simulation.model.chain_copies import (
     copies_of,
     gather_kernel,
@@ -134,7 +135,7 @@ class TendonSolver(SolverBase):
         self.update_bodies = update_bodies
         if "spool_radius" in description.actuator.values:
             set_spool_radius(model, float(description.actuator.values["spool_radius"]))
-        self._kernels = kernel_set(
+        self._code, self._kernel_of = control_kernel_set(
             Structure(
                 parents=topology.parents,
                 revolute=topology.revolute,
@@ -149,11 +150,10 @@ class TendonSolver(SolverBase):
                 free_spool=spools_are_free(model, self.table.actuator),
             )
         )
-        self._kernel_of = control_kernel_set(self._kernels.structure)
-        self._mechanism = fill_mechanism(model, self._kernels)
+        self._mechanism = fill_mechanism(model, self._code)
         self.moves_body = topology.touch.moves
         """Whether an obstacle is free to move."""
-        self._history_length = history if self._kernels.structure.uses(Stage.CLOCK) else 1
+        self._history_length = history if self._code.structure.uses(Stage.CLOCK) else 1
         vectors = of_world.kernel_vectors(of_world.vector(description), self.chain_count)
         self._make_arrays(np.tile(vectors, (self.world_count, 1)))
 
@@ -165,22 +165,22 @@ class TendonSolver(SolverBase):
     @property
     def tendon_count(self) -> int:
         """Number of tendons D of each world."""
-        return self.chain_count * self._kernels.structure.tendon_count
+        return self.chain_count * self._code.structure.tendon_count
 
     @property
     def joint_count(self) -> int:
         """Number of joints J of each world."""
-        return self.chain_count * self._kernels.structure.joint_count
+        return self.chain_count * self._code.structure.joint_count
 
     @property
     def holds_force(self) -> bool:
         """Whether the actuator's force is decided outside; see `hold`."""
-        return self._kernels.structure.holds_force
+        return self._code.structure.holds_force
 
     def _make_arrays(self, vectors: Array) -> None:
         """Allocate all that a step reads and writes; the chains' numbers have shape (W K, P)."""
         worlds, tendons = self.world_count, self.tendon_count
-        types, device = self._kernels.types, self.model.device
+        types, device = self._code.types, self.model.device
         self.command = wp.zeros((worlds, tendons), dtype=wp.float32, device=device)
         """Motor angles asked for [rad], shape (W, D)."""
         self.parameters = self._array(vectors, types[ParameterVector])
@@ -193,7 +193,7 @@ class TendonSolver(SolverBase):
         """Tension at the load cell [N], shape (W, D)."""
         self.everywhere = wp.ones(worlds, dtype=wp.bool, device=device)
         """A mask of all worlds, shape (W,)."""
-        touch = self._kernels.structure.touch
+        touch = self._code.structure.touch
         shape = (worlds, self.chain_count * len(touch.links), len(touch.shapes))
         self.contact_force = wp.zeros(shape, dtype=wp.vec3f, device=device)
         """What obstacles do to links [N], in the axes of the base, shape (W, C, O), capsule by
@@ -210,7 +210,7 @@ class TendonSolver(SolverBase):
 
     def _make_servo(self) -> Any:
         """Allocate what each world keeps between control steps."""
-        types, device, worlds = self._kernels.types, self.model.device, self._chains
+        types, device, worlds = self._code.types, self.model.device, self._chains
         self.voltage = wp.zeros(worlds, dtype=wp.float32, device=device)
         """Supply of each chain [V]; 0 stands for the actuator's own, shape (W K,)."""
         self.enabled = wp.ones(worlds, dtype=wp.float32, device=device)
@@ -237,7 +237,7 @@ class TendonSolver(SolverBase):
         """Allocate what each world keeps of its free body, where it has one."""
         if not self.moves_body:
             return {}
-        types, device, worlds = self._kernels.types, self.model.device, self.world_count
+        types, device, worlds = self._code.types, self.model.device, self.world_count
         position, velocity = body_places(self.model)
         bodies = {
             "body_place": wp.zeros(worlds, dtype=types[Vec3], device=device),
@@ -261,7 +261,7 @@ class TendonSolver(SolverBase):
 
     def _make_history(self) -> Any:
         """Allocate the past commands of each world, as a recording of a few rows."""
-        types, device = self._kernels.types, self.model.device
+        types, device = self._code.types, self.model.device
         length, worlds = self._history_length, self._chains
         first = (np.arange(worlds) * length).astype(np.int32)
         rows = worlds * length
@@ -320,7 +320,7 @@ class TendonSolver(SolverBase):
 
     def relax(self, state: newton.State, chosen: wp.array) -> None:
         """Move the chosen worlds, shape (W,), to the equilibrium of their command or held force."""
-        servo, types, device = self._servo, self._kernels.types, self.model.device
+        servo, types, device = self._servo, self._code.types, self.model.device
         chains = wp.array(np.flatnonzero(self._spread(chosen).numpy()), dtype=int, device=device)
         if not chains.size:
             return
@@ -329,7 +329,7 @@ class TendonSolver(SolverBase):
         copies = {name: wp.clone(getattr(servo, name)[chains]) for name in ("q", "v", "memory")}
         states = struct_of(types, States, **copies)
         wp.launch(
-            self._kernels.settle,
+            self._kernel_of["settle"],
             chains.size,
             inputs=[0, self._mechanism, worlds, self._history, states],
             device=device,
@@ -357,7 +357,7 @@ class TendonSolver(SolverBase):
             self._kernel_of["sense"],
             self._chains,
             inputs=[*self._inputs(), self._spread(chosen), int(fill), self._joints_of(state)],
-            outputs=[samples_of(self._kernels.types, samples)],
+            outputs=[samples_of(self._code.types, samples)],
             device=self.model.device,
         )
 
@@ -410,7 +410,7 @@ class TendonSolver(SolverBase):
         Raises:
             UnknownName: No such array.
         """
-        names = self._kernels.types[Mechanism].vars
+        names = self._code.types[Mechanism].vars
         if name not in names:
             raise unknown_name("bench number", name, names)
         return getattr(self._mechanism, name)
@@ -479,7 +479,7 @@ class TendonSolver(SolverBase):
                 self._joints_of(state_out),
             ],
             device=self.model.device,
-            block_dim=step_block(self._kernels.structure)[0],
+            block_dim=step_block(self._code.structure)[0],
         )
         self._place_bodies(state_out)
 
@@ -517,8 +517,8 @@ class TendonSolver(SolverBase):
     def notify_model_changed(self, flags: newton.ModelFlags | int) -> None:
         """Read the numbers of the model again, in place."""
         if flags:
-            fresh = fill_mechanism(self.model, self._kernels)
-            for name in self._kernels.types[Mechanism].vars:
+            fresh = fill_mechanism(self.model, self._code)
+            for name in self._code.types[Mechanism].vars:
                 getattr(self._mechanism, name).assign(getattr(fresh, name))
             self._carry_bodies(self.model, wp.zeros_like(self.everywhere))
 
@@ -528,11 +528,11 @@ class TendonSolver(SolverBase):
 
     def _joints_of(self, state: Any) -> Any:
         """Return the joints in a state of Newton's."""
-        types = self._kernels.types
+        types = self._code.types
         return struct_of(types, NewtonJoints, position=state.joint_q, velocity=state.joint_qd)
 
     def _array(self, values: Array, dtype: Any) -> Any:
-        scalar = np.dtype(self._kernels.structure.precision)
+        scalar = np.dtype(self._code.structure.precision)
         return wp.array(values.astype(scalar), dtype=dtype, device=self.model.device)
 
 
@@ -542,9 +542,11 @@ def step_block(structure: Structure) -> tuple[int, int]:
 
 
 @cache
-def control_kernel_set(structure: Structure) -> dict[str, wp.Kernel]:
-    """Return the kernels of a solver by what they do."""
+def control_kernel_set(structure: Structure) -> tuple[Assembly, dict[str, wp.Kernel]]:
+    """Return the code of a solver and its kernels by what they do."""
     assembly = assemble(structure)
+    # first, as in a `KernelSet`: the name of a kernel counts what was bound before
+    settle = assembly.kernel(settle_kernel)
     touch, step = structure.touch, control_kernels.control_step_kernel
     further = {}
     if touch.contacts:
@@ -553,8 +555,9 @@ def control_kernel_set(structure: Structure) -> dict[str, wp.Kernel]:
         step = body_kernels.body_step_kernel
         further["carry"] = assembly.kernel(body_kernels.carry_kernel)
         further["guard_body"] = assembly.kernel(body_kernels.guard_body_kernel)
-    return {
+    return assembly, {
         **further,
+        "settle": settle,
         "step": assembly.kernel(
             step,
             launch_bounds=step_block(structure),
