@@ -1,5 +1,6 @@
 """The command line: one verb per file, found without importing the others."""
 
+import gc
 import importlib
 import os
 import sys
@@ -43,6 +44,10 @@ VERBOSE_OPTION, VERBOSE_SHORT = "--verbose", "-v"
 VERBOSE_WORDS = "with any verb: also prints what the libraries beneath say of themselves"
 QUIET_OPTION = "--quiet"
 QUIET_WORDS = "with any verb: prints errors and warnings alone; the exit code tells the rest"
+
+COLLECT_AFTER = 50_000
+"""New objects after which Python looks for dead ones that refer to each other. With its own 700 a
+start looks through all that torch and Newton have loaded up to ten times."""
 
 # exit codes of the shell's conventions: 2 misuse, 128 + 2 interrupted, 128 + 13 broken pipe
 EXIT_MISUSE = 2
@@ -115,6 +120,7 @@ def run_verb(verb: str, words: list[str]) -> int:
     # before numpy is imported: where other programs are busy, its threads wait for each other, and
     # matrices as small as ours take a hundred times as long
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    gc.set_threshold(COLLECT_AFTER)
     import tyro
 
     if VERBOSE_OPTION in words or VERBOSE_SHORT in words:
