@@ -5,9 +5,8 @@ Run from the root of the repository::
     python -m tests.benchmarks.startup
 
 Each command runs first with an empty kernel cache, then with that of the first run (the best of
-three); seconds by the clock, so the machine should be quiet. Then it makes the worlds of a training
-with compiled kernels, after the imports; seconds that the process itself computed. It writes
-``tests/benchmarks/results/startup_cpu.json``.
+three). It writes ``tests/benchmarks/results/startup_cpu.json``; seconds by the clock, so the
+machine should be quiet.
 """
 
 from __future__ import annotations
@@ -49,18 +48,6 @@ COMMANDS = {
     ],
 }
 """What a user types behind ``tendon-newton``; OUT is an empty folder."""
-WORLDS = (64, 4096, 65_536)
-ENVIRONMENT = """
-import gc, sys, time
-from tendon_newton.cli import COLLECT_AFTER
-gc.set_threshold(COLLECT_AFTER)
-from train.policy.config.environment_config import EnvironmentConfig
-from train.policy.worlds.environment import FingerEnvironment
-begun = time.process_time()
-FingerEnvironment(EnvironmentConfig(worlds=int(sys.argv[1])))
-print(time.process_time() - begun)
-"""
-"""A program that makes the worlds of a training as a verb does."""
 
 
 def seconds(command: list[str], cache: Path) -> float:
@@ -79,13 +66,6 @@ def seconds(command: list[str], cache: Path) -> float:
         return time.perf_counter() - begun
 
 
-def environment_seconds(worlds: int) -> float:
-    """Make the worlds of a training; return the computing time that it took [s]."""
-    command = [sys.executable, "-c", ENVIRONMENT, str(worlds)]
-    made = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
-    return float(made.stdout.split()[-1])
-
-
 def main() -> None:
     """Time every command and write the file."""
     rows = {}
@@ -96,19 +76,12 @@ def main() -> None:
         rows[name] = {"cold_seconds": round(cold, 2), "warm_seconds": round(warm, 2)}
         sys.stdout.write(f"{name}: {cold:.2f} s, then {warm:.2f} s\n")
         sys.stdout.flush()
-    environments = {}
-    for worlds in WORLDS:
-        best = min(environment_seconds(worlds) for _ in range(WARM_RUNS))
-        environments[str(worlds)] = {"cpu_seconds": round(best, 2)}
-        sys.stdout.write(f"{worlds} worlds: {best:.2f} s\n")
-        sys.stdout.flush()
     result = {
         "command": "python -m tests.benchmarks.startup",
         "commit": commit(),
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
         "device": f"{platform.machine()}, {os.cpu_count()} cores",
         "commands": rows,
-        "environments": environments,
     }
     (RESULTS / "startup_cpu.json").write_text(json.dumps(result, indent=2) + "\n")
 
