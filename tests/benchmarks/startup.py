@@ -1,31 +1,32 @@
 """How long a user waits: commands from start to end, each in a process of its own.
 
-Run from the root of the repository::
+Run from the root of the repository, for both parts or one of them::
 
-    python -m tests.benchmarks.startup
+    python -m tests.benchmarks.startup [commands] [worlds]
 
 Each command runs first with an empty kernel cache, then with that of the first run (the best of
-three). It writes ``tests/benchmarks/results/startup_cpu.json``; seconds by the clock, so the
-machine should be quiet.
+three); seconds by the clock, so the machine should be quiet. The worlds of a training are made with
+compiled kernels, after the imports (the best of three); seconds that the process itself computed.
+A part replaces its own rows in ``tests/benchmarks/results/startup_cpu.json``.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
-import platform
 import subprocess
 import sys
 import tempfile
 import time
-from datetime import UTC, datetime
 from pathlib import Path
 
-from tests.benchmarks.timing import RESULTS, commit
+from tests.benchmarks.timing import RESULTS, Row, circumstances, say
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples" / "hidden_friction"
 MODEL = EXAMPLE / "model.toml"
+RESULT = RESULTS / "startup_cpu.json"
 WARM_RUNS = 3
 REPLAY = ["simulate", str(EXAMPLE), "--model", str(MODEL), "--no-plots", "--out", "OUT"]
 COMMANDS = {
@@ -48,6 +49,18 @@ COMMANDS = {
     ],
 }
 """What a user types behind ``tendon-newton``; OUT is an empty folder."""
+WORLDS = (64, 4096, 65_536)
+ENVIRONMENT = """
+import gc, sys, time
+from tendon_newton.cli import COLLECT_AFTER
+gc.set_threshold(COLLECT_AFTER)
+from train.policy.config.environment_config import EnvironmentConfig
+from train.policy.worlds.environment import FingerEnvironment
+begun = time.process_time()
+FingerEnvironment(EnvironmentConfig(worlds=int(sys.argv[1])))
+print(time.process_time() - begun)
+"""
+"""Makes the worlds of a training as a verb does."""
 
 
 def seconds(command: list[str], cache: Path) -> float:
@@ -66,24 +79,48 @@ def seconds(command: list[str], cache: Path) -> float:
         return time.perf_counter() - begun
 
 
-def main() -> None:
-    """Time every command and write the file."""
-    rows = {}
+def computing_seconds(worlds: int) -> float:
+    """Make the worlds of a training; return the computing time that it took [s]."""
+    command = [sys.executable, "-c", ENVIRONMENT, str(worlds)]
+    made = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
+    return float(made.stdout.split()[-1])
+
+
+def time_commands() -> list[Row]:
+    """Time every command."""
+    rows = []
     for name, command in COMMANDS.items():
         with tempfile.TemporaryDirectory() as cache:
             cold = seconds(command, Path(cache))
             warm = min(seconds(command, Path(cache)) for _ in range(WARM_RUNS))
-        rows[name] = {"cold_seconds": round(cold, 2), "warm_seconds": round(warm, 2)}
-        sys.stdout.write(f"{name}: {cold:.2f} s, then {warm:.2f} s\n")
-        sys.stdout.flush()
-    result = {
-        "command": "python -m tests.benchmarks.startup",
-        "commit": commit(),
-        "date": datetime.now(UTC).isoformat(timespec="seconds"),
-        "device": f"{platform.machine()}, {os.cpu_count()} cores",
-        "commands": rows,
-    }
-    (RESULTS / "startup_cpu.json").write_text(json.dumps(result, indent=2) + "\n")
+        rows.append({"what": name, "cold_seconds": round(cold, 2), "warm_seconds": round(warm, 2)})
+        say(rows[-1])
+    return rows
+
+
+def time_worlds() -> list[Row]:
+    """Time every number of worlds."""
+    rows = []
+    for worlds in WORLDS:
+        best = min(computing_seconds(worlds) for _ in range(WARM_RUNS))
+        rows.append({"worlds": worlds, "cpu_seconds": round(best, 2)})
+        say(rows[-1])
+    return rows
+
+
+PARTS = {"commands": time_commands, "worlds": time_worlds}
+"""What is timed, by its name in the file."""
+
+
+def main() -> None:
+    """Time the parts that were asked for, and write them."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("parts", nargs="*", choices=[*PARTS, []], help="all without a name")
+    result = json.loads(RESULT.read_text())
+    for part in parser.parse_args().parts or PARTS:
+        command = f"python -m tests.benchmarks.startup {part}"
+        result[part] = {**circumstances(command), "rows": PARTS[part]()}
+    RESULT.write_text(json.dumps(result, indent=2) + "\n")
 
 
 if __name__ == "__main__":
