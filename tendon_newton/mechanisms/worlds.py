@@ -65,7 +65,7 @@ def build_model(
     template = mechanism.template
     if mechanism.obstacles:
         register_contact_attributes(builder)
-        template = with_shapes(template, mechanism.obstacles, mechanism.name)
+        template = with_shapes(mechanism)
     builder.replicate(template, world_count)
     model = builder.finalize(device=device, requires_grad=requires_grad)
     if overrides is not None:

@@ -1,4 +1,4 @@
-"""The same obstacles for SolverMuJoCo, through Newton's own collision pipeline."""
+"""The same contacts for SolverMuJoCo, through Newton's own collision pipeline."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ FORCE_SPACE = 0
 SOFTNESS = (0.01, 0.01, 1.0e-3, 0.5, 2.0)
 """MuJoCo's `solimp` with which a contact is a spring and a damper also in motion; by its default
 it gives way as if the link were as heavy as a body, and lets light links pass."""
+LINK_RANK, OBSTACLE_RANK = 1, 2
+"""MuJoCo's priorities of links that are obstacles and of obstacles [1]; that of links is 0."""
 SLIP_RATIO = 1.0e4
 """MuJoCo's ``impratio`` [1]: how much less friction creeps than a contact gives."""
 
@@ -21,7 +23,8 @@ class MujocoContacts:
     """Contacts of a model's links with its obstacles; none where it has no obstacles.
 
     Newton's stiffness per shape is that of ours. Its damping is linear, as much as ours at a
-    newton (`obstacle_shapes.USUAL_FORCE`).
+    newton (`obstacle_shapes.USUAL_FORCE`). The material of the shape with the greater priority
+    counts: an obstacle's before that of a link which is one, and that before other links'.
 
     Args:
         model: A finalized `newton.Model`; its shapes get the materials of the obstacles.
@@ -33,15 +36,15 @@ class MujocoContacts:
         if not hasattr(model.tendon, "obstacle_shape"):
             return
         own = model.mujoco
-        modes, mixes, given = (
-            array.numpy() for array in (own.solref_mode, own.geom_solmix, own.geom_solimp)
+        modes, ranks, given = (
+            array.numpy() for array in (own.solref_mode, own.geom_priority, own.geom_solimp)
         )
         shapes = [model.tendon.obstacle_shape.numpy(), model.tendon.bone_shape.numpy()]
         modes[np.concatenate(shapes)] = FORCE_SPACE
-        mixes[shapes[1]] = 0.0  # the obstacle's material alone counts
+        ranks[shapes[0]] = np.where(np.isin(shapes[0], shapes[1]), LINK_RANK, OBSTACLE_RANK)
         given[shapes[0]] = SOFTNESS
         own.solref_mode.assign(modes)
-        own.geom_solmix.assign(mixes)
+        own.geom_priority.assign(ranks)
         own.geom_solimp.assign(given)
         self._pipeline = newton.CollisionPipeline(model)
         self._found = self._pipeline.contacts()
