@@ -1,7 +1,7 @@
 """Obstacles in an MJCF file: what stays, what moves, and which shapes meet.
 
 Contacts are pairs that are named one by one, so that the file has those of our own solver and no
-others: each link's capsules with each obstacle, links that may meet, and what moves with what stays.
+others: each link's capsules with each obstacle, links that may meet, what moves with what stays.
 """
 
 from __future__ import annotations

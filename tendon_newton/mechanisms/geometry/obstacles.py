@@ -223,8 +223,8 @@ class LinkObstacle(Obstacle):
     shape: ClassVar[ObstacleShape] = "capsule"
 
     link: str
-    """End of the link's path in the asset, such as ``index/distal_phalanx``; that of a capsule where
-    the link carries several."""
+    """End of the link's path in the asset, such as ``index/distal_phalanx``; that of a capsule's
+    path where the link carries several."""
     met_by: Sequence[str] = ()
     """Ends of the paths of links that may press against it; by default all of other fingers."""
     position: Array = field(init=False, default_factory=lambda: np.zeros(3))

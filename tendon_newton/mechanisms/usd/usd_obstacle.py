@@ -2,8 +2,10 @@
 
 ``bool tendon:obstacle = true`` on the shape's prim makes it one; ``tendon:contactStiffness`` [N/m],
 ``tendon:contactDissipation`` [s/m] and ``tendon:contactFriction`` [1] say what the contact is like.
-``physics:mass`` [kg], of UsdPhysics' MassAPI, lets it move; its inertia is that of a solid. A link's
-capsule is met by links of other fingers: by those alone that ``rel tendon:metBy`` leads to, if any.
+``physics:mass`` [kg], of UsdPhysics' MassAPI, lets it move; its inertia is that of a solid.
+
+A link's capsule is met by links of other fingers: by all, or by those alone that ``rel
+tendon:metBy`` leads to.
 """
 
 from __future__ import annotations

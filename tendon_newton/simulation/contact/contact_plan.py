@@ -102,7 +102,10 @@ class ContactPlan:
 
 @dataclass(frozen=True, kw_only=True)
 class LinkContactPlan(ContactPlan):
-    """The same where links may meet each other; other plans, and names of kernels, know no pairs."""
+    """The same where links may meet each other.
+
+    A plan without pairs says nothing of them, so that its kernels keep their names.
+    """
 
     capsules: tuple[int, ...]
     """Capsule that each obstacle is, `NO_LINK` of one that is no link, shape (O,)."""

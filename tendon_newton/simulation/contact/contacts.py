@@ -56,8 +56,9 @@ from tendon_newton.simulation.chains.joint_poses import moved_by
 from tendon_newton.simulation.chains.spatial_chain import row
 from tendon_newton.simulation.contact.contact_distances import overlap_at
 from tendon_newton.simulation.contact.contact_plan import LINK_SHAPE, STRETCH
+from tendon_newton.simulation.contact.contact_poses import end_of
 from tendon_newton.simulation.contact.free_body import home_of, past_body, with_body_pose
-from tendon_newton.simulation.contact.link_contacts import end_of, link_overlap, past_link
+from tendon_newton.simulation.contact.link_contacts import link_overlap, past_link
 from tendon_newton.simulation.contact.rest_distances import rest_overlap
 
 SHEAR = 2.0 / 3.0

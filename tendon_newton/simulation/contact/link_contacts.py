@@ -17,7 +17,6 @@ from tendon_newton.device_code.placeholders import (
     JOINTS,
     MET_CAPSULE,
     REVOLUTE,
-    CapsuleMatrix,
     SpaceMatrix,
     Vec2,
     Vec3,
@@ -28,12 +27,7 @@ from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.chains.joint_poses import moved_by
 from tendon_newton.simulation.chains.spatial_chain import row
 from tendon_newton.simulation.contact.contact_distances import TILT, sphere_surface
-
-
-@device_template
-def end_of(matrix: CapsuleMatrix, capsule: int) -> Vec3:
-    """Return one row of a (C, 3) matrix."""
-    return Vec3(matrix[capsule, 0], matrix[capsule, 1], matrix[capsule, 2])
+from tendon_newton.simulation.contact.contact_poses import end_of
 
 
 @device_template
@@ -53,7 +47,7 @@ def nearest_shares(apart: Vec3, axis: Vec3, other: Vec3, reach: real) -> Vec2:
     wide = wp.dot(other, other)
     along = wp.dot(axis, other)
     crossing = real(1.0) - along * along / (long * wide)
-    lean = real(TILT) * reach / wp.sqrt(wp.min(long, wide)) - crossing
+    lean = real(TILT) * reach / wp.min(wp.length(axis), wp.length(other)) - crossing
     lean = wp.max(lean, real(0.0))
     first = (real(1.0) + lean) * long
     second = (real(1.0) + lean) * wide

@@ -13,8 +13,6 @@ FORCE_SPACE = 0
 SOFTNESS = (0.01, 0.01, 1.0e-3, 0.5, 2.0)
 """MuJoCo's `solimp` with which a contact is a spring and a damper also in motion; by its default
 it gives way as if the link were as heavy as a body, and lets light links pass."""
-LINK_RANK, OBSTACLE_RANK = 1, 2
-"""MuJoCo's priorities of links that are obstacles and of obstacles [1]; that of links is 0."""
 SLIP_RATIO = 1.0e4
 """MuJoCo's ``impratio`` [1]: how much less friction creeps than a contact gives."""
 
@@ -23,8 +21,8 @@ class MujocoContacts:
     """Contacts of a model's links with its obstacles; none where it has no obstacles.
 
     Newton's stiffness per shape is that of ours. Its damping is linear, as much as ours at a
-    newton (`obstacle_shapes.USUAL_FORCE`). The material of the shape with the greater priority
-    counts: an obstacle's before that of a link which is one, and that before other links'.
+    newton (`obstacle_shapes.USUAL_FORCE`). By MuJoCo's priorities one material of two counts: that
+    of an obstacle before that of a link which is one, and that before another link's.
 
     Args:
         model: A finalized `newton.Model`; its shapes get the materials of the obstacles.
@@ -41,7 +39,9 @@ class MujocoContacts:
         )
         shapes = [model.tendon.obstacle_shape.numpy(), model.tendon.bone_shape.numpy()]
         modes[np.concatenate(shapes)] = FORCE_SPACE
-        ranks[shapes[0]] = np.where(np.isin(shapes[0], shapes[1]), LINK_RANK, OBSTACLE_RANK)
+        count = len(shapes[0]) // model.world_count
+        order = count - np.arange(len(shapes[0])) % count  # the first counts between two links
+        ranks[shapes[0]] = np.where(np.isin(shapes[0], shapes[1]), order, count + 1)
         given[shapes[0]] = SOFTNESS
         own.solref_mode.assign(modes)
         own.geom_priority.assign(ranks)
