@@ -81,6 +81,9 @@ ROUTE_PARTS = (
 """Parts of a string's path that fold to little where it is known which joints move them."""
 UNROLLED_JOINTS = 6
 """More joints than this [1] are eliminated in loops; six take a compiler a quarter of a minute."""
+COPIED_COORDINATES = 4
+"""Where links may meet, kernels of more coordinates than this [1] call their parts: copied to where
+they are used, a CPU's compiler takes minutes over six."""
 WARP_UNROLL = 16
 """Loops longer than this [1] stay loops unless a kernel asks for more: Warp's own number."""
 CUDA_BLOCK = 256
@@ -233,7 +236,7 @@ def assemble(structure: Structure, *, taped: bool = False) -> Assembly:
 def is_long(structure: Structure) -> bool:
     """Tell whether kernels are long: with a free body, or of a hand whose links may meet."""
     touch = structure.touch
-    return touch.moves or (bool(touch.pairs) and structure.coordinate_count > UNROLLED_JOINTS)
+    return touch.moves or (bool(touch.pairs) and structure.coordinate_count > COPIED_COORDINATES)
 
 
 def call_parts(specialiser: Specialiser, structure: Structure) -> None:

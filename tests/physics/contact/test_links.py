@@ -12,6 +12,7 @@ from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.statics import passive_torque
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
+from tests.physics.contact.bodies import RADIUS, ground, marble
 from tests.physics.contact.pinches import (
     CROSSED,
     FACING,
@@ -22,6 +23,7 @@ from tests.physics.contact.pinches import (
     press,
     write_pinch,
 )
+from tests.physics.contact.test_contact import SERVO
 from tests.physics.runs import ideal_model
 
 RATE = 400.0  # Hz
@@ -80,6 +82,40 @@ def test_two_links_push_each_other_as_hard(
     # float32 of what the loop returns; 1e-7 rad of 60 mm are 3e-5 N, at 50 mm 2e-6 N m
     assert passive_torque(mechanism, q) + tension @ arms == pytest.approx(-torque, abs=5e-6)
     assert found[capsule, met] == pytest.approx(force, abs=1e-4)
+
+
+@pytest.mark.slow
+def test_motors_with_rotors_press_links_in_equilibrium(tmp_path: Path) -> None:
+    """Springs, gravity, the tensions that are read and the contact balance where fingers rest."""
+    mechanism = pinch(tmp_path)
+    loop = ControlLoop(mechanism, SERVO, 1, rate=RATE, max_step=STEP, device="cpu")
+    loop.bench_numbers("obstacle_friction").zero_()
+    loop.reset(command(*OPEN))
+    for _ in range(1600):
+        reading = loop.step(command(*PRESSED))
+    q, tension = exact(reading.joint_position), exact(reading.force)
+    force, torque = press(mechanism, q, RIGHT_MIDDLE, LEFT_DISTAL)
+    assert np.linalg.norm(force) > 0.5  # N
+    arms = np.array([tendon.moment_arm for tendon in mechanism.tendons])
+    # N m; a millinewton of tension is 8e-6
+    assert passive_torque(mechanism, q) + tension @ arms == pytest.approx(-torque, abs=2e-5)
+
+
+@pytest.mark.slow
+def test_links_meet_beside_a_body_that_moves(tmp_path: Path) -> None:
+    """A ball that falls on a floor far away changes nothing about fingers that press."""
+    mechanism = pinch(tmp_path)
+    loops = [loop_of(mechanism), loop_of(mechanism.with_obstacles(marble(), ground(-0.06)))]
+    for loop in loops:
+        loop.reset(command(*OPEN))
+        for _ in range(150):
+            loop.step(command(*PRESSED))
+    places = [loop.reading.joint_position.numpy() for loop in loops]
+    assert places[1] == pytest.approx(places[0], abs=1e-6)  # float32
+    forces = [exact(loop.contact_forces())[RIGHT_MIDDLE, LEFT_DISTAL] for loop in loops]
+    assert np.linalg.norm(forces[0]) > 0.5  # N
+    assert forces[1] == pytest.approx(forces[0], abs=1e-4)
+    assert loops[1].body_pose[0, 2].item() == pytest.approx(-0.06 + RADIUS, abs=1e-3)
 
 
 def test_closing_fingers_end_where_they_rest(tmp_path: Path) -> None:
