@@ -270,6 +270,12 @@ HAS_BOX: bool = constant()
 """Whether any obstacle is a box."""
 HAS_PLANE: bool = constant()
 """Whether any obstacle is a plane."""
+HAS_PAIRS: bool = constant()
+"""Whether links may meet links."""
+MET_CAPSULE: Any = constant()
+"""Capsule that each obstacle is, -1 for one that is no link."""
+MET_LINK: Any = constant()
+"""Link that carries it."""
 CHAINS: int = constant()
 """Equal chains of a world, which meet the same obstacles."""
 HAS_BODY: bool = constant()

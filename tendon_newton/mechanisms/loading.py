@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from tendon_newton.errors import InvalidAsset
+from tendon_newton.errors import InvalidAsset, InvalidParameter, UnknownName
 from tendon_newton.mechanisms.asset_library import asset_path
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.rules.stage_rules import stage_findings
@@ -29,7 +29,7 @@ def load_mechanism(name_or_file: str | Path) -> Mechanism:
             raise InvalidAsset(f"{path}: {finding.prim}: {finding.message}. {finding.remedy}.")
     template = usd_asset.read_template(stage, path)
     joints = usd_asset.read_joints(template, path)
-    return Mechanism(
+    alone = Mechanism(
         name=usd_asset.asset_name(stage, path),
         asset=path,
         joints=joints,
@@ -37,5 +37,9 @@ def load_mechanism(name_or_file: str | Path) -> Mechanism:
         tip=usd_asset.read_tip(template),
         gravity=usd_asset.read_gravity(template),
         template=template,
-        obstacles=read_obstacles(stage, template, path),
     )
+    obstacles = read_obstacles(stage, template, path)
+    try:
+        return alone.with_obstacles(*obstacles)
+    except (InvalidParameter, UnknownName) as error:
+        raise InvalidAsset(f"{path}: {error}") from None

@@ -1,8 +1,9 @@
 """Obstacles and the links that meet them, as shapes of a Newton model.
 
-Every capsule that a link carries can meet an obstacle; links do not meet each other. An obstacle
-that moves is a body of its own, on a free joint behind the mechanism's joints. Newton's own
-collision pipeline sees the same shapes, so that other solvers feel the same contacts.
+Every capsule that a link carries can meet an obstacle; links meet each other where one of them is
+an obstacle. An obstacle that moves is a body of its own, on a free joint behind the mechanism's
+joints. Newton's own collision pipeline sees the same shapes, so that other solvers feel the same
+contacts.
 
 =========================  ==========  =========================================
 ``model.tendon.``          shape       meaning
@@ -12,6 +13,8 @@ collision pipeline sees the same shapes, so that other solvers feel the same con
 ``obstacle_dissipation``   (W O,)      by how much a closing speed raises it [s/m]
 ``obstacle_friction``      (W O,)      Coulomb's coefficient [1]
 ``bone_shape``             (W C,)      shape of a capsule that a link carries
+``meeting_obstacle``       (W M,)      shape of a link's capsule that is an obstacle
+``meeting_bone``           (W M,)      shape of another's that may press against it
 =========================  ==========  =========================================
 """
 
@@ -27,23 +30,29 @@ import warp as wp
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidAsset, InvalidParameter
 from tendon_newton.mechanisms.geometry.joints import Joint
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.meetings import Meeting, bones_of
 from tendon_newton.mechanisms.geometry.obstacles import Obstacle
 from tendon_newton.mechanisms.usd.usd_tendon import NAMESPACE, register_tendon_attributes
 
 OBSTACLE = "tendon:obstacle"
 BONE = "tendon:bone"
+MEETING = "tendon:meeting"
 _ATTRIBUTES: tuple[tuple[str, str, type, str | None], ...] = (
     ("obstacle_shape", OBSTACLE, wp.int32, "shape"),
     ("obstacle_stiffness", OBSTACLE, wp.float32, None),
     ("obstacle_dissipation", OBSTACLE, wp.float32, None),
     ("obstacle_friction", OBSTACLE, wp.float32, None),
     ("bone_shape", BONE, wp.int32, "shape"),
+    ("meeting_obstacle", MEETING, wp.int32, "shape"),
+    ("meeting_bone", MEETING, wp.int32, "shape"),
 )
 """Name, rows, type, what an index refers to."""
 OBSTACLE_GROUP = 1
 """Collision group of obstacles."""
 BONE_GROUP = -1
-"""Collision group of links: Newton lets a negative one meet all others, but not itself."""
+"""Collision group of links: Newton lets a negative one meet all others, but not itself. Links that
+are obstacles have the groups below."""
 LEAST_FRICTION = 2.0e-5
 """Just above the least coefficient that MuJoCo takes [1]. MuJoCo takes the greater coefficient of
 two shapes: the obstacle's."""
@@ -53,7 +62,7 @@ USUAL_FORCE = 1.0
 
 def register_contact_attributes(builder: newton.ModelBuilder) -> None:
     """Teach a builder the rows of obstacles and of the links that meet them."""
-    for frequency in (OBSTACLE, BONE):
+    for frequency in (OBSTACLE, BONE, MEETING):
         builder.add_custom_frequency(
             newton.ModelBuilder.CustomFrequency(
                 name=frequency.removeprefix(f"{NAMESPACE}:"), namespace=NAMESPACE
@@ -72,20 +81,14 @@ def register_contact_attributes(builder: newton.ModelBuilder) -> None:
         )
 
 
-def with_shapes(
-    template: newton.ModelBuilder, obstacles: Sequence[Obstacle], name: str
-) -> newton.ModelBuilder:
-    """Return one world with obstacles in it.
-
-    Args:
-        template: The mechanism alone.
-        obstacles: What is to be in its way.
-        name: The mechanism's, for the message.
+def with_shapes(mechanism: Mechanism) -> newton.ModelBuilder:
+    """Return one world of a mechanism with its obstacles in it.
 
     Raises:
         InvalidAsset: No link carries a capsule, which could meet them.
         InvalidParameter: More than one of them moves.
     """
+    obstacles, name = mechanism.obstacles, mechanism.name
     moving = sum(obstacle.mass is not None for obstacle in obstacles)
     if moving > 1:
         raise InvalidParameter(
@@ -95,12 +98,8 @@ def with_shapes(
     builder = newton.ModelBuilder()
     register_tendon_attributes(builder)
     register_contact_attributes(builder)
-    builder.add_builder(template)
-    bones = [
-        shape
-        for shape, kind in enumerate(builder.shape_type)
-        if kind == newton.GeoType.CAPSULE and builder.shape_body[shape] >= 0
-    ]
+    builder.add_builder(mechanism.template)
+    bones = [bone.shape for bone in bones_of(builder)]
     if not bones:
         raise InvalidAsset(
             f"the links of {name!r} must carry capsules to meet an obstacle; they carry none"
@@ -110,8 +109,14 @@ def with_shapes(
         builder.shape_collision_group[shape] = BONE_GROUP
         builder.shape_material_mu[shape] = LEAST_FRICTION
         builder.add_custom_values(**{"tendon:bone_shape": shape})
+    links = {meeting.obstacle: meeting.shape for meeting in mechanism.meetings}
+    _let_meet(builder, mechanism.meetings, bones)
     for number, obstacle in enumerate(obstacles):
-        shape = _add_shape(builder, obstacle, f"/{name}/obstacle_{number}")
+        if number in links:
+            shape = links[number]
+            _give_material(builder, obstacle, shape)
+        else:
+            shape = _add_shape(builder, obstacle, f"/{name}/obstacle_{number}")
         builder.add_custom_values(
             **{
                 "tendon:obstacle_shape": shape,
@@ -143,6 +148,30 @@ def stretch_bones(model: Any, joints: Sequence[Joint], variants: Sequence[Sequen
             sizes[bone, 1] *= stretch
     model.shape_transform.assign(places)
     model.shape_scale.assign(sizes)
+
+
+def _let_meet(
+    builder: newton.ModelBuilder, meetings: Sequence[Meeting], bones: Sequence[int]
+) -> None:
+    """Let capsules of links meet as they may, and no others."""
+    pairs = [(meeting.shape, bone) for meeting in meetings for bone in meeting.met_by]
+    for obstacle, bone in pairs:
+        builder.add_custom_values(
+            **{"tendon:meeting_obstacle": obstacle, "tendon:meeting_bone": bone}
+        )
+    for meeting in meetings:
+        own = meeting.shape
+        builder.shape_collision_group[own] = BONE_GROUP - 1 - meeting.obstacle
+        for bone in bones:
+            if bone != own and not {(own, bone), (bone, own)} & set(pairs):
+                builder.add_shape_collision_filter_pair(own, bone)
+
+
+def _give_material(builder: newton.ModelBuilder, obstacle: Obstacle, shape: int) -> None:
+    """Make the contacts of a link's capsule like those of an obstacle."""
+    builder.shape_material_ke[shape] = obstacle.stiffness
+    builder.shape_material_kd[shape] = obstacle.dissipation * USUAL_FORCE
+    builder.shape_material_mu[shape] = max(obstacle.friction, LEAST_FRICTION)
 
 
 def _add_shape(builder: newton.ModelBuilder, obstacle: Obstacle, label: str) -> int:

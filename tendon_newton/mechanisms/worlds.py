@@ -84,7 +84,7 @@ def replicated(mechanism: Mechanism, world_count: int) -> newton.ModelBuilder:
     template = mechanism.template
     if mechanism.obstacles:
         register_contact_attributes(builder)
-        template = with_shapes(template, mechanism.obstacles, mechanism.name)
+        template = with_shapes(mechanism)
     builder.replicate(template, world_count)
     return builder
 

@@ -105,7 +105,8 @@ def test_a_marked_shape_with_a_mass_moves(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("more", "wrong", "words"),
     [
-        ("", 'over "bone"\n{\nbool tendon:obstacle = true\n}', "nothing moves"),
+        ("", 'def Sphere "pad"\n{\nbool tendon:obstacle = true\n}', "nothing moves, or to a link"),
+        ("", 'over "bone"\n{\nbool tendon:obstacle = true\n}', "no link of another finger"),
         ('def Cone "cone"\n{\nbool tendon:obstacle = true\n}', "", "a cube or a plane; this is"),
         (
             'def Sphere "bad"\n{\nbool tendon:obstacle = true\n'

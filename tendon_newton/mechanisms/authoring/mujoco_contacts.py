@@ -1,7 +1,7 @@
 """Obstacles in an MJCF file: what stays, what moves, and which shapes meet.
 
 Contacts are pairs that are named one by one, so that the file has those of our own solver and no
-others: each link's capsules with each obstacle, and what moves with what stays.
+others: each link's capsules with each obstacle, links that may meet, what moves with what stays.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 
 from tendon_newton.data.recording import Array
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
+from tendon_newton.mechanisms.geometry.meetings import bones_of
 from tendon_newton.mechanisms.geometry.obstacles import Obstacle
 from tendon_newton.mechanisms.obstacle_shapes import USUAL_FORCE, quaternion
 
@@ -40,16 +41,23 @@ def add_obstacles(spec: Any, mechanism: Mechanism, bones: Sequence[Any], mujoco:
     spec.option.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.impratio = IMPRATIO
-    geoms = [
-        _add_geom(spec, obstacle, place, mujoco)
+    things = [
+        (obstacle, _add_geom(spec, obstacle, place, mujoco))
         for place, obstacle in enumerate(mechanism.obstacles)
+        if obstacle.shape != "capsule"
     ]
     lightness = _lightness(spec)
-    for obstacle, geom in zip(mechanism.obstacles, geoms, strict=True):
+    for obstacle, geom in things:
         for bone in bones:
             _add_pair(spec, obstacle, obstacle.friction, (geom, bone), lightness)
-    for body, geom in zip(mechanism.obstacles, geoms, strict=True):
-        for fixed, other in zip(mechanism.obstacles, geoms, strict=True):
+    own = dict(zip((b.shape for b in bones_of(mechanism.template)), bones, strict=True))
+    for meeting in mechanism.meetings:
+        link = mechanism.obstacles[meeting.obstacle]
+        for shape in meeting.met_by:
+            pair = (own[meeting.shape], own[shape])
+            _add_pair(spec, link, link.friction, pair, lightness)
+    for body, geom in things:
+        for fixed, other in things:
             if body.mass is not None and fixed.mass is None:
                 friction = min(body.friction, fixed.friction)
                 _add_pair(spec, body, friction, (geom, other), lightness)

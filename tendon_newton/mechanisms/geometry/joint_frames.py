@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -85,7 +86,7 @@ def way_between(parents: tuple[int, ...], seen_from: int, body: int) -> tuple[tu
     return (*up, *down)
 
 
-def ancestors(parents: tuple[int, ...], body: int) -> list[int]:
+def ancestors(parents: Sequence[int], body: int) -> list[int]:
     """Return the joints that move a link: its own and all before it."""
     line = []
     while body >= 0:

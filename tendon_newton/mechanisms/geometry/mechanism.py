@@ -10,6 +10,7 @@ import newton
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidAsset, InvalidParameter
 from tendon_newton.mechanisms.geometry.joints import Joint, JointKind, freeze_arrays
+from tendon_newton.mechanisms.geometry.meetings import Meeting, find_meetings
 from tendon_newton.mechanisms.geometry.obstacles import Obstacle
 from tendon_newton.mechanisms.geometry.parts import Tendon, Tip
 
@@ -33,9 +34,12 @@ class Mechanism:
     """One world, as Newton read it from the asset."""
     obstacles: tuple[Obstacle, ...] = ()
     """Obstacles in its way; see `with_obstacles`."""
+    meetings: tuple[Meeting, ...] = field(init=False, repr=False)
+    """Which of its own links may meet, by its `LinkObstacle`s."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self)
+        object.__setattr__(self, "meetings", find_meetings(self.template, self.obstacles))
         if not self.joints:
             raise InvalidAsset(f"{self.asset} has no joints; a mechanism needs at least one.")
         if not self.tendons:
@@ -76,7 +80,12 @@ class Mechanism:
 
         Its links meet them with the capsules that the asset gives them to look at. Every simulator
         then simulates contact; one of a mechanism without obstacles pays nothing for it. An
-        obstacle with a mass moves, in `ControlLoop` and `TendonSolver`.
+        obstacle with a mass moves, in `ControlLoop` and `TendonSolver`. A `LinkObstacle` is one of
+        its own links, which those of other fingers meet.
+
+        Raises:
+            InvalidParameter: A link is named that cannot meet another.
+            UnknownName: No link has such a name.
         """
         return replace(self, obstacles=(*self.obstacles, *obstacles))
 

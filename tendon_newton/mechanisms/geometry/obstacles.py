@@ -1,8 +1,9 @@
-"""Things in a mechanism's way: spheres, boxes and planes of its base, or a body free to move."""
+"""Things in a mechanism's way: shapes of its base, a body free to move, its own links."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, fields
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -11,7 +12,7 @@ from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.mechanisms.geometry.joints import freeze_arrays
 
-ObstacleShape = Literal["sphere", "box", "plane"]
+ObstacleShape = Literal["sphere", "box", "plane", "capsule"]
 
 STIFFNESS = 5.0e3
 """Default of `stiffness` [N/m].
@@ -53,20 +54,9 @@ class Obstacle:
 
     def __post_init__(self) -> None:
         """Refuse what cannot be."""
-        for entry in fields(self):
-            if getattr(self, entry.name) is None:
-                continue
-            values = np.asarray(getattr(self, entry.name), dtype=np.float64)
-            if not np.isfinite(values).all():
-                raise InvalidParameter(
-                    f"{entry.name} of a {self.shape} must be finite; it is {values.tolist()}"
-                )
+        self._require_finite(entry.name for entry in fields(self))
         self._require_vector("position")
-        for name in NOT_NEGATIVE:
-            if not getattr(self, name) >= 0.0:
-                raise InvalidParameter(
-                    f"{name} of a {self.shape} must not be negative; it is {getattr(self, name)}"
-                )
+        self._require_not_negative()
         if self.mass is not None and not self.mass > 0.0:
             raise InvalidParameter(
                 f"mass of a {self.shape} that moves must be positive; it is {self.mass} kg"
@@ -87,6 +77,25 @@ class Obstacle:
     def rotation(self) -> Array:
         """Rotation matrix from its own axes to the base frame, shape (3, 3)."""
         return np.eye(3)
+
+    def _require_finite(self, names: Iterable[str]) -> None:
+        """Refuse numbers that are none."""
+        for name in names:
+            if getattr(self, name) is None:
+                continue
+            values = np.asarray(getattr(self, name), dtype=np.float64)
+            if not np.isfinite(values).all():
+                raise InvalidParameter(
+                    f"{name} of a {self.shape} must be finite; it is {values.tolist()}"
+                )
+
+    def _require_not_negative(self) -> None:
+        """Refuse a contact that would pull or drive."""
+        for name in NOT_NEGATIVE:
+            if not getattr(self, name) >= 0.0:
+                raise InvalidParameter(
+                    f"{name} of a {self.shape} must not be negative; it is {getattr(self, name)}"
+                )
 
     def _require_vector(self, name: str) -> None:
         """Refuse what is no vector of space, and keep one as an array."""
@@ -202,3 +211,30 @@ class Plane(Obstacle):
         first = np.cross(helper, self.normal)
         first /= np.linalg.norm(first)
         return np.column_stack([first, np.cross(self.normal, first), self.normal])
+
+
+@dataclass(frozen=True, kw_only=True)
+class LinkObstacle(Obstacle):
+    """A link of the mechanism itself, which links of other fingers press against.
+
+    Its capsule is the obstacle, and the contact pushes it back as hard.
+    """
+
+    shape: ClassVar[ObstacleShape] = "capsule"
+
+    link: str
+    """End of the link's path in the asset, such as ``index/distal_phalanx``; that of a capsule's
+    path where the link carries several."""
+    met_by: Sequence[str] = ()
+    """Ends of the paths of links that may press against it; by default all of other fingers."""
+    position: Array = field(init=False, default_factory=lambda: np.zeros(3))
+    """Unused: its joints place it [m], shape (3,)."""
+    mass: float | None = field(init=False, default=None)
+    """Unused: its mass is the asset's [kg]."""
+
+    def __post_init__(self) -> None:
+        """Refuse a contact that cannot be."""
+        object.__setattr__(self, "met_by", tuple(self.met_by))
+        self._require_finite(NOT_NEGATIVE)
+        self._require_not_negative()
+        freeze_arrays(self)

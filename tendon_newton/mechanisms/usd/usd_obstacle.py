@@ -1,8 +1,11 @@
-"""How obstacles come in from USD: a sphere, a cube or a plane of the base, marked by an attribute.
+"""How obstacles come in from USD: a shape of the base, or a link's capsule, marked by an attribute.
 
 ``bool tendon:obstacle = true`` on the shape's prim makes it one; ``tendon:contactStiffness`` [N/m],
 ``tendon:contactDissipation`` [s/m] and ``tendon:contactFriction`` [1] say what the contact is like.
 ``physics:mass`` [kg], of UsdPhysics' MassAPI, lets it move; its inertia is that of a solid.
+
+A link's capsule is met by links of other fingers: by all, or by those alone that ``rel
+tendon:metBy`` leads to.
 """
 
 from __future__ import annotations
@@ -20,6 +23,7 @@ from tendon_newton.mechanisms.geometry.obstacles import (
     FRICTION,
     STIFFNESS,
     Box,
+    LinkObstacle,
     Obstacle,
     Plane,
     Sphere,
@@ -27,6 +31,7 @@ from tendon_newton.mechanisms.geometry.obstacles import (
 from tendon_newton.mechanisms.usd.usd_tendon import authored
 
 MARK = "tendon:obstacle"
+MET_BY = "tendon:metBy"
 MASS = "physics:mass"
 UNKNOWN_MASS = 0.0
 """By which UsdPhysics says that a mass is not given [kg]."""
@@ -42,7 +47,8 @@ def read_obstacles(stage: Any, builder: newton.ModelBuilder, path: Path) -> tupl
     """Read the obstacles of a stage, in the order of their prims.
 
     Raises:
-        InvalidAsset: A marked prim is no shape of the base, or its numbers have no meaning.
+        InvalidAsset: A marked prim is neither a shape of the base nor a link's capsule, or its
+            numbers have no meaning.
     """
     shapes = {label: shape for shape, label in enumerate(builder.shape_label)}
     marked = [prim for prim in stage.Traverse() if bool(authored(prim, MARK, False))]
@@ -50,9 +56,11 @@ def read_obstacles(stage: Any, builder: newton.ModelBuilder, path: Path) -> tupl
     for prim in marked:
         name = str(prim.GetPath())
         shape = shapes.get(name, -1)
-        if shape < 0 or builder.shape_body[shape] >= 0:
+        carried = shape >= 0 and builder.shape_body[shape] >= 0
+        if shape < 0 or (carried and builder.shape_type[shape] != newton.GeoType.CAPSULE):
             raise InvalidAsset(
-                f"{path}: {name}: {MARK} belongs to a shape of the base, which nothing moves"
+                f"{path}: {name}: {MARK} belongs to a shape of the base, which nothing moves, or "
+                "to a link's capsule"
             )
         try:
             found.append(_obstacle(prim, builder, shape))
@@ -68,6 +76,9 @@ def _obstacle(prim: Any, builder: newton.ModelBuilder, shape: int) -> Obstacle:
     matrix = np.array(wp.quat_to_matrix(wp.transform_get_rotation(place)), dtype=np.float64)
     turn, size = matrix.reshape(3, 3), np.array(builder.shape_scale[shape], dtype=np.float64)
     numbers = {name: float(authored(prim, *own)) for name, own in NUMBERS.items()}
+    if builder.shape_body[shape] >= 0:
+        targets = prim.GetRelationship(MET_BY).GetTargets()
+        return LinkObstacle(link=str(prim.GetPath()), met_by=list(map(str, targets)), **numbers)
     mass = float(authored(prim, MASS, UNKNOWN_MASS))
     if mass != UNKNOWN_MASS:
         numbers["mass"] = mass

@@ -7,14 +7,21 @@ from typing import Any
 import newton
 import numpy as np
 
-from tendon_newton.data.recording import Array
+from tendon_newton.data.recording import Array, Indices
 from tendon_newton.simulation.chains.rotations import rotation_matrices
-from tendon_newton.simulation.contact.contact_plan import FIXED, NO_CONTACTS, ContactPlan
+from tendon_newton.simulation.contact.contact_plan import (
+    FIXED,
+    NO_CONTACTS,
+    NO_LINK,
+    ContactPlan,
+    LinkContactPlan,
+)
 
 SHAPE_NAMES = {
     int(newton.GeoType.SPHERE): "sphere",
     int(newton.GeoType.BOX): "box",
     int(newton.GeoType.PLANE): "plane",
+    int(newton.GeoType.CAPSULE): "capsule",
 }
 
 
@@ -33,12 +40,36 @@ def read_contact_plan(model: Any, moved_by: dict[int, int]) -> ContactPlan:
         for shapes in (rows.bone_shape, rows.obstacle_shape)
     ]
     bodies, kinds = model.shape_body.numpy()[first[0]], model.shape_type.numpy()[first[1]]
-    free = np.flatnonzero(model.shape_body.numpy()[first[1]] >= 0)
-    return ContactPlan(
+    free = np.flatnonzero(np.isin(first[1], free_shapes(model)))
+    plan = ContactPlan(
         links=tuple(moved_by[int(body)] for body in bodies),
         shapes=tuple(SHAPE_NAMES[int(kind)] for kind in kinds),
         body=int(free[0]) if len(free) else FIXED,
     )
+    if not hasattr(rows, "meeting_bone"):
+        return plan
+    bones, obstacles = ([int(shape) for shape in shapes] for shapes in first)
+    met = rows.meeting_obstacle.numpy().reshape(model.world_count, -1)[0]
+    by = rows.meeting_bone.numpy().reshape(model.world_count, -1)[0]
+    return LinkContactPlan(
+        links=plan.links,
+        shapes=plan.shapes,
+        body=plan.body,
+        capsules=tuple(bones.index(o) if o in bones else NO_LINK for o in obstacles),
+        pairs=tuple(
+            (bones.index(bone), obstacles.index(shape)) for bone, shape in zip(by, met, strict=True)
+        ),
+    )
+
+
+def free_shapes(model: Any) -> Indices:
+    """Return the shapes of a model's free bodies, shape (W,) or (0,)."""
+    rows = model.tendon
+    if not hasattr(rows, "obstacle_shape"):
+        return np.zeros(0, dtype=np.int64)
+    shapes = rows.obstacle_shape.numpy()
+    carried = model.shape_body.numpy()[shapes] >= 0
+    return shapes[carried & ~np.isin(shapes, rows.bone_shape.numpy())]
 
 
 def contact_numbers(model: Any, plan: ContactPlan, frames: Any, basis: Array | None) -> Any:
@@ -96,8 +127,7 @@ def body_numbers(model: Any, gravity: Array) -> dict[str, Array]:
         model: A finalized `newton.Model`.
         gravity: Of each world [m/s2], shape (W, 3).
     """
-    carriers = model.shape_body.numpy()[model.tendon.obstacle_shape.numpy()]
-    bodies = carriers[carriers >= 0]
+    bodies = model.shape_body.numpy()[free_shapes(model)]
     return {
         "body_mass": model.body_mass.numpy()[bodies],
         "body_inertia": model.body_inertia.numpy()[bodies][:, range(3), range(3)],

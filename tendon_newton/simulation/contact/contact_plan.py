@@ -1,12 +1,15 @@
-"""Where links may meet obstacles, as kernels know it: what is fixed in code."""
+"""Where links may meet obstacles, and each other, as kernels know it: what is fixed in code."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 SHAPES = ("sphere", "box", "plane")
 """Shapes of obstacles; the device code knows them by their places here."""
+LINK_SHAPE = len(SHAPES)
+"""Stands for the shape of an obstacle that is a link's capsule."""
 START, END, BETWEEN = 0, 1, 2
 """Where on a capsule a contact is: at an end of its axis, or wherever it comes closest."""
 PLACES = {"sphere": (BETWEEN,), "box": (START, END, BETWEEN), "plane": (START, END)}
@@ -14,7 +17,8 @@ PLACES = {"sphere": (BETWEEN,), "box": (START, END, BETWEEN), "plane": (START, E
 STRETCH = 3
 """Numbers of memory per contact: how far friction has stretched it, a vector."""
 NO_LINK = -1
-"""Stands for capsule and link of a contact between a free body and a fixed obstacle."""
+"""Stands for capsule and link of a contact between a free body and a fixed obstacle, and for those
+of an obstacle that is none."""
 CORNERS = 8
 """Corners of a box. A box meets a flat face with each of them by itself."""
 CENTRE = 2 * CORNERS
@@ -41,11 +45,13 @@ class ContactPlan:
     links: tuple[int, ...]
     """Link that carries each capsule, shape (C,)."""
     shapes: tuple[str, ...]
-    """Shape of each obstacle, shape (O,)."""
+    """Shape of each obstacle, shape (O,); "capsule" of a link."""
     body: int = FIXED
     """The obstacle that is free to move."""
     chains: int = 1
     """Equal chains of a world, which meet the same obstacles."""
+    pairs: ClassVar[tuple[tuple[int, int], ...]] = ()
+    """Contacts between links; see `LinkContactPlan`."""
 
     @property
     def moves(self) -> bool:
@@ -63,9 +69,17 @@ class ContactPlan:
             (capsule, obstacle, place, SHAPES.index(shape), link)
             for capsule, link in enumerate(self.links)
             for obstacle, shape in enumerate(self.shapes)
-            for place in PLACES[shape]
+            for place in PLACES.get(shape, ())
         )
-        return pressed + self._rests
+        return pressed + self._met + self._rests
+
+    @property
+    def _met(self) -> tuple[tuple[int, int, int, int, int], ...]:
+        """Contacts of links with links."""
+        return tuple(
+            (capsule, obstacle, BETWEEN, LINK_SHAPE, self.links[capsule])
+            for capsule, obstacle in self.pairs
+        )
 
     @property
     def _rests(self) -> tuple[tuple[int, int, int, int, int], ...]:
@@ -77,13 +91,26 @@ class ContactPlan:
             (NO_LINK, obstacle, place, SHAPES.index(shape), NO_LINK)
             for obstacle, shape in enumerate(self.shapes)
             if obstacle != self.body
-            for place in places[shape]
+            for place in places.get(shape, ())
         )
 
     @property
     def memory_count(self) -> int:
         """Numbers that a world remembers of its contacts."""
         return STRETCH * len(self.contacts)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LinkContactPlan(ContactPlan):
+    """The same where links may meet each other.
+
+    A plan without pairs says nothing of them, so that its kernels keep their names.
+    """
+
+    capsules: tuple[int, ...]
+    """Capsule that each obstacle is, `NO_LINK` of one that is no link, shape (O,)."""
+    pairs: tuple[tuple[int, int], ...]  # pyright: ignore[reportIncompatibleVariableOverride]
+    """Capsule and obstacle of each contact between links."""
 
 
 NO_CONTACTS = ContactPlan(links=(), shapes=())

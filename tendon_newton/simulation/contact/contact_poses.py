@@ -26,6 +26,12 @@ from tendon_newton.simulation.chains.spatial_chain import row, turn_of
 
 
 @device_template
+def end_of(matrix: CapsuleMatrix, capsule: int) -> Vec3:
+    """Return one row of a (C, 3) matrix."""
+    return Vec3(matrix[capsule, 0], matrix[capsule, 1], matrix[capsule, 2])
+
+
+@device_template
 def planar_pose(mechanism: Mechanism, world: int, q: JointVector) -> ContactPose:
     """Place joints and capsules of a chain in a plane; what they meet need not lie in it."""
     direction = PlaneMatrix()

@@ -1,4 +1,4 @@
-r"""Contact: what obstacles do to the links that press against them.
+r"""Contact: what obstacles, and links that are some, do to the links that press against them.
 
 A contact of depth :math:`\delta` pushes along its normal with
 
@@ -31,9 +31,10 @@ from tendon_newton.device_code.placeholders import (
     CONTACT_TABLE,
     CONTACTS,
     HAS_BODY,
+    HAS_PAIRS,
     JOINTS,
+    MET_LINK,
     REVOLUTE,
-    CapsuleMatrix,
     JointMatrix,
     JointVector,
     MemoryVector,
@@ -54,8 +55,10 @@ from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.chains.joint_poses import moved_by
 from tendon_newton.simulation.chains.spatial_chain import row
 from tendon_newton.simulation.contact.contact_distances import overlap_at
-from tendon_newton.simulation.contact.contact_plan import STRETCH
+from tendon_newton.simulation.contact.contact_plan import LINK_SHAPE, STRETCH
+from tendon_newton.simulation.contact.contact_poses import end_of
 from tendon_newton.simulation.contact.free_body import home_of, past_body, with_body_pose
+from tendon_newton.simulation.contact.link_contacts import link_overlap, past_link
 from tendon_newton.simulation.contact.rest_distances import rest_overlap
 
 SHEAR = 2.0 / 3.0
@@ -77,12 +80,6 @@ def pose_at(mechanism: Mechanism, world: int, q: JointVector) -> ContactPose:
     if wp.static(HAS_BODY):
         pose = with_body_pose(mechanism, world, q, pose)
     return pose
-
-
-@device_template
-def end_of(matrix: CapsuleMatrix, capsule: int) -> Vec3:
-    """Return one row of a (C, 3) matrix."""
-    return Vec3(matrix[capsule, 0], matrix[capsule, 1], matrix[capsule, 2])
 
 
 @device_template
@@ -111,6 +108,9 @@ def overlap_of(
             start = end_of(pose.start, capsule)
             end = end_of(pose.end, capsule)
             out = overlap_at(start, end, radius, spot, place, frame, size, shape)
+            if wp.static(HAS_PAIRS):
+                if shape == wp.static(LINK_SHAPE):
+                    out = link_overlap(mechanism, world, pose, capsule, obstacle)
         if wp.static(HAS_BODY):
             # the floor pushes once, however many chains there are
             if capsule < 0 and world == home * wp.static(CHAINS):
@@ -239,6 +239,8 @@ def contact_columns(pose: ContactPose, link: int, obstacle: int, point: Vec3) ->
         )
         for i in range(3):
             columns[j, i] = move[i]
+    if wp.static(HAS_PAIRS):
+        columns = past_link(pose, columns, MET_LINK[obstacle], point)
     if wp.static(HAS_BODY):
         columns = past_body(pose, columns, link, obstacle, point)
     return columns

@@ -81,6 +81,9 @@ ROUTE_PARTS = (
 """Parts of a string's path that fold to little where it is known which joints move them."""
 UNROLLED_JOINTS = 6
 """More joints than this [1] are eliminated in loops; six take a compiler a quarter of a minute."""
+COPIED_COORDINATES = 4
+"""Where links may meet, kernels of more coordinates than this [1] call their parts: copied to where
+they are used, a CPU's compiler takes minutes over six."""
 WARP_UNROLL = 16
 """Loops longer than this [1] stay loops unless a kernel asks for more: Warp's own number."""
 CUDA_BLOCK = 256
@@ -103,7 +106,7 @@ RARE_PARTS = (
     settling.frictionless_forces,
 )
 """What a long kernel does seldom, and calls: so it compiles in half the time."""
-BODY_PARTS = (
+LONG_PARTS = (
     contact_states.constrained_solve,
     routes.located,
     forces.smooth_forces,
@@ -113,8 +116,9 @@ BODY_PARTS = (
     integrator.rosenbrock,
     events.bring_back,
 )
-"""What a kernel with a free body does in several places, and calls; what is called stands first.
-With these copied into one function a compiler for CUDA takes more than six minutes."""
+"""What a kernel with a free body, or of a hand whose links meet, does in several places, and calls;
+what is called stands first. With these copied into one function a compiler for CUDA takes more than
+six minutes over a free body."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -194,7 +198,7 @@ def assemble(structure: Structure, *, taped: bool = False) -> Assembly:
     """
     types = kernel_types(structure)
     # without paths and bodies kernels are inlined: references cost a finger 5 to 15 % on an H200
-    long = structure.touch.moves or bool(structure.routes.spans)
+    long = is_long(structure) or bool(structure.routes.spans)
     specialiser = Specialiser(types, references=long and not taped)
     specialiser.bind(placeholders.TAPED, taped)
     specialiser.bind(placeholders.SKIPS, bool(structure.effects) and not taped)
@@ -212,7 +216,7 @@ def assemble(structure: Structure, *, taped: bool = False) -> Assembly:
     chain = planar_chain if structure.planar else spatial_chain
     specialiser.bind(slots.chain_terms, chain.chain_terms)
     if structure.routes.spans:
-        bind_routes(specialiser, looped=taped or structure.touch.moves)
+        bind_routes(specialiser, looped=taped or is_long(structure))
     if structure.touch.contacts:
         if "box" in structure.touch.shapes:  # long: it halves a capsule's axis
             specialiser.function(contact_distances.overlap_at, inline=False)
@@ -229,16 +233,22 @@ def assemble(structure: Structure, *, taped: bool = False) -> Assembly:
     return Assembly(structure=structure, types=types, specialiser=specialiser)
 
 
+def is_long(structure: Structure) -> bool:
+    """Tell whether kernels are long: with a free body, or of a hand whose links may meet."""
+    touch = structure.touch
+    return touch.moves or (bool(touch.pairs) and structure.coordinate_count > COPIED_COORDINATES)
+
+
 def call_parts(specialiser: Specialiser, structure: Structure) -> None:
     """Choose what kernels without an adjoint call, and what is copied to where it is used."""
-    moves, routed = structure.touch.moves, bool(structure.routes.spans)
-    called = BODY_PARTS if moves else ()
-    if moves or routed or len(structure.effects) > MANY_EFFECTS:
+    long, routed = is_long(structure), bool(structure.routes.spans)
+    called = LONG_PARTS if long else ()
+    if long or routed or len(structure.effects) > MANY_EFFECTS:
         called += RARE_PARTS
     for part in called:
         specialiser.function(part, inline=False)
     # a call would copy 2 KB of a world; inlined, what a world keeps is read once
-    specialiser.function(integrator.step, inline=not moves)
+    specialiser.function(integrator.step, inline=not long)
 
 
 def bind_duty(specialiser: Specialiser, structure: Structure) -> None:
@@ -254,7 +264,8 @@ def bind_duty(specialiser: Specialiser, structure: Structure) -> None:
 def bind_routes(specialiser: Specialiser, *, looped: bool) -> None:
     """Bind the paths of routed tendons: quick to run, or quick to compile.
 
-    A compiler would take many minutes over an adjoint, or over a free body's further coordinates.
+    A compiler would take many minutes over an adjoint, or over the coordinates of a free body or of
+    a hand.
     """
     if looped:
         specialiser.bind(slots.all_routes, routes.looped_routes)

@@ -59,6 +59,8 @@ def chain_copies(topology: Topology, arms: Array) -> ChainCopies:
         arms: Its moment arms [m], shape (W, D, J).
     """
     joints, tendons = len(topology.parents), topology.tendon_count
+    if topology.touch.pairs:  # what a link does to another is in one implicit step for both
+        return ChainCopies(count=1, topology=topology)
     for count in range(min(joints, tendons), 1, -1):
         parts = (joints, tendons, len(topology.routes.bodies), len(topology.touch.links))
         if any(part % count for part in parts):

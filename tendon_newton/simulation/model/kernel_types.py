@@ -13,7 +13,7 @@ from tendon_newton.device_code import placeholders as d
 from tendon_newton.device_code.templates import Bindings
 from tendon_newton.effects import Stage
 from tendon_newton.errors import InvalidDeviceCode
-from tendon_newton.simulation.contact.contact_plan import SHAPES
+from tendon_newton.simulation.contact.contact_plan import NO_LINK, SHAPES, LinkContactPlan
 from tendon_newton.simulation.model.structure import Structure
 
 REST = {"float64": 1.0e-9, "float32": 1.0e-6}
@@ -173,6 +173,7 @@ def contact_constants(structure: Structure) -> dict[Any, Any]:
         d.CONTACTS: len(touch.contacts),
         d.CHAINS: touch.chains,
         d.HAS_BODY: touch.moves,
+        d.HAS_PAIRS: bool(touch.pairs),
         d.SHARES_BODY: touch.moves and touch.chains > 1,
         **{
             has: shape in touch.shapes
@@ -184,6 +185,10 @@ def contact_constants(structure: Structure) -> dict[Any, Any]:
             d.BODY: touch.body,
             d.BODY_SHAPE: SHAPES.index(touch.shapes[touch.body]),
         }
+    if isinstance(touch, LinkContactPlan):
+        numbers = wp.types.vector(length=len(touch.shapes), dtype=wp.int32)
+        links = [NO_LINK if c == NO_LINK else touch.links[c] for c in touch.capsules]
+        out |= {d.MET_CAPSULE: numbers(*touch.capsules), d.MET_LINK: numbers(*links)}
     if touch.contacts:
         carries = wp.types.matrix(shape=(joints, joints), dtype=getattr(wp, structure.precision))
         out |= {

@@ -17,6 +17,7 @@ from tendon_newton.simulation.chains.rotations import rotation_matrices
 from tendon_newton.simulation.contact.contact_arrays import (
     body_numbers,
     contact_numbers,
+    free_shapes,
     read_contact_plan,
 )
 from tendon_newton.simulation.contact.contact_plan import NO_CONTACTS, ContactPlan
@@ -104,10 +105,8 @@ def moving_joints(model: FinalModel) -> Indices:
 
 def body_joints(model: FinalModel) -> Indices:
     """Return the index of each world's joint that lets its free body move, shape (W,) or (0,)."""
-    if not hasattr(model.tendon, "obstacle_shape"):
-        return np.zeros(0, dtype=np.int64)
-    carriers = model.shape_body.numpy()[model.tendon.obstacle_shape.numpy()]
-    return np.flatnonzero(np.isin(model.joint_child.numpy(), carriers[carriers >= 0]))
+    carriers = model.shape_body.numpy()[free_shapes(model)]
+    return np.flatnonzero(np.isin(model.joint_child.numpy(), carriers))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,4 +1,4 @@
-"""The same obstacles for SolverMuJoCo, through Newton's own collision pipeline."""
+"""The same contacts for SolverMuJoCo, through Newton's own collision pipeline."""
 
 from __future__ import annotations
 
@@ -21,7 +21,8 @@ class MujocoContacts:
     """Contacts of a model's links with its obstacles; none where it has no obstacles.
 
     Newton's stiffness per shape is that of ours. Its damping is linear, as much as ours at a
-    newton (`obstacle_shapes.USUAL_FORCE`).
+    newton (`obstacle_shapes.USUAL_FORCE`). By MuJoCo's priorities one material of two counts: that
+    of an obstacle before that of a link which is one, and that before another link's.
 
     Args:
         model: A finalized `newton.Model`; its shapes get the materials of the obstacles.
@@ -33,15 +34,17 @@ class MujocoContacts:
         if not hasattr(model.tendon, "obstacle_shape"):
             return
         own = model.mujoco
-        modes, mixes, given = (
-            array.numpy() for array in (own.solref_mode, own.geom_solmix, own.geom_solimp)
+        modes, ranks, given = (
+            array.numpy() for array in (own.solref_mode, own.geom_priority, own.geom_solimp)
         )
         shapes = [model.tendon.obstacle_shape.numpy(), model.tendon.bone_shape.numpy()]
         modes[np.concatenate(shapes)] = FORCE_SPACE
-        mixes[shapes[1]] = 0.0  # the obstacle's material alone counts
+        count = len(shapes[0]) // model.world_count
+        order = count - np.arange(len(shapes[0])) % count  # the first counts between two links
+        ranks[shapes[0]] = np.where(np.isin(shapes[0], shapes[1]), order, count + 1)
         given[shapes[0]] = SOFTNESS
         own.solref_mode.assign(modes)
-        own.geom_solmix.assign(mixes)
+        own.geom_priority.assign(ranks)
         own.geom_solimp.assign(given)
         self._pipeline = newton.CollisionPipeline(model)
         self._found = self._pipeline.contacts()

@@ -1,0 +1,87 @@
+"""Gradients of a rollout in which links meet, against central differences."""
+
+import numpy as np
+import pytest
+
+from tendon_newton.data.recording import Array, Recording
+from tendon_newton.gradients.differentiable import DifferentiableRollout
+from tests.physics.contact.pinches import pinch
+from tests.physics.gradients.test_gradients import difference, loss_of, random_seeds
+from tests.physics.runs import ideal_model, run_of
+
+NUMBERS = {
+    "obstacle_stiffness": ((0, 1), (1, 1)),
+    "obstacle_dissipation": ((0, 1), (1, 1)),
+    "obstacle_friction": ((0, 1), (1, 1)),
+    "capsule_radius": ((0, 1), (0, 2), (1, 1)),
+    "stiffness": ((0, 0), (0, 2), (1, 3)),
+    "mass": ((0, 1), (1, 2)),
+    "arms": ((0, 0, 1), (1, 1, 2)),
+}
+"""Numbers of two worlds: world, obstacle, capsule or joint, and component."""
+SIZES = {
+    "obstacle_stiffness": 5e3,
+    "obstacle_dissipation": 10.0,
+    "obstacle_friction": 0.3,
+    "capsule_radius": 4e-3,
+    "stiffness": 0.03,
+    "mass": 0.01,
+    "arms": 0.005,
+}
+"""How large they are, in their units."""
+
+
+def closing(open_at: Array, press_at: Array) -> Recording:
+    """Return commands [rad] that press, slide, let go a little and press again."""
+    way = np.concatenate(
+        [
+            np.zeros(4),
+            np.linspace(0.0, 1.0, 12),
+            np.ones(10),
+            np.linspace(1.0, 0.2, 8),
+            np.linspace(0.2, 1.0, 8),
+        ]
+    )
+    return run_of(open_at + way[:, None] * (press_at - open_at), bench="pinch")
+
+
+@pytest.fixture(scope="module")
+def rollout(tmp_path_factory: pytest.TempPathFactory) -> DifferentiableRollout:
+    """Return two worlds of two fingers that press and slide."""
+    mechanism = pinch(tmp_path_factory.mktemp("pinch"), friction=0.3)
+    runs = [
+        closing(np.array([0.3, 0.5]), np.array([2.0, 1.2])),
+        closing(np.array([0.5, 0.9]), np.array([1.5, 1.0])),
+    ]
+    return DifferentiableRollout(mechanism, runs, ideal_model(), device="cpu")
+
+
+def test_gradients_by_gain_and_commands_of_pressed_fingers(rollout: DifferentiableRollout) -> None:
+    """What either motor does, while both fingers feel it."""
+    seeds = random_seeds(rollout)
+    inputs = rollout.backward(**seeds)
+    gain = rollout.gradient("ideal", "gain").copy()
+    command = inputs.command.grad.numpy().copy()
+    for world in range(2):
+        expected = difference(inputs.parameters, (world, 0), 4.2, lambda: loss_of(rollout, seeds))
+        assert gain[world] == pytest.approx(expected, rel=1e-3)
+        for row, servo in ((12, 0), (12, 1), (30, 0), (30, 1)):
+            place = (rollout.rows_of(world).start + row, servo)
+            expected = difference(inputs.command, place, 1.0, lambda: loss_of(rollout, seeds))
+            assert command[place] == pytest.approx(expected, rel=1e-3)
+
+
+@pytest.mark.slow
+def test_gradients_by_links_that_meet(rollout: DifferentiableRollout) -> None:
+    """Material of the contact, radii of both links, and the fingers that press."""
+    seeds = random_seeds(rollout)
+    rollout.backward(**seeds)
+    mechanism = rollout.inputs.mechanism
+    taped = {name: getattr(mechanism, name).grad.numpy().copy() for name in NUMBERS}
+    for name, places in NUMBERS.items():
+        for place in places:
+            expected = difference(
+                getattr(mechanism, name), place, SIZES[name], lambda: loss_of(rollout, seeds)
+            )
+            assert expected != 0.0, f"{name}{place}"
+            assert float(taped[name][place]) == pytest.approx(expected, rel=1e-3), f"{name}{place}"
