@@ -1,0 +1,1 @@
+"""Tests of the USD assets and the mechanisms read from them."""
