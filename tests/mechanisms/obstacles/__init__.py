@@ -1,1 +1,1 @@
-"""Tests of the USD assets and the mechanisms read from them."""
+"""Tests of obstacles, also of links that are some, in mechanisms and assets."""
