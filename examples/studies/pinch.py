@@ -90,7 +90,7 @@ def draw_scene(scene: Any, mechanism: Mechanism, joints: Array) -> None:
         last = row == len(joints) - 1
         for capsule, (start, end, _) in enumerate(axes_of(mechanism, joints[row])):
             ends = 1e3 * np.array([start, end])[:, [0, 2]]
-            outline = capsule_outline(*ends, 1e3 * RADII[capsule % 2])
+            outline = capsule_outline(ends[0], ends[1], 1e3 * RADII[capsule % 2])
             color = COLORS[capsule // 2] if last else GREY
             scene.fill(*outline.T, color=color, alpha=0.9 if last else 0.2, linewidth=0.0)
     scene.set_aspect("equal")
