@@ -86,16 +86,16 @@ class InvalidOutput(TendonNewtonError):
     """The place to write to cannot take the result."""
 
 
-def unknown_name(kind: str, name: str, known: Iterable[str]) -> UnknownName:
+def unknown_name(kind: str, name: object, known: Iterable[str]) -> UnknownName:
     """Build the error for a name outside a table.
 
     Args:
         kind: What the table holds, in words ("effect").
-        name: The name that came.
+        name: What came for a name.
         known: The names in the table.
     """
     names = sorted(known)
-    close = difflib.get_close_matches(name[:SHOWN_LENGTH], names, n=1)
+    close = difflib.get_close_matches(str(name)[:SHOWN_LENGTH], names, n=1)
     hint = f"; did you mean {close[0]!r}?" if close else ""
     return UnknownName(f"No {kind} named {shown(name)}; known: {listed(names)}{hint}")
 

@@ -23,6 +23,7 @@ from hardware.virtual_bench.physics.motor import Motor
 from hardware.virtual_bench.physics.obstacle import Obstacle, grips
 from hardware.virtual_bench.physics.tendon import Tendon
 from hardware.virtual_bench.physics.unit import SERVOS, draw_unit
+from tendon_newton.errors import UnknownName
 from tests.hardware.virtual_bench.nominal import nominal_unit
 
 STEP = 0.25e-3  # [s]
@@ -36,6 +37,12 @@ def driven(constants: ServoConstants, duty: float, duration: float, tension: flo
     for _ in range(round(duration / STEP)):
         motor.advance(tension, STEP)
     return motor
+
+
+def test_what_is_no_name_of_a_bench_is_refused_with_the_names() -> None:
+    """A number in place of a bench gets the error of an unknown name."""
+    with pytest.raises(UnknownName, match="finger"):
+        draw_unit(3, 0)
 
 
 def test_stall_current_is_voltage_over_resistance() -> None:
