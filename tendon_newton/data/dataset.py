@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 from tendon_newton.data.bench_overrides import read_bench_overrides, write_bench_overrides
 from tendon_newton.data.files.checked_table import CheckedTable
+from tendon_newton.data.files.file_names import check_path
 from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys, write_toml
 from tendon_newton.data.files.values import are_tables
 from tendon_newton.data.formats.any_file import read_recording_file
@@ -31,8 +32,6 @@ KNOWN_KEYS = (
     "load_cell_rate",
     "obstacle",
 )
-PATH_LIMIT = 1000
-"""Longest path of a recording [characters]; no file system of today takes 4096."""
 KEY_TYPES: dict[str, tuple[type | tuple[type, ...], str]] = {
     "file": (str, "a string"),
     "bench": (str, "a string"),
@@ -104,6 +103,7 @@ def write_dataset(path: Path, train: Sequence[Recording], test: Sequence[Recordi
     for split, recordings in (("train", train), ("test", test)):
         for recording in recordings:
             entry = entry_of(recording, split)
+            check_entry(entry, str(path / FILE_NAME))
             file = path / entry["file"]
             file.parent.mkdir(parents=True, exist_ok=True)
             write_csv(file, recording)
@@ -187,18 +187,7 @@ def check_entry(entry: Entry, where: str) -> None:
         )
     for key in ("file", "mapping"):
         if key in entry:
-            check_path(key, entry[key], where)
-
-
-def check_path(key: str, name: str, where: str) -> None:
-    """Refuse a path that leads out of the dataset's folder by its words."""
-    if len(name) > PATH_LIMIT or not name.isprintable():
-        raise InvalidDataset(
-            f"{where}: {key} must be a path of at most {PATH_LIMIT} printable characters"
-        )
-    path = os.path.normpath(name)
-    if not name or Path(path).is_absolute() or Path(path).parts[:1] in ((), ("..",)):
-        raise InvalidDataset(f"{where}: {key} must lie inside the dataset's folder; it is {name!r}")
+            check_path(entry[key], f"{where}: {key}", InvalidDataset)
 
 
 def inside(folder: Path, name: str, where: str) -> Path:

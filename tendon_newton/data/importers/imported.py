@@ -5,8 +5,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from tendon_newton.data.checks.finding import Finding
+from tendon_newton.data.files.file_names import check_name
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
+from tendon_newton.errors import InvalidRecording
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,6 +23,12 @@ class ImportedLog:
     """The file it came from."""
     sha256: str
     """Digest of that file."""
+    open_start: bool = False
+    """Whether nothing says from which state a simulation of it starts."""
+
+    def __post_init__(self) -> None:
+        """Refuse a name that cannot be a file's."""
+        check_name(self.recording.name, f"{self.source}: a recording's name", InvalidRecording)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,6 +58,8 @@ class Imported:
         if self.apart is None:
             return {}
         values = dict.fromkeys(str(log.conditions[self.apart]) for log in self.logs)
+        for value in values:
+            check_name(value, f"a {self.apart}'s name", InvalidRecording)
         return {
             value: replace(
                 self,
