@@ -31,11 +31,12 @@ $(STAMP): $(BIN)/python pyproject.toml constraints.txt requirements-hashes.txt
 demo: setup  ## find the friction that a bundled dataset hides; the report is in build/demo
 	$(BIN)/tendon-newton demo --out build/demo
 
-check: setup  ## lint, format, types, layers
+check: setup  ## lint, format, types, layers, results that pages show
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/pyright
 	$(BIN)/lint-imports
+	$(BIN)/python -m tests.results --check
 
 # One thread per process: torch and BLAS otherwise fight over the cores. Files run in their order, since
 # by number of tests the longest ones, which have few, come last and leave a core without work.

@@ -1,24 +1,12 @@
-"""The page of the comparison shows what its command has found, and the baseline is what it says."""
+"""The comparison's tables, and its baseline."""
 
-import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from examples.studies.comparison.four_numbers import Grid, fitted, simulate
-from examples.studies.comparison.table import page_with, tables
-
-ROOT = Path(__file__).resolve().parents[2]
-PAGE = ROOT / "docs" / "comparison.md"
-RESULTS = ROOT / "examples" / "studies" / "comparison" / "comparison.json"
-
-
-def test_the_page_shows_the_results() -> None:
-    """Its tables are those that the command prints of the kept results."""
-    page = PAGE.read_text(encoding="utf-8")
-    assert page == page_with(page, tables(json.loads(RESULTS.read_text())))
+from examples.studies.comparison.table import tables
 
 
 def test_a_row_that_was_not_made_waits() -> None:

@@ -1,8 +1,8 @@
 """The page that compares everybody on the same logs and splits.
 
 ``python -m examples.studies.comparison --xl330 LOGS --sts3215 LOGS --bam PYTHON`` fits and tests
-what is missing in ``comparison.json`` and prints the page's tables. ``--page`` writes them into
-``docs/comparison.md``. An entry that stands in the file is not made again: delete it to renew it.
+what is missing in ``comparison.json`` and prints the page's tables; ``python -m tests.results
+--write`` puts them there. An entry of the file is not made again: delete it to renew it.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import numpy as np
 
 from examples.studies.comparison import bam, four_numbers
 from examples.studies.comparison.splits import PAIRS, Split, splits_of
-from examples.studies.comparison.table import page_with, tables
+from examples.studies.comparison.table import tables
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.importers.imported import ImportedLog
 from tendon_newton.data.model_file import Model
@@ -32,7 +32,6 @@ from tendon_newton.effects import EFFECTS
 from tendon_newton.identification.study import Study, replacements
 
 RESULTS = Path(__file__).with_name("comparison.json")
-PAGE = Path(__file__).resolve().parents[3] / "docs" / "comparison.md"
 
 Row = dict[str, Any]
 
@@ -144,7 +143,6 @@ def main() -> None:
     parser.add_argument("--trials", type=int, default=1500, help="of each of their fits")
     parser.add_argument("--diagnose", action="store_true", help="let a diagnosis choose as well")
     parser.add_argument("--results", type=Path, default=RESULTS, help="where they are kept")
-    parser.add_argument("--page", action="store_true", help="write the tables into the page")
     parser.add_argument("--row", action="append", help="rows that are made: all by default")
     parser.add_argument("--split", action="append", help="splits that are made: all by default")
     arguments = parser.parse_args()
@@ -171,10 +169,7 @@ def main() -> None:
                 row = make(split)
                 print(f"{split.key}, {name}: {row['held_out']:.1f} mrad, {row}", flush=True)
                 keep(kept, split, name, row)
-    text = tables(results_in(kept))
-    print(text)
-    if arguments.page:
-        PAGE.write_text(page_with(PAGE.read_text(encoding="utf-8"), text), encoding="utf-8")
+    print(tables(results_in(kept)))
 
 
 if __name__ == "__main__":

@@ -1,11 +1,10 @@
-"""Tables of the comparison, and their place in the page."""
+"""Tables of the comparison."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-BEGIN, END = "<!-- tables: begin -->", "<!-- tables: end -->"
 REPEATS = "repeats"
 ROWS = {
     REPEATS: "repeats of the same motion: no model can do better",
@@ -61,9 +60,3 @@ def costs(results: Results, keys: Sequence[str]) -> str:
             own = [str(found["numbers"]), f"{found['seconds']:.0f} s", str(found["says"])]
             lines.append([words, *own])
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
-
-
-def page_with(page: str, text: str) -> str:
-    """Return a page with its tables replaced."""
-    before, rest = page.split(BEGIN, 1)
-    return f"{before}{BEGIN}\n{text}\n{END}{rest.split(END, 1)[1]}"

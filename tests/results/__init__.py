@@ -1,0 +1,1 @@
+"""Results that pages show: what was measured, by which command, on which code."""

@@ -1,0 +1,86 @@
+"""Results whose code has changed, and the tables that show results.
+
+Run from the root of the repository::
+
+    python -m tests.results                  # which results are of other code, and what renews them
+    python -m tests.results --write          # write the tables into README and docs
+    python -m tests.results --check          # `make check`: do README and docs show the records?
+    python -m tests.results --stamp NAME     # after a measurement: fingerprints at its commit
+"""
+
+import argparse
+import json
+import re
+import subprocess
+import sys
+
+from tests.results.record import FOLDER, ROOT, fingerprints_at, records
+from tests.results.tables import TABLES
+
+
+def with_table(text: str, name: str, table: str) -> str:
+    """Return a page's text with a table between its marks."""
+    begin, end = f"<!-- results: {name} -->\n", f"<!-- end of {name} -->"
+    pattern = re.compile(f"{re.escape(begin)}.*?{re.escape(end)}", re.DOTALL)
+    if len(pattern.findall(text)) != 1:
+        raise ValueError(f"expected one pair of marks {begin.strip()} ... {end}")
+    return pattern.sub(lambda _: f"{begin}\n{table}\n\n{end}", text)
+
+
+def write(*, only_compare: bool) -> int:
+    """Write every table into its page, or tell which pages differ; return how many did."""
+    kept, differ = records(), 0
+    for name, (page, make) in TABLES.items():
+        path = ROOT / page
+        before = path.read_text(encoding="utf-8")
+        after = with_table(before, name, make(kept))
+        if before == after:
+            continue
+        differ += 1
+        if only_compare:
+            sys.stdout.write(f"{page}: table {name} is not that of its records; "
+                             "run python -m tests.results --write\n")  # fmt: skip
+        else:
+            path.write_text(after, encoding="utf-8")
+    return differ if only_compare else 0
+
+
+def tell() -> None:
+    """List each result: fresh, or what has changed since and how it is measured again."""
+    for name, record in records().items():
+        sys.stdout.write(f"{name}: {record.commit[:12]}, {record.date}, {record.device}\n")
+        if changed := record.changed:
+            sys.stdout.write(f"  CHANGED since: {', '.join(changed)}\n")
+            sys.stdout.write(f"  {record.minutes:g} min: {record.command}\n")
+
+
+def stamp(name: str) -> None:
+    """Write into a record the fingerprints of its code at its commit."""
+    path = FOLDER / f"{name}.json"
+    fields = json.loads(path.read_text(encoding="utf-8"))
+    fields["code"] = fingerprints_at(fields["commit"], fields["code"])
+    path.write_text(json.dumps(fields, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+def main() -> int:
+    """Do what was asked for; return how many tables differ."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
+    parser.add_argument("--write", action="store_true", help="write the tables into their pages")
+    parser.add_argument("--check", action="store_true", help="fail where a page differs")
+    parser.add_argument("--stamp", metavar="NAME", help="fingerprint the code of a record")
+    arguments = parser.parse_args()
+    if arguments.stamp:
+        try:
+            stamp(arguments.stamp)
+        except subprocess.CalledProcessError as failed:
+            sys.stderr.write(failed.stderr.decode())
+            return 1
+        return 0
+    if arguments.write or arguments.check:
+        return write(only_compare=arguments.check)
+    tell()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

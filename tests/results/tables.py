@@ -1,0 +1,139 @@
+"""The tables of README and docs that show results, each made from its records."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from statistics import mean
+from typing import Any
+
+from examples.studies.comparison.table import tables as tables_of_comparison
+from tests.results.record import Record
+
+Records = Mapping[str, Record]
+OURS = "ours, diagnosed"
+MODELS = tuple(f"bam m{k}" for k in range(1, 7))
+TENDON, RIVAL = "TendonSolver, same step", "mujoco_warp, native tendon"
+
+
+def table(heads: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
+    """Return a Markdown table."""
+    lines = (heads, ["---"] * len(heads), *rows)
+    return "\n".join(f"| {' | '.join(map(str, line))} |" for line in lines)
+
+
+def about(values: Sequence[float], digits: int = 1) -> str:
+    """Return mean and range."""
+    low, high = min(values), max(values)
+    return f"{mean(values):.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"
+
+
+def held_out(record: Record, servo: str) -> tuple[list[float], list[float]]:
+    """Return our error and the best published model's on each split that has both [mrad]."""
+    splits = [rows for key, rows in record.figures.items() if key.startswith(servo)]
+    complete = [rows for rows in splits if {OURS, *MODELS} <= rows.keys()]
+    errors = [{name: row["held_out"] for name, row in rows.items()} for rows in complete]
+    return [row[OURS] for row in errors], [min(row[name] for name in MODELS) for row in errors]
+
+
+def hands_of(record: Record, motor: str) -> list[list[float]]:
+    """Return what ten hands turn with the policy of each seed [rad/min]."""
+    rows = [record.figures[f"cpu_{motor}_{seed}"]["hands"] for seed in record.seeds]
+    return [[hand["turned_rad_per_min"] for hand in hands] for hands in rows]
+
+
+def step_time(record: Record, engine: str, worlds: int) -> float:
+    """Return the time of a control step [ms]."""
+    rows = record.figures["mechanics"]["rows"]
+    return next(r["milliseconds"] for r in rows if (r["engine"], r["worlds"]) == (engine, worlds))
+
+
+def servo(kept: Records, name: str) -> tuple[str, str]:
+    """Return our error on a servo's conditions left out, and that of the best published models."""
+    ours, theirs = held_out(kept["comparison"], name)
+    return f"{about(ours)} mrad", f"best of six published models: {about(theirs)}"
+
+
+def arm(kept: Records) -> tuple[str, str]:
+    """Return what is left of the error of six joints."""
+    rows = kept["so101"].figures["joints"]
+    left = [100.0 * row["found_mrad"] / row["told_mrad"] for row in rows.values()]
+    shares = kept["so101"].figures["pairs"]
+    return (
+        f"{about(left, 0)} %",
+        f"squared, 18 pairs: {100 * shares['diagnosed']:.1f} %; "
+        f"four fixed numbers {100 * shares['four numbers']:.1f} %",
+    )
+
+
+def units(kept: Records) -> tuple[str, str]:
+    """Return the squared error that a diagnosis removes on virtual benches."""
+    rows = kept["units"].figures
+    before, after = ([row[f"angle_{when}_mrad"] for row in rows] for when in ("before", "after"))
+    removed = about([row["removed"] for row in rows], 0)
+    return f"{removed} %", f"angle: {mean(before):.0f} to {mean(after):.0f} mrad RMS"
+
+
+def ball(kept: Records) -> tuple[str, str]:
+    """Return what policies turn that were trained on a diagnosed motor, and on the data sheet's."""
+    record = kept["turning_hands"]
+    hands = [hands_of(record, motor) for motor in ("diagnosed", "nominal")]
+    ours, sheet = (about([mean(turned) for turned in seeds], 0) for seeds in hands)
+    off = [mean(abs(one - 60.0) for turned in seeds for one in turned) for seeds in hands]
+    return f"{ours} rad/min", f"data sheet: {sheet}; away from 60: {off[0]:.0f} and {off[1]:.0f}"
+
+
+def fingers(kept: Records) -> tuple[str, str]:
+    """Return how much faster fingers are simulated than by MuJoCo on a GPU."""
+    times = [step_time(kept["gpu"], engine, 65536) for engine in (RIVAL, TENDON)]
+    return f"{times[0] / times[1]:.0f} times", f"{times[1]:.3f} and {times[0]:.1f} ms a step"
+
+
+Cells = Callable[[Records], tuple[str, str]]
+README: dict[str, tuple[str, Cells]] = {
+    "[Real STS3215 servo](docs/comparison.md): angle error on conditions left out": (
+        "comparison",
+        lambda kept: servo(kept, "sts3215"),
+    ),
+    "[Real XL330 servo](docs/comparison.md#where-we-lose): the same": (
+        "comparison",
+        lambda kept: servo(kept, "xl330"),
+    ),
+    "[Real SO-101 arm](docs/lab/so101.md): RMS error left on unseen motions, six joints": (
+        "so101",
+        arm,
+    ),
+    "[Virtual fingers](docs/virtual_bench.md#from-this-bench-to-named-causes), twenty faults each:"
+    " squared error removed, ten units": ("units", units),
+    "[Ball on ten virtual hands](docs/policies.md#turning-a-ball), 60 rad/min asked, five seeds": (
+        "turning_hands",
+        ball,
+    ),
+    "[65,536 fingers on one H200](docs/speed.md#one-h200), as fast as `mujoco_warp`": (
+        "gpu",
+        fingers,
+    ),
+}
+"""Record and figures of each row of the README, by its words."""
+
+
+def readme(kept: Records) -> str:
+    """Return the README's results."""
+    rows = []
+    for words, (name, cells) in README.items():
+        number, beside = cells(kept)
+        record = kept[name]
+        measured = f"`{record.commit[:7]}`{f', {record.note}' if record.note else ''}"
+        rows.append((words, f"**{number}**", beside, measured))
+    return table(("result", "mean (range)", "beside it", "measured at"), rows)
+
+
+def comparison(kept: Records) -> str:
+    """Return the tables of the comparison."""
+    return tables_of_comparison(kept["comparison"].figures)
+
+
+TABLES: dict[str, tuple[str, Callable[[Records], str]]] = {
+    "readme": ("README.md", readme),
+    "comparison": ("docs/comparison.md", comparison),
+}
+"""File and maker of each table, by the name in its marks."""
