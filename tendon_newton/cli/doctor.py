@@ -1,21 +1,27 @@
-"""Examine a bench: ports, servo, load cell and clock, each with what to do about it.
+"""Examine a bench, or the joints of a LeRobotDataset, each with what to do about it.
 
-No motor moves. Without --port the serial ports that are there are listed. The exit code is 1 where
-something must be mended before data is worth taking.
+No motor moves. Without --port the serial ports that are there are listed. Of a dataset (v2, v3)
+each joint gets its offset, delay, lag, play, time in which it is held, missing and late rows, and
+passes or fails. The exit code is 1 where something must be mended before data is worth taking.
 
     tendon-newton doctor
     tendon-newton doctor --port /dev/ttyUSB0 --load-cell-port /dev/ttyACM0
     tendon-newton doctor --port virtual
     tendon-newton doctor --port /dev/ttyUSB0 --set-baud 1000000
     tendon-newton doctor --port /dev/ttyUSB0 --set-id 2
+    tendon-newton doctor DATASET
 """
 
 from __future__ import annotations
 
 import os
+import shlex
 import sys
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
+
+import tyro
 
 from tendon_newton.errors import InvalidParameter
 
@@ -30,8 +36,15 @@ COLOURS = {"good": 32, "note": 33, "fix": 31}
 
 @dataclass(frozen=True, kw_only=True)
 class Doctor:
-    """Bench to examine, and registers to change first."""
+    """Bench or dataset to examine, and registers to change first."""
 
+    dataset: tyro.conf.Positional[Path | None] = None
+    """Folder of a LeRobotDataset; no bench is looked at then."""
+    unit: str | None = None
+    """For a dataset: what its joints are in, rad, deg or percent; a percent is taken for a degree
+    where nobody says so."""
+    calibration: Path | None = None
+    """For a dataset: the arm's calibration file, which says what 100 percent are."""
     port: str | None = None
     """Serial port of the servo's adapter, or virtual[:BENCH[:SEED]]."""
     load_cell_port: str | None = None
@@ -48,6 +61,9 @@ class Doctor:
 
 def main(config: Doctor) -> None:
     """Examine, print, and leave with code 1 where something must be mended."""
+    if config.dataset is not None:
+        examine_joints(config, config.dataset)
+        return
     from hardware.doctor import examine, ports_of
     from hardware.doctor.servo_search import reboot_servos, set_baud, set_identifier
 
@@ -67,6 +83,35 @@ def main(config: Doctor) -> None:
         count += observation.verdict == "fix"
     print(f"{count or 'nothing'} to mend")
     if count:
+        raise SystemExit(EXIT_FIX)
+
+
+def examine_joints(config: Doctor, folder: Path) -> None:
+    """Examine a LeRobotDataset, print a row for each joint and what to type next."""
+    from tendon_newton.data.importers.lerobot import LeRobotUnits
+    from tendon_newton.data.importers.lerobot.examination import HEADINGS, examine_dataset
+
+    if config.port is not None:
+        raise InvalidParameter("a dataset is examined alone; --port names a bench beside it")
+    joints = examine_dataset(folder, LeRobotUnits(unit=config.unit, calibration=config.calibration))
+    width = max(len("joint"), *(len(joint.joint) for joint in joints))
+    print(f"      {'joint':{width}}  {HEADINGS}")
+    for joint in joints:
+        verdict = "fix" if joint.faults else "good"
+        print(f"{coloured(f'{verdict:5}', COLOURS[verdict])} {joint.joint:{width}}  {joint.text}")
+        for fault in joint.faults:
+            print(f"      {'':{width}}  -> {fault}")
+    failed = sum(bool(joint.faults) for joint in joints)
+    print(f"{failed or 'none'} of {len(joints)} joints to mend")
+    words = ["tendon-newton", "import", "lerobot", str(folder), "--out", "arm"]
+    if config.unit or any(joint.size != 1.0 for joint in joints):
+        words += ["--unit", config.unit or "deg"]
+    if config.calibration is not None:
+        words += ["--calibration", str(config.calibration)]
+    print(f"next: {shlex.join(words)}")
+    if config.unit is None and "--unit" in words:
+        print("      or --unit percent --calibration FILE, where the arm was recorded so")
+    if failed:
         raise SystemExit(EXIT_FIX)
 
 

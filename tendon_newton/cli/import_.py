@@ -15,6 +15,7 @@ Anybody's CSV, JSON and ROS 2 bags, with a file that says what is what:
 
 from __future__ import annotations
 
+import shlex
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -22,7 +23,13 @@ from typing import TYPE_CHECKING
 import tyro
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from tendon_newton.data.importers.imported import Imported
+    from tendon_newton.data.importers.writing import ImportReport
+
+SHOWN_EVIDENCE = 4
+"""Recordings of a kind of finding whose evidence is printed; import.txt has all."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,10 +75,8 @@ def main(config: ImportConfig) -> None:
     imported = read(config)
     refuse_unknown_benches(imported)
     parts = imported.parts() if config.joint is None else {}
-    if not parts:
-        write(config, imported, config.out)
-    for name, part in parts.items():
-        write(config, part, config.out / name)
+    outs = {config.out / name: part for name, part in parts.items()} or {config.out: imported}
+    show({out: write(config, part, out) for out, part in outs.items()})
 
 
 def refuse_foreign_options(config: ImportConfig) -> None:
@@ -114,12 +119,25 @@ def refuse_unknown_benches(imported: Imported) -> None:
         raise unknown_name("bench", bench, asset_names())
 
 
-def write(config: ImportConfig, imported: Imported, out: Path) -> None:
-    """Write a dataset and say what it is."""
+def write(config: ImportConfig, imported: Imported, out: Path) -> ImportReport:
+    """Write a dataset."""
     from tendon_newton.data.importers.split import read_conditions, split_logs
     from tendon_newton.data.importers.writing import write_import
 
     test = read_conditions(config.test, "--test")
     train = read_conditions(config.train, "--train")
-    report = write_import(imported, split_logs(imported.logs, test, train), out)
-    print(f"{out}: {report.text}")
+    return write_import(imported, split_logs(imported.logs, test, train), out)
+
+
+def show(reports: Mapping[Path, ImportReport]) -> None:
+    """Say what each dataset holds, what was found in any of them, and what to type next."""
+    from tendon_newton.data.checks.finding import findings_text
+
+    for out, report in reports.items():
+        print(f"{out}: " + "\n".join(report.split_lines))
+    found = dict.fromkeys(finding for report in reports.values() for finding in report.findings)
+    print("\n".join(findings_text(found, SHOWN_EVIDENCE)))
+    print("next:")
+    for out in reports:
+        words = ["tendon-newton", "diagnose", str(out), "--out", f"{out}_diagnosis"]
+        print(f"  {shlex.join(words)}")

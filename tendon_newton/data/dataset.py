@@ -1,6 +1,7 @@
 """A dataset: a folder of recordings with ``dataset.toml``, split by recording."""
 
 import os.path
+import shlex
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -152,6 +153,8 @@ def listed_files(path: Path) -> tuple[str, ...]:
 def read_entries(path: Path) -> list[Entry]:
     """Read and check ``dataset.toml`` without opening the recordings."""
     where = path / FILE_NAME
+    if not where.exists():
+        refuse_other_folder(path)
     table = read_toml(where, InvalidDataset, f"a dataset is a folder with {FILE_NAME}")
     refuse_unknown_keys(table, ("recordings",), str(where), InvalidDataset)
     entries = table.get("recordings", [])
@@ -168,6 +171,19 @@ def read_entries(path: Path) -> list[Entry]:
                 f"{file!r} is listed {count} times"
             )
     return entries
+
+
+def refuse_other_folder(path: Path) -> None:
+    """Refuse a folder of datasets and a LeRobotDataset with the commands that take them."""
+    if parts := sorted(file.parent for file in path.glob(f"*/{FILE_NAME}")):
+        commands = [["tendon-newton", "diagnose", f"{p}", "--out", f"{p}_diagnosis"] for p in parts]
+        raise InvalidDataset(
+            f"{path}: a dataset is a folder with {FILE_NAME}; this one holds {len(parts)} such "
+            f"folders. One by one: {'; '.join(map(shlex.join, commands))}"
+        )
+    if (path / "meta" / "info.json").is_file():
+        command = shlex.join(["tendon-newton", "import", "lerobot", f"{path}", "--out", "arm"])
+        raise InvalidDataset(f"{path}: is a LeRobotDataset, to be imported first: {command}")
 
 
 def check_entry(entry: Entry, where: str) -> None:

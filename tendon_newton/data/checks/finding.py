@@ -1,6 +1,6 @@
 """One thing about recorded data that a reader of results must know."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -23,8 +23,13 @@ class Finding:
     """``defect``: wrong as it stands; ``caution``: misleads a fit; ``note``: good to know."""
 
 
-def findings_text(findings: Sequence[Finding]) -> list[str]:
-    """Write each kind of finding once, the worst first, with its evidence by recording."""
+def findings_text(findings: Iterable[Finding], most: int | None = None) -> list[str]:
+    """Write each kind of finding once, the worst first, with its evidence by recording.
+
+    Args:
+        findings: What was found.
+        most: Recordings of a kind whose evidence is written; all by default.
+    """
     kinds: dict[tuple[str, str, str], list[Finding]] = {}
     for finding in sorted(findings, key=lambda f: SEVERITIES.index(f.severity)):
         kind = (finding.severity, finding.channel, finding.consequence)
@@ -33,5 +38,7 @@ def findings_text(findings: Sequence[Finding]) -> list[str]:
     for (severity, channel, consequence), group in kinds.items():
         lines += ["", f"{severity}, {channel}: {consequence}"]
         width = max(len(finding.recording) for finding in group)
-        lines += [f"  {finding.recording:{width}}  {finding.evidence}" for finding in group]
+        lines += [f"  {finding.recording:{width}}  {finding.evidence}" for finding in group[:most]]
+        if most is not None and len(group) > most:
+            lines += [f"  and {len(group) - most} more recordings"]
     return lines

@@ -26,8 +26,8 @@ class ImportReport:
     """Everything found in the logs that were written."""
 
     @property
-    def text(self) -> str:
-        """The report for a reader: each kind of finding once, with its evidence by file."""
+    def split_lines(self) -> list[str]:
+        """How many recordings were written, and what was not."""
         split = self.split
         lines = [f"{len(split.train)} train, {len(split.test)} test recordings"]
         if split.left_out:
@@ -35,7 +35,12 @@ class ImportReport:
             lines += [f"left out, selected by no condition: {names}"]
         if not split.test:
             lines += ["no test split: a diagnosis needs one; name its logs with --test"]
-        return "\n".join(lines + findings_text(self.findings))
+        return lines
+
+    @property
+    def text(self) -> str:
+        """The report for a reader: each kind of finding once, with its evidence by file."""
+        return "\n".join(self.split_lines + findings_text(self.findings))
 
 
 def write_import(imported: Imported, split: Split, out: Path) -> ImportReport:

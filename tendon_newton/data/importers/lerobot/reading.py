@@ -13,7 +13,7 @@ from tendon_newton.data.importers.lerobot.info import INFO, JointPlace, LeRobotI
 from tendon_newton.data.importers.lerobot.rows import LeRobotRows, read_rows
 from tendon_newton.data.importers.lerobot.units import LeRobotUnits, sizes_of
 from tendon_newton.data.model_file import Model, NamedValues
-from tendon_newton.data.recording import Recording
+from tendon_newton.data.recording import Array, Recording
 from tendon_newton.errors import InvalidRecording, TendonNewtonError, listed, unknown_name
 
 LEAST_ROWS = 2
@@ -38,25 +38,11 @@ def read_lerobot(
         UnknownName: No such joint; the message lists the known ones.
         MissingDependency: pyarrow is not installed.
     """
-    if not folder.is_dir():
-        came = "it is a file" if folder.exists() else "no such folder"
-        raise InvalidRecording(f"{folder}: a LeRobotDataset is a folder with {INFO}; {came}")
-    info = read_info(folder)
+    info, rows = read_joints(folder)
     joints = [place for place in info.joints if joint in (None, place.name)]
     if not joints:
         raise unknown_name("joint", str(joint), [place.name for place in info.joints])
-    rows = read_rows(folder)
-    for place in joints:
-        if place.command >= rows.command.shape[1] or place.state >= rows.state.shape[1]:
-            raise InvalidRecording(
-                f"{folder}: {INFO} names more joints than a row has: {rows.command.shape[1]} "
-                f"commanded, {rows.state.shape[1]} measured"
-            )
-    numbers = {
-        place.name: np.concatenate([rows.command[:, place.command], rows.state[:, place.state]])
-        for place in joints
-    }
-    sizes = sizes_of(units, numbers)
+    sizes = sizes_of(units, numbers_of_joints(rows, joints))
     digest = content_hash((folder / INFO).read_bytes() + rows.state.tobytes())
     kept = [place for place in joints if place.name in sizes]
     if not kept:
@@ -74,6 +60,35 @@ def read_lerobot(
         findings=tuple(findings_of(info, rows, joints, kept)),
         apart="joint",
     )
+
+
+def read_joints(folder: Path) -> tuple[LeRobotInfo, LeRobotRows]:
+    """Read what a folder says of its joints, and its rows.
+
+    Raises:
+        InvalidRecording: It is no LeRobotDataset, or it is damaged.
+        MissingDependency: pyarrow is not installed.
+    """
+    if not folder.is_dir():
+        came = "it is a file" if folder.exists() else "no such folder"
+        raise InvalidRecording(f"{folder}: a LeRobotDataset is a folder with {INFO}; {came}")
+    info = read_info(folder)
+    rows = read_rows(folder)
+    for place in info.joints:
+        if place.command >= rows.command.shape[1] or place.state >= rows.state.shape[1]:
+            raise InvalidRecording(
+                f"{folder}: {INFO} names more joints than a row has: {rows.command.shape[1]} "
+                f"commanded, {rows.state.shape[1]} measured"
+            )
+    return info, rows
+
+
+def numbers_of_joints(rows: LeRobotRows, joints: Sequence[JointPlace]) -> dict[str, Array]:
+    """Return all numbers of each joint, commanded and measured, in the dataset's unit."""
+    return {
+        place.name: np.concatenate([rows.command[:, place.command], rows.state[:, place.state]])
+        for place in joints
+    }
 
 
 def joint_logs(

@@ -19,6 +19,7 @@ from tendon_newton.data.files.values import is_table
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidParameter, InvalidRecording, listed, shown, unknown_name
 
+DEGREE = pi / 180.0
 UNITS = ("rad", "deg", "percent")
 COUNT = 2.0 * pi / 4096.0  # [rad] of the encoders of LeRobot's arms
 GRIPPER = "gripper"
@@ -64,7 +65,7 @@ def sizes_of(units: LeRobotUnits, joints: Mapping[str, Array]) -> dict[str, floa
         if unit == "rad":
             sizes[name] = 1.0
         elif unit == "deg" and not gripper:
-            sizes[name] = pi / 180.0
+            sizes[name] = DEGREE
         elif name in ranges:
             sizes[name] = ranges[name] / (100.0 if gripper else 200.0)
         elif unit == "percent" and not gripper:
@@ -72,6 +73,21 @@ def sizes_of(units: LeRobotUnits, joints: Mapping[str, Array]) -> dict[str, floa
                 f"{units.calibration}: must hold the joint {name!r}; it holds {listed(ranges)}"
             )
     return sizes
+
+
+def angle_sizes(units: LeRobotUnits, joints: Mapping[str, Array]) -> dict[str, float]:
+    """Return the size of each joint's unit [rad], about where nobody says: a percent is a degree.
+
+    Args:
+        units: What was said.
+        joints: All numbers of each joint.
+    """
+    sizes = dict.fromkeys(joints, DEGREE)
+    if units.unit is not None or units.calibration is not None:
+        return sizes | sizes_of(units, joints)
+    small = [name for name in joints if np.abs(joints[name]).max() <= RADIANS_AT_MOST]
+    arm = [name for name in joints if GRIPPER not in name]
+    return sizes | dict.fromkeys(small, 1.0) if set(arm) <= set(small) else sizes
 
 
 def guess(joints: Mapping[str, Array]) -> str:

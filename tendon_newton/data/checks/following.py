@@ -1,0 +1,180 @@
+r"""How a shaft follows its command, from positions alone: delay, lag, play and offset.
+
+.. math:: y = \operatorname{play}_w\bigl(L_\tau u(t - d)\bigr) + c
+
+with the command :math:`u` held until its next row, a first-order lag :math:`L_\tau` and the play
+operator of width :math:`w`. The four numbers are those with the least squared error. No load is
+modelled: what a servo sags under its own arm is part of the offset.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tendon_newton.data.recording import Array, Mask
+
+STILL = 0.1  # [rad/s] slower counts as standing still
+HELD_ERROR = 0.1  # [rad] no lag of a moving position servo reaches it for so long
+HELD_TIME = 0.5  # [s] shorter is a servo on its way
+SETTLING = 0.5  # [s] from a first row, whose past is not known
+DELAYS = np.arange(0.0, 0.31, 0.02)  # [s] where the search begins
+LAGS = (0.001, 0.03, 0.06, 0.12, 0.2)  # [s] likewise
+PLAYS = (0.0, 0.02, 0.06, 0.2)  # [rad] likewise
+STEP = 1.0e-3  # [s] of delay and lag and [rad] of play, for the slopes of the residual
+DAMPING = (0.0, 0.1, 1.0, 10.0)  # [1] of the slopes' squares; the best of these is taken
+ROUNDS = 12
+
+
+@dataclass(frozen=True, kw_only=True)
+class Motion:
+    """One uninterrupted stretch of a joint."""
+
+    time: Array
+    """[s], strictly increasing, shape (T,)."""
+    command: Array
+    """[rad], held until the next row, shape (T,)."""
+    position: Array
+    """[rad], shape (T,)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Following:
+    """How a joint follows."""
+
+    delay: float
+    """[s]"""
+    lag: float
+    """Time constant [s]."""
+    play: float
+    """Width [rad]."""
+    offset: float
+    """Median over the motions of position minus what the other three make of the command [rad]."""
+    offsets: tuple[float, ...]
+    """The same of each motion [rad]."""
+    residual: float
+    """What the four numbers leave, RMS [rad]."""
+    motion: float
+    """Standard deviation of the positions [rad]."""
+
+
+def follow(motions: Sequence[Motion]) -> Following:
+    """Fit the four numbers; rows in which something holds the joint do not count.
+
+    Args:
+        motions: In some of which the joint moves.
+    """
+    used = [free_rows(motion) for motion in motions]
+
+    def residual(numbers: Array) -> Array:
+        parts = [
+            residual_of(motion, numbers)[mask]
+            for motion, mask in zip(motions, used, strict=True)
+            if mask.any()
+        ]
+        return np.concatenate([part - part.mean() for part in parts] or [np.zeros(1)])
+
+    def error(numbers: Array) -> float:
+        return float(np.mean(residual(numbers) ** 2))
+
+    starts = [np.array([delay, lag, 0.0]) for delay in DELAYS for lag in LAGS]
+    first = min(starts, key=error)
+    starts = [np.array([*first[:2], width]) for width in PLAYS]
+    best = min((refine(residual, start) for start in starts), key=error)
+    offsets = tuple(
+        float(np.median(residual_of(motion, best)[mask if mask.any() else slice(None)]))
+        for motion, mask in zip(motions, used, strict=True)
+    )
+    delay, lag, width = map(float, best)
+    positions = np.concatenate([motion.position for motion in motions])
+    return Following(
+        delay=delay,
+        lag=lag,
+        play=width,
+        offset=float(np.median(offsets)),
+        offsets=offsets,
+        residual=float(np.sqrt(error(best))),
+        motion=float(positions.std()),
+    )
+
+
+def free_rows(motion: Motion) -> Mask:
+    """Tell which rows lie some time after the first one and away from all in which it is held."""
+    time = motion.time
+    begin = time[np.r_[True, held_rows(motion)[1:]]]  # the first row has no past
+    nearest = np.searchsorted(begin, time)
+    since = time - begin[np.maximum(0, nearest - 1)]
+    until = np.r_[begin, np.inf][nearest] - time
+    return np.minimum(np.abs(since), until) > SETTLING
+
+
+def refine(residual: Callable[[Array], Array], start: Array) -> Array:
+    """Walk to the least square of a residual by damped steps of Gauss and Newton, none below 0."""
+    best, found = start, residual(start)
+    for _ in range(ROUNDS):
+        slopes = np.stack([(residual(best + step) - found) / STEP for step in STEP * np.eye(3)], 1)
+        square, pull = slopes.T @ slopes, slopes.T @ found
+        tried = [
+            np.maximum(0.0, best - np.linalg.pinv(square + d * np.diag(np.diag(square))) @ pull)
+            for d in DAMPING
+        ]
+        residuals = [residual(numbers) for numbers in tried]
+        k = int(np.argmin([new @ new for new in residuals]))
+        if residuals[k] @ residuals[k] >= found @ found:
+            break
+        best, found = tried[k], residuals[k]
+    return best
+
+
+def residual_of(motion: Motion, numbers: Array) -> Array:
+    """Return position minus what delay [s], lag [s] and play [rad] make of the command."""
+    delay, lag, width = numbers
+    return motion.position - play(lagged(motion, delay, lag), 0.5 * width)
+
+
+def lagged(motion: Motion, delay: float, lag: float) -> Array:
+    """Return a held command behind a delay and a first-order lag [rad], shape (T,), exactly."""
+    time, command = motion.time, motion.command
+    lag = max(lag, 1.0e-6)
+    decay = np.exp(-np.diff(time) / lag)
+    scale, shift = np.r_[1.0, decay], np.r_[0.0, (1.0 - decay) * command[:-1]]
+    step = 1
+    while step < len(time):  # compose z_k = scale_k z_(k-1) + shift_k over twice as many rows
+        shift[step:] += scale[step:] * shift[:-step]
+        scale[step:] = scale[step:] * scale[:-step]
+        step *= 2
+    state = scale * command[0] + shift
+    row = np.clip(np.searchsorted(time, time - delay, side="right") - 1, 0, None)
+    since = np.maximum(0.0, time - delay - time[row])
+    return command[row] + (state[row] - command[row]) * np.exp(-since / lag)
+
+
+def play(drive: Array, half: float) -> Array:
+    """Return what follows a drive through play of half a width [rad], shape (T,).
+
+    Each row clips what was before to ``drive - half .. drive + half``; clips compose to clips.
+    """
+    low, high = drive - half, drive + half
+    step = 1
+    while step < len(drive):
+        before = np.clip(low[:-step], low[step:], high[step:])
+        high[step:] = np.clip(high[:-step], low[step:], high[step:])
+        low[step:] = before
+        step *= 2
+    return np.clip(drive[0], low, high)
+
+
+def held_rows(motion: Motion) -> Mask:
+    """Tell in which rows a joint stands far from its command, or falls back, for long.
+
+    Something solid is in the way there, or the servo has let go. A constant offset does not count.
+    """
+    short = motion.command - motion.position
+    short = short - np.median(short)
+    speed = np.gradient(motion.position, motion.time)
+    stands = (np.abs(short) > HELD_ERROR) & (np.sign(short) * speed < STILL)
+    edges = np.flatnonzero(np.diff(np.r_[False, stands, False]))
+    held = np.zeros(len(short), dtype=np.bool_)
+    for first, last in zip(edges[::2], edges[1::2], strict=True):
+        held[first:last] = motion.time[last - 1] - motion.time[first] >= HELD_TIME
+    return held

@@ -1,0 +1,182 @@
+"""Examination of LeRobotDatasets: what was planted in an arm is told, joint by joint."""
+
+import json
+from math import pi
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pytest
+from pyarrow import parquet
+
+from tendon_newton.cli import main
+from tendon_newton.data.importers.lerobot.examination import JointExamination, examine_dataset
+from tests.importers.lerobot_files import lists
+
+DEGREE = pi / 180.0
+COUNT = 2.0 * pi / 4096.0
+RATE, ROWS, SUBSTEPS = 30.0, 900, 40
+
+
+def servo(command: np.ndarray, delay: float, lag: float, play: float, offset: float) -> np.ndarray:
+    """Step a servo finely, one substep after the other; the encoder counts in 4096ths of a turn."""
+    step = 1.0 / RATE / SUBSTEPS
+    late = np.r_[np.full(round(delay / step), command[0]), np.repeat(command, SUBSTEPS)]
+    drive = shaft = command[0]
+    seen = []
+    for k in range(len(command) * SUBSTEPS):
+        if k % SUBSTEPS == 0:
+            seen.append(shaft)
+        drive += (late[k] - drive) * (1.0 - np.exp(-step / lag))
+        shaft = min(max(shaft, drive - play / 2.0), drive + play / 2.0)
+    return COUNT * np.round((np.array(seen) + offset) / COUNT)
+
+
+def teleoperated(rng: np.random.Generator) -> np.ndarray:
+    """Make a joint's command: from place to place at several speeds [rad]."""
+    instants = np.cumsum(rng.uniform(0.4, 2.0, ROWS))
+    return np.interp(np.arange(ROWS) / RATE, instants, rng.uniform(-0.8, 0.8, ROWS))
+
+
+def write_arm(
+    folder: Path, joints: dict[str, np.ndarray], time: np.ndarray, version: str = "v3.0"
+) -> Path:
+    """Write one episode; each joint's columns are command and angle, in degrees."""
+    (folder / "meta").mkdir(parents=True)
+    feature = {"shape": [len(joints)], "names": [f"{name}.pos" for name in joints]}
+    features = {"action": feature, "observation.state": feature}
+    info = {"codebase_version": version, "fps": RATE, "features": features}
+    (folder / "meta" / "info.json").write_text(json.dumps(info))
+    command, state = (np.stack([pair[:, k] for pair in joints.values()], 1) for k in (0, 1))
+    table = {
+        "action": lists(command / DEGREE, fixed=True),
+        "observation.state": lists(state / DEGREE, fixed=True),
+        "timestamp": time,
+        "episode_index": np.zeros(len(time), int),
+    }
+    name = "file-000" if version == "v3.0" else "episode_000000"
+    path = folder / "data" / "chunk-000" / f"{name}.parquet"
+    path.parent.mkdir(parents=True)
+    parquet.write_table(pa.table(table), path)
+    return folder
+
+
+def examined(
+    folder: Path, position: np.ndarray, command: np.ndarray, time: np.ndarray | None = None
+) -> JointExamination:
+    """Examine an arm of one joint."""
+    time = np.arange(len(command)) / RATE if time is None else time
+    write_arm(folder, {"elbow_flex": np.stack([command, position], 1)}, time)
+    (joint,) = examine_dataset(folder)
+    return joint
+
+
+@pytest.mark.parametrize(
+    ("delay", "lag", "play", "offset"),
+    [(0.033, 0.077, 0.0, 17.0), (0.060, 0.040, 2.0, -1.0), (0.100, 0.020, 6.0, 0.0)],
+)
+def test_what_was_planted_in_a_joint_is_told(
+    delay: float, lag: float, play: float, offset: float, tmp_path: Path, rng: np.random.Generator
+) -> None:
+    """Delay and lag to 5 ms, a sixth of a row; angles to a third of a degree, four counts."""
+    command = teleoperated(rng)
+    position = servo(command, delay, lag, play * DEGREE, offset * DEGREE)
+    joint = examined(tmp_path / "arm", position, command)
+    found = joint.following
+    assert found is not None
+    assert (found.delay, found.lag) == pytest.approx((delay, lag), abs=0.005)
+    assert (found.play, found.offset) == pytest.approx(
+        (play * DEGREE, offset * DEGREE), abs=DEGREE / 3.0
+    )
+    assert bool(joint.faults) == (abs(offset) > 5.0 or play > 5.0)
+
+
+def test_a_sound_joint_passes(tmp_path: Path, rng: np.random.Generator) -> None:
+    """As of an SO-101: 90 ms late, 1 degree of play, 2 degrees of sag."""
+    command = teleoperated(rng)
+    position = servo(command, 0.03, 0.06, 1.0 * DEGREE, 2.0 * DEGREE)
+    joint = examined(tmp_path / "arm", position, command)
+    assert (joint.faults, joint.dropped, joint.late) == ((), 0, 0)
+
+
+def test_rows_that_are_missing_or_late_are_counted(
+    tmp_path: Path, rng: np.random.Generator
+) -> None:
+    """Twelve rows left out, ten stamped half a period late, and no row is both."""
+    command = teleoperated(rng)
+    position = servo(command, 0.03, 0.06, 0.0, 0.0)
+    time = np.arange(ROWS) / RATE
+    time[50:150:10] += 0.5 / RATE
+    kept = np.setdiff1d(np.arange(ROWS), np.r_[200:206, 300:304, 500, 600])
+    joint = examined(tmp_path / "arm", position[kept], command[kept], time[kept])
+    assert (joint.dropped, joint.late) == (12, 10)
+    assert any("missing" in fault for fault in joint.faults)
+
+
+def test_an_angle_that_was_not_read_anew_is_late(tmp_path: Path, rng: np.random.Generator) -> None:
+    """The row before again, amid a motion."""
+    command = 0.5 * np.sin(np.arange(ROWS) / RATE)
+    position = servo(command, 0.03, 0.06, 0.0, 0.0)
+    again = np.arange(10, ROWS, 94)  # a period of the sine: where it moves fastest
+    position[again] = position[again - 1]
+    assert examined(tmp_path / "arm", position, command).late == len(again)
+
+
+def test_a_joint_that_is_held_fails(tmp_path: Path, rng: np.random.Generator) -> None:
+    """It stands for four of thirty seconds while its command goes on; the rest is told as ever."""
+    command = teleoperated(rng)
+    position = servo(command, 0.03, 0.06, 0.0, 0.0)
+    position[400:520] = position[400]
+    joint = examined(tmp_path / "arm", position, command)
+    assert any("held short of its command" in fault for fault in joint.faults)
+    assert joint.following is not None
+    assert joint.following.delay + joint.following.lag == pytest.approx(0.09, abs=0.01)
+
+
+def test_what_is_no_goal_of_the_joint_is_said(tmp_path: Path, rng: np.random.Generator) -> None:
+    """Where action holds something else, no delay and no play are told as if they were."""
+    joint = examined(tmp_path / "arm", teleoperated(rng), teleoperated(rng))
+    assert "action must hold the goal" in joint.faults[0]
+
+
+@pytest.mark.parametrize("version", ["v2.1", "v3.0"])
+def test_the_verb_examines_all_joints_and_says_what_comes_next(
+    version: str, tmp_path: Path, rng: np.random.Generator, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One row for each joint; code 1 where one fails; the next command runs as it stands."""
+    commands = [teleoperated(rng) for _ in range(2)]
+    positions = [servo(u, 0.03, 0.06, 0.0, k * 9.0 * DEGREE) for k, u in enumerate(commands)]
+    pairs = [np.stack(pair, 1) for pair in zip(commands, positions, strict=True)]
+    joints = dict(zip(("shoulder_pan", "elbow_flex"), pairs, strict=True))
+    folder = write_arm(tmp_path / "arm", joints, np.arange(ROWS) / RATE, version)
+    assert main(["doctor", str(folder)]) == 1
+    said = capsys.readouterr().out
+    assert "good  shoulder_pan" in said
+    assert "fix   elbow_flex" in said
+    assert "1 of 2 joints to mend" in said
+    (command,) = (line for line in said.splitlines() if line.startswith("next: tendon-newton "))
+    words = command.split()[2:]
+    words[words.index("--out") + 1] = str(tmp_path / "out")
+    assert main(words) == 0
+
+
+def test_a_folder_of_joints_names_the_command_of_each(
+    tmp_path: Path, rng: np.random.Generator, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A LeRobotDataset, and what became of it, are no dataset; each is refused with what to type.
+
+    The import tells once what all joints have in common.
+    """
+    pair = np.stack([teleoperated(rng)] * 2, 1)
+    folder = write_arm(tmp_path / "raw", {"pan": pair, "lift": pair}, np.arange(ROWS) / RATE)
+    out = tmp_path / "arm"
+    assert main(["diagnose", str(folder), "--out", str(tmp_path / "x")]) == 2
+    assert f"tendon-newton import lerobot {folder}" in capsys.readouterr().err
+    assert main(["import", "lerobot", str(folder), "--out", str(out), "--unit", "deg"]) == 0
+    said = capsys.readouterr().out
+    assert said.count("no speed was logged") == 1
+    assert f"tendon-newton diagnose {out / 'lift'} --out" in said
+    assert main(["diagnose", str(out), "--out", str(tmp_path / "x")]) == 2
+    message = capsys.readouterr().err
+    assert f"tendon-newton diagnose {out / 'lift'} --out {out / 'lift'}_diagnosis" in message
+    assert f"tendon-newton diagnose {out / 'pan'} --out {out / 'pan'}_diagnosis" in message
