@@ -1,10 +1,11 @@
-"""From a virtual bench to named causes: what the diagnosis leaves, and how much of it is true.
+"""From a virtual bench to named causes: what the diagnosis leaves, and which names are deserved.
 
-``python -m examples.studies.units 50 51 52 --out DIR [--plan paper] [--jobs N]``
+``python -m examples.studies.units 50 51 52 --out DIR [--plan paper] [--wear planted] [--jobs N]``
+``python -m examples.studies.units --out DIR --score`` scores what is in DIR.
 
 Each unit is recorded and diagnosed by the two commands that a newcomer types, from the data sheet's
-servo. What is in DIR already is not done again. A unit's plant is written beside its recordings, so
-that causes and their intervals can be held against the truth.
+servo. What is in DIR already is not done again. A unit's plant is written beside its recordings.
+``faults_N.json`` says how far each fault moves the test runs, ``score.json`` has the result.
 """
 
 import argparse
@@ -14,38 +15,19 @@ import sys
 import time
 import tomllib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
-from statistics import median
 from typing import Any
 
+from examples.studies.unit_faults import faults_of
+from examples.studies.unit_score import Mark, mark, summary
+from tendon_newton.data.files.json_file import write_json
+from tendon_newton.data.files.origin import git_commit
 from tendon_newton.scheduler import JobOptions, completed
 
 PROGRAM = (sys.executable, "-m", "tendon_newton")
-
-
-@dataclass(frozen=True, kw_only=True)
-class Answer:
-    """What came of one unit."""
-
-    verdict: str
-    left: dict[str, float]
-    """Share of the squared held-out error above the noise that is left, by signal [1]."""
-    seconds: dict[str, float]
-    """Wall time of each command [s]."""
-    named: tuple[str, ...]
-    true: tuple[str, ...]
-    """Those of the named causes that the plant has, whatever it calls its numbers."""
-    held: int
-    """Numbers of the plant that lie inside their 95 % interval."""
-    asked: int
-    """Numbers that have an interval and that the plant states."""
-
-    @property
-    def removed(self) -> float:
-        """Share of the squared held-out error that is gone, signals counting alike [1]."""
-        return 1.0 - sum(self.left.values()) / len(self.left)
+SCORE = "score.json"
 
 
 def timed(arguments: Sequence[str], log: Path) -> float:
@@ -56,13 +38,13 @@ def timed(arguments: Sequence[str], log: Path) -> float:
     return time.monotonic() - start
 
 
-def answer_of(unit: int, *, plan: str, out: Path, budget: str | None) -> Answer:
-    """Record and diagnose one unit, or read what was found before."""
+def answer_of(unit: int, *, plan: str, wear: str, out: Path, budget: str | None) -> Mark:
+    """Record and diagnose one unit unless that is done, and score the answer."""
     recordings, found = out / f"recordings_{unit}", out / f"answer_{unit}"
     times = out / f"seconds_{unit}.json"
-    seconds = json.loads(times.read_text(encoding="utf-8")) if times.exists() else {}
+    seconds = read(times) if times.exists() else {}
     commands = {
-        "collect": ("--plan", plan, "--port", f"virtual::{unit}", "--faster-than-real-time",
+        "collect": ("--plan", plan, "--port", f"virtual::{unit}:{wear}", "--faster-than-real-time",
                     "--out", str(recordings)),
         "diagnose": (str(recordings), "--out", str(found),
                      *(() if budget is None else ("--budget", budget))),
@@ -70,9 +52,27 @@ def answer_of(unit: int, *, plan: str, out: Path, budget: str | None) -> Answer:
     for verb, arguments in commands.items():
         if verb not in seconds:
             seconds[verb] = timed((verb, *arguments), out / f"{verb}_{unit}.log")
-            times.write_text(json.dumps(seconds), encoding="utf-8")
-    diagnosis = json.loads((found / "diagnosis.json").read_text(encoding="utf-8"))
-    return compare(diagnosis, truth_of(recordings), seconds)
+            write_json(times, seconds)
+    faults = out / f"faults_{unit}.json"
+    if not faults.exists():
+        write_json(faults, faults_of(unit, plan, wear))
+    return score_of(unit, out)
+
+
+def score_of(unit: int, out: Path) -> Mark:
+    """Score the answer that a folder has for a unit."""
+    return mark(
+        unit,
+        read(out / f"answer_{unit}" / "diagnosis.json"),
+        truth_of(out / f"recordings_{unit}"),
+        read(out / f"faults_{unit}.json"),
+        read(out / f"seconds_{unit}.json"),
+    )
+
+
+def read(path: Path) -> Any:
+    """Return the contents of a JSON file that a run has left."""
+    return json.loads(path.read_text(encoding="utf-8"))
 
 
 def truth_of(recordings: Path) -> dict[str, list[dict[str, float]]]:
@@ -84,64 +84,40 @@ def truth_of(recordings: Path) -> dict[str, list[dict[str, float]]]:
     return truth
 
 
-def compare(
-    diagnosis: dict[str, Any], truth: dict[str, list[dict[str, float]]], seconds: dict[str, float]
-) -> Answer:
-    """Hold an answer against the plant."""
-    left: dict[str, float] = {}
-    for signal in ("theta", "force"):
-        noise = diagnosis["noise_floor"].get(signal)
-        if noise is not None:
-            before, after = (diagnosis[k][f"{signal}_rmse"] for k in ("baseline", "extended"))
-            left[signal] = max(0.0, after**2 - noise**2) / (before**2 - noise**2)
-    held = asked = 0
-    for effect in diagnosis["effects"]:
-        for name, estimate in effect["parameters"].items():
-            stated = [numbers[name] for numbers in truth.get(effect["name"], []) if name in numbers]
-            low, high = estimate["ci95"]
-            asked += bool(stated)
-            held += bool(stated) and low <= median(stated) <= high
-    named = tuple(effect["name"] for effect in diagnosis["effects"])
-    return Answer(
-        verdict=diagnosis["verdict"],
-        left=left,
-        seconds=seconds,
-        named=named,
-        true=tuple(name for name in named if name in truth),
-        held=held,
-        asked=asked,
-    )
+def answered(out: Path) -> list[int]:
+    """Return the units whose answers a folder has."""
+    return sorted(int(p.parent.name.split("_")[1]) for p in out.glob("answer_*/diagnosis.json"))
 
 
 def main() -> None:
     """Print a row for each unit and what they come to."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("units", type=int, nargs="+")
+    parser.add_argument("units", type=int, nargs="*")
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--plan", default="quick")
+    parser.add_argument("--wear", default="new")
     parser.add_argument("--budget")
     parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--score", action="store_true", help="score what is there, do nothing anew")
     a = parser.parse_args()
     a.out.mkdir(parents=True, exist_ok=True)
-    work = partial(answer_of, plan=a.plan, out=a.out, budget=a.budget)
-    answers: list[Answer] = []
-    print("unit  verdict            removed  angle left  force left  collect  diagnose  causes")
-    for unit, found in completed(work, a.units, JobOptions(jobs=a.jobs)):
-        answers.append(found)
-        false = [name for name in found.named if name not in found.true]
-        print(
-            f"{unit:4d}  {found.verdict:17s}  {found.removed:6.1%}  "
-            f"{found.left.get('theta', 0.0):10.1%}  {found.left.get('force', 0.0):10.1%}  "
-            f"{found.seconds['collect']:5.0f} s  {found.seconds['diagnose']:6.0f} s  "
-            f"{', '.join(found.true)}; not in the plant: {', '.join(false) or 'none'}",
-            flush=True,
-        )
-    two = sum(len(found.true) >= 2 for found in answers)
-    print(
-        f"{len(answers)} units: median removed {median(f.removed for f in answers):.1%}, "
-        f"at least 80 % on {sum(f.removed >= 0.8 for f in answers)}; two true causes on {two}; "
-        f"intervals hold {sum(f.held for f in answers)} of {sum(f.asked for f in answers)} numbers"
-    )
+    units = a.units or answered(a.out)
+    if not units:
+        parser.error(f"give units: {a.out} has no answer_N/diagnosis.json to score")
+    work = partial(answer_of, plan=a.plan, wear=a.wear, out=a.out, budget=a.budget)
+    if a.score:
+        work = partial(score_of, out=a.out)
+    marks: list[Mark] = []
+    for _, found in completed(work, units, JobOptions(jobs=a.jobs)):
+        marks.append(found)
+        print(found.text, flush=True)
+    marks.sort(key=lambda each: each.unit)
+    total = summary(marks)
+    origin = {"command": " ".join(("python -m examples.studies.units", *sys.argv[1:])),
+              "commit": git_commit(), "seeds": [each.unit for each in marks]}  # fmt: skip
+    rows = [asdict(each) for each in marks]
+    write_json(a.out / SCORE, {**origin, "summary": total, "units": rows})
+    print(json.dumps(total, indent=1))
 
 
 if __name__ == "__main__":

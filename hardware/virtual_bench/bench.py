@@ -12,7 +12,7 @@ from hardware.virtual_bench.faults import ALERT_BITS, FaultEvent, Faults
 from hardware.virtual_bench.memory.control_table import XC330_T288_T
 from hardware.virtual_bench.physics.load_cell import BANNER
 from hardware.virtual_bench.physics.obstacle import Obstacle, grips
-from hardware.virtual_bench.physics.unit import draw_unit
+from hardware.virtual_bench.physics.unit import Unit, draw_unit
 from hardware.virtual_bench.physics.wear import NEW, worn
 
 USB_LATENCY = 0.5e-3
@@ -47,6 +47,7 @@ class VirtualBench:
         model: Which servo's control table.
         wear: Wear of the unit.
         still: Whether nothing gives line, as while masses hang on the load cells.
+        unit: The unit itself, in place of the drawn and worn one.
     """
 
     def __init__(
@@ -60,8 +61,9 @@ class VirtualBench:
         model: AnyModel = XC330_T288_T,
         wear: str = NEW,
         still: bool = False,
+        unit: Unit | None = None,
     ) -> None:
-        self.unit = worn(draw_unit(bench, seed, model.name), wear)
+        self.unit = unit or worn(draw_unit(bench, seed, model.name), wear)
         self.plant = Plant(
             self.unit, seed=seed, model=model, load_cell_rate=load_cell_rate, still=still
         )

@@ -10,6 +10,7 @@ import numpy as np
 
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.parameters import Parameter
 from tendon_newton.data.servo_names import effect_of, servo_of
 from tendon_newton.diagnosis.accounts.next_steps import next_steps
 from tendon_newton.diagnosis.accounts.suspect_data import plainly_wrong
@@ -36,6 +37,7 @@ from tendon_newton.diagnosis.result import (
     Unexplained,
     Verdict,
 )
+from tendon_newton.diagnosis.search.coordinates import is_shape
 from tendon_newton.diagnosis.search.decide.find_causes import find_causes
 from tendon_newton.diagnosis.search.worlds import SEARCH_STEP
 from tendon_newton.diagnosis.time_left import (
@@ -253,8 +255,15 @@ def estimates(study: Study, found: Found, columns: Sequence[int]) -> dict[str, E
                 unit=parameter.unit,
                 at_bound=value in (parameter.lower, parameter.upper) and value != parameter.null,
                 flat=is_flat(ci95, parameter.lower, parameter.upper),
+                null=null_of(parameter, lone=len(columns) == 1),
             )
     return out
+
+
+def null_of(parameter: Parameter, *, lone: bool) -> float | None:
+    """Return the value at which a number means nothing; None if it only shapes beside others."""
+    is_size = lone or not is_shape(parameter)
+    return min(parameter.null, parameter.upper) if is_size else None
 
 
 def confounded_numbers(study: Study, found: Found) -> tuple[Confounded, ...]:

@@ -107,4 +107,5 @@ def state_estimate(row: Any, where: str) -> Estimate:
         unit=table.word("unit"),
         at_bound=row.get("at_bound") is True,
         flat=row.get("flat") is True,
+        null=finite_number(row.get("null")),
     )

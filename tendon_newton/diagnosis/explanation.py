@@ -25,10 +25,14 @@ class Estimate:
     """Whether the fit ended at the edge of the parameter's range."""
     flat: bool = False
     """Whether the interval is as wide as the range: the data say nothing about it."""
+    null: float | None = None
+    """Value that means nothing, the range's end where none is infinite [unit]; None for a shape."""
 
     def to_json(self) -> dict[str, Any]:
         """Return it as the contract names it; what is not the case is left out."""
-        out: dict[str, Any] = {"value": self.value, "ci95": list(self.ci95), "unit": self.unit}
+        out: dict[str, Any] = {
+            "value": self.value, "ci95": list(self.ci95), "unit": self.unit, "null": self.null,
+        }  # fmt: skip
         out |= {key: True for key in ("at_bound", "flat") if getattr(self, key)}
         return out
 

@@ -12,7 +12,7 @@ from typing import Any
 from hardware.virtual_bench.physics.constants import HandConstants, SliderConstants
 from hardware.virtual_bench.physics.load_cell import FILTER
 from hardware.virtual_bench.physics.obstacle import NOMINAL_SPOOL
-from hardware.virtual_bench.physics.unit import BENCHES, Unit
+from hardware.virtual_bench.physics.unit import BENCHES, Unit, draw_unit
 from tendon_newton.data.files.toml_file import write_toml
 from tendon_newton.data.gear_friction import quasi_static_gear
 
@@ -52,7 +52,6 @@ def actuator_effects(unit: Unit) -> list[Effect]:
     coefficient, gain = quasi_static_gear(c.motor_load_friction, c.tendon_load_friction)
     share = 1.0 / (1.0 + c.motor_load_friction * c.tendon_load_friction)
     dry = share * c.dry_friction / c.spool_radius
-    damping = gain * c.torque_constant**2 / c.resistance + share * c.viscous_friction
     return [
         ("command_delay", {}),  # where the host closes the loop: its duty stands for 50 ms
         (
@@ -63,7 +62,7 @@ def actuator_effects(unit: Unit) -> list[Effect]:
                 "stribeck_velocity": c.stribeck_speed,
             },
         ),
-        ("viscous_friction", {"coefficient": damping / c.spool_radius}),
+        ("viscous_friction", {"coefficient": share * c.viscous_friction / c.spool_radius}),
         ("load_dependent_friction", {"coefficient": coefficient}),
         ("holding_friction", {}),
         ("voltage_sag", {}),
@@ -116,9 +115,13 @@ def mechanism_effects(unit: Unit) -> list[Effect]:
 
 
 def sensor_effects(unit: Unit) -> list[Effect]:
-    """Return what the sensors add, once the cell is calibrated."""
+    """Return what the sensors add, once the cell is calibrated as it was drawn."""
     late = CELL_PERIOD * (0.5 + sum(k * weight for k, weight in enumerate(FILTER)))
+    cell = unit.load_cell.counts_per_newton
+    calibrated = draw_unit(unit.bench, unit.seed).load_cell.counts_per_newton
+    gain: list[Effect] = [("load_cell_gain", {"scale": cell / calibrated})]
     return [
+        *(gain if cell != calibrated else []),
         ("load_cell_delay", {"delay": late}),
         ("load_cell_drift", {"rate": unit.load_cell.drift}),
         ("position_offset", {}),

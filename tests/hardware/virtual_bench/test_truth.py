@@ -69,3 +69,15 @@ def test_dry_friction_before_the_load_is_that_of_both_directions_mean() -> None:
         (1.0 + servo.motor_load_friction) / (1.0 - servo.motor_load_friction), rel=1e-2
     )
     assert sum(found) / 2.0 == pytest.approx(dry, rel=1e-2)  # of forces of 10 N
+
+
+def test_viscous_friction_is_what_a_model_with_the_motors_own_constants_lacks() -> None:
+    """The back-EMF belongs to the motor; of the gear's grease it is both directions' mean."""
+    servo, truth = replace(draw_unit("finger", 0).servo, dry_friction=0.0), true_effects()
+    mu, gain = quasi_static_gear(servo.motor_load_friction, servo.tendon_load_friction)
+    found = []
+    for direction in (1.0, -1.0):
+        motor, tension = forces(servo, 0.5, direction)
+        found.append(direction * (gain * motor - (1.0 + direction * mu) * tension))
+    drag = truth["viscous_friction"]["coefficient"] * SPEED
+    assert sum(found) / 2.0 == pytest.approx(drag, rel=2e-2)  # of forces of 10 N

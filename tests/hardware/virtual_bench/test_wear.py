@@ -8,7 +8,7 @@ import pytest
 
 from hardware.benches.bench_address import BenchAddress
 from hardware.virtual_bench import LockstepBench
-from hardware.virtual_bench.emulation.truth import write_plant_file
+from hardware.virtual_bench.emulation.truth import sensor_effects, write_plant_file
 from hardware.virtual_bench.physics.planted import PLANTINGS, plant_causes, planted_causes
 from hardware.virtual_bench.physics.tendon import Tendon
 from hardware.virtual_bench.physics.unit import BENCHES, Unit, draw_unit
@@ -56,10 +56,7 @@ def test_a_slipped_spool_leaves_the_tendon_loose_by_what_it_slipped() -> None:
 
 @pytest.mark.parametrize("name", PLANTINGS)
 def test_each_planting_spoils_what_its_effect_names(name: str, tmp_path: Path) -> None:
-    """The unit's file of truth lists the effect with another number; a tilt spares the rails.
-
-    What the load cell's calibration does not know stands in no effect of a calibrated cell.
-    """
+    """The unit's file of truth lists the effect with another number; a tilt spares the rails."""
     size = PLANTINGS[name].sizes[1]
     for bench in ("finger", "spring_weak"):
         unit = draw_unit(bench, 3)
@@ -67,8 +64,8 @@ def test_each_planting_spoils_what_its_effect_names(name: str, tmp_path: Path) -
         if name == "gravity_misalignment" and bench != "finger":
             assert spoilt == unit
         elif name == "load_cell_gain":
-            ratio = spoilt.load_cell.counts_per_newton / unit.load_cell.counts_per_newton
-            assert ratio == pytest.approx(size)
+            assert dict(sensor_effects(spoilt))[name]["scale"] == pytest.approx(size)
+            assert name not in dict(sensor_effects(unit))
             assert replace(spoilt, load_cell=unit.load_cell) == unit
         else:
             by_torque = {"stribeck_friction", "viscous_friction"}  # at the string, by the radius
