@@ -96,8 +96,8 @@ def unknown_name(kind: str, name: object, known: Iterable[str]) -> UnknownName:
     """
     names = sorted(known)
     close = difflib.get_close_matches(str(name)[:SHOWN_LENGTH], names, n=1)
-    hint = f"; did you mean {close[0]!r}?" if close else ""
-    return UnknownName(f"No {kind} named {shown(name)}; known: {listed(names)}{hint}")
+    hint = f"did you mean {close[0]!r}? " if close else ""
+    return UnknownName(f"No {kind} named {shown(name)}; {hint}known: {listed(names)}")
 
 
 def look_up(kind: str, name: str, table: Mapping[str, Entry]) -> Entry:

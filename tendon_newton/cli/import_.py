@@ -15,7 +15,6 @@ Anybody's CSV, JSON and ROS 2 bags, with a file that says what is what:
 
 from __future__ import annotations
 
-import shlex
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -44,7 +43,8 @@ class ImportConfig:
     out: Path
     """Folder for the dataset; new, or one that an earlier import wrote."""
     test: tuple[str, ...] = ()
-    """Logs of the test split, as conditions that must all hold: kp=200 trajectory=sin_sin."""
+    """Logs of the test split, as conditions that must all hold: kp=200 trajectory=sin_sin; one log
+    by default."""
     train: tuple[str, ...] = ()
     """Logs of the train split, likewise (kp=100,800 gives two values); all others by default."""
     mapping: Path | None = None
@@ -72,8 +72,11 @@ def main(config: ImportConfig) -> None:
         write_imported_model(model, config.source, config.out)
         print(f"{config.out / 'model.toml'}: {model.text}")
         return
-    imported = read(config)
-    refuse_unknown_benches(imported)
+    from tendon_newton.device_code.quiet import quiet_warp
+    from tendon_newton.workflows.importing import admit
+
+    quiet_warp()
+    imported = admit(read(config))
     parts = imported.parts() if config.joint is None else {}
     outs = {config.out / name: part for name, part in parts.items()} or {config.out: imported}
     show({out: write(config, part, out) for out, part in outs.items()})
@@ -103,20 +106,13 @@ def read(config: ImportConfig) -> Imported:
     from tendon_newton.data.importers.mapped import read_mapped
 
     if config.mapping is not None:
-        return read_mapped(config.source, config.mapping)
+        from tendon_newton.workflows.importing import spool_radius
+
+        return read_mapped(config.source, config.mapping, spool_radius)
     if config.format == "lerobot":
         units = LeRobotUnits(unit=config.unit, calibration=config.calibration)
         return read_lerobot(config.source, config.joint, units)
     return IMPORTERS[config.format](config.source)
-
-
-def refuse_unknown_benches(imported: Imported) -> None:
-    """Refuse recordings of a bench that nothing could simulate."""
-    from tendon_newton.errors import unknown_name
-    from tendon_newton.mechanisms.asset_library import asset_names
-
-    for bench in {log.recording.bench for log in imported.logs} - set(asset_names()):
-        raise unknown_name("bench", bench, asset_names())
 
 
 def write(config: ImportConfig, imported: Imported, out: Path) -> ImportReport:
@@ -137,7 +133,7 @@ def show(reports: Mapping[Path, ImportReport]) -> None:
         print(f"{out}: " + "\n".join(report.split_lines))
     found = dict.fromkeys(finding for report in reports.values() for finding in report.findings)
     print("\n".join(findings_text(found, SHOWN_EVIDENCE)))
-    print("next:")
-    for out in reports:
-        words = ["tendon-newton", "diagnose", str(out), "--out", f"{out}_diagnosis"]
-        print(f"  {shlex.join(words)}")
+    wrong = any(finding.severity == "defect" for finding in found)
+    print("\nmend the defects, then:" if wrong else "\nnext:")
+    for out, report in reports.items():
+        print(f"  {report.next_command(out)}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from tendon_newton.errors import InvalidAsset, unknown_name
+from tendon_newton.errors import InvalidAsset, UnknownName, unknown_name
 
 USD_SUFFIXES = (".usda", ".usd", ".usdc", ".usdz")
 
@@ -96,4 +96,17 @@ def asset_path(name_or_file: str | Path) -> Path:
     inside = path / f"{path.resolve().name}.usda"
     if inside.is_file():
         return inside.resolve()
-    raise unknown_name("asset", str(name_or_file), files)
+    raise unknown_asset("asset", str(name_or_file))
+
+
+def unknown_asset(kind: str, name: str) -> UnknownName:
+    """Build the error for an asset that is in none of the folders, and say how to name one.
+
+    Args:
+        kind: What the asset is there, in words ("bench").
+        name: What came for a name.
+    """
+    here = os.path.isfile(f"{name}/{name}.usda")  # noqa: PTH113 - no error for names of no file
+    mend = f"{FOLDERS_VARIABLE}={Path.cwd()}" if here else f"folders in {FOLDERS_VARIABLE}"
+    own = f"./{name} is found with" if here else "your own are looked for in the"
+    return UnknownName(f"{unknown_name(kind, name, asset_names())}; {own} {mend}")

@@ -191,5 +191,5 @@ def test_an_unknown_log_format_is_refused(
 ) -> None:
     """The known formats are listed."""
     line = refusal(["import", "xl430", str(tmp_path), "--out", str(tmp_path / "out")], capsys)
-    assert "No log format named 'xl430'; known: " in line
+    assert "No log format named 'xl430'; did you mean 'xl330'? known: " in line
     assert "did you mean 'xl330'?" in line

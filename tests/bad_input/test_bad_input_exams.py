@@ -262,4 +262,4 @@ def test_a_dataset_that_the_exam_does_not_hold_is_named(
 ) -> None:
     """--only with a name outside the exam lists what is inside."""
     line = refusal([*exam(tmp_path), "--only", "c002"], capsys)
-    assert "No dataset named 'c002'; known: c001; did you mean 'c001'?" in line
+    assert "No dataset named 'c002'; did you mean 'c001'? known: c001" in line

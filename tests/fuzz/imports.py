@@ -50,7 +50,7 @@ def mapping_file(folder: Path) -> Path:
 
 def read_with_mapping(path: Path) -> None:
     """Read the logs by a spoilt mapping."""
-    read_mapped(path.parent / "logs", path)
+    read_mapped(path.parent / "logs", path, lambda _: 0.0125)
 
 
 def mapped_csv(folder: Path) -> Path:
@@ -67,7 +67,7 @@ def mapped_json(folder: Path) -> Path:
 
 def read_mapped_folder(path: Path) -> None:
     """Read a spoilt log by its mapping."""
-    read_mapped(path.parent, path.parents[1] / "mapping.toml")
+    read_mapped(path.parent, path.parents[1] / "mapping.toml", lambda _: 0.0125)
 
 
 def xl330_file(folder: Path) -> Path:

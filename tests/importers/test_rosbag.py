@@ -267,7 +267,10 @@ def theta(row: str) -> str:
         ('bench = "finger"\n' + MAPPING, r"no key named 'bench'; known: clock, columns"),
         ('[theta]\ntopic = "/a"', r"theta must stand under \[columns\]; it stands alone"),
         ("columns = 3", "columns must hold one table per column of ours"),
-        ("[columns]\ntehta = {}", r"columns.tehta: No column named 'tehta'; known: current"),
+        (
+            "[columns]\ntehta = {}",
+            r"columns.tehta: No column named 'tehta'; did you mean 'theta'. known: current",
+        ),
         (
             '[columns]\ntheta_dot = {topic = "/a", field = "b"}',
             "must say where 'theta' comes from; it maps theta_dot",

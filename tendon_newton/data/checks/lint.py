@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from tendon_newton.data.checks.column_checks import COLUMN_CHECKS, contradictions
 from tendon_newton.data.checks.finding import Finding
 from tendon_newton.data.checks.lint_checks import CHECKS, CORRELATION_LIMIT, measured_channels
 from tendon_newton.data.checks.registers import correlations
@@ -26,13 +27,14 @@ def lint_recording(
         recording: The data.
         limits: Known limits by column [column's unit], to find rows at the limit.
     """
-    findings = [finding for check in CHECKS for finding in check(recording)]
+    findings = [finding for check in (*CHECKS, *COLUMN_CHECKS) for finding in check(recording)]
     return (*findings, *saturation(recording, limits or {}))
 
 
 def lint_dataset(train: Sequence[Recording], test: Sequence[Recording]) -> tuple[Finding, ...]:
     """Look for what only shows between recordings."""
-    return (*copies(train, test), *warming((*train, *test)))
+    every = (*train, *test)
+    return (*copies(train, test), *contradictions(every), *warming(every))
 
 
 def saturation(recording: Recording, limits: Mapping[str, float]) -> Iterator[Finding]:

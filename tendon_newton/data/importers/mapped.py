@@ -1,5 +1,6 @@
 """Anybody's CSV, JSON and ROS 2 logs, by a mapping file (see ``docs/recordings_mapping.md``)."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -17,14 +18,22 @@ from tendon_newton.data.model_file import Model, NamedValues, read_actuator, rea
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.errors import InvalidMapping, InvalidRecording, TendonNewtonError, shown
 
-NOMINAL = {"gain": 4.2, "spool_radius": 0.0125}
-"""The force source of the paper, where a mapping states no model."""
+NOMINAL_GAIN = 4.2
+"""Force of the paper's servo per angle [N/rad], where a mapping states no model."""
+SAME_RADIUS = 1e-3
+"""Share by which two files may round a radius [1]."""
 ROS_SUFFIXES = (".mcap", ".db3")
 """Files of ROS 2 recordings; a folder with ``metadata.yaml`` is one as well."""
 
 
-def read_mapped(folder: Path, mapping_file: Path) -> Imported:
-    """Read every log of a folder that a mapping file's pattern matches."""
+def read_mapped(folder: Path, mapping_file: Path, spool_radius: Callable[[str], float]) -> Imported:
+    """Read every log of a folder that a mapping file's pattern matches.
+
+    Args:
+        folder: The logs.
+        mapping_file: The mapping.
+        spool_radius: Gives the radius [m] that a bench's asset states, by the bench's name.
+    """
     mapping = read_mapping(mapping_file)
     if not folder.is_dir():
         came = "it is a file" if folder.exists() else "no such folder"
@@ -34,7 +43,7 @@ def read_mapped(folder: Path, mapping_file: Path) -> Imported:
         if not any(fnmatchcase(path.name, part.pattern) for path in paths):
             raise InvalidMapping(f"{mapping.path}: no log matches logs.{part.pattern!r}")
     read = [read_log(folder, path, mapping) for path in paths]
-    model = start_model(mapping)
+    model = start_model(mapping, spool_radius)
     return Imported(
         logs=tuple(log for log, _ in read),
         start_model=lambda _: model,
@@ -75,22 +84,35 @@ def is_ros(path: Path) -> bool:
     return path.suffix in ROS_SUFFIXES
 
 
-def start_model(mapping: ColumnMapping) -> Model:
+def start_model(mapping: ColumnMapping, spool_radius: Callable[[str], float]) -> Model:
     """Return the model that a mapping states, or the nominal one of its bench."""
     try:
+        fit = read_fit(mapping.model.get("fit", []))
         if "model" in mapping.model:
-            return Model(
-                actuator=read_actuator(mapping.model["model"]),
-                fit=read_fit(mapping.model.get("fit", [])),
-            )
-        nominal = (
-            NamedValues(name="ideal_position", values={})
-            if mapping.bench == "servo"
-            else NamedValues(name="ideal", values=NOMINAL)
-        )
-        return Model(actuator=nominal, fit=read_fit(mapping.model.get("fit", [])))
+            model = Model(actuator=read_actuator(mapping.model["model"]), fit=fit)
+            refuse_other_radius(mapping, model, spool_radius)
+            return model
+        if mapping.bench == "servo":
+            return Model(actuator=NamedValues(name="ideal_position", values={}), fit=fit)
+        values = {"gain": NOMINAL_GAIN, "spool_radius": spool_radius(mapping.bench)}
+        return Model(actuator=NamedValues(name="ideal", values=values), fit=fit)
     except TendonNewtonError as error:
         raise InvalidMapping(f"{mapping.path}: {error}") from error
+
+
+def refuse_other_radius(
+    mapping: ColumnMapping, model: Model, spool_radius: Callable[[str], float]
+) -> None:
+    """Refuse a spool that mapping and asset say differently; one that is fitted may begin so."""
+    said = model.actuator.values.get("spool_radius")
+    if isinstance(said, float) and "spool_radius" not in model.fit:
+        stated = spool_radius(mapping.bench)
+        if abs(said - stated) > SAME_RADIUS * stated:
+            raise InvalidMapping(
+                f"spool_radius must be that of the asset {mapping.bench!r}, "
+                f"{stated:g} m; [model] says {said:g} m: leave it out, mend one of the two, or "
+                'list it in fit = ["spool_radius"]'
+            )
 
 
 def read_log(folder: Path, path: Path, mapping: ColumnMapping) -> tuple[ImportedLog, list[Finding]]:
@@ -107,6 +129,7 @@ def read_log(folder: Path, path: Path, mapping: ColumnMapping) -> tuple[Imported
         conditions={"file": stem, **{f"part{k}": p for k, p in enumerate(stem.split("_"))}},
         source=path,
         sha256=file_hash(path),
+        open_start=mapping.stated_of(path.name).start is None,
     )
     return log, found
 

@@ -19,10 +19,17 @@ class Split:
     """Logs that are never fitted."""
     left_out: tuple[ImportedLog, ...]
     """Logs that no condition selected."""
+    chosen: bool = False
+    """Whether the test log was chosen here, since nobody named one."""
 
 
 def split_logs(logs: Sequence[ImportedLog], test: Conditions, train: Conditions) -> Split:
-    """Split logs; without train conditions every log that is not test is train."""
+    """Split logs; without train conditions every log that is not test is train.
+
+    Without any condition one log is held out, if there are two.
+    """
+    if not test and not train and len(logs) > 1:
+        return hold_one_out(logs)
     chosen = {
         name: {log.source for log in logs if conditions and meets(log, conditions)}
         for name, conditions in (("--test", test), ("--train", train))
@@ -43,6 +50,20 @@ def split_logs(logs: Sequence[ImportedLog], test: Conditions, train: Conditions)
         raise InvalidParameter(f"some log must be left to fit; --test {words(test)} takes them all")
     left_out = tuple(log for log in rest if log not in seen)
     return Split(train=tuple(seen), test=tuple(held), left_out=left_out)
+
+
+def hold_one_out(logs: Sequence[ImportedLog]) -> Split:
+    """Hold out the last log whose bench and numbers another log shares, else the last one."""
+
+    def setting(log: ImportedLog) -> object:
+        recording = log.recording
+        return recording.bench, recording.bench_overrides, dict(recording.actuator_overrides)
+
+    settings = [setting(log) for log in logs]
+    shared = [log for log, own in zip(logs, settings, strict=True) if settings.count(own) > 1]
+    held = (shared or logs)[-1]
+    train = tuple(log for log in logs if log is not held)
+    return Split(train=train, test=(held,), left_out=(), chosen=True)
 
 
 def read_conditions(texts: Sequence[str], option: str) -> dict[str, tuple[str, ...]]:

@@ -1,6 +1,7 @@
 """Writing an import: the dataset, a model to start from, and what was found in the data."""
 
 import json
+import shlex
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -33,14 +34,20 @@ class ImportReport:
         if split.left_out:
             names = ", ".join(log.source.name for log in split.left_out)
             lines += [f"left out, selected by no condition: {names}"]
-        if not split.test:
-            lines += ["no test split: a diagnosis needs one; name its logs with --test"]
+        if split.chosen:
+            (held,) = split.test
+            lines += [f"held out as test, since --test names none: {held.recording.name}"]
         return lines
 
     @property
     def text(self) -> str:
         """The report for a reader: each kind of finding once, with its evidence by file."""
         return "\n".join(self.split_lines + findings_text(self.findings))
+
+    def next_command(self, out: Path) -> str:
+        """Return the command that makes something of the dataset in a folder."""
+        words = ["tendon-newton", "diagnose", str(out), "--out", f"{out}_diagnosis"]
+        return shlex.join(words if self.split.test else [*words, "--hold-out", "0.3"])
 
 
 def write_import(imported: Imported, split: Split, out: Path) -> ImportReport:

@@ -1,0 +1,217 @@
+"""An import tells what is wrong with logs, decides where they start, and ends with what to type."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tendon_newton.cli import main
+from tendon_newton.data.dataset import load_dataset
+from tendon_newton.data.model_file import load_model
+from tendon_newton.data.recording import Array, BenchOverrides
+from tendon_newton.workflows.importing import rest_of
+
+GAIN = 4.2  # N/rad
+TIME = np.arange(400) / 80.0
+STEPS = 1.5 + 0.5 * np.sign(np.sin(2.0 * TIME + 0.01))
+
+
+@dataclass(kw_only=True)
+class Logs:
+    """What a lab writes of a finger: t, goal, q and f of each run, and a mapping."""
+
+    runs: list[dict[str, Array]] = field(default_factory=list)
+    bench: str = "finger"
+    mapped: dict[str, str] = field(
+        default_factory=lambda: {"t": "t", "theta_d": "goal", "theta": "q", "force": "f"}
+    )
+    tail: str = ""
+
+    def write(self, folder: Path) -> list[str]:
+        """Write logs and mapping; return the words that import them."""
+        (folder / "logs").mkdir()
+        for number, run in enumerate(self.runs):
+            rows = np.column_stack(list(run.values()))
+            path = folder / "logs" / f"run_{number}.csv"
+            np.savetxt(path, rows, delimiter=",", header=",".join(run), comments="")
+        columns = [f'{ours} = {{column = "{theirs}"}}' for ours, theirs in self.mapped.items()]
+        lines = [f'bench = "{self.bench}"', "[columns]", *columns, 'theta_dot = {derive = "theta"}']
+        (folder / "mapping.toml").write_text("\n".join([*lines, self.tail]))
+        words = ["--mapping", str(folder / "mapping.toml"), "--out", str(folder / "out")]
+        return ["import", "mapped", str(folder / "logs"), *words]
+
+
+def run(seed: int, away: float = 0.0, scale: float = 1.0) -> dict[str, Array]:
+    """Return a run of steps: a lag of 50 ms towards the friction-free rest of each command.
+
+    Args:
+        seed: Seed of its noise.
+        away: How far the first rows are from that rest [rad].
+        scale: Size of the answer.
+    """
+    rest = rest_of("finger", BenchOverrides(), None)
+    assert rest is not None
+    asked = scale * np.array([rest.angle_under(c, GAIN) for c in STEPS])
+    theta = np.full_like(asked, asked[0] + away)
+    for k in range(10, asked.size):
+        theta[k] = theta[k - 1] + (asked[k - 4] - theta[k - 1]) / 4.0
+    noise = 1e-4 * np.random.default_rng(seed).standard_normal((2, asked.size))
+    force = GAIN * (STEPS - theta)
+    return {"t": TIME, "goal": STEPS, "q": theta + noise[0], "f": force + noise[1]}
+
+
+@pytest.fixture
+def logs() -> Logs:
+    """Two sound runs that begin at rest."""
+    return Logs(runs=[run(0), run(1)])
+
+
+def said(logs: Logs, folder: Path, capsys: pytest.CaptureFixture[str]) -> str:
+    """Import and return what was printed."""
+    assert main(logs.write(folder)) == 0
+    return capsys.readouterr().out
+
+
+def test_sound_logs_are_held_out_by_recording_and_the_next_command_is_told(
+    logs: Logs, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Nothing is wrong; one run is held out, said so; the last line can be typed as it is."""
+    text = said(logs, tmp_path, capsys)
+    assert "held out as test, since --test names none: run_1.csv" in text
+    assert "defect" not in text
+    assert "caution" not in text
+    out = tmp_path / "out"
+    command = f"  tendon-newton diagnose {out} --out {out}_diagnosis"
+    assert text.splitlines()[-2:] == ["next:", command]
+    loaded = load_dataset(out)
+    assert [len(loaded.train), len(loaded.test)] == [1, 1]
+
+
+def test_one_run_alone_is_cut_by_the_diagnosis(
+    logs: Logs, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """There is no second run to hold out: the command that is told cuts this one."""
+    del logs.runs[1]
+    assert said(logs, tmp_path, capsys).splitlines()[-1].endswith("_diagnosis --hold-out 0.3")
+
+
+@pytest.mark.parametrize(
+    ("away", "start", "why"),
+    [
+        (0.0, "equilibrium", "stands where a bench without friction rests"),
+        (0.12, "first_row", "rests +120 mrad from where it would without friction"),
+    ],
+)
+def test_the_first_rows_say_where_a_simulation_starts(
+    away: float, start: str, why: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Friction that holds a finger beside its rest is seen, written and said."""
+    text = said(Logs(runs=[run(0, away), run(1, away)]), tmp_path, capsys)
+    assert load_dataset(tmp_path / "out").train[0].start == start
+    assert why in text
+    assert f'(start = "{start}")' in text
+
+
+def test_a_start_that_is_stated_stays(logs: Logs, tmp_path: Path) -> None:
+    """Only what the mapping leaves open is decided."""
+    words = logs.write(tmp_path)
+    path = tmp_path / "mapping.toml"
+    path.write_text('start = "first_row"\n' + path.read_text())
+    assert main(words) == 0
+    assert load_dataset(tmp_path / "out").train[0].start == "first_row"
+
+
+def short(logs: Logs) -> None:
+    """Keep a tenth of a second."""
+    logs.runs = [{name: values[:9] for name, values in run.items()} for run in logs.runs]
+
+
+def exchanged(logs: Logs) -> None:
+    """Name the angle where the command belongs."""
+    logs.mapped |= {"theta_d": "q", "theta": "goal"}
+
+
+def pushing(logs: Logs) -> None:
+    """Turn the force around."""
+    for log in logs.runs:
+        log["f"] = -log["f"]
+
+
+def in_degrees(logs: Logs) -> None:
+    """Write angle and command in degrees, of a motion so small that radians could be as large."""
+    for log in logs.runs:
+        log |= {name: np.rad2deg(log[name]) / 2.0 for name in ("q", "goal")}
+
+
+def half_in_degrees(logs: Logs) -> None:
+    """Write the angle alone in degrees."""
+    for log in logs.runs:
+        log["q"] = np.rad2deg(log["q"])
+
+
+def contradicting(logs: Logs) -> None:
+    """Twenty-one repeats of one command, all but the first of a worn servo."""
+    logs.runs = [run(0), *(run(seed, scale=0.8) for seed in range(1, 21))]
+
+
+@pytest.mark.parametrize(
+    ("spoil", "evidence", "mend"),
+    [
+        (short, "lasts 0.1 s (9 rows)", "record 10 s or more"),
+        (exchanged, "ahead of theta_d", "exchange them in the mapping"),
+        (pushing, "N on average, below zero in", "sign = -1"),
+        (in_degrees, "and the whole range of finger is", 'unit = "deg"'),
+        (half_in_degrees, "times as far as theta_d", 'theta is in degrees: say unit = "deg"'),
+        (contradicting, "20 runs repeat a command and answer it otherwise", "leave one out"),
+    ],
+)
+def test_a_mistake_is_told_once_with_its_mend(
+    spoil, evidence: str, mend: str, logs: Logs, tmp_path: Path, capsys
+) -> None:
+    """One line says what to do, below it the evidence of four runs at most."""
+    spoil(logs)
+    text = said(logs, tmp_path, capsys)
+    (line,) = (line for line in text.splitlines() if mend in line)
+    assert line.startswith(("defect, ", "caution, "))
+    assert 1 <= sum(evidence in line for line in text.splitlines()) <= 4
+    assert ("\nmend the defects, then:\n" in text) == (spoil != contradicting)
+
+
+def test_without_a_model_the_assets_spool_is_taken(logs: Logs, tmp_path: Path) -> None:
+    """A pendulum's shaft counts as 1 m, and no finger's 12.5 mm."""
+    logs.bench = "pendulum"
+    assert main(logs.write(tmp_path)) == 0
+    assert load_model(tmp_path / "out" / "model.toml").actuator.values["spool_radius"] == 1.0
+
+
+@pytest.mark.parametrize(("fit", "code"), [("", 2), ("[spool_radius]", 0)])
+def test_two_files_that_say_a_radius_differently_are_refused(
+    fit: str, code: int, logs: Logs, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Unless it is to be fitted, when the number is where the search begins."""
+    logs.tail = '[model]\nkind = "ideal"\ngain = 4.2\nspool_radius = 0.02'
+    words = logs.write(tmp_path)
+    path = tmp_path / "mapping.toml"
+    path.write_text(('fit = ["spool_radius"]\n' if fit else "") + path.read_text())
+    assert main(words) == code
+    if code:
+        (line,) = capsys.readouterr().err.splitlines()
+        assert "that of the asset 'finger', 0.0125 m; [model] says 0.02 m" in line
+
+
+def test_an_unknown_bench_names_the_folders_variable(
+    logs: Logs, tmp_path: Path, capsys, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And where the folder lies at hand, the very value that makes it known."""
+    logs.bench = "lab_finger"
+    words = logs.write(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    assert main(words) == 2
+    assert "your own are looked for in the folders in TENDON_NEWTON_ASSETS" in (
+        capsys.readouterr().err
+    )
+    (tmp_path / "lab_finger").mkdir()
+    (tmp_path / "lab_finger" / "lab_finger.usda").write_text("#usda 1.0\n")
+    assert main(words) == 2
+    assert f"./lab_finger is found with TENDON_NEWTON_ASSETS={tmp_path}" in capsys.readouterr().err
