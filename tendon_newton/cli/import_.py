@@ -72,10 +72,8 @@ def main(config: ImportConfig) -> None:
         write_imported_model(model, config.source, config.out)
         print(f"{config.out / 'model.toml'}: {model.text}")
         return
-    from tendon_newton.device_code.quiet import quiet_warp
     from tendon_newton.workflows.importing import admit
 
-    quiet_warp()
     imported = admit(read(config))
     parts = imported.parts() if config.joint is None else {}
     outs = {config.out / name: part for name, part in parts.items()} or {config.out: imported}
@@ -106,8 +104,10 @@ def read(config: ImportConfig) -> Imported:
     from tendon_newton.data.importers.mapped import read_mapped
 
     if config.mapping is not None:
+        from tendon_newton.device_code.quiet import quiet_warp
         from tendon_newton.workflows.importing import spool_radius
 
+        quiet_warp()
         return read_mapped(config.source, config.mapping, spool_radius)
     if config.format == "lerobot":
         units = LeRobotUnits(unit=config.unit, calibration=config.calibration)

@@ -4,9 +4,12 @@ Every importer's logs pass here. What needs no bench is checked with the recordi
 (`tendon_newton.data.checks`).
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,10 +18,9 @@ from tendon_newton.data.importers.imported import Imported, ImportedLog
 from tendon_newton.data.recording import Array, BenchOverrides, Recording
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.mechanisms.asset_library import asset_files, unknown_asset
-from tendon_newton.mechanisms.geometry.mechanism import Mechanism
-from tendon_newton.mechanisms.geometry.overrides import override_mechanism
-from tendon_newton.mechanisms.geometry.statics import closing_path
-from tendon_newton.mechanisms.loading import load_mechanism
+
+if TYPE_CHECKING:
+    from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 
 FIRST_ROWS = 3  # before a servo answers a command that begins with the log
 AT_REST = 0.01  # [rad] from the friction-free rest; the slowest encoder's noise is a tenth of it
@@ -102,6 +104,9 @@ def away_from_rest(recording: Recording, imported: Imported) -> str | None:
 @cache
 def rest_of(bench: str, overrides: BenchOverrides, radius: float | str | None) -> Rest | None:
     """Return where a bench rests; None where that is not known."""
+    from tendon_newton.mechanisms.geometry.overrides import override_mechanism
+    from tendon_newton.mechanisms.geometry.statics import closing_path
+
     mechanism = override_mechanism(bench_of(bench), overrides)
     if len(mechanism.tendons) != 1 or not pulls_within_limits(mechanism):
         return None
@@ -122,6 +127,8 @@ def spool_radius(bench: str) -> float:
 @cache
 def bench_of(name: str) -> Mechanism:
     """Return a bench as its asset has it."""
+    from tendon_newton.mechanisms.loading import load_mechanism  # loads Newton, for some seconds
+
     check_bench(name)
     return load_mechanism(name)
 
