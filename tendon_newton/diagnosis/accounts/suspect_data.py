@@ -11,6 +11,7 @@ import numpy as np
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.data.root_mean_square import rms
+from tendon_newton.diagnosis.reporting.report_words import quantity
 from tendon_newton.errors import TendonNewtonError
 from tendon_newton.identification.study import Residual, Study, replacements
 
@@ -139,9 +140,10 @@ def contradictions(study: Study) -> Iterator[Suspect]:
             yield Suspect(
                 recording=other.name,
                 text=f"{one.name} and {other.name} have the same bench and the same commands, and "
-                f"their motor angles differ by {1e3 * size:.3g} mrad (noise "
-                f"{1e3 * study.noise.theta:.2g}): they contradict each other. Something changed "
-                "between them that no file tells: a load, a spring, a supply. Leave one out.",
+                f"their motor angles differ by {quantity(size, 'rad')} (noise "
+                f"{quantity(study.noise.theta, 'rad')}): they contradict each other. "
+                "Something changed between them that no file tells: a load, a spring, a supply. "
+                "Leave one out.",
             )
 
 

@@ -13,6 +13,7 @@ from tendon_newton.data.excitations import EXCITATIONS, excite
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.diagnosis.explanation import OpenClass, Setting
 from tendon_newton.diagnosis.imitation import Likeness, Trial, find_likenesses
+from tendon_newton.diagnosis.reporting.report_words import quantity
 from tendon_newton.diagnosis.search.floors import form_scales
 from tendon_newton.diagnosis.search.worlds import SEARCH_STEP
 from tendon_newton.effects import EFFECTS
@@ -93,12 +94,12 @@ class Prediction:
     def text(self) -> str:
         """Return the proposal in words, without a full stop."""
         like, plan = self.hardest, self.plan
-        force = "" if like.force is None else f" and {like.force:.2g} {self.force_unit}"
+        force = "" if like.force is None else f" and {quantity(like.force, self.force_unit)}"
         times = {None: "", 1: ""}.get(self.repeats, f", {self.repeats} times")
         sentence = (
             f"record {plan.duration:.0f} s of {plan.excitation.replace('_', ' ')} on bench "
             f"{bench_text(plan.setting)}{times}: there {' and '.join(like.pair)} differ by "
-            f"{1e3 * like.theta:.2g} mrad{force} RMS, however they are fitted"
+            f"{quantity(like.theta, 'rad')}{force} RMS, however they are fitted"
         )
         if self.repeats is None:
             return f"no run of the library does; the best is to {sentence}"

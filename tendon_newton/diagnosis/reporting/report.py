@@ -17,11 +17,11 @@ from tendon_newton.diagnosis.held_out import (
 )
 from tendon_newton.diagnosis.reporting.page import write_page
 from tendon_newton.diagnosis.reporting.report_captions import captions
+from tendon_newton.diagnosis.reporting.report_causes import cause_rows, errors_text, rival_rows
 from tendon_newton.diagnosis.reporting.report_doubts import doubts
 from tendon_newton.diagnosis.reporting.report_figures import SIGNALS, Panels, short
 from tendon_newton.diagnosis.reporting.report_finger import moving_fingers
 from tendon_newton.diagnosis.reporting.report_tables import (
-    cause_rows,
     detail_rows,
     finding_rows,
     key_numbers,
@@ -83,7 +83,7 @@ def content(diagnosis: Diagnosis, evidence: Evidence, origin: Origin) -> dict[st
         "subject": f"{name}: {count(len(train), 'recording')} to learn from, "
         f"{len(comparisons)} held out ({benches})",
         "headline": headline(diagnosis),
-        "causes": cause_rows(diagnosis),
+        **answer(diagnosis),
         "consequence": CONSEQUENCES[diagnosis.verdict],
         "next_steps": diagnosis.next_steps,
         "numbers": key_numbers(diagnosis),
@@ -94,6 +94,18 @@ def content(diagnosis: Diagnosis, evidence: Evidence, origin: Origin) -> dict[st
         "notes": [*doubts(diagnosis), *diagnosis.notes],
         "model": model_rows(diagnosis, evidence),
         "details": detail_rows(diagnosis, evidence, origin.command),
+    }
+
+
+def answer(diagnosis: Diagnosis) -> dict[str, Any]:
+    """Return the tables of the first screen."""
+    scale, servos = diagnosis.scale, diagnosis.servos
+    suspected = getattr(diagnosis, "suspected", ())
+    return {
+        "causes": cause_rows(diagnosis.effects, scale, servos),
+        "suspected": cause_rows(suspected, scale, servos, [cause.reason for cause in suspected]),
+        "rivals": rival_rows(getattr(diagnosis, "rivals", ()), scale),
+        "with_all": errors_text(diagnosis.extended, scale),
     }
 
 

@@ -4,71 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
-from typing import Any
 
 from tendon_newton.data.checks.finding import SEVERITIES, Finding
 from tendon_newton.data.checks.lint import lint_dataset, lint_recording
-from tendon_newton.data.parameters import BenchScale
 from tendon_newton.data.recording import Recording
-from tendon_newton.data.servo_names import effect_of
 from tendon_newton.diagnosis.diagnose import Evidence
-from tendon_newton.diagnosis.owner import with_owner
-from tendon_newton.diagnosis.reporting.report_words import (
-    cause_sentence,
-    docstring_part,
-    estimate_text,
-    number,
-    quantity,
-)
-from tendon_newton.diagnosis.result import Diagnosis, Errors
+from tendon_newton.diagnosis.reporting.report_causes import Row
+from tendon_newton.diagnosis.reporting.report_words import estimate_text, number, quantity
+from tendon_newton.diagnosis.result import Diagnosis
 
-Row = dict[str, Any]
-"""Cells of a table's row, for the template."""
 NEARLY_ALL = 0.9995
 """Shares above round to 100.0 %."""
 PACKAGES = ("tendon-newton", "newton", "warp-lang", "numpy")
-
-
-def cause_rows(diagnosis: Diagnosis) -> list[Row]:
-    """Describe each named cause."""
-    rows: list[Row] = []
-    for effect in diagnosis.effects:
-        parameters: list[Row] = []
-        for name, estimate in effect.parameters.items():
-            value, interval = estimate_text(effect_of(effect.name), name, estimate)
-            label = name.replace("_", " ")
-            parameters.append(
-                {
-                    "label": label,
-                    "value": value,
-                    "interval": interval,
-                    "at_bound": estimate.at_bound,
-                }
-            )
-        rows.append(
-            {
-                "name": with_owner(effect.name, diagnosis.servos),
-                "side": effect.side,
-                "sentence": cause_sentence(effect),
-                "parameters": parameters,
-                "without": errors_text(effect.without, diagnosis.scale),
-                "with_it": errors_text(diagnosis.extended, diagnosis.scale),
-                "rivals": [rival.replace("_", " ") for rival in effect.indistinguishable_from],
-                "experiment": (effect.separating_experiment or "").replace("_", " "),
-                "meaning": docstring_part(effect.name),
-                "signature": docstring_part(effect.name, "Signature"),
-                "source": docstring_part(effect.name, "Source"),
-            }
-        )
-    return rows
-
-
-def errors_text(errors: Errors, scale: BenchScale) -> str:
-    """Return pooled errors in words."""
-    theta = f"{number(1e3 * errors.theta_rmse)} mrad"
-    if errors.force_rmse is None:
-        return theta
-    return f"{theta} and {number(errors.force_rmse)} {scale.force_unit}"
 
 
 def key_numbers(diagnosis: Diagnosis) -> list[Row]:

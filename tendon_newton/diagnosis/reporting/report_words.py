@@ -147,16 +147,17 @@ def law_sentence(effect: NamedEffect) -> str:
 
 
 def field(effect: NamedEffect, parameter: str, form: str | None) -> str:
-    """Fill one place of a sentence."""
+    """Fill one place of a sentence, no finer than the interval resolves."""
     estimate = effect.parameters[parameter]
     if form == "than":
         return comparison(estimate.value)
     if form == "loss":
         return f"{number(estimate.value)} {estimate.unit.removesuffix(' s/rad')}"
     value = abs(estimate.value) if form == "size" else estimate.value
-    if is_share(effect.name, parameter):
-        return f"{number(100.0 * value)} %"
-    return quantity(value, estimate.unit)
+    known, _ = estimate_text(effect.name, parameter, estimate)
+    digits = sum(c.isdigit() for c in known.split()[0].lstrip("−0."))
+    factor, unit = (1e-2, "%") if is_share(effect.name, parameter) else finer(value, estimate.unit)
+    return f"{number(value / factor, min(3, max(1, digits)))} {unit}".rstrip()
 
 
 def docstring_part(effect: str, heading: str | None = None) -> str:
@@ -173,7 +174,7 @@ HEADLINES = {
     "no_gap": "No gap: what the model leaves over is noise, as far as this data can tell.",
     "unexplained": "There is a gap, and no cause that the catalogue knows accounts for it.",
 }
-COUNTS = ("No", "One", "Two", "Three")
+COUNTS = ("No", "One", "Two", "Three", "Four", "Five", "Six", "Seven")
 
 
 def headline(diagnosis: Diagnosis) -> str:

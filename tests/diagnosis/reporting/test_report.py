@@ -12,6 +12,7 @@ from tendon_newton.data.parameters import BenchScale
 from tendon_newton.diagnosis.diagnose import Evidence
 from tendon_newton.diagnosis.identifiability import Confounded
 from tendon_newton.diagnosis.reporting.report import Origin, write_report
+from tendon_newton.diagnosis.reporting.report_causes import Rival, cause_rows, rival_rows
 from tendon_newton.diagnosis.reporting.report_figures import short
 from tendon_newton.diagnosis.reporting.report_words import (
     SENTENCES,
@@ -125,6 +126,36 @@ def test_the_page_says_what_was_found(pages: dict[str, str]) -> None:
     assert "The servo acts 22.9 ms late." in text
     assert "<b>actuator lag</b>" in text
     assert "Record steps." in text
+
+
+def test_the_first_screen_is_a_table_of_causes(pages: dict[str, str]) -> None:
+    """A row for each number, before any picture: size and interval in one unit, and the error."""
+    first = pages["partly_explained"].partition("<svg")[0]
+    rows = [re.sub(r"<[^>]*>|\s+", " ", r) for r in re.findall(r"<tr>.*?</tr>", first, re.DOTALL)]
+    assert [" ".join(row.split()) for row in rows[1:3]] == [
+        "The servo loses 0.810 N for every rad/s at which it turns. 0.8100 N s/rad "
+        "0.8100 to 0.8100 N s/rad 300 mrad, 0.900 N actuator lag",
+        "The servo acts 22.9 ms late. 22.900 ms 22.900 to 22.900 ms 300 mrad, 0.900 N",
+    ]
+
+
+def test_suspected_causes_and_rivals_have_tables_of_their_own(
+    with_force: Evidence, tmp_path: Path
+) -> None:
+    """Each suspect with its reason; each rival with its held-out error, the best first."""
+    quiet, loud = (
+        Errors(force_rmse=size, theta_rmse=size, theta_mae=size) for size in (0.0123, 0.5)
+    )
+    rivals = rival_rows(
+        [Rival(name="stiction", errors=loud), Rival(name="lag", errors=quiet, chosen=True)],
+        BenchScale(),
+    )
+    assert rivals == [
+        {"name": "lag", "errors": "12.3 mrad, 0.0123 N", "chosen": True},
+        {"name": "stiction", "errors": "500 mrad, 0.500 N", "chosen": False},
+    ]
+    (row,) = cause_rows([named("load_cell_bias", 0.5)], BenchScale(), reasons=["It is small."])
+    assert (row["reason"], row["parameters"][0]["value"]) == ("It is small.", "0.5000 N")
 
 
 def test_the_page_says_on_what_the_rest_depends(pages: dict[str, str]) -> None:
@@ -247,6 +278,18 @@ def test_a_sentence_begins_with_its_owner() -> None:
         cause = named(effect)
         sentence = cause_sentence(replace(cause, name=f"{effect} of servo 2"))
         assert sentence == owner + cause_sentence(cause)
+
+
+def test_a_sentence_is_no_finer_than_what_is_known() -> None:
+    """A friction of 1.887 N between 0 and 4.18 is one of 1.9 N; one well known has three digits."""
+    wide = Estimate(value=1.887, ci95=(0.0, 4.18), unit="N")
+    cause = named("coulomb_friction")
+    sentences = [
+        cause_sentence(replace(cause, parameters={"force": estimate}))
+        for estimate in (wide, replace(wide, ci95=(1.88, 1.89)))
+    ]
+    assert "of 1.9 N opposes" in sentences[0]
+    assert "of 1.89 N opposes" in sentences[1]
 
 
 def test_numbers_are_written_as_finely_as_they_are_known() -> None:
