@@ -35,10 +35,9 @@ def held_out(record: Record, servo: str) -> tuple[list[float], list[float]]:
     return [row[OURS] for row in errors], [min(row[name] for name in MODELS) for row in errors]
 
 
-def hands_of(record: Record, motor: str) -> list[list[float]]:
-    """Return what ten hands turn with the policy of each seed [rad/min]."""
-    rows = [record.figures[f"cpu_{motor}_{seed}"]["hands"] for seed in record.seeds]
-    return [[hand["turned_rad_per_min"] for hand in hands] for hands in rows]
+def hands(record: Record, policy: str) -> list[float]:
+    """Return what a policy turns on each hand [rad/min]."""
+    return [hand["turned_rad_per_min"] for hand in record.figures[policy]["hands"]]
 
 
 def step_time(record: Record, engine: str, worlds: int) -> float:
@@ -76,9 +75,10 @@ def units(kept: Records) -> tuple[str, str]:
 def ball(kept: Records) -> tuple[str, str]:
     """Return what policies turn that were trained on a diagnosed motor, and on the data sheet's."""
     record = kept["turning_hands"]
-    hands = [hands_of(record, motor) for motor in ("diagnosed", "nominal")]
-    ours, sheet = (about([mean(turned) for turned in seeds], 0) for seeds in hands)
-    off = [mean(abs(one - 60.0) for turned in seeds for one in turned) for seeds in hands]
+    names = ("cpu_diagnosed_{}", "cpu_nominal_{}")
+    both = [[hands(record, name.format(seed)) for seed in record.seeds] for name in names]
+    ours, sheet = (about([mean(turned) for turned in seeds], 0) for seeds in both)
+    off = [mean(abs(one - 60.0) for turned in seeds for one in turned) for seeds in both]
     return f"{ours} rad/min", f"data sheet: {sheet}; away from 60: {off[0]:.0f} and {off[1]:.0f}"
 
 
@@ -132,8 +132,73 @@ def comparison(kept: Records) -> str:
     return tables_of_comparison(kept["comparison"].figures)
 
 
+TURNING = {
+    ("data sheet", "one core, 5 min"): [f"cpu_nominal_{k}" for k in range(5)],
+    ("data sheet", "one H200"): [f"nominal_{k}" for k in range(3)],
+    ("diagnosis", "one core, 8 min"): [f"cpu_diagnosed_{k}" for k in range(5)],
+    ("diagnosis", "one core, 27 min"): ["cpu_diagnosed_0_longer"],
+    ("diagnosis", "one H200, 160 s"): ["cuda_diagnosed_0_longer"],
+    ("diagnosis", "one H200, 213 s, batches of 16,384"): [f"diagnosed_{k}" for k in range(3)],
+}
+"""Policies of a table row by the motor and the length of their training."""
+
+
+def turning(kept: Records) -> str:
+    """Return what policies that turn a ball do on ten virtual hands."""
+    rows = []
+    for (motor, training), names in TURNING.items():
+        seeds = [hands(kept["turning_hands"], name) for name in names]
+        every = [one for turned in seeds for one in turned]
+        away = mean(abs(one - 60.0) for one in every)
+        over_hands = f"{min(every):.0f} to {max(every):.0f}"
+        means = about([mean(turned) for turned in seeds], 0)
+        rows.append((motor, training, len(names), means, over_hands, f"{away:.0f}"))
+    heads = ("motor of a", "training", "seeds", "turned [rad/min]: mean of seeds (their range)")
+    return table((*heads, "range over all hands", "away from 60"), rows)
+
+
+def mechanics(record: Record, worlds: Sequence[int]) -> str:
+    """Return the time of a control step of 50 ms by engine."""
+    rows = record.figures["mechanics"]["rows"]
+    cells = {(row["engine"], row["worlds"]): row for row in rows}
+    lines = []
+    for engine in dict.fromkeys(row["engine"] for row in rows):
+        last = cells[engine, worlds[-1]]
+        times = [f"{cells[engine, count]['milliseconds']:.3g} ms" for count in worlds]
+        step = f"{last['step_milliseconds']:.2f} ms"
+        lines.append((f"`{engine}`", step, f"{1e3 * last['error_rad']:.1f} mrad", *times))
+    counts = [f"{count:,} finger{'s' * (count > 1)}" for count in worlds]
+    return table(("engine", "step", "error", *counts), lines)
+
+
+def unit_rows(kept: Records) -> str:
+    """Return what a diagnosis makes of each virtual unit."""
+    heads = ("unit", "squared error gone", "motor angle [mrad]", "force [N]", "time [s]")
+    rows = (
+        (
+            row["unit"],
+            f"{row['removed']} %",
+            f"{row['angle_before_mrad']} to {row['angle_after_mrad']}",
+            f"{row['force_before_n']} to {row['force_after_n']}",
+            row["seconds"],
+        )
+        for row in kept["units"].figures
+    )
+    return table(heads, rows)
+
+
 TABLES: dict[str, tuple[str, Callable[[Records], str]]] = {
     "readme": ("README.md", readme),
     "comparison": ("docs/comparison.md", comparison),
+    "turning": ("docs/policies.md", turning),
+    "mechanics on a GPU": (
+        "docs/speed.md",
+        lambda kept: mechanics(kept["gpu"], (1024, 16384, 65536)),
+    ),
+    "mechanics on a core": (
+        "docs/speed.md",
+        lambda kept: mechanics(kept["speed_cpu"], (1, 64, 1024)),
+    ),
+    "units": ("docs/virtual_bench.md", unit_rows),
 }
 """File and maker of each table, by the name in its marks."""
