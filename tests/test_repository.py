@@ -19,6 +19,9 @@ TEXT = (
     "README.md",
     "CONTRIBUTING.md",
     "CHANGELOG.md",
+    "AGENTS.md",
+    "SECURITY.md",
+    "llms.txt",
     *sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / "docs").rglob("*.md")),
 )
 UNREAD = ("CHANGELOG.md",)
@@ -96,6 +99,12 @@ def test_every_sentence_of_the_text_is_short_and_has_its_subject(name: str) -> N
         return
     found = [s for s in sentences(read(name)) if word_count(s) > LONGEST or BARE.match(s)]
     assert found == []
+
+
+def test_a_citation_has_the_version() -> None:
+    """``CITATION.cff`` names the version of ``pyproject.toml``."""
+    version = tomllib.loads(read("pyproject.toml"))["project"]["version"]
+    assert f"\nversion: {version}\n" in read("CITATION.cff")
 
 
 def test_the_index_lists_every_page() -> None:
