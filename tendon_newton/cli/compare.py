@@ -23,9 +23,12 @@ class CompareConfig:
     out: Path = Path("comparison")
     """Folder for picture and table; made if it is not there."""
     bench: str | None = None
-    """Bench; by default that of the recordings, or the finger."""
+    """Bench; by default that of the recordings or of the diagnosis, else the
+    finger."""
     dataset: Path | None = None
     """Dataset whose recordings are run; by default some steps and a sine."""
+    seconds: float = 20.0
+    """Time of the dataset's commands that is run [s]; inf takes all."""
     trust: bool = False
     """Trust the network's file from now on: it is a program that runs with your rights."""
 
@@ -38,7 +41,7 @@ def main(config: CompareConfig) -> None:
     from tendon_newton.exports.source import read_source
 
     quiet_warp()
-    source = read_source(config.model, config.bench, config.dataset)
+    source = read_source(config.model, config.bench, config.dataset, config.seconds)
     out = make_folder(config.out)
     found = compare(
         config.simulators, source.mechanism, source.model, source.runs, trust=config.trust

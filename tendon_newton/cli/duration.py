@@ -1,6 +1,7 @@
-"""Times that a person types."""
+"""Times that a person types, and waits for."""
 
 import re
+import time
 
 from tendon_newton.errors import InvalidParameter
 
@@ -25,3 +26,22 @@ def read_duration(text: str, option: str) -> float:
             f"{option} must be a time above zero such as 90s, 5min or 1h; it is {text!r:.40}"
         )
     return seconds
+
+
+class TimeLeft:
+    """Tells how much of some work is done and how long the rest will take, at this pace.
+
+    Args:
+        total: All of the work, in seconds of simulated time [s].
+    """
+
+    def __init__(self, total: float) -> None:
+        self.total, self.done, self.start = total, 0.0, time.monotonic()
+
+    def __call__(self, part: float) -> None:
+        """Tell it after a part of the work [s]; the end tells itself."""
+        self.done += part
+        left = (time.monotonic() - self.start) * (self.total / self.done - 1.0)
+        if self.done < self.total:
+            words = f"{self.done:.0f} of {self.total:.0f} s simulated, about {left:.0f} s left"
+            print(f"  {words}", flush=True)

@@ -23,15 +23,19 @@ class ExportConfig:
     out: Path
     """Folder for the files; made if it is not there."""
     bench: str | None = None
-    """Bench to export; by default that of the recordings, or the finger."""
+    """Bench to export; by default that of the recordings or of the diagnosis, else the
+    finger."""
     dataset: Path | None = None
     """Dataset whose recordings are replayed; by default some steps and a sine."""
+    seconds: float = 20.0
+    """Time of the dataset's commands that is replayed [s]; inf takes all."""
     trust: bool = False
     """Trust the network's file from now on: it is a program that runs with your rights."""
 
 
 def main(config: ExportConfig) -> None:
     """Write the files and say how far they stray."""
+    from tendon_newton.cli.duration import TimeLeft
     from tendon_newton.data.files.text_file import make_folder
     from tendon_newton.device_code.quiet import quiet_warp
     from tendon_newton.exports import find_export
@@ -40,14 +44,16 @@ def main(config: ExportConfig) -> None:
 
     quiet_warp()
     target = find_export(config.to)
-    source = read_source(config.model, config.bench, config.dataset)
+    source = read_source(config.model, config.bench, config.dataset, config.seconds)
     out = make_folder(config.out)
     exported = target.write(out, source.mechanism, source.model)
+    print(f"  {source.mechanism.name}, as {config.to} has it", flush=True)
     if exported.replays:
         seconds = sum(run.duration for run in source.runs)
         ways = " and by ".join(exported.replays)
         print(f"  replaying {seconds:.0f} s of commands by {ways} ...", flush=True)
-    fidelity = measure(target, exported, source, trust=config.trust)
+    told = TimeLeft(sum(run.duration for run in source.runs) * len(exported.replays))
+    fidelity = measure(target, exported, source, trust=config.trust, progress=told)
     write_page(out, f"{source.mechanism.name}, for {config.to}", exported, fidelity)
     for way, departure in fidelity.replays.items():
         print(f"  {way:24s} {departure.text}")

@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     from tendon_newton.data.recording import Recording
     from tendon_newton.simulation.hosts.rollout import Trajectory
 
+AT_ONCE = 8
+"""Recordings that are simulated side by side before the time left is told."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class SimulateConfig:
@@ -24,9 +27,11 @@ class SimulateConfig:
     dataset: Annotated[Path, tyro.conf.Positional]
     """Folder with dataset.toml and its recordings."""
     model: Path
-    """Model file (.toml) that moves the benches."""
+    """Model file (.toml) that moves the benches, or a diagnosis of them: its folder."""
     out: Path
     """Folder for the results; made if it is not there."""
+    seconds: float = 20.0
+    """Beginning of each recording that is simulated [s]; inf takes all."""
     time_step: float | None = None
     """Longest step of the integrator [s]; by default 0.125 ms, and 0.5 ms for mujoco."""
     solver: str = "tendon"
@@ -55,35 +60,54 @@ def main(config: SimulateConfig) -> None:
         raise InvalidParameter(
             f"--time-step must be between 1e-6 and 0.01 s; it is {config.time_step:g}"
         )
+    if not config.seconds > 0.0:
+        raise InvalidParameter(f"--seconds must be above 0; it is {config.seconds:g}")
     quiet_warp()
+
+    from tendon_newton.diagnosis.diagnosed_bench import model_path, refuse_other_bench
+    from tendon_newton.identification.cutting import beginning
+
     dataset = load_dataset(config.dataset, require_train=False, require_test=False)
-    model = load_model(config.model)
+    whole = (*dataset.train, *dataset.test)
+    refuse_other_bench(config.model, [recording.bench for recording in whole])
+    model = load_model(model_path(config.model))
     out = make_folder(config.out)
 
-    from tendon_newton.data.formats.csv_file import write_csv
-    from tendon_newton.simulation.hosts.replay import simulated_recording
+    from tendon_newton.cli.duration import TimeLeft
     from tendon_newton.simulation.simulators import find_simulator
-    from tendon_newton.simulation.trajectory_plot import plot_trajectory
 
     choice = find_simulator(config.solver)
     options: Any = {"network": config.network, "trust": config.trust}
     if config.time_step is not None:
         options["time_step"] = config.time_step
     simulator = choice(**options)
-    recordings = (*dataset.train, *dataset.test)
-    for recording, trajectory in zip(
-        recordings, simulator.simulate(recordings, model), strict=True
-    ):
-        path = out / Path(recording.name).with_suffix(".csv").name
-        write_csv(path, simulated_recording(recording, trajectory))
-        if config.plots:
-            plot_trajectory(path.with_suffix(".png"), recording, trajectory)
-        if config.view is not None:
-            from tendon_newton.workflows.viewing import show_simulated
-
-            show_simulated(recording, trajectory, config.view, path)
-        print(f"  {path.name:32s} {errors_text(recording, trajectory)}")
+    recordings = [beginning(r, config.seconds) if r.duration > config.seconds else r for r in whole]
+    if any(recording.duration > config.seconds for recording in whole):
+        print(f"  the first {config.seconds:g} s of each recording; --seconds inf takes all")
+    told = TimeLeft(sum(recording.duration for recording in recordings))
+    for first in range(0, len(recordings), AT_ONCE):
+        members = recordings[first : first + AT_ONCE]
+        for recording, trajectory in zip(members, simulator.simulate(members, model), strict=True):
+            write_result(config, recording, trajectory)
+        told(sum(recording.duration for recording in members))
     print(f"\nwrote {len(recordings)} recordings to {out}")
+
+
+def write_result(config: SimulateConfig, recording: Recording, trajectory: Trajectory) -> None:
+    """Write a simulation, with its picture and view, and print its errors."""
+    from tendon_newton.data.formats.csv_file import write_csv
+    from tendon_newton.simulation.hosts.replay import simulated_recording
+    from tendon_newton.simulation.trajectory_plot import plot_trajectory
+
+    path = config.out / Path(recording.name).with_suffix(".csv").name
+    write_csv(path, simulated_recording(recording, trajectory))
+    if config.plots:
+        plot_trajectory(path.with_suffix(".png"), recording, trajectory)
+    if config.view is not None:
+        from tendon_newton.workflows.viewing import show_simulated
+
+        show_simulated(recording, trajectory, config.view, path)
+    print(f"  {path.name:32s} {errors_text(recording, trajectory)}")
 
 
 def errors_text(recording: Recording, trajectory: Trajectory) -> str:

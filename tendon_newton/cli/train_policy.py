@@ -26,7 +26,7 @@ with more --iterations also with a finished one.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -66,8 +66,11 @@ def main(config: TrainPolicyConfig) -> None:
     from train.policy.runs.process import Process
     from train.policy.runs.training import train_policy
     from train.policy.worlds.force_model import trust_force
+    from train.policy.worlds.randomisation import on_diagnosed_finger
 
-    own = config.training
+    own = replace(config.training, environment=on_diagnosed_finger(config.training.environment))
+    if own != config.training:
+        print(f"  on {own.environment.finger}, the bench of the diagnosis", flush=True)
     if config.trust:
         trust_force(own.environment.force)
     out = make_folder(config.out)

@@ -1,7 +1,7 @@
 """The page beside an export: how to load it, how far it strays, what it leaves out."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ from tendon_newton.exports.departure import (
     with_and_without,
 )
 from tendon_newton.exports.source import Source
+from tendon_newton.simulation.hosts.rollout import Trajectory
 
 PAGE, NUMBERS = "README.md", "replay.json"
 
@@ -32,7 +33,12 @@ class Fidelity:
 
 
 def measure(
-    target: ExportTarget, exported: Exported, source: Source, *, trust: bool = False
+    target: ExportTarget,
+    exported: Exported,
+    source: Source,
+    *,
+    trust: bool = False,
+    progress: Callable[[float], None],
 ) -> Fidelity:
     """Replay recordings in the target and in our own simulation.
 
@@ -41,17 +47,23 @@ def measure(
         exported: What was written.
         source: Model, bench and commands.
         trust: Whether to trust a force network's file from now on.
+        progress: Told of each replay how long it was [s].
     """
+
+    def replay_by(way: str) -> list[Trajectory]:
+        out: list[Trajectory] = []
+        for run in runs:
+            out += replayed(target, exported, way, model, [run])
+            progress(run.duration)
+        return out
+
     mechanism, model, runs = source.mechanism, source.model, source.runs
     left_out = sorted({name for names in exported.left_out.values() for name in names})
     ours, without = with_and_without(model, runs, left_out, trust=trust)
     worth = {name: departure(mechanism, fewer, ours) for name, fewer in without.items()}
     return Fidelity(
         runs=tuple(run.name for run in runs),
-        replays={
-            way: departure(mechanism, replayed(target, exported, way, model, runs), ours)
-            for way in exported.replays
-        },
+        replays={way: departure(mechanism, replay_by(way), ours) for way in exported.replays},
         costs={
             way: {name: worth[name] for name in names}
             for way, names in exported.left_out.items()

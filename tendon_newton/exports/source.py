@@ -2,19 +2,22 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 
 from tendon_newton.data.dataset import load_dataset
 from tendon_newton.data.model_file import Model, load_model
 from tendon_newton.data.recording import Recording
+from tendon_newton.diagnosis.diagnosed_bench import bench_for, model_path
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.exports.departure import standard_runs
+from tendon_newton.identification.cutting import first_part
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.simulation.hosts.replay import bench_of
 from tendon_newton.simulation.model.parameter_table import spool_radius_of
 
 FINGER = "finger"
-"""Bench where neither a user nor a dataset names one."""
+"""Bench where no user, dataset or diagnosis names one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,18 +31,24 @@ class Source:
     """Recordings with commands."""
 
 
-def read_source(model: Path, bench: str | None, dataset: Path | None) -> Source:
+def read_source(
+    model: Path, bench: str | None, dataset: Path | None, seconds: float = inf
+) -> Source:
     """Read what a user names.
 
     Args:
         model: Model file, or a diagnosis: its folder or its diagnosis.json.
-        bench: Name of the bench, None where the dataset says it.
+        bench: Name of the bench, None where dataset or diagnosis say it.
         dataset: Recordings with the commands to replay, None for the standard ones.
+        seconds: Time of the dataset's commands that is taken [s].
 
     Raises:
-        InvalidParameter: The dataset has several benches, or none with commands.
+        InvalidParameter: The dataset or the diagnosis has several benches, the one has no commands,
+            or the two are of different benches.
         TendonNewtonError: A file is damaged or missing.
     """
+    if not seconds > 0.0:
+        raise InvalidParameter(f"--seconds must be above 0; it is {seconds:g}")
     read = load_model(model_path(model))
     recordings: list[Recording] = []
     if dataset is not None:
@@ -50,7 +59,7 @@ def read_source(model: Path, bench: str | None, dataset: Path | None) -> Source:
         raise InvalidParameter(
             f"--bench must name one of the dataset's benches: {', '.join(benches)}"
         )
-    name = bench or (benches[0] if benches else FINGER)
+    name = bench_for(model, bench or next(iter(benches), None), FINGER)
     mechanism = bench_of(name, read)
     runs = [run for run in recordings if run.bench == name]
     if dataset is not None and not runs:
@@ -58,12 +67,5 @@ def read_source(model: Path, bench: str | None, dataset: Path | None) -> Source:
     return Source(
         model=read,
         mechanism=mechanism,
-        runs=runs or standard_runs(mechanism, spool_radius_of(read)),
+        runs=first_part(runs, seconds) or standard_runs(mechanism, spool_radius_of(read)),
     )
-
-
-def model_path(path: Path) -> Path:
-    """Return the model file of a diagnosis, or the path itself."""
-    if path.is_dir():
-        return path / "model.toml"
-    return path.with_name("model.toml") if path.suffix == ".json" else path

@@ -39,6 +39,17 @@ def beginning(recording: Recording, seconds: float) -> Recording:
     return rows_of(recording, slice(0, row), recording.name)
 
 
+def first_part(recordings: Sequence[Recording], seconds: float) -> list[Recording]:
+    """Return the beginnings of recordings, in their order, that take some time [s] together."""
+    taken: list[Recording] = []
+    for recording in recordings:
+        left = seconds - sum(part.duration for part in taken)
+        if taken and left < LEAST_DURATION:
+            break
+        taken.append(beginning(recording, left) if left < recording.duration else recording)
+    return taken
+
+
 def hold_out(
     recordings: Sequence[Recording], share: float
 ) -> tuple[tuple[Recording, ...], tuple[Recording, ...]]:

@@ -1,7 +1,7 @@
 """Numbers that differ between the worlds of a training, drawn anew for each episode."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 from pathlib import Path
 
@@ -9,11 +9,13 @@ import torch
 from torch import Tensor
 
 from tendon_newton.data.model_file import Model
+from tendon_newton.diagnosis.diagnosed_bench import recorded_benches, refuse_other_bench
 from tendon_newton.diagnosis.diagnosis_file import read_diagnosis
 from tendon_newton.effects import EFFECTS, find_effect, law_of
-from tendon_newton.errors import InvalidDiagnosis, InvalidParameter, unknown_name
+from tendon_newton.errors import InvalidDiagnosis, InvalidParameter, listed, unknown_name
+from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.control_loop import ControlLoop
-from train.policy.config.environment_config import EnvironmentConfig
+from train.policy.config.environment_config import FINGERS, EnvironmentConfig
 from train.policy.worlds.force_model import moves_finger
 from train.policy.worlds.world_draws import WorldDraws
 
@@ -60,7 +62,8 @@ def ranges_of(config: EnvironmentConfig, model: Model) -> tuple[NumberRange, ...
     Raises:
         UnknownName: A word that is no number, no effect and no file.
         InvalidDiagnosis: A file is no diagnosis, or names nothing that moves a finger.
-        InvalidParameter: There is nothing that an effect could be drawn about.
+        InvalidParameter: There is nothing that an effect could be drawn about, or a diagnosis is of
+            another bench.
     """
     ranges: list[NumberRange] = []
     for word in config.randomise:
@@ -68,6 +71,7 @@ def ranges_of(config: EnvironmentConfig, model: Model) -> tuple[NumberRange, ...
             low, high = 1.0 - config.spread, 1.0 + config.spread
             ranges.append(NumberRange(owner=BENCH, name=word, low=low, high=high))
         elif word.endswith(".json"):
+            refuse_other_bench(Path(word), [config.finger])
             ranges += diagnosed_ranges(Path(word))
         elif word in EFFECTS:
             ranges += effect_ranges(word, model, config.spread)
@@ -78,6 +82,22 @@ def ranges_of(config: EnvironmentConfig, model: Model) -> tuple[NumberRange, ...
                 [*BENCH_NUMBERS, NONE, *EFFECTS, "a diagnosis.json file"],
             )
     return tuple(ranges)
+
+
+def on_diagnosed_finger(config: EnvironmentConfig) -> EnvironmentConfig:
+    """Return settings on the finger of their diagnosis, where nobody names another one.
+
+    Raises:
+        InvalidParameter: The diagnosis is of several fingers.
+    """
+    if config.finger != FINGERS["tip"]:
+        return config
+    named = [Path(word) for word in (config.force, *config.randomise) if Path(word).exists()]
+    benches = {bench for path in named for bench in recorded_benches(path)} - {config.finger}
+    fingers = sorted(bench for bench in benches if load_mechanism(bench).tip is not None)
+    if len(fingers) > 1:
+        raise InvalidParameter(f"--finger must name one of the diagnosis's: {listed(fingers)}")
+    return replace(config, finger=fingers[0]) if fingers else config
 
 
 def effect_ranges(effect: str, model: Model, spread: float) -> list[NumberRange]:
