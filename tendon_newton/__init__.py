@@ -1,9 +1,5 @@
 """Find what a simulation of a tendon-driven finger leaves out, name it, and put it in."""
 
-import importlib
-from importlib.metadata import PackageNotFoundError, version
-from typing import Any
-
 EXPORTS = {
     "ACTUATORS": "tendon_newton.actuators",
     "EFFECTS": "tendon_newton.effects",
@@ -35,13 +31,17 @@ EXPORTS = {
 only recordings are read."""
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     """Load a name when it is first asked for; ``__version__`` too, whose lookup takes time."""
     if name in EXPORTS:
-        value = getattr(importlib.import_module(EXPORTS[name]), name)
+        from importlib import import_module
+
+        value = getattr(import_module(EXPORTS[name]), name)
         globals()[name] = value
         return value
     if name == "__version__":
+        from importlib.metadata import PackageNotFoundError, version
+
         try:
             return version("tendon-newton")
         except PackageNotFoundError:
@@ -51,7 +51,7 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     """List the names for an interactive session."""
-    return sorted({*globals(), *EXPORTS, "__version__"})
+    return sorted({*EXPORTS, "__version__"})
 
 
 def source_version() -> str:

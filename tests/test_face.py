@@ -4,13 +4,18 @@ import ast
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 import tendon_newton
+from tendon_newton.diagnosis.notebook import notebook_progress
+from tests.diagnosis.made_up import diagnosis
 
 ROOT = Path(__file__).resolve().parents[1]
+EXAMPLE = ROOT / "examples" / "hidden_friction"
 HEAVY = ("warp", "newton", "mujoco", "torch", "pxr", "matplotlib", "scipy", "numpy")
 
 
@@ -67,3 +72,60 @@ def test_the_tour_runs_as_it_stands(
     assert float(found[2]) < 0.5 * float(found[1])
     least, most = re.findall(r"tensor\(\[([\d.]+), ([\d.]+)\]\)", said)[0]
     assert float(most) < float(least)
+    slope = re.findall(r"tensor\((-?[\d.]+), dtype", said)
+    assert float(slope[-1]) == pytest.approx(-0.152, rel=0.01)  # friction slows; three digits
+
+
+def test_what_is_printed_is_a_line_and_a_table_without_arrays() -> None:
+    """Recording, dataset, model and loop say what they are; words of files are no HTML."""
+    dataset = tendon_newton.load_dataset(EXAMPLE)
+    model = tendon_newton.load_model(EXAMPLE / "model.toml")
+    recording = replace(dataset.test[0], name="<b>.csv")
+    finger = tendon_newton.load_mechanism("finger")
+    loop = tendon_newton.ControlLoop(finger, model, 3, rate=20.0, device="cpu")
+    assert [repr(value) for value in (dataset, recording, model, loop)] == [
+        f"Dataset({str(EXAMPLE)!r}: 5 train, 3 test; spring_weak, finger, spring_strong; 119 s)",
+        "Recording('<b>.csv', spring_strong: 1105 rows, 13.8 s, command, motor_position, "
+        "motor_velocity, force)",
+        "Model(ideal(gain=4.2, spool_radius=0.0125))",
+        "ControlLoop(finger: 3 worlds of 1 tendons and 2 joints, 20 Hz, cpu)",
+    ]
+    pages = [value._repr_html_() for value in (dataset, recording, model)]
+    assert all(page.count("<tr>") == page.count("</tr>") > 1 for page in pages)
+    assert "&lt;b&gt;.csv" in pages[1]
+
+
+def test_plots_are_figures() -> None:
+    """With a simulation a residual stands below each signal; a dataset has a panel each."""
+    dataset = tendon_newton.load_dataset(EXAMPLE)
+    recording = dataset.test[0]
+    assert len(recording.plot().axes) == 2
+    assert len(recording.plot(recording).axes) == 4
+    shown = [axes for axes in dataset.plot().axes if axes.get_visible()]
+    assert len(shown) == len(dataset.train) + len(dataset.test)
+
+
+def test_a_diagnosis_is_a_line_a_table_and_a_figure() -> None:
+    """Its causes with numbers no finer than known, and an error without each."""
+    found = diagnosis("partly_explained")
+    assert repr(found).startswith("Diagnosis(partly_explained: viscous_friction coefficient 0.81")
+    assert "command_delay delay 22.9" in repr(found)
+    assert "held-out angle error 300 to 0.500 mrad RMS" in repr(found)
+    assert found._repr_html_().count("<tr>") == 3
+    angle, force = found.plot().axes
+    assert [len(axes.patches) for axes in (angle, force)] == [4, 4]
+
+
+def test_a_notebook_shows_what_is_being_done(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One line, written anew; a terminal of IPython and plain Python show nothing."""
+    shown: list[str] = []
+    line = SimpleNamespace(update=shown.append)
+    display = SimpleNamespace(display=lambda _, display_id: line)
+    shell = SimpleNamespace(kernel=None)
+    ipython = SimpleNamespace(get_ipython=lambda: shell, display=display)
+    monkeypatch.setitem(sys.modules, "IPython", ipython)
+    notebook_progress()("looking at 42 effects")
+    assert shown == ["0 s  looking at 42 effects"]
+    del shell.kernel
+    notebook_progress()("looking at 42 effects")
+    assert len(shown) == 1

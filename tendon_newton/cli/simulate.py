@@ -95,14 +95,15 @@ def main(config: SimulateConfig) -> None:
 
 def write_result(config: SimulateConfig, recording: Recording, trajectory: Trajectory) -> None:
     """Write a simulation, with its picture and view, and print its errors."""
+    from tendon_newton.data.files.picture import save
     from tendon_newton.data.formats.csv_file import write_csv
+    from tendon_newton.data.recording_plot import recording_figure
     from tendon_newton.simulation.hosts.replay import simulated_recording
-    from tendon_newton.simulation.trajectory_plot import plot_trajectory
 
     path = config.out / Path(recording.name).with_suffix(".csv").name
     write_csv(path, simulated_recording(recording, trajectory))
     if config.plots:
-        plot_trajectory(path.with_suffix(".png"), recording, trajectory)
+        save(recording_figure(recording, trajectory), path.with_suffix(".png"))
     if config.view is not None:
         from tendon_newton.workflows.viewing import show_simulated
 

@@ -7,11 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from tendon_newton.data.bench_overrides import read_bench_overrides, write_bench_overrides
 from tendon_newton.data.files.checked_table import CheckedTable
 from tendon_newton.data.files.file_names import check_path
+from tendon_newton.data.files.html_table import html_table
 from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys, write_toml
 from tendon_newton.data.files.values import are_tables
 from tendon_newton.data.formats.any_file import read_recording_file
@@ -19,7 +20,11 @@ from tendon_newton.data.formats.csv_file import write_csv
 from tendon_newton.data.formats.many_files import process_count, read_all
 from tendon_newton.data.formats.topic_mapping_file import read_topic_mapping
 from tendon_newton.data.recording import FREE, Recording
+from tendon_newton.data.recording_plot import overview_figure
 from tendon_newton.errors import InvalidDataset, TendonNewtonError, listed, shown
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 FILE_NAME = "dataset.toml"
 SPLITS = ("train", "test")
@@ -59,6 +64,28 @@ class Dataset:
     """Recordings that a fit may see."""
     test: tuple[Recording, ...]
     """Recordings that are never fitted."""
+
+    def __repr__(self) -> str:
+        """Say what it holds, without its numbers."""
+        every = (*self.train, *self.test)
+        benches = ", ".join(dict.fromkeys(recording.bench for recording in every))
+        return (
+            f"Dataset({str(self.path)!r}: {len(self.train)} train, {len(self.test)} test; "
+            f"{benches}; {sum(recording.duration for recording in every):.0f} s)"
+        )
+
+    def _repr_html_(self) -> str:
+        """List its recordings in a notebook."""
+        rows = [
+            (r.name, split, r.bench, f"{r.duration:.1f} s", ", ".join(r.signals))
+            for split in SPLITS
+            for r in getattr(self, split)
+        ]
+        return html_table(repr(self), ("recording", "split", "bench", "length", "signals"), rows)
+
+    def plot(self) -> "Figure":
+        """Draw command and angle of every recording."""
+        return overview_figure((*self.train, *self.test))
 
 
 def load_dataset(

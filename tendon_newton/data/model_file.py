@@ -17,6 +17,7 @@ from tendon_newton.data.bench_overrides import (
     read_bench_overrides,
     write_bench_overrides,
 )
+from tendon_newton.data.files.html_table import html_table
 from tendon_newton.data.files.text_file import finite_number
 from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys, write_toml
 from tendon_newton.data.files.values import are_tables, are_words, is_count, is_table
@@ -55,6 +56,14 @@ class NamedValues:
                 )
         object.__setattr__(self, "values", MappingProxyType(dict(self.values)))
 
+    def __repr__(self) -> str:
+        """Write it as a call, numbers with six digits."""
+        numbers = (
+            f"{key}={value!r}" if isinstance(value, str) else f"{key}={value:.6g}"
+            for key, value in self.values.items()
+        )
+        return f"{self.cause}({', '.join(numbers)})"
+
     @property
     def cause(self) -> str:
         """Name of an effect with its servo, as in ``gain_error of servo 1``."""
@@ -79,6 +88,23 @@ class Model:
         refuse_doubles([effect.cause for effect in self.effects], "effect")
         refuse_doubles(self.fit, "fit entry")
         object.__setattr__(self, "bench_overrides", MappingProxyType(dict(self.bench_overrides)))
+
+    def __repr__(self) -> str:
+        """Write actuator and effects, and what else there is."""
+        parts = [repr(self.actuator), *map(repr, self.effects)]
+        parts += [f"bench_overrides: {listed(self.bench_overrides)}"] * bool(self.bench_overrides)
+        parts += [f"fit: {listed(self.fit)}"] * bool(self.fit)
+        return f"Model({'; '.join(parts)})"
+
+    def _repr_html_(self) -> str:
+        """List its numbers in a notebook."""
+        rows = [
+            (part.cause, key, value if isinstance(value, str) else f"{value:.6g}")
+            for part in (self.actuator, *self.effects)
+            for key, value in part.values.items()
+        ]
+        unknown = f"; to be fitted: {listed(self.fit)}" if self.fit else ""
+        return html_table(f"Model{unknown}", ("part", "number", "value in SI units"), rows)
 
 
 def load_model(path: str | Path) -> Model:

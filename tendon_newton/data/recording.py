@@ -6,14 +6,19 @@ from dataclasses import dataclass, field, fields
 from functools import partial
 from math import isfinite
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.channels import CHANNELS, TIME_STEP_RANGE
+from tendon_newton.data.files.html_table import html_table
+from tendon_newton.data.recording_plot import recording_figure
 from tendon_newton.errors import InvalidRecording, shown
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["Array", "BenchOverrides", "Indices", "Mask", "Recording"]
 
@@ -87,12 +92,39 @@ class Recording:
         check_shapes(self)
         check_values(self)
 
+    def __repr__(self) -> str:
+        """Say what it holds, without its numbers."""
+        return (
+            f"Recording({self.name!r}, {self.bench}: {self.sample_count} rows, "
+            f"{self.duration:.1f} s, {', '.join(self.signals)})"
+        )
+
+    def _repr_html_(self) -> str:
+        """Show the ranges of its signals in a notebook."""
+        columns = ((name, getattr(self, name)) for name in self.signals)
+        rows = [(name, f"{v.min():.4g}", f"{v.max():.4g}", v.shape) for name, v in columns]
+        return html_table(repr(self), ("signal", "least", "most", "shape"), rows)
+
     def __reduce__(self) -> tuple[Any, ...]:
         """Return what another process builds the recording from: read-only tables do not travel."""
         table = {f.name: getattr(self, f.name) for f in fields(self)}
         for name in ("extra", "actuator_overrides"):
             table[name] = dict(table[name])
         return partial(type(self), **table), ()
+
+    def plot(self, simulated: "Recording | None" = None) -> "Figure":
+        """Draw command, angle and tension; with a simulation of the same rows also what it misses.
+
+        Args:
+            simulated: What `simulate` made of this recording.
+        """
+        return recording_figure(self, simulated)
+
+    @property
+    def signals(self) -> tuple[str, ...]:
+        """Fields that were commanded or measured."""
+        fields_there = (channel.field for channel in CHANNELS)
+        return tuple(name for name in fields_there if getattr(self, name) is not None)
 
     @property
     def sample_count(self) -> int:

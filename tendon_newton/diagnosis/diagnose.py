@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,6 +29,7 @@ from tendon_newton.diagnosis.explanation import (
 from tendon_newton.diagnosis.findings import Findings, Found
 from tendon_newton.diagnosis.identifiability import Confounded, find_confounded, is_flat
 from tendon_newton.diagnosis.next_experiment.separation import propose
+from tendon_newton.diagnosis.notebook import Progress, notebook_progress
 from tendon_newton.diagnosis.result import (
     CandidateScore,
     Diagnosis,
@@ -59,8 +60,6 @@ alone."""
 SEED = 0
 """Of the bootstrap: the same data give the same diagnosis."""
 
-Progress = Callable[[str], None]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Evidence:
@@ -80,7 +79,7 @@ def diagnose(
     dataset: Dataset,
     model: Model,
     *,
-    progress: Progress = lambda _: None,
+    progress: Progress | None = None,
     budget: float | None = None,
 ) -> tuple[Diagnosis, Evidence]:
     """Name what a model gets wrong about a dataset.
@@ -88,13 +87,14 @@ def diagnose(
     Args:
         dataset: Training recordings decide, test recordings only report.
         model: The model to start from.
-        progress: Told, in a few words, what is being done.
+        progress: Told, in a few words, what is being done; by default a notebook shows it.
         budget: Time that the whole diagnosis may take, about [s], its report included.
 
     Raises:
         TendonNewtonError: The dataset or the model cannot be used; the message says why.
     """
     start = time.monotonic()
+    progress = progress or notebook_progress()
     rng = np.random.default_rng(SEED)
     every = (*dataset.train, *dataset.test)
     servo_count(every, benches_of(every, model))

@@ -6,15 +6,21 @@ import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
+from tendon_newton.data.files.html_table import html_table
 from tendon_newton.data.files.json_file import write_json
+from tendon_newton.data.files.picture import new_figure, tidy
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.parameters import BenchScale
-from tendon_newton.data.servo_names import servo_of
+from tendon_newton.data.servo_names import effect_of, servo_of
 from tendon_newton.diagnosis.explanation import Estimate, Explanation, Setting
 from tendon_newton.diagnosis.identifiability import Confounded
+from tendon_newton.diagnosis.plain_numbers import estimate_text, number
 from tendon_newton.diagnosis.unexplained.structure import Structure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["Diagnosis", "Errors", "Estimate", "NamedEffect", "Verdict", "write_diagnosis"]
 
@@ -159,6 +165,51 @@ class Diagnosis:
     """Whether the search came to its end; else causes may be missing."""
     next_steps: tuple[str, ...] = ()
     """What came closest, what stopped it and what to do, where a gap is left."""
+
+    def __repr__(self) -> str:
+        """Say the verdict, the causes with their numbers, and the held-out error."""
+        causes = "; ".join(" ".join(row) for row in self.rows()) or "no cause"
+        return f"Diagnosis({self.verdict}: {causes}; {self.change})"
+
+    def _repr_html_(self) -> str:
+        """List the causes with their numbers in a notebook."""
+        heads = ("cause", "number", "value", "95 % interval")
+        title = f"{self.verdict.replace('_', ' ')}; {self.change}"
+        return html_table(title, heads, self.rows())
+
+    def rows(self) -> list[tuple[str, str, str, str]]:
+        """Return cause, name, value and interval of each number, in words."""
+        return [
+            (effect.name, name, *estimate_text(effect_of(effect.name), name, estimate))
+            for effect in self.effects
+            for name, estimate in effect.parameters.items()
+        ]
+
+    @property
+    def change(self) -> str:
+        """How the held-out error of the motor angle changes, in words."""
+        before, after = self.baseline.theta_rmse, self.extended.theta_rmse
+        return f"held-out angle error {number(1e3 * before)} to {number(1e3 * after)} mrad RMS"
+
+    def plot(self) -> Figure:
+        """Draw held-out errors: of the model as given, without each cause, and with all causes."""
+        models = [
+            ("with all causes", self.extended),
+            *((f"without {effect.name}", effect.without) for effect in reversed(self.effects)),
+            ("as given", self.baseline),
+        ]
+        sides = [("motor angle [mrad RMS]", [1e3 * errors.theta_rmse for _, errors in models])]
+        forces = [errors.force_rmse for _, errors in models if errors.force_rmse is not None]
+        if len(forces) == len(models):
+            label = f"{self.scale.force_name} [{self.scale.force_unit} RMS]"
+            sides.append((label, forces))
+        figure = new_figure(4.0 + 3.0 * len(sides), 1.0 + 0.35 * len(models))
+        panels = figure.subplots(1, len(sides), sharey=True, squeeze=False)[0]
+        for axes, (label, sizes) in zip(panels, sides, strict=True):
+            axes.barh([name.replace("_", " ") for name, _ in models], sizes, color="#1f6f8b")
+            axes.set_xlabel(label)
+            tidy(axes)
+        return figure
 
     def to_json(self) -> dict[str, Any]:
         """Return the contract's dictionary."""

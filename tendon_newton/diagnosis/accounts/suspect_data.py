@@ -11,7 +11,7 @@ import numpy as np
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.data.root_mean_square import rms
-from tendon_newton.diagnosis.reporting.report_words import quantity
+from tendon_newton.diagnosis.plain_numbers import quantity
 from tendon_newton.errors import TendonNewtonError
 from tendon_newton.identification.study import Residual, Study, replacements
 

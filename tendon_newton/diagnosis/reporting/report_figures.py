@@ -13,8 +13,8 @@ from tendon_newton.diagnosis.held_out import (
     pooled,
     pooled_rms,
 )
+from tendon_newton.diagnosis.plain_numbers import number
 from tendon_newton.diagnosis.reporting.inline_svg import AFTER, BEFORE, FAINT, GREY, INK, svg
-from tendon_newton.diagnosis.reporting.report_words import number
 from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.diagnosis.unexplained.remainder import side_words
 from tendon_newton.diagnosis.unexplained.structure import Profile, Structure

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import inspect
-import math
 import re
 from collections.abc import Mapping
 from dataclasses import replace
 
 from tendon_newton.data.servo_names import servo_of
-from tendon_newton.diagnosis.result import Diagnosis, Estimate, NamedEffect
+from tendon_newton.diagnosis.plain_numbers import estimate_text, finer, is_share, number
+from tendon_newton.diagnosis.result import Diagnosis, NamedEffect
 from tendon_newton.effects import law_of
 
 SENTENCES: dict[str, str] = {
@@ -54,67 +54,6 @@ SENTENCES: dict[str, str] = {
     "viscous_friction": "The servo loses {coefficient:loss} for every rad/s at which it turns",
 }
 """What a cause means for a bench; an effect without one is told by its docstring's first line."""
-
-FINER: dict[str, tuple[float, float, str]] = {
-    # unit -> below this size, divide by this, and write this instead
-    "s": (0.5, 1e-3, "ms"),
-    "rad": (0.1, 1e-3, "mrad"),
-    "m": (0.5, 1e-3, "mm"),
-    "1": (math.inf, 1.0, ""),
-    "1/s": (0.1, 1e-2, "% per second"),
-}
-SHARES = (
-    ("gear_load_friction", "coefficient"),
-    ("joint_dry_friction", "fraction"),
-    ("load_dependent_friction", "coefficient"),
-    ("load_stribeck_friction", "coefficient"),
-    ("load_stribeck_friction", "static_coefficient"),
-    ("viscoelastic_spring", "stiffness_ratio"),
-)
-"""(effect, parameter) without a unit that reads best in per cent."""
-LARGE = 1.0e4
-"""Numbers from here on are written in thousands."""
-
-
-def number(value: float, digits: int = 3) -> str:
-    """Return a number with so many significant digits and no exponent."""
-    if value == 0.0 or not math.isfinite(value):
-        return f"{value:g}"
-    decimals = max(0, digits - 1 - math.floor(math.log10(abs(value))))
-    return f"{value:.{min(decimals, 6)}f}".replace("-", "−")
-
-
-def quantity(value: float, unit: str) -> str:
-    """Return a number with its unit, in the multiple that reads best."""
-    factor, name = finer(value, unit)
-    return f"{number(value / factor)} {name}".rstrip()
-
-
-def finer(value: float, unit: str) -> tuple[float, str]:
-    """Return the multiple of a unit in which a value reads best."""
-    if unit == "N/m" and abs(value) >= LARGE:
-        return 1e3, "N/mm"
-    below, factor, name = FINER.get(unit, (0.0, 1.0, unit))
-    return (factor, name) if abs(value) < below else (1.0, unit)
-
-
-def is_share(owner: str, parameter: str) -> bool:
-    """Tell whether a parameter reads best in per cent."""
-    return (owner, parameter) in SHARES
-
-
-def estimate_text(owner: str, parameter: str, estimate: Estimate) -> tuple[str, str]:
-    """Return a fitted number and its interval, no finer than the interval resolves."""
-    factor, unit = finer(estimate.value, estimate.unit)
-    if is_share(owner, parameter):
-        factor, unit = 1e-2, "%"
-    value, low, high = (x / factor for x in (estimate.value, *estimate.ci95))
-    spread = max(value - low, high - value, abs(value) * 1e-3)
-    decimals = 0
-    if math.isfinite(spread) and spread > 0.0:
-        decimals = min(4, max(0, 1 - math.floor(math.log10(spread))))
-    shown = [f"{x:.{decimals}f}".replace("-", "−") for x in (value, low, high)]
-    return f"{shown[0]} {unit}".rstrip(), f"{shown[1]} to {shown[2]} {unit}".rstrip()
 
 
 def comparison(scale: float) -> str:

@@ -108,6 +108,7 @@ class ControlLoop:
         bench = mechanism if overrides is None else override_mechanism(mechanism, overrides)
         self.rate = rate
         self.world_count = world_count
+        self.mechanism_name = mechanism.name
         self._newton: Any = build_model(bench, world_count, device=device)
         self.device = self._newton.device
         if find_actuator(model.actuator.name).held:
@@ -130,6 +131,13 @@ class ControlLoop:
         self._begun = False
         self._make_tensors(bench.tip is not None)
         self._make_graphs()
+
+    def __repr__(self) -> str:
+        """Say what it steps."""
+        return (
+            f"ControlLoop({self.mechanism_name}: {self.world_count} worlds of {self.tendon_count} "
+            f"tendons and {self.joint_count} joints, {self.rate:g} Hz, {self.device})"
+        )
 
     @property
     def tendon_count(self) -> int:

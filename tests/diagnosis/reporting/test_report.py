@@ -11,17 +11,11 @@ import pytest
 from tendon_newton.data.parameters import BenchScale
 from tendon_newton.diagnosis.diagnose import Evidence
 from tendon_newton.diagnosis.identifiability import Confounded
+from tendon_newton.diagnosis.plain_numbers import estimate_text, number, quantity
 from tendon_newton.diagnosis.reporting.report import Origin, write_report
 from tendon_newton.diagnosis.reporting.report_causes import Rival, cause_rows, rival_rows
 from tendon_newton.diagnosis.reporting.report_figures import short
-from tendon_newton.diagnosis.reporting.report_words import (
-    SENTENCES,
-    cause_sentence,
-    estimate_text,
-    headline,
-    number,
-    quantity,
-)
+from tendon_newton.diagnosis.reporting.report_words import SENTENCES, cause_sentence, headline
 from tendon_newton.diagnosis.result import (
     Errors,
     Estimate,
