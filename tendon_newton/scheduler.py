@@ -22,7 +22,7 @@ Result = TypeVar("Result")
 THREADS_VARIABLE = "TENDON_NEWTON_THREADS"
 """Environment variable with the threads that a process's simulations take; all cores by default."""
 LIBRARY_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
-"""The same of the libraries; more than one per process would only wait for each other."""
+"""Environment variables with the threads of libraries; several would only wait for each other."""
 MOST_JOBS = 1024
 CONNECTION_LIMIT = 30.0
 """Time in which a scheduler must answer [s]."""

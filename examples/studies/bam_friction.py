@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 TORQUES = (-9.0, -0.4, 0.05, 2.0, 15.0)
-"""Of the motor [N m]."""
+"""Torques of the motor [N m]."""
 SPEEDS = (0.0, 0.3, 1.5, 8.0)
 """[rad/s]"""
 LAWS: dict[str, tuple[str, dict[str, float]]] = {

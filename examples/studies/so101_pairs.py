@@ -38,7 +38,7 @@ FIXED = ("actuator_lag", "command_delay", "deadband", "position_offset")
 TOLD = Model(actuator=NamedValues(name="ideal_position", values={}))
 """A servo that is where it was told to be."""
 SEED = 0
-"""Of the draw of pairs."""
+"""Seed of the draw of pairs."""
 TARGETS = {"Rotation": 0.75, "Wrist_Roll": 0.70}
 """Share of the RMS error [1] that should go, by joint."""
 
@@ -54,11 +54,11 @@ class PairResult:
     """RMS error on all other motions of a servo that is where it was told to be, without the rows
     in which something solid holds the shaft [rad]."""
     free_after: float
-    """The same of the diagnosed servo [rad]."""
+    """Error of the diagnosed servo [rad]."""
     fixed_after: float
-    """The same of lag, delay, deadband and offset, fitted to the same motions [rad]."""
+    """Error of lag, delay, deadband and offset, fitted to the same motions [rad]."""
     fixed_stated_after: float
-    """The same of these four behind what the start states [rad]."""
+    """Error of these four behind what the start states [rad]."""
     worse: tuple[str, ...]
     """Held-out motions that move in which the diagnosed servo is further off than the start."""
     causes: str

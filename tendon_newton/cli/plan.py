@@ -38,7 +38,7 @@ class PlanConfig:
     force_limit: float = 24.0
     """Tension that no run may reach in simulation [N]; a torque where a shaft is turned [N m]."""
     seed: int = 0
-    """Of what is drawn."""
+    """Seed of all draws."""
 
 
 def main(config: PlanConfig) -> None:

@@ -41,7 +41,7 @@ class NamedValues:
     name: str
     """Key in the table of actuators or effects."""
     values: Mapping[str, float | str]
-    """Its parameters in SI units; words only where a parameter is a file."""
+    """Parameters in SI units; words only where a parameter is a file."""
     servo: int | None = None
     """Servo that an effect is about, counted from 0; None where it is about all."""
 

@@ -202,7 +202,7 @@ SECOND_MEMORIES: tuple[int, ...] = constant()
 PLACES: tuple[int, ...] = constant()
 """Where the results of functions that renew a memory start."""
 BITS: tuple[int, ...] = constant()
-"""Their places in `Drive.asleep`."""
+"""Places of these functions in `Drive.asleep`."""
 
 SKIPS: bool = constant()
 """Whether effects whose parameters are all null are passed over. A tape asks for their derivatives
@@ -216,7 +216,7 @@ FIRST_OWN: int = constant()
 OWN_BITS: tuple[int, ...] = constant()
 """For each parameter of the effects, its effect's place in `Drive.asleep`."""
 OWN_NULLS: tuple[float, ...] = constant()
-"""Its null value."""
+"""Null value of each of these parameters."""
 
 HAS_MEMORY: bool = constant()
 """Whether any effect of the kernel has internal state."""
@@ -225,7 +225,7 @@ MEMORY_SIZE: int = constant()
 MEMORY_OFFSETS: tuple[int, ...] = constant()
 """Where the first parameters of the effects with memory stand, those of each tendon."""
 MEMORY_NULLS: tuple[float, ...] = constant()
-"""Their null values."""
+"""Null values of these parameters."""
 HOLDS_FORCE: bool = constant()
 """Whether the actuator's force is decided outside the kernel and held."""
 HELD_MEMORY: int = constant()
@@ -248,7 +248,7 @@ SPAN_TABLE: Any = constant()
 START_WAY: Any = constant()
 """Way from a span's observer to its start; see `routes`."""
 END_WAY: Any = constant()
-"""The same to its end."""
+"""Way from a span's observer to its end."""
 
 TOUCHES: bool = constant()
 """Whether links may meet obstacles."""
@@ -285,6 +285,6 @@ SHARES_BODY: bool = constant()
 BODY: int = constant()
 """Which of the obstacles that is."""
 BODY_SHAPE: int = constant()
-"""Its shape."""
+"""Shape of the free body."""
 FIRST_BODY: int = constant()
 """Where its six coordinates begin: how far it has moved [m] and turned [rad] in a step."""

@@ -9,7 +9,7 @@ from tempfile import TemporaryFile
 VERBOSE = "TENDON_NEWTON_VERBOSE"
 """Environment variable under which nothing is kept back; the option --verbose of every verb."""
 NO_DRIVER = b"Could not find or load the NVIDIA CUDA driver"
-"""Of the line that native code writes where there is no GPU; who asks for one is told by a verb."""
+"""Words of native code where there is no GPU; who asks for one is told by a verb."""
 
 
 def quiet_warp() -> None:

@@ -87,17 +87,17 @@ class Tendon:
     spool_radius: real
     """The spool's radius with its effects [m]."""
     inverse_radius: real
-    """Its inverse [1/m]."""
+    """Inverse of that radius [1/m]."""
     length: real
     """Excursion l of the mechanism [m]."""
     rate: real
-    """Its rate [m/s]."""
+    """Rate of the excursion [m/s]."""
     wound: real
     """String on the spool [m]: the excursion, and by how much a spool of its own leads it."""
     velocity: real
     """Rate of the wound string [m/s]."""
     acceleration: real
-    """Its mean acceleration since the memory was current [m/s2]."""
+    """Mean acceleration of the wound string since the memory was current [m/s2]."""
     side: real
     """+1 while it slides in, -1 while it slides out, +2 and -2 beyond the motor's speed, 0 without
     friction."""
@@ -179,7 +179,7 @@ class Mechanism:
     gravity_across: DeviceArray[Place]
     """What tipping the bench takes from it by the sine of the angle [m/s2]."""
     gravity_along: DeviceArray[Place]
-    """The same by one less the cosine [m/s2]."""
+    """What tipping takes from it by one less the cosine of the angle [m/s2]."""
     arms: DeviceArray[ArmMatrix]
     """Moment arms that are constant [m] or [1]."""
     mass: DeviceGrid[real]
@@ -217,7 +217,7 @@ class Mechanism:
     body_mass: Annotated[DeviceArray[real], HAS_BODY]
     """Mass of the free body [kg]."""
     body_inertia: Annotated[DeviceArray[Vec3], HAS_BODY]
-    """Its inertia about its own axes [kg m2]."""
+    """Inertia of the free body about its own axes [kg m2]."""
     body_gravity: Annotated[DeviceArray[Vec3], HAS_BODY]
     """Gravity in the axes of the base, out of a chain's plane too [m/s2]."""
 
@@ -229,7 +229,7 @@ class Commands:
     first: DeviceArray[int]
     """First row of each recording."""
     count: DeviceArray[int]
-    """Its number of rows."""
+    """Number of rows of each recording."""
     time: DeviceArray[real]
     """Instants of all rows on the log's clock [s]."""
     angle: DeviceArray[TendonVector]
@@ -243,7 +243,7 @@ class Commands:
     start_angle: DeviceArray[TendonVector]
     """Shaft angles in the first row [rad]."""
     start_rate: DeviceArray[TendonVector]
-    """Their rates [rad/s]."""
+    """Rates of the shafts in the first row [rad/s]."""
 
 
 @device_struct
@@ -287,7 +287,7 @@ class States:
     q: DeviceArray[JointVector]
     """Coordinates [rad, m]."""
     v: DeviceArray[JointVector]
-    """Their rates."""
+    """Rates of the coordinates [rad/s, m/s]."""
     memory: DeviceArray[MemoryVector]
     """What the worlds remember."""
 
@@ -299,7 +299,7 @@ class StateRows:
     q: DeviceGrid[JointVector]
     """Coordinates [rad, m]."""
     v: DeviceGrid[JointVector]
-    """Their rates."""
+    """Rates of the coordinates [rad/s, m/s]."""
     memory: DeviceGrid[MemoryVector]
     """What the worlds remember."""
 
@@ -313,7 +313,7 @@ class Readout:
     motor_position: DeviceArray[TendonVector]
     """What the encoders report [rad]."""
     motor_velocity: DeviceArray[TendonVector]
-    """Its rate [rad/s]."""
+    """Rates of these angles [rad/s]."""
     force: DeviceArray[TendonVector]
     """What the load cells report [N]."""
 
@@ -329,7 +329,7 @@ class Servo:
     q: DeviceArray[JointVector]
     """Coordinates [rad, m], with more digits than Newton's."""
     v: DeviceArray[JointVector]
-    """Their rates."""
+    """Rates of the coordinates [rad/s, m/s]."""
     memory: DeviceArray[MemoryVector]
     """What the worlds remember."""
     voltage: DeviceArray[wp.float32]
@@ -379,7 +379,7 @@ class Track:
     q: DeviceGrid[JointVector]
     """Coordinates at the start of each step [rad, m]."""
     v: DeviceGrid[JointVector]
-    """Their rates."""
+    """Rates of the coordinates [rad/s, m/s]."""
     memory: DeviceGrid[MemoryVector]
     """What the worlds remembered."""
     latest: DeviceArray[MemoryVector]
@@ -413,7 +413,7 @@ class ReadRows:
     row: DeviceArray[int]
     """Which each is, among those of all recordings."""
     world: DeviceArray[int]
-    """Its world."""
+    """World of each row."""
     state: DeviceArray[int]
     """Row of the states in which it is read."""
 
@@ -488,9 +488,9 @@ class Log:
     """A recording among those of a launch."""
 
     first: int
-    """Its first row among the commands."""
+    """First row of the recording among the commands."""
     count: int
-    """Its number of rows."""
+    """Number of rows."""
     scale: real
     """Seconds that pass in one second of its clock [1]."""
 
@@ -546,7 +546,7 @@ class Drive:
     q: JointVector
     """Coordinates [rad, m]."""
     v: JointVector
-    """Their rates."""
+    """Rates of the coordinates [rad/s, m/s]."""
     length: Annotated[TendonVector, ROUTED]
     """Excursions [m]."""
     arms: Annotated[ArmMatrix, ROUTED]
@@ -634,7 +634,7 @@ class Motion:
     q: JointVector
     """Coordinates [rad, m]."""
     v: JointVector
-    """Their rates."""
+    """Rates of the coordinates [rad/s, m/s]."""
     mass_matrix: JointMatrix
     """M(q) there, to the order of the step."""
     memory: MemoryVector
@@ -702,9 +702,9 @@ class FreeEquation:
     """An equation matrix x = load in which some joints are held."""
 
     matrix: JointMatrix
-    """Their rows and columns are those of one."""
+    """Matrix; rows and columns of held joints are those of one."""
     load: JointVector
-    """Their loads are zero."""
+    """Load; zero at held joints."""
     arms: RowMatrix
     """Tendons' rows, zero along them [m] or [1]."""
 
@@ -718,11 +718,11 @@ class Spool:
     force: Jet
     """What accelerates the rotor [N]."""
     force_by_lead: real
-    """Its derivative by the spool's lead [N/m]."""
+    """Derivative of this force by the spool's lead [N/m]."""
     pull: Jet
     """What reaches the mechanism [N]."""
     pull_by_lead: real
-    """Its derivative by the spool's lead [N/m]."""
+    """Derivative of this pull by the spool's lead [N/m]."""
 
 
 @device_struct
@@ -732,7 +732,7 @@ class Reading:
     angle: TendonVector
     """What the encoders report [rad]."""
     angle_rate: TendonVector
-    """Its rate [rad/s]."""
+    """Rates of these angles [rad/s]."""
     force: TendonVector
     """True tensions at the load cells [N]."""
 
@@ -826,7 +826,7 @@ class ContactPose:
     body_place: Annotated[Vec3, HAS_BODY]
     """Centre of the free body [m]."""
     body_frame: Annotated[Mat33, HAS_BODY]
-    """Its axes, as columns [1]."""
+    """Axes of the free body, as columns [1]."""
 
 
 @device_struct
@@ -858,13 +858,13 @@ class Grip:
     force: real
     """Along the normal [N]."""
     stiffness: real
-    """Its derivative by the way along the normal [N/m]."""
+    """Derivative of the force by the way along the normal [N/m]."""
     damping: real
-    """Its derivative by the speed along the normal [N s/m]."""
+    """Derivative of the force by the speed along the normal [N s/m]."""
     drag: Vec3
     """Friction [N]."""
     direction: Vec3
-    """Its direction where it slides [1], zero where it sticks."""
+    """Direction of the friction where it slides [1], zero where it sticks."""
     shear_stiffness: real
     """Derivative of the friction by the way sideways [N/m]."""
     shear_damping: real
@@ -880,9 +880,9 @@ class ContactTerms:
     torque: JointVector
     """[N m] or [N]."""
     stiffness: JointMatrix
-    """Its derivative by the coordinates."""
+    """Derivative of the torque by the coordinates."""
     damping: JointMatrix
-    """Its derivative by their rates."""
+    """Derivative of the torque by the rates."""
     force: Vec3
     """Force of one contact on its link [N]."""
     stretch: Vec3

@@ -84,7 +84,7 @@ class Readings:
     motor_position: Any
     """What the encoder reports [rad], shape (S, D)."""
     motor_velocity: Any
-    """Its rate [rad/s], shape (S, D)."""
+    """Rate of the motor angle [rad/s], shape (S, D)."""
     force: Any
     """Tension at the load cell [N], shape (S, D)."""
 

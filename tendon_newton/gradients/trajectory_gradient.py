@@ -25,7 +25,7 @@ class TrajectoryTensors:
     motor_position: Tensor
     """Angle that the encoder reports [rad], shape (S, D)."""
     motor_velocity: Tensor
-    """Its rate [rad/s], shape (S, D)."""
+    """Rate of the motor angle [rad/s], shape (S, D)."""
     force: Tensor
     """Tension at the load cell [N], shape (S, D)."""
 

@@ -40,7 +40,7 @@ from train.policy.worlds.force_model import trust_force
 BENCH_DURATION = 16.5
 """Length of the paper's stairs: eleven of 1.5 s [s]."""
 NO_OTHERS = FurtherLoadCells()
-"""Of a bench with one servo."""
+"""Further servos of a bench with one servo: none."""
 
 
 @dataclass(frozen=True, kw_only=True)

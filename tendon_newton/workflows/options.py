@@ -123,7 +123,7 @@ class InvestigateOptions(BenchOptions):
     run_length: float = 12.0
     """Length of a run [s]."""
     seed: int = 0
-    """Of what is drawn."""
+    """Seed of all draws."""
     virtual_load_cell_rate: int = 20
     """Readings per second of a virtual load cell: 20 as on the paper's bench, 80 or 10 [Hz]."""
 

@@ -23,7 +23,7 @@ class Compared:
     """One model's predictions on all test recordings."""
 
     name: str
-    """Its own name: a file's, or of an ideal source."""
+    """Name of the file, or of the ideal source."""
     family: str
     """What it shares with networks that differ in the seed alone."""
     predictions: tuple[Prediction, ...]

@@ -32,7 +32,7 @@ class FoundWear:
     words: str
     """Reason for the wear, in words."""
     numbers: tuple[str, ...]
-    """Its parameters with their intervals, in words."""
+    """Parameters of the wear with their intervals, in words."""
     rivals: tuple[str, ...]
     """Causes that the logs cannot tell from this one."""
 

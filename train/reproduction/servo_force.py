@@ -13,7 +13,7 @@ from train.actuator.ideal import SERVO_LIMIT
 from train.actuator.samples.servo_law import ServoLaw
 
 MOST_LOAD_FRICTION = 0.8
-"""Of a servo's law [1]: a gear that loses more would not be driven backwards."""
+"""Greatest load friction of a servo's law [1]: with more it would not be driven backwards."""
 SLACK = 0.1
 """Tension below which a tendon may be slack [N]: nothing is missing where none is asked for."""
 SLIDING = 0.1
@@ -53,7 +53,7 @@ class Servo:
 
     @property
     def frictions(self) -> tuple[NamedValues, ...]:
-        """Its frictions as effects."""
+        """Return the frictions of the law as effects."""
         return (
             NamedValues(name="coulomb_friction", values={"force": self.dry_friction}),
             NamedValues(name="holding_friction", values={"share": self.held_share}),

@@ -24,7 +24,7 @@ from tendon_newton.data.importers.imported import ImportedLog
 
 MODELS = ("m1", "m2", "m3", "m4", "m5", "m6")
 STEP = "0.005"
-"""Of their simulation [s]."""
+"""Step of their simulation [s]."""
 WITHOUT_NUMBERS = ("model", "actuator")
 
 
@@ -35,7 +35,7 @@ class Fitted:
     held_out: float
     """Mean absolute error on the test logs [mrad]."""
     trained: float
-    """The same on the training logs [mrad]."""
+    """Mean absolute error on the training logs [mrad]."""
     numbers: int
     seconds: float
 

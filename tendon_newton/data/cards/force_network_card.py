@@ -18,7 +18,7 @@ from tendon_newton.errors import InvalidNetworkFile
 SCHEMA = 1
 INPUTS = ("theta_d", "theta", "theta_dot")
 UNITS = ("rad", "rad", "rad/s", "N")
-"""Of the inputs, then of the output."""
+"""Units of the inputs, then of the output."""
 KIND = re.compile(r"[a-z][a-z0-9_]{0,31}")
 """A name. The table of force networks says which kinds there are; a program that only runs an ONNX
 file need not know them."""
@@ -168,7 +168,7 @@ class ForceNetworkCard:
 FILE_KEYS = {"rate": "rate_hz", "force_limit": "force_limit_n"}
 """Attribute -> key in a file, where bare numbers carry their unit in the name."""
 HOLD_KEYS = {"stiffness": "stiffness_n_per_rad", "damping": "damping_n_s_per_rad"}
-"""The same of a `HoldLaw`."""
+"""Attribute of a `HoldLaw` -> key in a file."""
 
 
 def read_card(table: CheckedTable) -> ForceNetworkCard:

@@ -91,7 +91,7 @@ class FurtherServo:
     force_limit: float
     """Tension that it can produce in training [N]."""
     pay_out: tuple[float, float] | None = None
-    """Its pay-out rule [rad], where it has one."""
+    """Pay-out rule of this servo [rad], where it has one."""
 
     @property
     def turning_range(self) -> tuple[float, float]:

@@ -54,7 +54,7 @@ def exchanged(recording: Recording) -> Iterator[Finding]:
 
 
 def degrees(recording: Recording) -> Iterator[Finding]:
-    """Of angle and command one in degrees, the other in radians."""
+    """Find angle and command of which one is in degrees, the other in radians."""
     if recording.command is None:
         return
     for place in range(recording.tendon_count):

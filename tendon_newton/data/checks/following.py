@@ -51,7 +51,7 @@ class Following:
     offset: float
     """Median over the motions of position minus what the other three make of the command [rad]."""
     offsets: tuple[float, ...]
-    """The same of each motion [rad]."""
+    """Offset of each motion alone [rad]."""
     residual: float
     """What the four numbers leave, RMS [rad]."""
     motion: float

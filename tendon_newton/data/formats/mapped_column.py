@@ -72,7 +72,7 @@ class MappedColumn:
     """Source of one column, and its conversion to ours."""
 
     source: str | None
-    """Their column, or a path such as ``state.position[2]``; None for a derived speed."""
+    """Foreign column, or a path such as ``state.position[2]``; None for a derived speed."""
     scale: float = 1.0
     """Our unit per theirs, with the sign."""
     offset: float = 0.0

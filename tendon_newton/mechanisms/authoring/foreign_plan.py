@@ -37,7 +37,7 @@ class Bone:
     length: float
     radius: float
     place: Array
-    """Its middle in the link's frame [m], shape (3,)."""
+    """Middle of the bone in the link's frame [m], shape (3,)."""
     turn: Array
     """Quaternion (w, x, y, z) from its axis x to the link's frame."""
 

@@ -17,7 +17,7 @@ class Bone:
     """A capsule that a link carries."""
 
     shape: int
-    """Its number among the shapes of a world."""
+    """Number among the shapes of a world."""
     link: int
     """Link that carries it."""
     prim: str
@@ -36,9 +36,9 @@ class Meeting:
     """One capsule that is an obstacle to others."""
 
     obstacle: int
-    """Its number among the obstacles."""
+    """Number among the obstacles."""
     shape: int
-    """Its number among the shapes of a world."""
+    """Number among the shapes of a world."""
     met_by: tuple[int, ...]
     """Shapes of the capsules that may press against it; a pair of obstacles stands with the first
     of them."""

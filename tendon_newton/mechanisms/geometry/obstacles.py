@@ -42,7 +42,7 @@ class Obstacle:
     shape: ClassVar[ObstacleShape]
 
     position: Array
-    """Its centre, or a point of a plane, in the base frame [m], shape (3,)."""
+    """Centre, or a point of a plane, in the base frame [m], shape (3,)."""
     stiffness: float = STIFFNESS
     """Force per depth, k [N/m]; 0 removes the obstacle."""
     dissipation: float = DISSIPATION
@@ -50,7 +50,7 @@ class Obstacle:
     friction: float = FRICTION
     """Coulomb's coefficient [1]."""
     mass: float | None = None
-    """Of a solid that is free to move [kg]; None: fixed to the base."""
+    """Mass of a solid that is free to move [kg]; None: fixed to the base."""
 
     def __post_init__(self) -> None:
         """Refuse what cannot be."""

@@ -33,7 +33,7 @@ class Tendon:
     direct: bool = False
     """Whether a shaft stands in for the string: it pushes as well as pulls."""
     route: Route | None = None
-    """Its path through sites and around pulleys; None where its moment arms are constant."""
+    """Path through sites and around pulleys; None where its moment arms are constant."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self)

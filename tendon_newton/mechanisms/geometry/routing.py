@@ -59,7 +59,7 @@ class Pulley:
     body: int
     """Link that carries it; -1 is the base."""
     point: Array
-    """Its middle in that link's frame [m], shape (3,)."""
+    """Middle of the pulley in that link's frame [m], shape (3,)."""
     rotation: Array
     """From its own frame, with the axis along z, to the link's, shape (3, 3)."""
     radius: float

@@ -102,7 +102,7 @@ class ContactPlan:
 
 @dataclass(frozen=True, kw_only=True)
 class LinkContactPlan(ContactPlan):
-    """The same where links may meet each other.
+    """Contacts of a mechanism whose links may meet each other.
 
     A plan without pairs says nothing of them, so that its kernels keep their names.
     """

@@ -68,7 +68,7 @@ WITHIN = 0.5**0.5
 """Share [1] of the velocity gained since the start of a step that the way to its second stage has
 not seen: 1 - gamma of the integrator."""
 AFTER = 0.5
-"""The same at the end of a step."""
+"""Share of it that the end of a step has not seen [1]."""
 RELAXED = 1.0e6
 """Time [s] after which friction holds nothing any more: a world that settles."""
 

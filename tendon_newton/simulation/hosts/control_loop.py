@@ -44,13 +44,13 @@ class ControlReading:
     motor_position: Tensor
     """Angle that the encoder reports [rad], shape (W, D)."""
     motor_velocity: Tensor
-    """Its rate [rad/s], shape (W, D)."""
+    """Rate of the motor angle [rad/s], shape (W, D)."""
     force: Tensor
     """Tension at the load cell [N], shape (W, D)."""
     joint_position: Tensor
     """Joint angles [rad] or travels [m], shape (W, J)."""
     joint_velocity: Tensor
-    """Their rates, shape (W, J)."""
+    """Rates of the joints [rad/s, m/s], shape (W, J)."""
     tip: Tensor | None
     """The tip in the base frame [m], shape (W, 3), where the bench has one."""
     diverged: Tensor
@@ -270,7 +270,7 @@ class ControlLoop:
 
     @property
     def body_velocity(self) -> Tensor:
-        """Their velocities [m/s] and angular velocities [rad/s], shape (W, 6), rewritten too."""
+        """Velocities of the bodies [m/s, rad/s], shape (W, 6), rewritten too."""
         return self._body_velocity
 
     def require_finite(self) -> None:

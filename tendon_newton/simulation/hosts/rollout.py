@@ -68,7 +68,7 @@ class Trajectory:
     motor_position: Array
     """Angle that the encoder reports [rad], shape (T, D)."""
     motor_velocity: Array
-    """Its rate [rad/s], shape (T, D)."""
+    """Rate of the motor angle [rad/s], shape (T, D)."""
     force: Array
     """Tension at the load cell [N], shape (T, D)."""
     joint_position: Array

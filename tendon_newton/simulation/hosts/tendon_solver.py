@@ -65,9 +65,9 @@ BLOCK = (128, 4)
 thread, with some kept in memory, are a fifth faster than the compiler's own 213 and half as many
 threads (one H200)."""
 BODY_BLOCK = (32, 8)
-"""The same with a free body, whose kernel keeps 20 KB of a world in memory. With 255 registers and
-small blocks, which spread over all multiprocessors, `hand_ball` makes 24,200 control steps a second
-in place of 14,100 (one H200, 8,192 worlds)."""
+"""Worlds and blocks with a free body, whose kernel keeps 20 KB of a world in memory. With 255
+registers and small blocks, which spread over all multiprocessors, `hand_ball` makes 24,200 control
+steps a second in place of 14,100 (one H200, 8,192 worlds)."""
 
 
 class TendonSolver(SolverBase):
@@ -188,7 +188,7 @@ class TendonSolver(SolverBase):
         self.motor_position = wp.zeros_like(self.command)
         """What the encoder reports [rad], shape (W, D); see `read_sensors`."""
         self.motor_velocity = wp.zeros_like(self.command)
-        """Its rate [rad/s], shape (W, D)."""
+        """Rate of the motor angle [rad/s], shape (W, D)."""
         self.force = wp.zeros_like(self.command)
         """Tension at the load cell [N], shape (W, D)."""
         self.everywhere = wp.ones(worlds, dtype=wp.bool, device=device)

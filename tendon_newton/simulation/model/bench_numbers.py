@@ -52,7 +52,7 @@ class BenchNumber:
 
     @property
     def parameter(self) -> Parameter:
-        """Its column of a parameter table."""
+        """Return the number's column of a parameter table."""
         low, high = sorted((self.value / self.reach, self.value * self.reach))
         return Parameter(
             name=self.name,

@@ -23,7 +23,7 @@ STRIDE = 0.3
 """Longest step towards equilibrium [rad, m]: no tendon turns so much on the way that its pull
 misleads."""
 TOUCHING_STRIDE = 0.02
-"""The same past obstacles: a link must not leap over one."""
+"""Longest step towards equilibrium past obstacles [rad, m]: a link must not leap over one."""
 MOST_EFFECTS = 63
 """Bits of a whole number that is not negative."""
 

@@ -1,1 +1,1 @@
-"""The same bench in MuJoCo, as a reference."""
+"""A bench in MuJoCo, as a reference."""

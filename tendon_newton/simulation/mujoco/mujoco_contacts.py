@@ -1,4 +1,4 @@
-"""The same contacts for SolverMuJoCo, through Newton's own collision pipeline."""
+"""Our contacts for SolverMuJoCo, through Newton's own collision pipeline."""
 
 from __future__ import annotations
 

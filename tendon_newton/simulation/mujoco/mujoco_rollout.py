@@ -281,7 +281,7 @@ class TrackServos:
     joints: Any
     """Where they are, a `NewtonJoints` struct."""
     first: RolloutServos
-    """The same servos where their recordings start."""
+    """Servos where their recordings start."""
 
     def sense(self, samples: History, *, fill: bool = False) -> None:
         """Add what each servo does at the start of the substep to come to its history."""

@@ -70,12 +70,12 @@ ZERO = 0.02
 """Standard deviation of a window's zero of both angles [rad]: a quarter of a millimetre of tendon,
 to which one is tied again."""
 COMMAND = 0.03
-"""The same of the command alone [rad]: an eighth of a newton at the paper's 4.2 N/rad."""
+"""Standard deviation of the command's zero alone [rad]: an eighth of a newton at 4.2 N/rad."""
 ANGLE = 0.003
-"""The same of each sample's angle [rad]: two counts of an encoder with 4096."""
+"""Standard deviation of each sample's angle [rad]: two counts of an encoder with 4096."""
 SPEED = 0.03
-"""The same of each sample's speed [rad/s]: the step of a DYNAMIXEL X register (0.229 rev/min,
-e-manual)."""
+"""Standard deviation of each sample's speed [rad/s]: the step of a DYNAMIXEL X register (0.229
+rev/min, e-manual)."""
 
 
 def disturbed(windows: Tensor, generator: torch.Generator) -> Tensor:

@@ -18,7 +18,7 @@ SHARE = 0.5
 """Share of the windows that leave their recording in a training for simulations [1]; the others
 keep the network sharp."""
 FIRST_SHARE = 0.25
-"""The same at the beginning of a training for predictions [1]. A quarter and a half do equally well
+"""Share at the beginning of a training for predictions [1]. A quarter and a half do equally well
 on recordings of two other collections, one better on free fingers, one on those that a hand holds.
 """
 FIRST_PART = 0.8
@@ -26,7 +26,7 @@ FIRST_PART = 0.8
 ZERO = 0.3
 """Standard deviation of a window's zero of both angles [rad]: a servo does not know where it is."""
 ANGLE = 0.1
-"""The same of the shaft's angle alone, at the window's start [rad]."""
+"""Standard deviation of the shaft's angle alone, at the window's start [rad]."""
 SPEED = 0.5
 """Largest standard deviation of the speed by which a window departs [rad/s]; each has its own,
 evenly drawn from nothing to this."""

@@ -52,7 +52,7 @@ readings of a load cell of 20 Hz, between which the log has a line."""
 BLOCK = 80
 """Steps that are drawn together: errors of a force last for about a second."""
 DRAWS = 200
-"""Of a bootstrap; its standard deviation is then right to 5 %."""
+"""Draws of a bootstrap; its standard deviation is then right to 5 %."""
 LEAST_MOTION = 0.1
 """Standard deviation of a force, or of its change, below which a lag means nothing [N]."""
 

@@ -25,7 +25,7 @@ class ImpliedForces:
     """Train recordings with implied forces, and what implies them."""
 
     dataset: Dataset
-    """Its train recordings have the implied force in place of any that was measured [N]."""
+    """Dataset with the implied force in its train recordings, in place of a measured one [N]."""
     lines: tuple[Line, ...]
     """Line of each bench."""
 

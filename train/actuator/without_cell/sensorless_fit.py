@@ -32,7 +32,7 @@ both too: a gear that is driven back holds anything within friction's band."""
 TENSION = (7.0, 5.0)
 """Offset and scale of what the witness gives [N], so that it starts in the middle of 0 to 21 N."""
 LEARNING_RATES = (1.0e-2, 2.0e-2)
-"""Of the witness, and of the numbers in their standard deviations."""
+"""Learning rates of the witness, and of the numbers in their standard deviations."""
 
 
 @dataclass(frozen=True, kw_only=True)

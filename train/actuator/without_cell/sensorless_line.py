@@ -22,19 +22,19 @@ from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from train.actuator.without_cell.sensorless_motion import Motion
 
 LINE_STIFFNESS = 1.0e4
-"""Of a braided line of some 0.2 m with its knots [N/m]."""
+"""Stiffness of a braided line of some 0.2 m with its knots [N/m]."""
 LINE_SPREAD = 0.5
 """Standard deviation of its logarithm [1], the same for all benches: lines differ by half."""
 KNOT_SPREAD = 0.15
-"""The same between benches [1]: one line on all of them, cut and knotted anew."""
+"""Standard deviation of it between benches [1]: one line on all of them, cut and knotted anew."""
 SPRING_SPREAD = 0.03
-"""Of a bought spring's stiffness [1]: half of the usual tolerance of 5 to 7 %."""
+"""Standard deviation of a bought spring's stiffness [1]: half of the usual 5 to 7 %."""
 SLACK = 3.2e-4
-"""Of a tendon homed by hand [m]: mean of what is never negative and 0.4 mm as a rule."""
+"""Slack of a tendon homed by hand [m]: mean of what is never negative and 0.4 mm as a rule."""
 SLACK_SPREAD = 2.4e-4
-"""Standard deviation of the same [m]."""
+"""Standard deviation of that slack [m]."""
 ARM_SPREAD = 0.03
-"""Of a printed moment arm [1]: 0.2 mm in 8 mm."""
+"""Standard deviation of a printed moment arm [1]: 0.2 mm in 8 mm."""
 CAMERA_SPREAD = 5.0e-4
 """Spread of a camera's offset [m], along x and along z, all along a bench's recordings."""
 GUIDE_FRICTION, GUIDE_SPREAD = 0.05, 0.03

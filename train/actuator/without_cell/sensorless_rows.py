@@ -44,7 +44,7 @@ class SlidingRows:
     joints: Tensor
     """Joint angles [rad], shape (N, J); zeros for missing joints."""
     joints_by_tip: Tensor
-    """Their derivatives by x and z of the seen tip [rad/m], shape (N, J, 2)."""
+    """Derivatives of the joint angles by x and z of the seen tip [rad/m], shape (N, J, 2)."""
     bench: Tensor
     """Number of each row's bench, shape (N,)."""
     weight: Tensor

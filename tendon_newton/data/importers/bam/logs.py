@@ -41,7 +41,7 @@ SIZE_LIMIT = 1 << 25
 """Bytes of a log, whose entries take twenty times as much in memory."""
 FILE_KEYS = ("mass", "length", "kp", "vin", "entries")
 ARM_SHARE = 0.1
-"""Of the lightest load: what an arm weighs of which nobody says it, about [1]."""
+"""Weight of an arm that nobody states, as a share of the lightest load [1]."""
 CURRENT_UNIT = 1.0e-3  # [A] ``current`` of the logs that have it is in milliamperes
 
 

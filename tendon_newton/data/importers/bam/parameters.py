@@ -50,7 +50,7 @@ NUMBERS = (
     "load_friction_external_quad",
 )
 EXPONENT = 2.0
-"""Of our Stribeck curves."""
+"""Exponent of our Stribeck curves [1]."""
 NOTHING = 1e-3
 """Share of the greatest friction below which a term that is left out is not worth a word [1]."""
 

@@ -60,7 +60,7 @@ class JointExamination:
 
     @property
     def text(self) -> str:
-        """Its numbers on one line, under ``HEADINGS``."""
+        """Numbers of the joint on one line, under ``HEADINGS``."""
         told = "hardly moves".ljust(34)
         if (found := self.following) is not None:
             told = (

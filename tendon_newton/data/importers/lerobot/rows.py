@@ -34,9 +34,9 @@ class LeRobotRows:
     episode: Array
     """Number of the episode, shape (T,)."""
     command: Array
-    """In the dataset's unit, shape (T, A)."""
+    """Commanded, in the dataset's unit, shape (T, A)."""
     state: Array
-    """The same, shape (T, S)."""
+    """Measured, in the dataset's unit, shape (T, S)."""
 
 
 def read_rows(folder: Path) -> LeRobotRows:
