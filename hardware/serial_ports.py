@@ -3,9 +3,11 @@
 import contextlib
 import fcntl
 import os
+import signal
 import stat
 import termios
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 from hardware.errors import PortBusy, PortUnavailable
@@ -18,6 +20,8 @@ EVERYBODY = 0o666
 """Rights of a lock: whoever may use the port may lock it."""
 PATIENCE = 1.0
 """Longest wait for a lock [s]: a keeper of a dead program's motor takes 0.2 s to switch it off."""
+LONGEST_NAMES = 5200
+"""Bytes in which a lock names processes."""
 LATENCY_TIMERS = Path("/sys/bus/usb-serial/devices")
 """File of the latency timer of an FTDI adapter in Linux."""
 
@@ -57,15 +61,19 @@ class PortLock:
             return
         file = open_lock(self.port)
         try:
-            lock(file, PATIENCE)
+            try:
+                lock(file, PATIENCE)
+            except OSError:
+                wake(named(file)[1:])
+                lock(file, PATIENCE)
         except OSError as error:
-            holder = os.pread(file, 20, 0).decode("ascii", "replace").strip() or "unknown"
+            holder = ([str(each) for each in named(file) if alive(each)] or ["unknown"])[0]
             os.close(file)
             raise PortBusy(
                 f"{self.port}: held by process {holder}; end it, or see what it is: ps -p {holder}"
             ) from error
         os.ftruncate(file, 0)
-        os.pwrite(file, f"{os.getpid()}\n".encode(), 0)
+        os.write(file, b"%d\n" % os.getpid())
         self._file = file
 
     def release(self) -> None:
@@ -74,6 +82,24 @@ class PortLock:
             os.ftruncate(self._file, 0)
             os.close(self._file)
             self._file = None
+
+
+def named(file: int) -> list[int]:
+    """Return the processes that a lock names: its holder, then what watches over its motors."""
+    words = os.pread(file, LONGEST_NAMES, 0).replace(b"\0", b" ").split()
+    return [int(word) for word in words if word.isdigit()]
+
+
+def alive(process: int) -> bool:
+    """Tell whether a process is there."""
+    return Path(f"/proc/{process}").exists()
+
+
+def wake(processes: Sequence[int]) -> None:
+    """Let what watches over a dead program's motor go on where it was stopped."""
+    for each in processes:
+        with contextlib.suppress(OSError):
+            os.kill(each, signal.SIGCONT)
 
 
 def lock(file: int, patience: float) -> None:

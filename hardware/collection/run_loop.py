@@ -19,7 +19,6 @@ from hardware.errors import (
     PortLost,
     ServoReset,
     ServoSilent,
-    WatchdogTripped,
 )
 from hardware.logs.session_log import SessionLog
 from hardware.pacing import Ticker
@@ -58,7 +57,7 @@ class RunLoop:
         self.settings = settings
         self.operator = operator
         self.stop = stop
-        self.forces = ForceWatch(bench, settings.limits, operator)
+        self.forces = ForceWatch(bench, settings.limits, operator, settings.spool_radius)
         self.tip = TipWatch(bench)
         self.ticker = Ticker(self.clock, settings.rate)
         self.rows = 0
@@ -140,10 +139,6 @@ class RunLoop:
             self._next_return = 0.0
             self.gaps.miss()
             self._tell("error", f"{error}; waiting for it")
-        except WatchdogTripped as error:
-            self.gaps.miss()
-            self._event("error", str(error))
-            self._mend = self.servo.clear_watchdog
         except ServoReset as error:
             self.gaps.miss()
             self._tell("error", f"{error}; it is set up again")

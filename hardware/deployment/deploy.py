@@ -15,7 +15,7 @@ from hardware.control.pilot import Pilot
 from hardware.control.policy_runner import Policy
 from hardware.deployment.ball_watch import BallWatch
 from hardware.deployment.deploy_log import DeployLog, step_fields
-from hardware.deployment.deploy_loop import DeployLoop
+from hardware.deployment.deploy_loop import UNWIND_DUTY, DeployLoop
 from hardware.deployment.deploy_operator import AbsentableOperator
 from hardware.deployment.deploy_settings import DeploySettings
 from hardware.errors import SafetyStop
@@ -100,7 +100,12 @@ def deploy(
     """
     bench, settings = deployment.bench, deployment.settings
     refuse_blind_rules(deployment)
-    read_back = [drive.servo.configure(watchdog_s=settings.watchdog) for drive in bench.drives]
+    read_back = [
+        drive.servo.configure(
+            watchdog_s=settings.watchdog, duty_limit=max(each.greatest_duty, -UNWIND_DUTY)
+        )
+        for drive, each in zip(bench.drives, settings.loops, strict=True)
+    ]
     loop = DeployLoop(
         bench,
         deployment.pilot,

@@ -95,11 +95,11 @@ class Bus:
 
         Nothing watches over a simulated bus.
         """
-        port, lock = self._port.descriptor, self._port.lock_descriptor
-        if self._family.motor_off is None or port is None or lock is None:
+        path, port, lock = self._port.path, self._port.descriptor, self._port.lock_descriptor
+        if self._family.motor_off is None or path is None or port is None or lock is None:
             return None
         packet = self._family.motor_off(self.identifier)
-        return Keeper(port, lock=lock, patience=patience, packet=packet)
+        return Keeper(path, baud=self.baud, port=port, lock=lock, patience=patience, packet=packet)
 
     def open(self) -> None:
         """Lock and open the port.

@@ -24,7 +24,7 @@ from hardware.servos.base import (
 )
 from hardware.servos.bus import Bus
 from hardware.servos.families import FAMILIES
-from hardware.servos.family import WATCHDOG_TRIPPED
+from hardware.servos.family import WATCHDOG_TRIPPED, Targets
 from hardware.servos.serial_bus.keeper import Keeper
 from hardware.servos.serial_bus.servo_port import PortHandler, ServoPort
 from hardware.servos.setting_up import (
@@ -43,6 +43,10 @@ from tendon_newton.errors import InvalidParameter
 
 POLL_PERIOD = 0.05
 """Pause between attempts while something comes back [s]."""
+REST_SHARE = 0.4
+"""Time without a rest, of that after which a pull is forgotten [1]: four commands at 20 Hz."""
+REST = 0.003
+"""Length of a rest [s]: three periods of the firmware."""
 
 
 class BusServo:
@@ -78,6 +82,10 @@ class BusServo:
         """Silence on the bus after which it stops [s]; None before it is configured."""
         self.duty = 0.0
         """Duty that it was last given [1]."""
+        self.duty_limit = 1.0
+        """Greatest duty that it is given [1]."""
+        self.voltage: float | None = None
+        """Supply when it was last looked at [V]."""
         self._clock: Clock = MonotonicClock() if clock is None else clock
         self._bus = Bus(
             port,
@@ -93,6 +101,8 @@ class BusServo:
         self._spool = SpoolAngle(spec, counts_turns=self.table.counts_turns)
         self._velocity_unit = spec.velocity_unit
         self._keeper: Keeper | None = None
+        self._forgets = FAMILIES[spec.family].forgets
+        self._rested = 0.0
         self._seen = 0.0
         self._torque = False
         self._restarted = False
@@ -141,11 +151,12 @@ class BusServo:
             return False
         return not self._torque
 
-    def configure(self, *, watchdog_s: float = 0.2) -> ServoSettings:
+    def configure(self, *, watchdog_s: float = 0.2, duty_limit: float = 1.0) -> ServoSettings:
         """Set everything that decides how the servo moves, verify it, and take home if unset.
 
         Args:
             watchdog_s: Silence after which the servo stops [s]; steps of 20 ms up to 2.54 s.
+            duty_limit: Greatest duty that it will be given [1].
 
         Returns:
             The settings as they read back.
@@ -156,7 +167,7 @@ class BusServo:
             )
         if self.watchdog is not None:
             self._notice(*self._bus.read(self.table.torque, self.table.mark))
-        self.watchdog = watchdog_s
+        self.watchdog, self.duty_limit = watchdog_s, duty_limit
         self._set_up()
         if not self._spool.has_home:
             self.set_home()
@@ -208,9 +219,10 @@ class BusServo:
         )
         voltage, temperature = self._bus.read(table.voltage, table.temperature)
         self._notice(torque, mark)
-        tripped = WATCHDOG_TRIPPED in silence or (self._keeper is not None and self._keeper.tripped)
+        self.voltage = voltage * self.spec.voltage_unit
+        tripped = WATCHDOG_TRIPPED in silence or self._unwatched
         return ServoHealth(
-            voltage=voltage * self.spec.voltage_unit,
+            voltage=self.voltage,
             temperature=float(temperature),
             hardware_error=error,
             torque_enabled=bool(torque),
@@ -228,11 +240,11 @@ class BusServo:
         """
         driven = self._torque
         health = self.read_health()
-        if health.alerts:
-            raise ServoAlert(alert_text(self._bus, self.spec, health.hardware_error))
         if health.watchdog_tripped:
             self.counters.watchdog_trips += 1
             raise WatchdogTripped(self._watchdog_text())
+        if health.alerts:
+            raise ServoAlert(alert_text(self._bus, self.spec, health.hardware_error))
         if self._restarted:
             raise ServoReset(
                 f"servo {self.identifier} must keep its settings but has started anew; "
@@ -245,7 +257,7 @@ class BusServo:
         return health
 
     def command_duty(self, fraction: float) -> float:
-        """Send a duty [1], positive winds in; cut to full duty and returned as sent.
+        """Send a duty [1], positive winds in; cut to the greatest and returned as sent.
 
         Raises:
             WatchdogTripped: The servo stopped and takes no goals.
@@ -254,12 +266,13 @@ class BusServo:
             raise CommandNotFinite(f"a duty must be finite; it is {fraction}")
         self._configured()
         self._feed()
-        if self._keeper is not None and self._keeper.tripped:
+        if self._unwatched:
             self.counters.watchdog_trips += 1
             raise WatchdogTripped(self._watchdog_text())
-        sent = min(max(fraction, -1.0), 1.0)
+        sent = min(max(fraction, -self.duty_limit), self.duty_limit)
         self.counters.limited += sent != fraction
         try:
+            self._rest(sent)
             self._bus.write(self.table.goal_duty, round(sent * self.spec.duty_counts))
         except ServoRefused:
             register = self.table.watchdog
@@ -273,7 +286,7 @@ class BusServo:
     def enable_torque(self) -> None:
         """Switch the motor on, after settings and alerts were looked at and the watchdog armed.
 
-        The first goal is no duty: nothing moves.
+        The first goal is no duty: nothing moves. A watchdog that had tripped is cleared.
 
         Raises:
             ServoAlert: The servo reports a hardware error.
@@ -281,11 +294,12 @@ class BusServo:
         """
         watchdog = self._configured()
         refuse_alert(self._bus, self.spec)
-        verify(self._bus, self.spec)
+        verify(self._bus, self._targets())
+        arm_watchdog(self._bus, watchdog)  # one that has tripped takes no goals
         set_verified(self._bus, self.table.goal_duty, 0)
-        arm_watchdog(self._bus, watchdog)
         self._release()
         self._keeper = self._bus.keeper(watchdog)
+        self._rested = self._clock.now()
         self._torque = True  # from here on something must be switched off
         set_verified(self._bus, self.table.torque, 1)
 
@@ -300,12 +314,6 @@ class BusServo:
         self._release()
         self._torque = False
         self.duty = 0.0
-
-    def clear_watchdog(self) -> None:
-        """Make a servo take goals again whose watchdog had stopped it; it stays armed."""
-        arm_watchdog(self._bus, self._configured())
-        if self._keeper is not None:  # it has switched the motor off
-            self.enable_torque()
 
     def recover(self, *, resume_torque: bool = False) -> None:
         """Set a servo up again that has started anew, was stopped or could not be reached.
@@ -322,8 +330,8 @@ class BusServo:
         """
         self._configured()
         self._notice(*self._bus.read(self.table.torque, self.table.mark))
+        self._set_up()  # without its motor, a Feetech servo's overload is over
         refuse_alert(self._bus, self.spec)
-        self._set_up()
         if resume_torque:
             self.enable_torque()
 
@@ -351,6 +359,8 @@ class BusServo:
         while True:
             self._bus.close()
             try:
+                if self._keeper is not None and not self._keeper.ended:
+                    raise PortLost(f"{self._bus.name}: the motor is not yet known to be off")
                 self.open()
                 if self.watchdog is not None:
                     self.recover(resume_torque=resume_torque)
@@ -360,6 +370,11 @@ class BusServo:
                 if self._clock.now() >= deadline:
                     return False
             self._clock.sleep_until(min(deadline, self._clock.now() + POLL_PERIOD))
+
+    @property
+    def _unwatched(self) -> bool:
+        """Whether what watches over the motor has acted, or does not watch."""
+        return self._keeper is not None and self._keeper.fault is not None
 
     def _feed(self) -> None:
         if self._keeper is not None:
@@ -373,7 +388,19 @@ class BusServo:
     def _abandon(self) -> None:
         if self._keeper is not None:  # the motor is not known to be off
             self._keeper.abandon()
-            self._keeper = None
+
+    def _rest(self, duty: float) -> None:
+        """Let a pull rest for a moment, before a servo without a watchdog forgets it."""
+        forgets, now = self._forgets, self._clock.now()
+        if forgets is not None and abs(duty) >= forgets.duty:
+            if now - self._rested < REST_SHARE * forgets.time:
+                return
+            self._bus.write(self.table.goal_duty, 0)
+            self._clock.sleep_until(now + REST)
+        self._rested = now
+
+    def _targets(self) -> Targets:
+        return FAMILIES[self.spec.family].targets(self.spec, self.duty_limit)
 
     def _set_up(self) -> None:
         self.disable_torque()
@@ -381,7 +408,7 @@ class BusServo:
             (position,) = self._bus.read(self.table.position)
             self._spool.restore_turns(position)
             self._restarted = False
-        apply(self._bus, self.spec)
+        apply(self._bus, self._targets())
 
     def _notice(self, torque: int, mark: int) -> None:
         """Notice that a servo has restarted, or that an alert has switched its motor off."""
@@ -399,7 +426,9 @@ class BusServo:
         return self.watchdog
 
     def _watchdog_text(self) -> str:
+        noted = None if self._keeper is None else self._keeper.fault
+        reason = noted or f"no instruction came for {self._configured():g} s"
         return (
-            f"servo {self.identifier} stopped: no instruction came for "
-            f"{self._configured():g} s; it takes goals again once the watchdog is cleared"
+            f"servo {self.identifier} stopped: {reason}; its motor stays off until it is switched "
+            "on again"
         )

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
-from hardware.servos.base import ServoSettings, ServoSpec
+from hardware.servos.base import OverloadProtection, ServoSettings, ServoSpec
 from hardware.servos.serial_bus.packets import Packets
 from hardware.servos.serial_bus.register import Register
 from hardware.servos.serial_bus.servo_port import PortHandler
@@ -13,6 +13,10 @@ WATCHDOG_PERIOD = 0.02
 """Unit of a bus watchdog [s]."""
 WATCHDOG_TRIPPED = -1
 """Content of its register once it has stopped the servo."""
+
+
+Targets = tuple[tuple[Register, int], ...]
+"""Registers with the counts that they must have."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -84,13 +88,15 @@ class ServoFamily:
     """Rate of the bus [1/s] -> code in its register, likeliest first."""
     rates_sought: tuple[int, ...]
     """Rates at which servos are looked for, likeliest first [1/s]."""
-    targets: Callable[[ServoSpec], tuple[tuple[Register, int], ...]]
-    """Registers that must be set before the motor runs, with their counts."""
+    targets: Callable[[ServoSpec, float], Targets]
+    """Registers that must be set before the motor runs, for a greatest duty [1]."""
     read_settings: Callable[[Reader, ServoSpec, str | None], ServoSettings]
     """Reads back all that decides a step response."""
     velocity_scale: Callable[[Reader], float]
     """Counts of the data sheet's speed unit in a count of this servo's own [1]."""
     motor_off: Callable[[int], bytes] | None
     """Packet that switches the motor of an ID off; None where the servo has a watchdog."""
+    forgets: OverloadProtection | None
+    """How a motor lets go that is given a duty and no rest from it; None where a watchdog does."""
     remedy: str
     """What ends an alert once its cause is gone."""

@@ -51,6 +51,11 @@ class HostPositionLoop:
                 f"{self.pay_out[0]} and {self.pay_out[1]} rad of {low} to {high} rad"
             )
 
+    @property
+    def greatest_duty(self) -> float:
+        """Greatest duty that it gives [1]."""
+        return min(self.duty_limit + abs(self.offset), 1.0)
+
     def allowed(self, command: float, position: float) -> float:
         """Return a command [rad] cut to what a spool at an angle [rad] may be asked for."""
         low, high = self.position_range

@@ -14,7 +14,7 @@ from hardware.servos import SERVOS
 from hardware.servos.base import ServoSpec, alert_words
 from hardware.servos.bus import Bus
 from hardware.servos.families import FAMILIES
-from hardware.servos.family import WATCHDOG_PERIOD
+from hardware.servos.family import WATCHDOG_PERIOD, Targets
 from hardware.servos.serial_bus.register import Register
 
 GREETINGS = 3
@@ -79,23 +79,23 @@ def await_restart(bus: Bus, spec: ServoSpec, clock: Clock) -> None:
                 raise
 
 
-def apply(bus: Bus, spec: ServoSpec) -> None:
+def apply(bus: Bus, targets: Targets) -> None:
     """Set a servo whose motor is off, and verify it."""
     if bus.table.watchdog is not None:
         set_verified(bus, bus.table.watchdog, 0)
-    for register, counts in FAMILIES[spec.family].targets(spec):
+    for register, counts in targets:
         if bus.read(register) != (counts,):  # EEPROM wears out with every write
             bus.write(register, counts)
-    verify(bus, spec)
+    verify(bus, targets)
 
 
-def verify(bus: Bus, spec: ServoSpec) -> None:
+def verify(bus: Bus, targets: Targets) -> None:
     """Read everything back that was set.
 
     Raises:
         SettingMismatch: A register differs.
     """
-    for register, counts in FAMILIES[spec.family].targets(spec):
+    for register, counts in targets:
         (found,) = bus.read(register)
         if found != counts:
             raise SettingMismatch(

@@ -2,28 +2,37 @@
 
 ``rules``, the default, makes every fault of the tables so many times on the virtual bench and
 prints how often it was acted upon and how soon; ``--only WORDS`` takes those whose name has the
-words. ``kill`` kills every verb that drives a motor, in real time: best on a machine that does
-nothing else. ``soak`` deploys for hours of simulated time. The exit code is 1 where one was missed.
+words. ``kill`` harms every verb that drives a motor, in real time, with a servo of each family:
+best on a machine that does nothing else. ``soak`` deploys for hours of simulated time. ``--json
+FILE`` adds the rows to a file. The exit code is 1 where one was missed.
 """
 
 import argparse
+import json
 import statistics
 import sys
 import traceback
 from collections.abc import Callable, Iterator
+from datetime import UTC, datetime
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
+from hardware.servos import SERVOS
+from hardware.servos.families import FAMILIES
 from hardware.virtual_bench import VirtualPorts
+from tendon_newton.data.files.origin import git_commit
 from tests.faults.cases import CASES, moments
 from tests.faults.collecting import COLLECTING
-from tests.faults.kill import ALLOWED, WAYS, killed, policy_file
+from tests.faults.kill import HARMS, WAYS, Release, released
 from tests.faults.outside import OUTSIDE
 from tests.faults.soak import soak
 
-Examination = Callable[[int], float | None]
+Examination = Callable[[int], float | Release | None]
 """One run of a fault by its number: the time to the action [s], if it can be timed."""
-WIDTH = 46
+WIDTH = 56
+KILLED_SERVOS = ("xc330_t288_t", "sts3215")
+"""Servos whose programs are harmed, one of each family."""
 
 
 def main() -> int:
@@ -33,14 +42,21 @@ def main() -> int:
     parser.add_argument("--runs", type=int, default=20, help="runs of each fault")
     parser.add_argument("--hours", type=float, default=1.0, help="simulated time of the soak")
     parser.add_argument("--only", default="", help="words in the name of a fault")
+    parser.add_argument("--json", type=Path, help="file that gets the rows")
     arguments = parser.parse_args()
     if arguments.part == "soak":
         soak(arguments.hours, say)
         return 0
     if arguments.part == "kill":
-        return kill(arguments.runs)
-    every = [(name, run) for name, run in examinations(arguments.runs) if arguments.only in name]
-    return table(every, arguments.runs)
+        rows = kill(arguments.runs, arguments.only)
+    else:
+        every = [each for each in examinations(arguments.runs) if arguments.only in each[0]]
+        rows = table(every, arguments.runs)
+    if arguments.json is not None:
+        keep(arguments.json, rows)
+    missed = sum(row["runs"] - row["acted"] for row in rows)
+    say(f"{len(rows)} faults, {sum(row['runs'] for row in rows)} runs: {missed} missed")
+    return min(missed, 1)
 
 
 def examinations(runs: int) -> Iterator[tuple[str, Examination]]:
@@ -56,43 +72,78 @@ def examinations(runs: int) -> Iterator[tuple[str, Examination]]:
         yield name, run
 
 
-def table(every: list[tuple[str, Examination]], runs: int) -> int:
-    """Run all, print a row for each, and return 1 where one was missed."""
+def table(every: list[tuple[str, Examination]], runs: int) -> list[dict[str, Any]]:
+    """Run all, print a row for each, and return the rows."""
     say(f"{'fault: action':{WIDTH}s} {'n':>3s} {'acted':>5s}  latency median, longest [ms]")
-    missed = 0
-    for name, run in every:
-        acted, took, trouble = 0, [], ""
-        for k in range(runs):
-            try:
-                latency = run(k)
-                acted += 1
-                took += [] if latency is None else [1e3 * latency]
-            except BaseException as error:
-                if isinstance(error, KeyboardInterrupt):
-                    raise
-                trouble = trouble or "".join(traceback.format_exception_only(error)).strip()
-        times = f"{statistics.median(took):6.0f}, {max(took):6.0f}" if took else "     -"
-        say(f"{name:{WIDTH}s} {runs:3d} {acted:5d}  {times}{'' if acted == runs else '  MISSED'}")
-        if trouble:
-            say(f"    {trouble[:500]}")
-        missed += runs - acted
-    say(f"{len(every)} faults, {runs} runs each: {missed} missed")
-    return min(missed, 1)
+    rows = [row_of(name, run, runs) for name, run in every]
+    return rows
 
 
-def kill(runs: int) -> int:
-    """Kill every way of driving a motor and print how long the motor pulled on."""
-    with TemporaryDirectory() as name, VirtualPorts(load_cell_rate=80) as ports:
-        folder = Path(name)
-        policy = policy_file(folder)
+def row_of(name: str, run: Examination, runs: int) -> dict[str, Any]:
+    """Run one fault so many times, print its row and return it."""
+    found: list[float | Release | None] = []
+    trouble = ""
+    for k in range(runs):
+        try:
+            found.append(run(k))
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
+            trouble = trouble or "".join(traceback.format_exception_only(error)).strip()[:500]
+    took = [1e3 * (x.took if isinstance(x, Release) else x) for x in found if x is not None]
+    held = [x.held for x in found if isinstance(x, Release)]
+    median, longest = (statistics.median(took), max(took)) if took else (None, None)
+    times = "     -" if not took else f"{median:6.0f}, {longest:6.0f}"
+    force = f", held {max(held):.0f} N" if held else ""
+    missed = "" if len(found) == runs else f"  MISSED\n    {trouble}"
+    say(f"{name:{WIDTH}s} {runs:3d} {len(found):5d}  {times}{force}{missed}")
+    return {
+        "fault": name,
+        "runs": runs,
+        "acted": len(found),
+        "median_ms": None if median is None else round(median, 1),
+        "longest_ms": None if longest is None else round(longest, 1),
+        "held_n": round(max(held), 1) if held else None,
+        "trouble": trouble,
+    }
 
-        def once(way: str, k: int) -> float:
-            took = killed(ports, WAYS[way], folder / way / str(k), policy, 0.3 + 0.037 * k)
-            assert took <= ALLOWED, f"{took:.3f} s"
-            return took
 
-        every = [(f"kill -9 of {way}", lambda k, way=way: once(way, k)) for way in WAYS]
-        return table(every, runs)
+def kill(runs: int, only: str) -> list[dict[str, Any]]:
+    """Harm every way of driving a motor of each family, and return how long the motor pulled on."""
+    rows: list[dict[str, Any]] = []
+    for servo in KILLED_SERVOS:
+        unwatched = FAMILIES[SERVOS[servo].family].forgets is not None
+        with TemporaryDirectory() as name, VirtualPorts(load_cell_rate=80, servo=servo) as ports:
+            folder = Path(name)
+            every = [
+                (
+                    f"{servo}, {way}: {harm}",
+                    lambda k, way=way, harm=harm, folder=folder, ports=ports, servo=servo: released(
+                        ports,
+                        WAYS[way],
+                        HARMS[harm],
+                        folder / way / harm / str(k),
+                        0.3 + 0.037 * k,
+                        servo,
+                    ),
+                )
+                for way in WAYS
+                for harm in HARMS
+                if unwatched or not HARMS[harm].kept
+            ]
+            rows += table([each for each in every if only in each[0]], runs)
+    return rows
+
+
+def keep(path: Path, rows: list[dict[str, Any]]) -> None:
+    """Add rows to a file, with where they come from."""
+    origin = {
+        "command": " ".join(["python -m tests.faults", *sys.argv[1:]]),
+        "commit": git_commit(),
+        "date": datetime.now(UTC).isoformat(timespec="seconds"),
+    }
+    before = json.loads(path.read_text()) if path.exists() else []
+    path.write_text(json.dumps([*before, origin | {"rows": rows}], indent=1) + "\n")
 
 
 def say(text: str) -> None:

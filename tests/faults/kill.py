@@ -1,4 +1,4 @@
-"""Programs that are killed while their motor pulls: it must be without force a moment later.
+"""Programs, keepers and cables that fail while a motor pulls: it must be without force soon.
 
 Every verb that drives a motor runs in a process of its own, on the ports of a virtual bench that
 outlives it, in real time. The bench's clock and its true duty are the judge.
@@ -7,14 +7,22 @@ outlives it, in real time. The bench's clock and its true duty are the judge.
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
+from threading import Timer
 from typing import Self
 
-from hardware.virtual_bench import VirtualPorts
+from hardware.servos import SERVOS
+from hardware.servos.families import FAMILIES
+from hardware.servos.family import ServoFamily
+from hardware.servos.host_position_loop import HostPositionLoop, no_stronger
+from hardware.virtual_bench import FaultEvent, VirtualPorts
 from tests.hardware.deploy.policies import Proportional, card_of, write_onnx
 from tests.hardware.deploy.runs import calibration_files
 
@@ -32,7 +40,15 @@ BUSY = (
 )
 """What a run says that such a machine has ended."""
 ALLOWED = 0.25
-"""From the kill to a motor without force [s]."""
+"""From the fault to a motor without force [s]."""
+FORGOTTEN = 0.6
+"""The same where nothing but the firmware of a servo without a watchdog ends its pull [s]."""
+RESTING = 0.05
+"""Time without duty that is no rest of a driver that goes on [s]."""
+STAYS = 2.5
+"""Time after a fault in which a motor must not pull again [s]."""
+PLUGGED_AGAIN = 1.5
+"""Length of an interruption [s]."""
 PULLING = 0.05
 """Duty from which a motor pulls [1]."""
 UP = b"\x1b[A"
@@ -47,13 +63,18 @@ class Driving:
     """Verb and options besides ports and folder."""
     by_hand: bool = False
     """Whether keys must be pressed for the motor to pull."""
+    goes_on: bool = False
+    """Whether it goes on once its adapter is back, and says so."""
 
 
 WAYS: dict[str, Driving] = {
     "deploy": Driving(
         words=("deploy", "--policy", "{policy}", "--goals", "1.2", "--load-cell-rate", "80")
     ),
-    "collect": Driving(words=("collect", "--excitation", "contact_ramp", "--duration", "60")),
+    "collect": Driving(
+        words=("collect", "--excitation", "random_steps", "--duration", "60"),
+        goes_on=True,
+    ),
     "jog": Driving(words=("deploy", "--jog", "--load-cell-rate", "80"), by_hand=True),
 }
 """Everything that drives a motor, and so every mode that there is."""
@@ -67,9 +88,23 @@ class Program:
     way: Driving
     out: Path
     policy: Path
+    servo: str = "xc330_t288_t"
     further: tuple[str, ...] = ()
     said: bytes = field(default=b"", init=False)
     """What it has printed so far."""
+
+    @property
+    def pulling(self) -> float:
+        """Duty from which the motor pulls, beyond what its firmware takes for a pull [1]."""
+        least = 0.0 if (forgets := self.family.forgets) is None else 1.2 * forgets.duty
+        loop = HostPositionLoop()
+        share = no_stronger(loop, SERVOS[self.servo]).gain / loop.gain
+        return max(share * PULLING, least)
+
+    @property
+    def family(self) -> ServoFamily:
+        """Family of its servo."""
+        return FAMILIES[SERVOS[self.servo].family]
 
     def __enter__(self) -> Self:
         """Start it."""
@@ -85,6 +120,7 @@ class Program:
                 *words,
                 *self.further,
                 *("--port", self.ports.servo_port, "--load-cell-port", self.ports.load_cell_port),
+                *("--servo", self.servo),
                 *("--calibration", str(cell), "--out", str(self.out), "--retries", "8"),
             ],
             stdin=slave,
@@ -120,7 +156,7 @@ class Program:
 
     def await_pull(self) -> bool:
         """Wait until the motor pulls; return whether it does, or the program has ended."""
-        while self.ports.state().duty < PULLING:
+        while self.ports.state().duty < self.pulling:
             assert time.monotonic() - self.begin < START, self.said[-2000:]
             self.listen()
             if self.process.poll() is not None:
@@ -130,33 +166,143 @@ class Program:
             time.sleep(0.02)
         return True
 
-    def kill(self) -> float:
-        """Kill it without warning; return how long the motor ran on, on the bench's clock [s]."""
-        begin = self.ports.state().time
+    def kill(self) -> None:
+        """Kill it without warning."""
         self.process.kill()
         self.process.wait()
-        while (state := self.ports.state()).duty != 0.0 and state.time - begin < 2.0:
-            time.sleep(0.002)
-        return state.time - begin
+
+    def unplug(self) -> None:
+        """Take the adapter away for a while."""
+        self.ports.plan(FaultEvent(name="unplug", duration=PLUGGED_AGAIN))
+
+    def signal_keeper(self, number: int) -> None:
+        """Send a signal to the process that watches over the motor."""
+        port = self.ports.servo_port.encode()
+        for process in Path("/proc").glob("[0-9]*"):
+            with suppress(OSError):
+                words = (process / "cmdline").read_bytes().split(b"\0")
+                if port in words and any(b"keeper_process" in word for word in words):
+                    os.kill(int(process.name), number)
+
+    def interrupt(self) -> None:
+        """Stop it for two seconds, as a debugger or a closed lid does."""
+        self.process.send_signal(signal.SIGSTOP)
+        Timer(2.0, self.process.send_signal, [signal.SIGCONT]).start()
 
 
-def killed(ports: VirtualPorts, way: Driving, folder: Path, policy: Path, delay: float) -> float:
-    """Let a program pull for a while [s], kill it, and return how long the motor pulled on [s]."""
+@dataclass(frozen=True, kw_only=True)
+class Harm:
+    """What happens to a program that pulls."""
+
+    act: Callable[[Program], None]
+    allowed: float = ALLOWED
+    """Longest time to a motor without force [s]."""
+    forgotten: bool = False
+    """Whether nothing but the firmware ends it where a servo has no watchdog."""
+    passes: bool = False
+    """Whether it is over before a program that waits for its adapter gives up."""
+    kept: bool = False
+    """Whether it concerns a process that watches over a servo without a watchdog."""
+
+    def limit(self, family: ServoFamily) -> float:
+        """Return the longest time to a motor without force [s]."""
+        return FORGOTTEN if self.forgotten and family.forgets is not None else self.allowed
+
+
+def kill_both(program: Program) -> None:
+    """Kill the program and what watches over it, as the end of a container does."""
+    program.signal_keeper(signal.SIGKILL)
+    program.kill()
+
+
+def kill_unwatched(program: Program) -> None:
+    """Stop what watches over a program, then kill the program."""
+    program.signal_keeper(signal.SIGSTOP)
+    program.kill()
+
+
+def kill_unplugged(program: Program) -> None:
+    """Unplug the adapter and kill the program."""
+    program.unplug()
+    program.kill()
+
+
+HARMS: dict[str, Harm] = {
+    "killed": Harm(act=Program.kill),
+    "stopped for 2 s": Harm(act=Program.interrupt),
+    "unplugged for 1.5 s": Harm(act=Program.unplug, forgotten=True, passes=True),
+    "unplugged for 1.5 s and killed": Harm(act=kill_unplugged, forgotten=True),
+    "killed with its keeper": Harm(act=kill_both, forgotten=True, kept=True),
+    "killed, its keeper stopped": Harm(act=kill_unwatched, forgotten=True, kept=True),
+    "robbed of its keeper": Harm(
+        act=lambda program: program.signal_keeper(signal.SIGKILL), kept=True
+    ),
+    "robbed of its keeper's attention": Harm(
+        act=lambda program: program.signal_keeper(signal.SIGSTOP), allowed=1.5, kept=True
+    ),
+}
+"""Everything that happens to programs here."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Release:
+    """How a motor came to be without force."""
+
+    took: float
+    """Time from the fault to no duty [s]."""
+    held: float
+    """Greatest tension meanwhile [N]."""
+
+
+def let_go(program: Program, harm: Harm) -> Release:
+    """Let something happen, and require a motor without force in time, which stays so."""
+    ports, held = program.ports, []
+    begin = ports.state().time
+    harm.act(program)
+    now = off = begin
+    while now - off < RESTING and off - begin < 3.0:
+        state = ports.state()
+        now = state.time
+        if state.duty != 0.0:
+            held.append(state.tension)
+            off = now
+        time.sleep(0.002)
+    took = off - begin
+    while (state := ports.state()).time - begin < took + STAYS:
+        back = harm.passes and program.way.goes_on
+        assert state.duty <= 0.0 or back, f"it pulls again after {state.time - begin:.2f} s"
+        program.listen()
+        time.sleep(0.02)
+    limit = harm.limit(program.family)
+    assert took <= limit, f"{took:.3f} s, of {limit:g} s allowed"
+    return Release(took=took, held=max(held, default=0.0))
+
+
+def released(
+    ports: VirtualPorts,
+    way: Driving,
+    harm: Harm,
+    folder: Path,
+    delay: float,
+    servo: str = "xc330_t288_t",
+) -> Release:
+    """Let a program pull for a while [s] and something happen; return how the motor let go."""
+    said = ""
+    folder.mkdir(parents=True, exist_ok=True)
+    policy = policy_file(folder, servo)
     for attempt in range(ATTEMPTS):
-        with Program(ports=ports, way=way, out=folder / str(attempt), policy=policy) as program:
+        out = folder / str(attempt)
+        with Program(ports=ports, way=way, out=out, policy=policy, servo=servo) as program:
             if program.await_pull():
                 time.sleep(delay)
                 program.listen()
-                if program.process.poll() is None and ports.state().duty >= PULLING:
-                    took = program.kill()
-                    time.sleep(0.5)
-                    assert ports.state().duty == 0.0, "it stays without force"
-                    return took
+                if program.process.poll() is None and ports.state().duty >= program.pulling:
+                    return let_go(program, harm)
             said = program.end()
             assert any(word in said for word in BUSY), said[-2000:]
     raise AssertionError(f"the program did not pull {ATTEMPTS} times: {said[-2000:]}")
 
 
-def policy_file(folder: Path) -> Path:
+def policy_file(folder: Path, servo: str = "xc330_t288_t") -> Path:
     """Write a policy that closes the finger."""
-    return write_onnx(folder / "policy.onnx", Proportional(), card_of().to_json())
+    return write_onnx(folder / f"{servo}.onnx", Proportional(), card_of(servo=servo).to_json())

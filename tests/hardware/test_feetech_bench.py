@@ -46,8 +46,8 @@ def test_collect_records_what_the_firmware_does_by_itself(tmp_path: Path) -> Non
     path = tmp_path / "finger_sine_0.mcap"
     session = read_session(path)
     assert (session["servo.model"], session["servo.operating_mode"]) == ("sts3215", "2")
-    assert (session["servo.overload.duty"], session["servo.overload.time"]) == ("0.8", "2.0")
-    assert session["servo.overload.protective_duty"] == "0.2"
+    assert (session["servo.overload.duty"], session["servo.overload.time"]) == ("0.02", "0.5")
+    assert session["servo.overload.protective_duty"] == "0.0"
     assert (session["servo.starting_duty"], session["servo.profile_acceleration"]) == (
         "0.016",
         "254",

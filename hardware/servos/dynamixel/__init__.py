@@ -18,5 +18,6 @@ DYNAMIXEL = ServoFamily(
     read_settings=read_settings,
     velocity_scale=lambda _: 1.0,
     motor_off=None,
+    forgets=None,
     remedy="reboot it",
 )

@@ -3,16 +3,17 @@
 from hardware.serial_ports import latency_timer
 from hardware.servos.base import PositionGains, ServoSettings, ServoSpec
 from hardware.servos.dynamixel import registers as r
-from hardware.servos.family import WATCHDOG_PERIOD, Reader
-from hardware.servos.serial_bus.register import Register
+from hardware.servos.family import WATCHDOG_PERIOD, Reader, Targets
 
 
-def targets(spec: ServoSpec) -> tuple[tuple[Register, int], ...]:
+def targets(spec: ServoSpec, duty_limit: float) -> Targets:
     """Return each register that must be set before the motor runs, with its counts.
 
     The position loop runs on the host, which sends duties. In a position mode the watchdog only
-    freezes the goal: the motor of a program that is gone would pull on for ever.
+    freezes the goal: the motor of a program that is gone would pull on for ever. The driver alone
+    keeps to the greatest duty: PWM Limit is in the EEPROM, which wears out.
     """
+    del duty_limit
     gains = PositionGains(proportional=spec.position_gain)
     return (
         (r.RETURN_DELAY, 0),  # the factory's 0.5 ms wastes half of a read

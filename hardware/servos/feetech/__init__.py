@@ -5,7 +5,7 @@ from types import MappingProxyType
 from hardware.servos.family import ServoFamily
 from hardware.servos.feetech.packets import FeetechPackets, motor_off
 from hardware.servos.feetech.registers import TABLE
-from hardware.servos.feetech.settings import read_settings, targets, velocity_scale
+from hardware.servos.feetech.settings import FORGETS, read_settings, targets, velocity_scale
 
 RATES = {1_000_000: 0, 500_000: 1, 115_200: 4}
 """Rates whose codes all sources agree on, and that the SDK's port has."""
@@ -19,5 +19,6 @@ FEETECH = ServoFamily(
     read_settings=read_settings,
     velocity_scale=velocity_scale,
     motor_off=motor_off,
+    forgets=FORGETS,
     remedy="switch its supply off and on",
 )

@@ -1,5 +1,7 @@
 """Registers of a configuration, and the settings that are read back for the log."""
 
+from math import ceil
+
 from hardware.serial_ports import latency_timer
 from hardware.servos.base import (
     OverloadProtection,
@@ -7,15 +9,27 @@ from hardware.servos.base import (
     ServoSettings,
     ServoSpec,
 )
-from hardware.servos.family import Reader
+from hardware.servos.family import Reader, Targets
 from hardware.servos.feetech import registers as r
-from hardware.servos.serial_bus.register import Register
 
 COARSE = 50.0
 """Counts of position a second in a count of speed, where Phase (18) does not ask for one [1]."""
 
 
-def targets(spec: ServoSpec) -> tuple[tuple[Register, int], ...]:
+UNLOADING_ALL = 0x2C
+"""Heat, too much current and overload end the pull, as at the factory."""
+FORGETS = OverloadProtection(duty=0.02, protective_duty=0.0, time=0.5)
+"""A motor that has been given more than this share of its duty for so long without a rest is given
+none, by its own firmware. An STS3215 pulls 5 N at this share at most, an STS3250 8 N. The driver's
+rests are the servo's sign of life: nothing else in this memory table ends a forgotten pull.
+
+Source: Feetech, memory table of the SMS and STS servos: the time counts while the output stays
+above Overload Torque, and then falls to Protective Torque. Assumed, and not tried on a servo: that
+this holds in the mode PWM, and that a rest of some milliseconds begins the time anew.
+"""
+
+
+def targets(spec: ServoSpec, duty_limit: float) -> Targets:
     """Return each register that must be set before the motor runs, with its counts.
 
     The lock comes first. Behind it the mode lasts as long as the supply: an arm that somebody else
@@ -25,7 +39,11 @@ def targets(spec: ServoSpec) -> tuple[tuple[Register, int], ...]:
         (r.LOCK, 1),
         (r.RETURN_DELAY, 0),  # the factory's 0.5 ms wastes half of a read
         (r.OPERATING_MODE, r.PWM_MODE),
-        (r.TORQUE_LIMIT, spec.duty_counts),
+        (r.TORQUE_LIMIT, ceil(duty_limit * spec.duty_counts)),
+        (r.UNLOADING, UNLOADING_ALL),
+        (r.PROTECTIVE_TORQUE, round(100.0 * FORGETS.protective_duty)),
+        (r.PROTECTION_TIME, round(FORGETS.time / r.PROTECTION_TIME_UNIT)),
+        (r.OVERLOAD_TORQUE, round(100.0 * FORGETS.duty)),
         (r.ACCELERATION, r.TABLE.marked),
     )
 

@@ -111,7 +111,8 @@ class FeetechFirmware:
             self._overload += TICK
         else:
             self._overload = 0.0
-        if not self._side and self._overload > 0.01 * registers.value(at.PROTECTION_TIME):
+        late = self._overload > 0.01 * registers.value(at.PROTECTION_TIME)
+        if not self._side and late and registers.value(at.UNLOADING) & FEETECH_ALERTS["overload"]:
             self._side = copysign(1.0, wanted)
             registers.raise_error(FEETECH_ALERTS["overload"])
         if not self._side:

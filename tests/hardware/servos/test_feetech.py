@@ -2,6 +2,7 @@
 
 from math import pi
 
+import numpy as np
 import pytest
 
 from hardware.errors import ServoAlert, ServoRefused, ServoReset, ServoSilent, UnsupportedServo
@@ -68,8 +69,8 @@ def test_what_its_firmware_does_by_itself_is_read_for_the_log(rig: VirtualServo)
     assert settings.starting_duty == pytest.approx(0.016)
     assert settings.overload is not None
     assert settings.overload.duty == pytest.approx(0.7)
-    assert settings.overload.protective_duty == pytest.approx(0.2)
-    assert settings.overload.time == pytest.approx(2.0)
+    assert settings.overload.protective_duty == 0.0
+    assert settings.overload.time == pytest.approx(0.5)
     assert (settings.gains.proportional, settings.gains.derivative) == (16, 32)
     assert settings.velocity_limit == pytest.approx(5.2, abs=0.05)  # 50 rev/min
     assert (settings.duty_limit, settings.watchdog) == (1.0, 0.0)
@@ -94,17 +95,39 @@ def test_a_restart_is_noticed_and_set_up_again(rig: VirtualServo) -> None:
     assert rig.servo.read_state().position == pytest.approx(rig.bench.state().angle, abs=0.01)
 
 
-def test_an_overload_is_an_alert(rig: VirtualServo) -> None:
-    """Four fifths of the duty for two seconds against a stop: the firmware cuts it, and says so."""
-    rig.bench.set_obstacle("tape_roll")
-    rig.servo.command_duty(0.9)
-    rig.wait(1.9)
-    rig.servo.check()
-    rig.wait(0.3)
-    with pytest.raises(ServoAlert, match=r"overload \(register 65 is 32\).*supply off and on"):
-        rig.servo.check()
+def test_a_forgotten_pull_is_ended_by_the_firmware_and_an_alert(rig: VirtualServo) -> None:
+    """Nobody commands any more, though all is read: half a second later the motor does nothing."""
+    rig.servo.command_duty(0.2)
+    for _ in range(23):
+        rig.wait(0.02)
+        rig.servo.read_state()
     assert rig.bench.state().duty == pytest.approx(0.2)
-    rig.servo.disable_torque()
+    rig.servo.check()
+    rig.wait(0.06)
+    assert rig.bench.state().duty == 0.0
+    with pytest.raises(ServoAlert, match=r"overload \(register 65 is 32\)"):
+        rig.servo.check()
+    rig.servo.recover(resume_torque=True)
+    assert rig.servo.check().torque_enabled
+
+
+def test_a_pull_that_is_commanded_goes_on(rig: VirtualServo) -> None:
+    """Ten seconds of one duty at 20 Hz: rests of 3 ms, one in five commands, change no tension."""
+    forces, ends = [], rig.clock.now() + 10.0
+    while rig.clock.now() < ends:
+        rig.servo.command_duty(0.2)
+        rig.wait(0.05)
+        forces.append(rig.bench.state().tension)
+    assert rig.servo.check().torque_enabled
+    assert np.ptp(forces[100:]) < 0.2  # N, of 38: the gear holds, and a finger creeps
+
+
+def test_no_more_duty_is_given_than_was_agreed(rig: VirtualServo) -> None:
+    """The driver cuts to it, and the servo's own Torque Limit says the same."""
+    rig.servo.configure(duty_limit=0.235)
+    rig.servo.enable_torque()
+    assert rig.servo.command_duty(0.9) == 0.235
+    assert rig.register(at.TORQUE_LIMIT) == 235
 
 
 def test_another_model_is_refused_by_name() -> None:

@@ -25,7 +25,7 @@ servo.enable_torque()
 servo.command_duty(0.05)
 print("on", flush=True)
 while True:
-    servo.read_state()
+    servo.command_duty(0.05)
     time.sleep(0.01)
 """
 """Holds a tendon, and would for ever."""
@@ -68,7 +68,7 @@ def test_a_killed_program_leaves_no_motor_on(ports: VirtualPorts) -> None:
         assert program.stdout is not None
         assert program.stdout.readline() == b"on\n"
         time.sleep(1.0)
-        assert ports.state().duty == pytest.approx(0.05)  # fed by reads, it lets the program go on
+        assert ports.state().duty == pytest.approx(0.05)
         program.send_signal(signal.SIGKILL)
     assert happens(lambda: ports.state().duty == 0.0)
 
@@ -92,7 +92,7 @@ def test_the_next_program_waits_until_the_motor_is_off(ports: VirtualPorts) -> N
 
 
 def test_a_program_that_hangs_is_told_afterwards(servo: BusServo, ports: VirtualPorts) -> None:
-    """The motor is off after its silence; the next goal says why, and clearing brings it back."""
+    """The motor is off after its silence; the next goal says why, and it stays off until asked."""
     servo.command_duty(0.05)
     assert happens(lambda: ports.state().duty == 0.0)
     assert happens(lambda: servo.read_health().watchdog_tripped)
@@ -100,7 +100,7 @@ def test_a_program_that_hangs_is_told_afterwards(servo: BusServo, ports: Virtual
         servo.command_duty(0.05)
     with pytest.raises(WatchdogTripped):
         servo.check()
-    servo.clear_watchdog()
+    servo.enable_torque()
     assert servo.command_duty(0.05) == 0.05
     assert servo.check().torque_enabled
 
