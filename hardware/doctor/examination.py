@@ -48,7 +48,6 @@ def examine(
     load_cell_port: str | ByteStream | None,
     *,
     clock: Clock,
-    ours: frozenset[int] = frozenset(),
     show: Callable[[str], None] = lambda _: None,
 ) -> Iterator[Observation]:
     """Examine a bench, yielding each thing as it is known; no motor moves.
@@ -57,7 +56,6 @@ def examine(
         port: Path of the servo's port, or a simulated one; without it the ports are listed.
         load_cell_port: Path of the load cell's port, or its stream, if there is one.
         clock: The bench's clock.
-        ours: Processes that may have the ports open.
         show: Told what takes time.
     """
     show("timing the clock")
@@ -67,15 +65,14 @@ def examine(
         yield from check_search()
     else:
         busy = slowest(late) > LATENESS_MAX
-        yield from guarded("servo port", check_servo_port(port, clock, ours, show, busy=busy))
+        yield from guarded("servo port", check_servo_port(port, clock, show, busy=busy))
     if load_cell_port is not None:
-        yield from guarded("load cell port", check_cell_port(load_cell_port, clock, ours, show))
+        yield from guarded("load cell port", check_cell_port(load_cell_port, clock, show))
 
 
 def check_servo_port(
     port: str | PortHandler,
     clock: Clock,
-    ours: frozenset[int],
     show: Callable[[str], None],
     *,
     busy: bool = False,
@@ -84,7 +81,7 @@ def check_servo_port(
     if not isinstance(port, str):
         yield from check_servo(port, clock, show)
         return
-    seen = check_port("servo port", port, ours)
+    seen = check_port("servo port", port)
     yield seen
     if seen.verdict == "fix":
         return
@@ -93,11 +90,11 @@ def check_servo_port(
 
 
 def check_cell_port(
-    port: str | ByteStream, clock: Clock, ours: frozenset[int], show: Callable[[str], None]
+    port: str | ByteStream, clock: Clock, show: Callable[[str], None]
 ) -> Iterator[Observation]:
     """Look at the load cell's port, and listen to it."""
     if isinstance(port, str):
-        seen = check_port("load cell port", port, ours)
+        seen = check_port("load cell port", port)
         yield seen
         if seen.verdict == "fix":
             return

@@ -42,20 +42,14 @@ def check_search() -> Iterator[Observation]:
         yield observed("note", "ports", f"{path}: {kind}")
 
 
-def check_port(subject: str, port: str, ours: frozenset[int] = frozenset()) -> Observation:
-    """Look at a port without opening it.
-
-    Args:
-        subject: Device behind the port.
-        port: Path of the port.
-        ours: Processes that may have it open.
-    """
-    if (fault := port_fault(port, ours)) is not None:
+def check_port(subject: str, port: str) -> Observation:
+    """Look at a port [path] without opening it; the subject is the device behind it."""
+    if (fault := port_fault(port)) is not None:
         return observed("fix", subject, *fault)
     return observed("good", subject, f"{port}: there, allowed and free")
 
 
-def port_fault(port: str, ours: frozenset[int]) -> tuple[str, str] | None:
+def port_fault(port: str) -> tuple[str, str] | None:
     """Return why a port cannot be used, and what helps; None where it can."""
     if not Path(port).exists():
         remedy = "plug it in; ls -l /dev/serial/by-id names what is there"
@@ -68,7 +62,7 @@ def port_fault(port: str, ours: frozenset[int]) -> tuple[str, str] | None:
         return f"{port}: this user may not open it", remedy
     if (fault := lock_fault(port)) is not None:
         return fault, "remove it; locks that our programs make now are shared between users"
-    others = [(number, name) for number, name in holders(port) if number not in ours]
+    others = [(number, name) for number, name in holders(port) if not emulates(number)]
     if not others:
         return None
     listed = ", ".join(f"{name} (process {number})" for number, name in others[:LISTED_MAX])
@@ -78,6 +72,14 @@ def port_fault(port: str, ours: frozenset[int]) -> tuple[str, str] | None:
         f"{port}: open in {listed}{more}, which takes a part of the answers",
         f"see what it is: ps -p {first}; then end it: kill {first}",
     )
+
+
+def emulates(process: int) -> bool:
+    """Tell whether a process is a virtual bench, which has its own ports open, whoever began it."""
+    try:
+        return b"hardware.virtual_bench" in Path(f"/proc/{process}/cmdline").read_bytes()
+    except OSError:
+        return False
 
 
 def check_latency(port: str) -> Iterator[Observation]:

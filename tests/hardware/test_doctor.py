@@ -76,14 +76,7 @@ def verdicts(observations: Iterator[Observation]) -> dict[str, str]:
 
 def test_a_bench_is_examined_from_the_clock_to_the_load_cell(ports: VirtualPorts) -> None:
     """Everything is looked at once; nothing that a computer's load cannot touch is wrong."""
-    found = verdicts(
-        examine(
-            ports.servo_port,
-            ports.load_cell_port,
-            clock=MonotonicClock(),
-            ours=frozenset({ports.process_id}),
-        )
-    )
+    found = verdicts(examine(ports.servo_port, ports.load_cell_port, clock=MonotonicClock()))
     assert {"clock", "servo port", "latency timer", "load cell port", "load cell"} <= found.keys()
     assert {"servo 1", "servo 1 settings", "servo 1 supply", "servo 1 alerts"} <= found.keys()
     touched = {"clock", "servo 1 speed", "load cell gaps", "load cell clock", "servo 1 settings"}
@@ -144,10 +137,9 @@ def test_changing_a_servo_needs_its_port(capsys: pytest.CaptureFixture[str]) -> 
     assert "--port must name the servo's port" in capsys.readouterr().err
 
 
-def test_a_second_opener_is_named_and_ours_is_not(ports: VirtualPorts) -> None:
+def test_a_second_opener_is_named_and_a_virtual_bench_is_not(ports: VirtualPorts) -> None:
     """The bench's own process holds the port; a foreign one would take the answers."""
-    ours = frozenset({ports.process_id})
-    assert verdicts([check_port("servo port", ports.servo_port, ours)]) == {"servo port": "good"}
+    assert verdicts([check_port("servo port", ports.servo_port)]) == {"servo port": "good"}
     code = "import os, sys, time; os.open(sys.argv[1], os.O_RDWR); print('open', flush=True)"
     with subprocess.Popen(
         [sys.executable, "-c", f"{code}; time.sleep(60)", ports.servo_port],
@@ -155,7 +147,7 @@ def test_a_second_opener_is_named_and_ours_is_not(ports: VirtualPorts) -> None:
     ) as other:
         assert other.stdout is not None
         assert other.stdout.readline() == b"open\n"
-        observation = check_port("servo port", ports.servo_port, ours)
+        observation = check_port("servo port", ports.servo_port)
         other.kill()
     assert observation.verdict == "fix"
     assert f"process {other.pid}" in observation.found
