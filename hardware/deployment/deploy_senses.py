@@ -33,13 +33,14 @@ class ServoSenses:
     Args:
         bench: An open bench.
         operator: Receiver of the messages.
+        spool_radius: Radius of its spool [m].
         place: Which of the bench's servos.
     """
 
-    def __init__(self, bench: Bench, operator: Operator, place: int) -> None:
+    def __init__(self, bench: Bench, operator: Operator, spool_radius: float, place: int) -> None:
         self.servo = bench.drives[place].servo
         self.clock = bench.clock
-        self.forces = ForceWatch(bench, None, operator, place)
+        self.forces = ForceWatch(bench, None, operator, spool_radius, place)
         self.state: ServoState | None = None
         """Last reading of the servo."""
         self.health: ServoHealth | None = None
@@ -131,7 +132,8 @@ class DeploySenses:
     ) -> None:
         self.clock = bench.clock
         self.servos = tuple(
-            ServoSenses(bench, operator, place) for place in range(len(bench.drives))
+            ServoSenses(bench, operator, settings.spool_radius, place)
+            for place in range(len(bench.drives))
         )
         self.rows = self.missed = 0
         """Readings of all servos, and ticks in which one was missed."""

@@ -1,16 +1,23 @@
 """Evidence against a load cell: readings that no live cell would send.
 
-A guard that believes a dead load cell is worse than none. Four things give a dead one away:
+A guard that believes a dead load cell is worse than none. These things give one away that is dead
+or lies:
 
 - it is saturated: a broken wire of its bridge, or far too much load;
 - it repeats one value: a live converter's noise hardly ever does;
 - it is calmer than it was under no load when it was calibrated;
 - the motor winds the tendon in against something, no other servo lets its own out, and the tension
-  does not change.
+  does not change;
+- the tension is below zero: a tendon cannot push;
+- it jumps back and forth with every reading, faster than the converter's filter lets through;
+- it is far less than the motor must be pulling, by its duty and its speed.
+
+A cell that is deaf while the spool rests says nothing wrong: it is found out once the motor pulls.
 """
 
 from collections import deque
 from collections.abc import Sequence
+from itertools import pairwise
 from math import ceil, log, pi, sqrt
 
 from hardware.load_cells.base import LoadCellReading
@@ -40,6 +47,29 @@ LAG = 6
 """Readings after that which may still show an older tension: an HX711 settles in four."""
 CHANGE = 0.3
 """Least change of the tension [N]: the weakest spring of the benches gives 0.6 N over 0.25 rad."""
+NEGATIVE = 1.0
+"""Tension below zero that is no shift of a live cell's zero [N]: drift and mounting make 0.4 N."""
+WINDOW = 8
+"""Readings of which most must be below zero, or jump, before a cell counts as lying [1]: 0.1 s."""
+NEGATIVE_MIN = 6
+JUMP = 1.5
+"""Change between two readings that is a jump if the next one goes back as far [N]."""
+JUMPS_MIN = 5
+"""Such turns in a window; two spikes make three, and a vibration of 20 Hz four."""
+FAST = 60.0
+"""Readings per second from which the converter's filter takes every such vibration away [Hz]."""
+IDLE, CERTAIN = 0.08, 0.45
+"""Share of the motor's strength [1] that may be lost in a gear, and the least part of the rest that
+reaches the tendon [1]. Half an hour of recordings on virtual benches, worn ones among them, kept
+1.4 times this tension."""
+SHIFT = 0.5
+"""Shift of a live cell's zero that is put up with there [N]."""
+FRESH = 0.05
+"""Age beyond which nobody knows what the motor does [s]: its watchdog may have stopped it."""
+ROTOR = 1.5
+"""Inertia that a servo may have, of its data sheet's [1]."""
+STILL = 0.01
+"""Speed below which a spool rests [rad/s]."""
 LET_OUT = 2.0
 """Angle wound in at one tension while another servo lets out, per angle of that [1]: the opening
 tendon of `finger_antagonist` moves half as far as the closing one."""
@@ -51,15 +81,23 @@ class CellDoubt:
     Args:
         calibration: Calibration of the cell; without one only a stuck cell is told from a live one.
         servo: Servo that winds the cell's tendon.
+        spool_radius: Radius of its spool [m].
     """
 
-    def __init__(self, calibration: LoadCellCalibration | None, servo: ServoSpec) -> None:
+    def __init__(
+        self, calibration: LoadCellCalibration | None, servo: ServoSpec, spool_radius: float
+    ) -> None:
         self.fault: str | None = None
         """Reason not to believe the cell; None where there is none."""
         sigma = 1.0 if calibration is None else calibration.noise / abs(calibration.slope)
         self._sigma = sigma
         self._equal_max = equal_max(sigma)
         self._servo = servo
+        self._strength = servo.stall_torque / spool_radius
+        self._fast = calibration is not None and calibration.rate >= FAST
+        self._tensions: deque[float] = deque(maxlen=WINDOW + 1)
+        self._least = 0.0
+        self._short = 0
         self._equal = self._saturated = 0
         self._latest: deque[int] = deque(maxlen=CALM_READINGS)
         self._way: deque[tuple[float, float, float]] = deque()
@@ -96,6 +134,25 @@ class CellDoubt:
     def feel(self, force: float, instant: float) -> None:
         """Take a tension [N] and when it came [s]; one that changes is one that reacts."""
         self._felt = instant
+        self._tensions.append(force)
+        known = self._least > 0.0 and instant - self._way[-1][0] < FRESH
+        self._short = self._short + 1 if known and force < self._least else 0
+        if sum(each < -NEGATIVE for each in self._tensions) >= NEGATIVE_MIN:
+            self.fault = (
+                f"the tension must not be below zero, since a tendon cannot push; it is "
+                f"{force:.1f} N: look at the load cell's wires, and calibrate anew"
+            )
+        elif self._fast and turns(self._tensions) >= JUMPS_MIN:
+            self.fault = (
+                f"the tension must not jump back and forth; it does so between "
+                f"{min(self._tensions):.1f} and {max(self._tensions):.1f} N: look at the load "
+                "cell's wires"
+            )
+        elif self._short >= LAG:
+            self.fault = (
+                f"the tension must be at least {self._least:.1f} N while the motor pulls so hard; "
+                f"it is {force:.1f} N: look at the load cell, its calibration and the gear"
+            )
         if self._anchor is None or abs(force - self._anchor) >= CHANGE:
             self._anchor, self._wound, self._late = force, 0.0, 0
             self._others_before = self._others
@@ -107,8 +164,21 @@ class CellDoubt:
                     f"{self._anchor:.1f} N over {self._wound:.1f} rad: look at the load cell"
                 )
 
-    def move(self, state: ServoState, duty: float, others: Sequence[float] = ()) -> None:
-        """Take where the spool is, the duty [1] that winds it, and where other spools are [rad]."""
+    def move(
+        self,
+        state: ServoState,
+        duty: float,
+        others: Sequence[float] = (),
+        voltage: float | None = None,
+    ) -> None:
+        """Take what a servo does.
+
+        Args:
+            state: Angle of the spool.
+            duty: Duty that winds it [1].
+            others: Angles of other spools [rad].
+            voltage: Supply [V], where it is known.
+        """
         self._others = others
         if len(self._others_before) != len(others):
             self._others_before = others
@@ -119,7 +189,16 @@ class CellDoubt:
         self._before = state.position
         if state.time - self._felt > PULL_TIME:  # its silence is another matter
             self._anchor = None
-        if self._anchor is None or not self._pulls():
+        self._least = 0.0
+        if (pulled := self._pull()) is None:
+            return
+        servo, (duty, speed, acceleration) = self._servo, pulled
+        free = speed / servo.no_load_speed
+        if voltage is not None and speed > -STILL:  # a gear holds back what a spool lets out
+            rotor = ROTOR * servo.armature * max(acceleration, 0.0) / servo.stall_torque
+            share = duty * voltage / servo.supply_voltage - free - rotor
+            self._least = max(CERTAIN * self._strength * (share - IDLE) - SHIFT, 0.0)
+        if self._anchor is None or duty - free <= PULL + PULL_PER_SPEED * abs(speed):
             return
         self._wound = max(0.0, self._wound + turned)  # an encoder at rest goes back and forth
 
@@ -128,15 +207,22 @@ class CellDoubt:
         ways = zip(self._others_before, self._others, strict=True)
         return sum(max(before - now, 0.0) for before, now in ways)
 
-    def _pulls(self) -> bool:
-        """Tell whether the motor lately needed more of its strength than to turn freely."""
+    def _pull(self) -> tuple[float, float, float] | None:
+        """Return mean duty [1], speed [rad/s] and acceleration [rad/s2] of the last moments."""
         begin, first, _ = self._way[0]
         end, last, _ = self._way[-1]
-        if end - begin < 0.8 * PULL_TIME:
-            return False
+        if (passed := end - begin) < 0.8 * PULL_TIME:
+            return None
         duty = sum(each for _, _, each in self._way) / len(self._way)
-        speed = (last - first) / (end - begin)
-        return duty - speed / self._servo.no_load_speed > PULL + PULL_PER_SPEED * abs(speed)
+        _, middle, _ = self._way[len(self._way) // 2]
+        bend = first - 2.0 * middle + last
+        return duty, (last - first) / passed, 4.0 * bend / passed**2
+
+
+def turns(tensions: Sequence[float]) -> int:
+    """Count how often readings [N] jump and jump back at once."""
+    steps = [later - earlier for earlier, later in pairwise(tensions)]
+    return sum(a * b < 0.0 and min(abs(a), abs(b)) > JUMP for a, b in pairwise(steps))
 
 
 def equal_max(sigma: float) -> int:

@@ -1,12 +1,13 @@
 """The load cell during a run: its readings into the log, its silence and its faults noticed."""
 
+from collections import deque
 from collections.abc import Sequence
 
 from hardware.benches.bench import Bench
 from hardware.control.operator import Operator
 from hardware.errors import SafetyStop
 from hardware.load_cells.base import LoadCell, LoadCellReading
-from hardware.load_cells.cell_doubt import CellDoubt
+from hardware.load_cells.cell_doubt import WINDOW, CellDoubt
 from hardware.load_cells.clock_fit import ReadingDates
 from hardware.logs.session_log import SessionLog
 from hardware.safety_rules.bench_limits import SafetyLimits
@@ -25,11 +26,17 @@ class ForceWatch:
         bench: Load cell and its calibration.
         limits: What ends a run; without them whoever takes the readings looks after that.
         operator: Receiver of the messages.
+        spool_radius: Radius of the spools [m].
         place: In which of the bench's tendons the load cell is.
     """
 
     def __init__(
-        self, bench: Bench, limits: SafetyLimits | None, operator: Operator, place: int = 0
+        self,
+        bench: Bench,
+        limits: SafetyLimits | None,
+        operator: Operator,
+        spool_radius: float,
+        place: int = 0,
     ) -> None:
         drive = bench.drives[place]
         self.cell: LoadCell | None = drive.load_cell
@@ -41,14 +48,15 @@ class ForceWatch:
         self.force: float | None = None
         """Last tension [N]."""
         self.agreed: float | None = None
-        """Tension in which the last two readings agree, the smaller of them [N]: a single spike
-        ends no run."""
+        """Second greatest of the latest tensions [N]: a single spike ends no run, and readings that
+        are missing in between hide nothing."""
         self.readings = 0
         """Readings in the log."""
         self.silences: list[tuple[float, float]] = []
         """First and last instant of each silence [s]."""
         self._servo = drive.servo
-        self._doubt = CellDoubt(drive.calibration, drive.servo.spec)
+        self._doubt = CellDoubt(drive.calibration, drive.servo.spec, spool_radius)
+        self._latest_forces: deque[float] = deque(maxlen=WINDOW)
         self._first: tuple[float, int] | None = None
         self._latest = self.clock.now()
         self._count = 0
@@ -79,7 +87,7 @@ class ForceWatch:
         A tension that does not change with the servo is doubted.
         """
         if self.cell is not None:
-            self._doubt.move(state, self._servo.duty, others)
+            self._doubt.move(state, self._servo.duty, others, self._servo.voltage)
 
     def take(self, log: SessionLog | None) -> None:
         """Take what has come; without a log it is only watched.
@@ -110,13 +118,14 @@ class ForceWatch:
         self._doubt.hear(reading)
         if self.calibration is None or reading.saturated:
             return
-        before, self.force = self.force, float(self.calibration.force(reading.counts))
+        self.force = float(self.calibration.force(reading.counts))
+        self._latest_forces.append(self.force)
         self._doubt.feel(self.force, reading.host_time)
         if log is not None:
             log.force(instant, reading.host_time, self.force, self._place)
-        if before is None:
+        if len(self._latest_forces) < 2:
             return
-        self.agreed = min(before, self.force, key=abs)
+        self.agreed = sorted(self._latest_forces, key=abs)[-2]
         if self.limits is not None:
             self.limits.check_force(self.agreed)
 

@@ -202,6 +202,47 @@ CASES: dict[str, Case] = {
         allowed=2.5,
         words={"goals": FixedGoal(1.5, (0.0, 1.57))},
     ),
+    "a load cell that says 20 N too little": unwind("load_cell", on.lie(lambda f, t, k: f - 20.0)),
+    "a load cell whose wires are exchanged": unwind(
+        "load_cell", on.lie(lambda f, t, k: -f), allowed=1.0
+    ),
+    "a load cell that drifts by 5 N/s": unwind(
+        "load_cell", on.lie(lambda f, t, k: f - 5.0 * t), allowed=2.5
+    ),
+    "a load cell that drifts by 1 N/s": unwind(
+        "load_cell",
+        on.lie(lambda f, t, k: f - t),
+        allowed=9.0,
+        settings=DeploySettings(duration=12.0),
+    ),
+    "a load cell that says 40 N too little": unwind(
+        "load_cell", on.lie(lambda f, t, k: f - 40.0), sooner="tension"
+    ),
+    "a loose contact, every other reading is 0": unwind(
+        "load_cell", on.lie(lambda f, t, k: f * (k % 2)), allowed=1.0
+    ),
+    "a loose contact with 4 kg": unwind(
+        "tension", on.both(on.lie(lambda f, t, k: f * (k % 2)), on.load)
+    ),
+    "a loose contact with 4 kg, two of three readings are 0": unwind(
+        "tension", on.both(on.lie(lambda f, t, k: f * (k % 3 == 0)), on.load)
+    ),
+    "a load cell that tells a quarter while the motor pulls": unwind(
+        "load_cell", on.lie(lambda f, t, k: 0.25 * f), bad=always(2.0), calm=True, allowed=2.5
+    ),
+    "a load cell that tells a tenth while the motor pulls": unwind(
+        "load_cell", on.lie(lambda f, t, k: 0.1 * f), bad=always(2.0), calm=True, allowed=1.5
+    ),
+    "a load cell that is dead at rest, once the motor pulls": unwind(
+        "load_cell",
+        let("cell_deaf", duration=LONG),
+        bad=always(2.0),
+        calm=True,
+        allowed=1.5,
+    ),
+    "two spikes of the load cell a tenth of a second apart": Case(
+        rule="", action="", fault=on.lie(lambda f, t, k: f + 35.0 * (k in (0, 9)))
+    ),
     "one spike of the load cell": Case(rule="", action="", fault=let("cell_spike")),
     "one saturated reading": Case(rule="", action="", fault=let("cell_spike", counts=FULL)),
     "too much tension, the cell at 20 Hz": unwind("tension", on.load, **SLOW_CELL),

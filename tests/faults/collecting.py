@@ -69,6 +69,12 @@ COLLECTING: dict[str, Collecting] = {
     "a load cell that does not feel the motor": Collecting(
         fault=let("cell_deaf", duration=LONG), said="must change while", allowed=2.0
     ),
+    "a load cell that says 20 N too little": Collecting(
+        fault=on.lie(lambda f, t, k: f - 20.0), said="must not be below zero"
+    ),
+    "a loose contact with 4 kg": Collecting(
+        fault=on.both(on.lie(lambda f, t, k: f * (k % 2)), on.load), said="must stay below 30 N"
+    ),
     "too much tension": Collecting(fault=on.load, said="must stay below 30 N"),
     "one spike of the load cell": Collecting(fault=let("cell_spike"), said=""),
     "one saturated reading": Collecting(fault=let("cell_spike", counts=FULL), said=""),

@@ -4,6 +4,7 @@ import os
 import signal
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import count
 from typing import Any
 
 from hardware.benches.bench import Bench
@@ -103,6 +104,27 @@ def worse(**chances: float) -> Callable[[Bench, StopRequest], None]:
 
     def happen(bench: Bench, stop: StopRequest) -> None:
         bench.controls.set_faults(Faults(**chances))  # pyright: ignore
+
+    return happen
+
+
+def lie(
+    told: Callable[[float, float, int], float],
+) -> Callable[[Bench, StopRequest], None]:
+    """Let each load cell tell something else, by the true tension [N], the time [s] and a count."""
+
+    def happen(bench: Bench, stop: StopRequest) -> None:
+        begin = bench.clock.now()
+        for line in plant(bench).lines:
+            cell, numbers = line.load_cell, count()
+            c, honest = cell._constants, cell._disturbed
+
+            def disturbed(counts: int, time: float, c=c, honest=honest, numbers=numbers) -> int:
+                true = (honest(counts, time) - c.offset) / c.counts_per_newton
+                said = told(true, time - begin, next(numbers))
+                return max(-FULL - 1, min(FULL, round(c.offset + c.counts_per_newton * said)))
+
+            cell._disturbed = disturbed
 
     return happen
 

@@ -10,13 +10,14 @@ import pytest
 from hardware.benches.virtual_calibration import calibrated_twins
 from hardware.collection.collect_settings import CollectSettings
 from hardware.load_cells.base import LoadCellReading
-from hardware.load_cells.cell_doubt import CALM_READINGS, CellDoubt, equal_max
+from hardware.load_cells.cell_doubt import CALM_READINGS, WINDOW, CellDoubt, equal_max
 from hardware.servos import SERVOS
 from hardware.servos.base import ServoState
 from tests.hardware.recording import Trial
 
 SPEC = SERVOS["xc330_t288_t"]
 CALIBRATION = calibrated_twins("finger", 0, 80)[0]
+RADIUS = 0.0125
 SIGMA = CALIBRATION.noise / abs(CALIBRATION.slope)
 
 
@@ -29,7 +30,7 @@ def reading(counts: float, k: int = 0) -> LoadCellReading:
 
 def heard(values: Iterator[float]) -> str | None:
     """Return what a doubt says after readings."""
-    doubt = CellDoubt(CALIBRATION, SPEC)
+    doubt = CellDoubt(CALIBRATION, SPEC, RADIUS)
     for k, counts in enumerate(values):
         doubt.hear(reading(counts, k))
         if doubt.fault is not None:
@@ -48,7 +49,7 @@ def test_a_cell_of_few_counts_of_noise_is_believed_too() -> None:
     """Equal readings come by chance there; as many as count as a fault come once in 1e12."""
     assert [equal_max(sigma) for sigma in (0.1, 1.0, 10.0, 100.0, 1000.0)] == [23, 23, 9, 6, 5]
     rng = random.Random(2)
-    doubt = CellDoubt(None, SPEC)
+    doubt = CellDoubt(None, SPEC, RADIUS)
     for k in range(100_000):
         doubt.hear(reading(rng.gauss(0.0, 1.0), k))
     assert doubt.fault is None
@@ -74,7 +75,7 @@ def test_two_saturated_readings_are_a_spike_and_three_a_fault() -> None:
 def test_a_tension_must_follow_a_motor_that_pulls(duty: float, slope: float, doubted: bool) -> None:
     """Wound in slowly at 15 % of duty it must change; what turns freely may be slack."""
     rng = random.Random(3)
-    doubt = CellDoubt(CALIBRATION, SPEC)
+    doubt = CellDoubt(CALIBRATION, SPEC, RADIUS)
     for k in range(400):
         instant, angle = 0.0125 * k, 0.003 * k
         doubt.feel(2.0 + slope * angle + rng.gauss(0.0, 0.01), instant)
@@ -88,7 +89,7 @@ def test_a_servo_that_lets_out_keeps_the_tension_of_one_that_winds_in(
 ) -> None:
     """A finger between two tendons turns under one tension, and its cell is believed."""
     rng = random.Random(5)
-    doubt = CellDoubt(CALIBRATION, SPEC)
+    doubt = CellDoubt(CALIBRATION, SPEC, RADIUS)
     for k in range(400):
         instant, angle = 0.0125 * k, 0.003 * k
         doubt.feel(2.0 + rng.gauss(0.0, 0.01), instant)
@@ -100,7 +101,7 @@ def test_a_servo_that_lets_out_keeps_the_tension_of_one_that_winds_in(
 def test_a_motor_that_holds_still_is_no_motor_that_winds_in() -> None:
     """Ten minutes at its greatest pull: an encoder goes back and forth by a count."""
     rng = random.Random(4)
-    doubt = CellDoubt(CALIBRATION, SPEC)
+    doubt = CellDoubt(CALIBRATION, SPEC, RADIUS)
     count = 2.0 * pi / 4096
     for k in range(48_000):
         instant, angle = 0.0125 * k, 1.0 + count * rng.randrange(2)
@@ -111,7 +112,7 @@ def test_a_motor_that_holds_still_is_no_motor_that_winds_in() -> None:
 
 def test_a_slow_cell_is_given_time_to_show_a_change() -> None:
     """At 10 readings a second, settled after four, a spool has long been wound in before."""
-    doubt = CellDoubt(CALIBRATION, SPEC)
+    doubt = CellDoubt(CALIBRATION, SPEC, RADIUS)
     for k in range(240):  # one step of 0.6 rad within 0.2 s, after a second of rest
         instant = 0.0125 * k
         angle = min(max(instant - 1.0, 0.0) * 3.0, 0.6)
@@ -119,6 +120,39 @@ def test_a_slow_cell_is_given_time_to_show_a_change() -> None:
             doubt.feel(2.0 if instant < 1.6 else 5.0, instant)
         doubt.move(ServoState(time=instant, position=angle, velocity=0.0, current=0.0), 0.9)
     assert doubt.fault is None
+
+
+@pytest.mark.parametrize(("force", "doubted"), [(-0.4, False), (-2.0, True)])
+def test_a_tendon_that_pushes_is_a_fault_of_its_cell(force: float, doubted: bool) -> None:
+    """A shifted zero is put up with; two newtons below it are not."""
+    doubt = CellDoubt(CALIBRATION, SPEC, RADIUS)
+    for k in range(WINDOW):
+        doubt.feel(force, 0.0125 * k)
+    assert ("cannot push" in (doubt.fault or "")) is doubted
+
+
+def test_readings_that_jump_back_and_forth_are_no_tension() -> None:
+    """Each reading weighs four periods of the converter: no tension alternates so fast."""
+    for told, doubted in (([5.0, 0.0], True), ([5.0, 5.0, 0.0, 0.0], False)):
+        doubt = CellDoubt(CALIBRATION, SPEC, RADIUS)
+        for k in range(40):
+            doubt.feel(told[k % len(told)], 0.0125 * k)
+        assert ("back and forth" in (doubt.fault or "")) is doubted
+
+
+@pytest.mark.parametrize(
+    ("force", "voltage", "doubted"), [(1.0, 9.0, True), (3.0, 9.0, False), (1.0, 6.5, False)]
+)
+def test_a_motor_that_pulls_has_a_tension(force: float, voltage: float, doubted: bool) -> None:
+    """At rest under a fifth of the duty a tendon has 2.2 N at least at 9 V, 0.7 N at 6.5 V."""
+    rng = random.Random(6)
+    doubt = CellDoubt(CALIBRATION, SPEC, RADIUS)
+    for k in range(100):
+        instant = 0.0125 * k
+        state = ServoState(time=instant, position=1.0, velocity=0.0, current=0.0)
+        doubt.move(state, 0.2, (), voltage)
+        doubt.feel(force + rng.gauss(0.0, 0.01), instant)
+    assert ("must be at least" in (doubt.fault or "")) is doubted
 
 
 @pytest.mark.slow
