@@ -135,6 +135,7 @@ class Program:
         """End it, if it still runs."""
         self.process.kill()
         self.process.wait()
+        self.signal_keeper(signal.SIGCONT)
         os.close(self.terminal)
 
     def listen(self) -> None:
@@ -305,4 +306,4 @@ def released(
 
 def policy_file(folder: Path, servo: str = "xc330_t288_t") -> Path:
     """Write a policy that closes the finger."""
-    return write_onnx(folder / f"{servo}.onnx", Proportional(), card_of(servo=servo).to_json())
+    return write_onnx(folder / "policy.onnx", Proportional(), card_of(servo=servo).to_json())
