@@ -9,7 +9,12 @@ from contextlib import contextmanager, nullcontext, redirect_stdout
 from pathlib import Path
 from typing import Any, get_type_hints
 
-from tendon_newton.errors import MissingDependency, TendonNewtonError, unknown_name
+from tendon_newton.errors import (
+    InvalidParameter,
+    MissingDependency,
+    TendonNewtonError,
+    unknown_name,
+)
 
 VERBS: dict[str, str] = {
     "demo": "tendon_newton.cli.demo",
@@ -70,13 +75,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
             # else Python complains again when it flushes at exit
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             return EXIT_BROKEN_PIPE
-        print(f"error: {one_line(str(error))}", file=sys.stderr)
+        print(f"error: {one_line(words_of(error))}", file=sys.stderr)
         return EXIT_MISUSE
     except SystemExit as request:  # help and misuse of options, which tyro has explained
         return request.code if isinstance(request.code, int) else EXIT_MISUSE
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         return EXIT_INTERRUPTED
+
+
+def words_of(error: TendonNewtonError | OSError) -> str:
+    """Return what an error says; the system's own comes with the file and without its number."""
+    if not isinstance(error, OSError) or error.strerror is None:
+        return str(error)
+    return f"{error.filename or 'what is written or read'}: {error.strerror}"
 
 
 def closed_stream() -> str | None:
@@ -123,6 +135,7 @@ def run_verb(verb: str, words: list[str]) -> int:
     gc.set_threshold(COLLECT_AFTER)
     import tyro
 
+    refuse_words(words)
     if VERBOSE_OPTION in words or VERBOSE_SHORT in words:
         os.environ["TENDON_NEWTON_VERBOSE"] = "1"  # the processes that a verb starts read it too
         words = [word for word in words if word not in (VERBOSE_OPTION, VERBOSE_SHORT)]
@@ -148,6 +161,15 @@ def run_verb(verb: str, words: list[str]) -> int:
             "pip install 'tendon-newton[sim]' has everything but training"
         ) from error
     return 0
+
+
+def refuse_words(words: Sequence[str]) -> None:
+    """Refuse words that no file, folder or note can have."""
+    for before, word in zip(["", *words], words, strict=False):
+        if not word.isascii() and any("\udc80" <= letter <= "\udcff" for letter in word):
+            raise InvalidParameter(f"words and names must be UTF-8; {word!a} is not: rename it")
+        if (before == "--out" and not word) or word == "--out=":
+            raise InvalidParameter("--out must name a folder, '.' for this one; it is empty")
 
 
 @contextmanager

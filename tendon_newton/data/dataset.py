@@ -13,6 +13,7 @@ from tendon_newton.data.bench_overrides import read_bench_overrides, write_bench
 from tendon_newton.data.files.checked_table import CheckedTable
 from tendon_newton.data.files.file_names import check_path
 from tendon_newton.data.files.html_table import html_table
+from tendon_newton.data.files.text_file import kept_inside
 from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys, write_toml
 from tendon_newton.data.files.values import are_tables
 from tendon_newton.data.formats.any_file import read_recording_file
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
 
 FILE_NAME = "dataset.toml"
 SPLITS = ("train", "test")
+LOG_SUFFIXES = (".csv", ".json", ".jsonl", ".ndjson", ".mcap", ".db3")
+"""Endings of logs that a mapping explains."""
 REQUIRED_KEYS = ("file", "bench", "split")
 KNOWN_KEYS = (
     *REQUIRED_KEYS,
@@ -180,7 +183,7 @@ def listed_files(path: Path) -> tuple[str, ...]:
 def read_entries(path: Path) -> list[Entry]:
     """Read and check ``dataset.toml`` without opening the recordings."""
     where = path / FILE_NAME
-    if not where.exists():
+    if os.path.isdir(path) and not where.exists():  # noqa: PTH112 - takes names of no file
         refuse_other_folder(path)
     table = read_toml(where, InvalidDataset, f"a dataset is a folder with {FILE_NAME}")
     refuse_unknown_keys(table, ("recordings",), str(where), InvalidDataset)
@@ -201,7 +204,7 @@ def read_entries(path: Path) -> list[Entry]:
 
 
 def refuse_other_folder(path: Path) -> None:
-    """Refuse a folder of datasets and a LeRobotDataset with the commands that take them."""
+    """Refuse a folder of datasets, of logs, or of LeRobot with the commands that take it."""
     if parts := sorted(file.parent for file in path.glob(f"*/{FILE_NAME}")):
         commands = [["tendon-newton", "diagnose", f"{p}", "--out", f"{p}_diagnosis"] for p in parts]
         raise InvalidDataset(
@@ -211,6 +214,12 @@ def refuse_other_folder(path: Path) -> None:
     if (path / "meta" / "info.json").is_file():
         command = shlex.join(["tendon-newton", "import", "lerobot", f"{path}", "--out", "arm"])
         raise InvalidDataset(f"{path}: is a LeRobotDataset, to be imported first: {command}")
+    if log := next((file for file in path.iterdir() if file.suffix in LOG_SUFFIXES), None):
+        words = ["tendon-newton", "import", "mapped", f"{path}", "--mapping", "mapping.toml"]
+        raise InvalidDataset(
+            f"{path}: a dataset is a folder with {FILE_NAME}; this one holds logs ({log.name}), to "
+            f"be imported first: {shlex.join([*words, '--out', 'dataset'])} (docs/your_logs.md)"
+        )
 
 
 def check_entry(entry: Entry, where: str) -> None:
@@ -259,20 +268,22 @@ def read_recording(path: Path, entry: Entry) -> Recording:
         raise InvalidDataset(f"{where}: {error}") from error
     start: Literal["equilibrium", "first_row"] = entry.get("start", "equilibrium")
     stated = CheckedTable({"actuator_overrides": {}, **entry}, where, InvalidDataset)
+    more = {key: entry[key] for key in ("obstacle",) if key in entry}
+    if "load_cell_rate" in entry:
+        more["load_cell_rate"] = stated.number("load_cell_rate")
     try:
-        return read_recording_file(
-            file,
-            name=name,
-            bench=entry["bench"],
-            mapping=read_topic_mapping(inside(path, entry["mapping"], where))
-            if "mapping" in entry
-            else None,
-            start=start,
-            bench_overrides=overrides,
-            actuator_overrides=stated.numbers("actuator_overrides"),
-            load_cell_rate=stated.number("load_cell_rate") if "load_cell_rate" in entry else None,
-            **{key: entry[key] for key in ("obstacle",) if key in entry},
-        )
+        with kept_inside(path):
+            if "mapping" in entry:
+                more["mapping"] = read_topic_mapping(inside(path, entry["mapping"], where))
+            return read_recording_file(
+                file,
+                name=name,
+                bench=entry["bench"],
+                start=start,
+                bench_overrides=overrides,
+                actuator_overrides=stated.numbers("actuator_overrides"),
+                **more,
+            )
     except OSError as error:
         raise InvalidDataset(f"{where}: cannot be read: {error.strerror or error}") from error
 

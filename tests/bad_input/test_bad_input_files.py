@@ -51,7 +51,7 @@ DATASETS: dict[str, tuple[Damage, tuple[str, ...]]] = {
     ),
     "a loop for dataset.toml": (
         replaced("dataset.toml", loop),
-        ("dataset.toml", "no such file"),
+        ("this one holds logs (t", "tendon-newton import mapped"),
     ),
     "a pipe for dataset.toml": (
         replaced("dataset.toml", os.mkfifo),
@@ -219,14 +219,18 @@ DATASETS: dict[str, tuple[Damage, tuple[str, ...]]] = {
         text("train.csv", HEADER + "0,0,\0,0\n"),
         ("train.csv", "zero byte at character 28"),
     ),
-    "a cell of 10 MB": (cell(3, 2, 10_000_000 * "9"), ("train.csv: not a CSV file", "field")),
+    "a cell of 10 MB": (cell(3, 2, 10_000_000 * "9"), ("train.csv", "a line has at most")),
     "a header of a million columns": (
         header("force", ",".join(f"c{n}" for n in range(1_000_000))),
-        ("every line must have 1000004 cells", "line 2 has 5"),
+        ("train.csv", "a line has at most"),
     ),
-    "a million columns of one name": (
-        header("force", ",".join(1_000_000 * ["c"])),
-        ("column names must differ", "'c' stands 1000000 times"),
+    "a header of 50,000 columns": (
+        header("force", ",".join(f"c{n}" for n in range(50_000))),
+        ("every line must have 50004 cells", "line 2 has 5"),
+    ),
+    "200,000 columns of one name": (
+        header("force", ",".join(200_000 * ["c"])),
+        ("column names must differ", "'c' stands 200000 times"),
     ),
     "an open quotation": (cell(2, 2, '"0.1'), ("train.csv", "line 4 has 3")),
     "tabs": (

@@ -74,7 +74,7 @@ def verb_that_raises(error: BaseException) -> ModuleType:
     ("error", "code", "said"),
     [
         (KeyboardInterrupt(), 130, "interrupted"),
-        (PermissionError(13, "Permission denied", "out"), 2, "error: [Errno 13]"),
+        (PermissionError(13, "Permission denied", "out"), 2, "error: out: Permission denied"),
         (ModuleNotFoundError("no", name="warp"), 2, "error: asset needs the package 'warp'"),
     ],
 )

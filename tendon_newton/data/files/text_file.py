@@ -2,9 +2,14 @@
 
 import codecs
 import os
+from collections.abc import Generator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from io import TextIOWrapper
 from math import isfinite
 from pathlib import Path
-from typing import Any, TextIO
+from stat import S_ISREG
+from typing import Any, BinaryIO, TextIO
 
 from tendon_newton.errors import InvalidOutput, TendonNewtonError
 
@@ -15,6 +20,10 @@ LOG_SIZE_LIMIT = 1 << 28
 """Bytes of a log of rows that we read: seven hours of ten columns at 80 Hz."""
 BLOCK = 1 << 20
 """Bytes that are looked at together."""
+LINE_LIMIT = 1 << 19
+"""Bytes of a line of a log: thousands of columns. Parsing takes ten times as much for each cell."""
+HOME: ContextVar[str | None] = ContextVar("HOME", default=None)
+"""Folder outside of which no file is opened at the moment; see `kept_inside`."""
 
 
 def read_text(
@@ -42,8 +51,8 @@ def read_bytes(
 ) -> bytes:
     """Read a file whole; the arguments and errors are those of `read_text`."""
     try:
-        refuse_size(path, fault, promise, size_limit)
-        return path.read_bytes()
+        with open_bytes(path, fault, promise, size_limit=size_limit) as file:
+            return file.read()
     except OSError as error:
         raise fault(f"{path}: {promise}; it cannot be read: {error.strerror or error}") from error
 
@@ -73,6 +82,46 @@ def write_bytes(path: Path, content: bytes) -> None:
         raise InvalidOutput(f"{path}: cannot be written: {error.strerror or error}") from error
 
 
+@contextmanager
+def kept_inside(folder: Path) -> Generator[None]:
+    """Let no file be opened here that lies outside a folder, by whatever link it is reached."""
+    token = HOME.set(os.path.realpath(folder))
+    try:
+        yield
+    finally:
+        HOME.reset(token)
+
+
+def open_bytes(
+    path: Path, fault: type[TendonNewtonError], promise: str, *, size_limit: int | None = None
+) -> BinaryIO:
+    """Open a file to be read, once, and look at what was opened rather than at its name.
+
+    The arguments and errors are those of `read_text`.
+    """
+    if not path.is_file():
+        raise fault(f"{path}: {promise}; {absence(path)}")
+    file = os.fdopen(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb")
+    try:
+        status, home = os.fstat(file.fileno()), HOME.get()
+        if not S_ISREG(status.st_mode):
+            raise fault(f"{path}: {promise}; it is no file any more")
+        if home is not None and os.path.commonpath((home, true_path(file, path))) != home:
+            raise fault(f"{path}: {promise} inside {home}; it is a link that leads out of it")
+        if size_limit is not None and status.st_size > size_limit:
+            raise fault(f"{path}: {promise} of at most {size_limit} bytes; it has {status.st_size}")
+    except BaseException:
+        file.close()
+        raise
+    return file
+
+
+def true_path(file: BinaryIO, path: Path) -> str:
+    """Return where an open file lies; by its name where the system does not tell (not Linux)."""
+    link = f"/proc/self/fd/{file.fileno()}"
+    return os.readlink(link) if os.path.islink(link) else os.path.realpath(path)  # noqa: PTH114, PTH115
+
+
 def open_text(
     path: Path, fault: type[TendonNewtonError], promise: str, *, size_limit: int
 ) -> TextIO:
@@ -81,40 +130,38 @@ def open_text(
     The arguments and errors are those of `read_text`.
     """
     try:
-        refuse_size(path, fault, promise, size_limit)
-        refuse_bytes(path, fault, promise)
-        return path.open(encoding="utf-8-sig", newline="")
+        file = open_bytes(path, fault, promise, size_limit=size_limit)
+        try:
+            refuse_bytes(file, path, fault, promise)
+            file.seek(0)
+        except BaseException:
+            file.close()
+            raise
+        return TextIOWrapper(file, encoding="utf-8-sig", newline="")
     except OSError as error:
         raise fault(f"{path}: {promise}; it cannot be read: {error.strerror or error}") from error
 
 
-def refuse_size(
-    path: Path, fault: type[TendonNewtonError], promise: str, size_limit: int | None
-) -> None:
-    """Refuse what is no file, and a file beyond a number of bytes."""
-    if not path.is_file():
-        raise fault(f"{path}: {promise}; {absence(path)}")
-    size = path.stat().st_size
-    if size_limit is not None and size > size_limit:
-        raise fault(f"{path}: {promise} of at most {size_limit} bytes; it has {size}")
-
-
-def refuse_bytes(path: Path, fault: type[TendonNewtonError], promise: str) -> None:
-    """Refuse a file with bytes that are no text."""
+def refuse_bytes(file: BinaryIO, path: Path, fault: type[TendonNewtonError], promise: str) -> None:
+    """Refuse a file with bytes that are no text, or with a line that is none of a log."""
     decoder = codecs.getincrementaldecoder("utf-8-sig")()
-    place = characters = 0
-    with path.open("rb") as file:
-        while block := file.read(BLOCK):
-            kept = len(decoder.getstate()[0])  # the begin of a character that the last block cut
-            try:
-                text = decoder.decode(block, final=len(block) < BLOCK)
-            except UnicodeDecodeError as error:
-                at = place - kept + error.start
-                raise fault(f"{path}: {promise}, which must be UTF-8; byte {at} is not") from error
-            if "\0" in text:
-                at = characters + text.index("\0")
-                raise fault(f"{path}: {promise}; it holds a zero byte at character {at}")
-            place, characters = place + len(block), characters + len(text)
+    place = characters = line = 0
+    while block := file.read(BLOCK):
+        kept = len(decoder.getstate()[0])  # the begin of a character that the last block cut
+        try:
+            text = decoder.decode(block, final=len(block) < BLOCK)
+        except UnicodeDecodeError as error:
+            at = place - kept + error.start
+            raise fault(f"{path}: {promise}, which must be UTF-8; byte {at} is not") from error
+        if "\0" in text:
+            at = characters + text.index("\0")
+            raise fault(f"{path}: {promise}; it holds a zero byte at character {at}")
+        first, *others = block.splitlines(keepends=True)
+        lengths = [line + len(first), *map(len, others)]
+        line = 0 if block.endswith((b"\n", b"\r")) else lengths[-1]
+        if max(lengths) > LINE_LIMIT:
+            raise fault(f"{path}: {promise}; a line has at most {LINE_LIMIT} bytes, one has more")
+        place, characters = place + len(block), characters + len(text)
 
 
 def absence(path: Path) -> str:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
-from tendon_newton.data.files.text_file import absence
+from tendon_newton.data.files.text_file import absence, open_bytes
 from tendon_newton.data.formats.message_streams import Stream, TimedMessage, read_streams
 from tendon_newton.data.formats.resampling import rows_of
 from tendon_newton.data.formats.topic_mapping import (
@@ -61,7 +61,7 @@ def read_mcap(
     if not path.is_file():
         raise InvalidRecording(f"{name}: {absence(path)} ({path})")
     wanted = {source.topic for source in mapping.sources.values()}
-    with path.open("rb") as file:
+    with open_bytes(path, InvalidRecording, "a recording is an MCAP file") as file:
         reading = McapReading(file, name)
         streams = read_streams(reading.messages(wanted), mapping, name)
     reading.warn()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import warnings
 from dataclasses import dataclass
@@ -10,8 +11,9 @@ from pathlib import Path
 import newton
 import numpy as np
 
+from tendon_newton.data.files.text_file import read_text
 from tendon_newton.data.recording import Array
-from tendon_newton.errors import InvalidAsset, listed
+from tendon_newton.errors import InvalidAsset, listed, shown
 from tendon_newton.mechanisms.authoring.asset_plan import NAME
 from tendon_newton.mechanisms.geometry.joints import Joint
 from tendon_newton.mechanisms.usd.stage_file import REASON_LENGTH
@@ -19,6 +21,9 @@ from tendon_newton.mechanisms.usd.usd_asset import read_gravity, read_joints
 from tendon_newton.mechanisms.usd.usd_tendon import register_tendon_attributes
 
 SUFFIXES = (".xml", ".mjcf", ".urdf")
+INCLUDE = re.compile(r"""<\s*include\b[^>]*?\bfile\s*=\s*["']([^"']*)""", re.IGNORECASE)
+SIZE_LIMIT = 8_000_000
+"""Bytes of a file of joints and links; meshes lie beside it."""
 TAKEN = ("base", "joints", "tendons", "scene")
 """Names that prims of every imported asset have."""
 
@@ -45,6 +50,7 @@ def read_foreign(path: Path) -> ForeignFinger:
         raise InvalidAsset(f"{path}: a file to import ends with {listed(SUFFIXES)}")
     if not path.is_file():
         raise InvalidAsset(f"{path}: an MJCF or URDF file is imported; there is none")
+    refuse_foreign_includes(path)
     builder = newton.ModelBuilder()
     register_tendon_attributes(builder)
     with warnings.catch_warnings():
@@ -67,6 +73,29 @@ def read_foreign(path: Path) -> ForeignFinger:
         gravity=read_gravity(builder),
         tip=site_named_tip(builder),
     )
+
+
+def refuse_foreign_includes(path: Path) -> None:
+    """Refuse a file that would read files outside its own folder, itself or by what it includes.
+
+    Raises:
+        InvalidAsset: It names such a file, or one that cannot be read.
+    """
+    home, waiting, seen = os.path.realpath(path.parent), [path], {path}
+    while waiting:
+        file = waiting.pop()
+        promise = "an MJCF or URDF file includes such files"
+        text = read_text(file, InvalidAsset, promise, size_limit=SIZE_LIMIT)
+        for name in INCLUDE.findall(text):
+            below = path.parent / name
+            if os.path.commonpath((home, os.path.realpath(below))) != home:
+                raise InvalidAsset(
+                    f"{file}: an included file must lie in the folder of {path.name}; it is "
+                    f"{shown(name)}: copy it there"
+                )
+            if below not in seen:
+                seen.add(below)
+                waiting.append(below)
 
 
 def site_named_tip(builder: newton.ModelBuilder) -> tuple[int, Array] | None:

@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from math import inf, isfinite
 from typing import Any
 
+import numpy as np
+
 from tendon_newton.errors import shown
 from tendon_newton.mechanisms.rules.findings import AssetFinding, about
 
@@ -88,7 +90,18 @@ def fault(name: str, value: Any) -> str | None:
         if isinstance(value, str) and (words is None or value in words):
             return None
         return "a word" if words is None else f"one of {', '.join(words)}"
+    if name.startswith("xformOp:"):
+        return None if is_finite_place(value) else "finite numbers"
     return "true or false" if name == "tendon:direct" and not isinstance(value, bool) else None
+
+
+def is_finite_place(value: Any) -> bool:
+    """Tell whether a vector, quaternion or matrix is finite; what is none of them is not judged."""
+    try:
+        parts = [value.GetReal(), *value.GetImaginary()] if hasattr(value, "GetReal") else value
+        return bool(np.isfinite(np.array(parts, dtype=np.float64)).all())
+    except (TypeError, ValueError):
+        return True
 
 
 def schema_fault(kind: Any, value: Any) -> str | None:

@@ -13,6 +13,9 @@ from tendon_newton.errors import InvalidAsset
 
 BRACE_LIMIT = 20_000
 """Opening braces of a text layer; each prim has one, and 20,000 nested ones still parse."""
+TEXT_LIMIT = 8_000_000
+"""Bytes of all text layers of an asset. Parsed arrays take a hundred times as much; what is larger
+belongs into a binary layer."""
 LAYER_LIMIT = 200
 """Layers of one asset that are looked at."""
 REFERENCE = re.compile(rb"@([^@\n]{1,1000})@")
@@ -28,7 +31,7 @@ def check_layers(path: Path) -> bool:
         InvalidAsset: A layer cannot be read, is empty, or has more prims than any bench.
     """
     waiting, seen = [path], {path}
-    all_text = True
+    all_text, size = True, 0
     while waiting and len(seen) < LAYER_LIMIT:
         layer = waiting.pop()
         text = read_layer(layer)
@@ -37,6 +40,12 @@ def check_layers(path: Path) -> bool:
         if not text.startswith(b"#usda"):
             all_text = False
             continue
+        size += len(text)
+        if size > TEXT_LIMIT:
+            raise InvalidAsset(
+                f"An asset's text layers have at most {TEXT_LIMIT} bytes; with {layer} there are "
+                f"{size}. Write what is large as .usdc: usdcat --out NAME.usdc NAME.usda."
+            )
         if text.count(b"{") > BRACE_LIMIT:
             raise InvalidAsset(
                 f"An asset must be a USD file of at most {BRACE_LIMIT} prims; {layer} opens "
