@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import pytest
 
 import tendon_newton
-from tendon_newton.diagnosis.notebook import notebook_progress
+from tendon_newton.diagnosis.time_left import notebook_progress
 from tests.diagnosis.made_up import diagnosis
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -29,7 +29,6 @@ from tendon_newton.diagnosis.explanation import (
 from tendon_newton.diagnosis.findings import Findings, Found
 from tendon_newton.diagnosis.identifiability import Confounded, find_confounded, is_flat
 from tendon_newton.diagnosis.next_experiment.separation import propose
-from tendon_newton.diagnosis.notebook import Progress, notebook_progress
 from tendon_newton.diagnosis.result import (
     CandidateScore,
     Diagnosis,
@@ -42,10 +41,12 @@ from tendon_newton.diagnosis.search.coordinates import is_shape
 from tendon_newton.diagnosis.search.decide.find_causes import find_causes
 from tendon_newton.diagnosis.search.worlds import SEARCH_STEP
 from tendon_newton.diagnosis.time_left import (
+    Progress,
     expectation,
     expected_times,
     finishing_time,
     measured_pace,
+    notebook_progress,
 )
 from tendon_newton.diagnosis.unblocked import unblocked
 from tendon_newton.diagnosis.unexplained.structure import find_structure

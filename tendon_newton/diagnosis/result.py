@@ -13,10 +13,10 @@ from tendon_newton.data.files.json_file import write_json
 from tendon_newton.data.files.picture import new_figure, tidy
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.parameters import BenchScale
+from tendon_newton.data.plain_numbers import estimate_text, number
 from tendon_newton.data.servo_names import effect_of, servo_of
 from tendon_newton.diagnosis.explanation import Estimate, Explanation, Setting
 from tendon_newton.diagnosis.identifiability import Confounded
-from tendon_newton.diagnosis.plain_numbers import estimate_text, number
 from tendon_newton.diagnosis.unexplained.structure import Structure
 
 if TYPE_CHECKING:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 from tendon_newton.data.dataset import Dataset
 from tendon_newton.data.model_file import Model
@@ -11,6 +13,8 @@ from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.search.spans import beginnings, deciding
 from tendon_newton.identification.cutting import rows_of
 from tendon_newton.identification.study import Study, replacements
+
+Progress = Callable[[str], None]
 
 ONE_CAUSE, SEVERAL_CAUSES = (600, 80), (1900, 1700)
 """Candidates that are simulated on the beginnings of recordings, and on what decides, with a fifth
@@ -116,6 +120,21 @@ def time_left(message: str, elapsed: float) -> str:
     """
     done = next((share for begin, share in DONE if message.startswith(begin)), 0.0)
     return f", {time_text(elapsed * (1.0 - done) / done)} left" if done else ""
+
+
+def notebook_progress() -> Progress:
+    """Return what tells a notebook's reader what is being done; elsewhere nobody is told."""
+    ipython: Any = sys.modules.get("IPython")
+    if ipython is None or not hasattr(ipython.get_ipython(), "kernel"):  # no page, or a terminal
+        return lambda _: None
+    handle = ipython.display.display("starting ...", display_id=True)
+    start = time.monotonic()
+
+    def tell(text: str) -> None:
+        elapsed = time.monotonic() - start
+        handle.update(f"{elapsed:.0f} s  {text}{time_left(text, elapsed) or ''}")
+
+    return tell
 
 
 def time_text(seconds: float) -> str:

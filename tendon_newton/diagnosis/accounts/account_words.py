@@ -8,9 +8,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+from tendon_newton.data.plain_numbers import quantity
 from tendon_newton.data.servo_names import effect_of, servo_of
 from tendon_newton.diagnosis.accounts.account_file import Account
-from tendon_newton.diagnosis.plain_numbers import quantity
 from tendon_newton.diagnosis.reporting.report_words import docstring_part
 from tendon_newton.diagnosis.result import Criterion
 from tendon_newton.diagnosis.search.decide.account import (

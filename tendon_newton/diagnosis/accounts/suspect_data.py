@@ -9,9 +9,9 @@ from itertools import combinations
 import numpy as np
 
 from tendon_newton.data.model_file import Model
+from tendon_newton.data.plain_numbers import quantity
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.data.root_mean_square import rms
-from tendon_newton.diagnosis.plain_numbers import quantity
 from tendon_newton.errors import TendonNewtonError
 from tendon_newton.identification.study import Residual, Study, replacements
 

@@ -10,10 +10,10 @@ import numpy as np
 
 from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.excitations import EXCITATIONS, excite
+from tendon_newton.data.plain_numbers import quantity
 from tendon_newton.data.recording import Array, Recording
 from tendon_newton.diagnosis.explanation import OpenClass, Setting
 from tendon_newton.diagnosis.imitation import Likeness, Trial, find_likenesses
-from tendon_newton.diagnosis.plain_numbers import quantity
 from tendon_newton.diagnosis.search.floors import form_scales
 from tendon_newton.diagnosis.search.worlds import SEARCH_STEP
 from tendon_newton.effects import EFFECTS

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from tendon_newton.data.plain_numbers import number
 from tendon_newton.diagnosis.next_experiment.investigation_log import InvestigationLog, Step
-from tendon_newton.diagnosis.plain_numbers import number
 from tendon_newton.diagnosis.reporting.inline_svg import AFTER, BEFORE, INK, svg
 from tendon_newton.diagnosis.reporting.page import write_page
 from tendon_newton.effects import law_of

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from tendon_newton.data.plain_numbers import number
 from tendon_newton.diagnosis.held_out import (
     Comparison,
     Window,
@@ -13,7 +14,6 @@ from tendon_newton.diagnosis.held_out import (
     pooled,
     pooled_rms,
 )
-from tendon_newton.diagnosis.plain_numbers import number
 from tendon_newton.diagnosis.reporting.inline_svg import AFTER, BEFORE, FAINT, GREY, INK, svg
 from tendon_newton.diagnosis.result import Diagnosis
 from tendon_newton.diagnosis.unexplained.remainder import side_words

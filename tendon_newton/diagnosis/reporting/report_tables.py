@@ -7,9 +7,9 @@ from importlib.metadata import PackageNotFoundError, version
 
 from tendon_newton.data.checks.finding import SEVERITIES, Finding
 from tendon_newton.data.checks.lint import lint_dataset, lint_recording
+from tendon_newton.data.plain_numbers import estimate_text, number, quantity
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.diagnose import Evidence
-from tendon_newton.diagnosis.plain_numbers import estimate_text, number, quantity
 from tendon_newton.diagnosis.reporting.report_causes import Row
 from tendon_newton.diagnosis.result import Diagnosis
 

@@ -7,8 +7,8 @@ import re
 from collections.abc import Mapping
 from dataclasses import replace
 
+from tendon_newton.data.plain_numbers import estimate_text, finer, is_share, number
 from tendon_newton.data.servo_names import servo_of
-from tendon_newton.diagnosis.plain_numbers import estimate_text, finer, is_share, number
 from tendon_newton.diagnosis.result import Diagnosis, NamedEffect
 from tendon_newton.effects import law_of
 

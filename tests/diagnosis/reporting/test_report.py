@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from tendon_newton.data.parameters import BenchScale
+from tendon_newton.data.plain_numbers import estimate_text, number, quantity
 from tendon_newton.diagnosis.diagnose import Evidence
 from tendon_newton.diagnosis.identifiability import Confounded
-from tendon_newton.diagnosis.plain_numbers import estimate_text, number, quantity
 from tendon_newton.diagnosis.reporting.report import Origin, write_report
 from tendon_newton.diagnosis.reporting.report_causes import Rival, cause_rows, rival_rows
 from tendon_newton.diagnosis.reporting.report_figures import short

@@ -1,8 +1,27 @@
 """Numbers as a reader wants them: with a unit of the right size, and no finer than known."""
 
 import math
+from typing import Protocol
 
-from tendon_newton.diagnosis.explanation import Estimate
+
+class Known(Protocol):
+    """A number with its interval."""
+
+    @property
+    def value(self) -> float:
+        """In its unit."""
+        ...
+
+    @property
+    def ci95(self) -> tuple[float, float]:
+        """95 % interval."""
+        ...
+
+    @property
+    def unit(self) -> str:
+        """SI unit."""
+        ...
+
 
 FINER: dict[str, tuple[float, float, str]] = {
     # unit -> below this size, divide by this, and write this instead
@@ -52,7 +71,7 @@ def is_share(owner: str, parameter: str) -> bool:
     return (owner, parameter) in SHARES
 
 
-def estimate_text(owner: str, parameter: str, estimate: Estimate) -> tuple[str, str]:
+def estimate_text(owner: str, parameter: str, estimate: Known) -> tuple[str, str]:
     """Return a fitted number and its interval, no finer than the interval resolves."""
     factor, unit = finer(estimate.value, estimate.unit)
     if is_share(owner, parameter):
