@@ -82,6 +82,25 @@ def test_a_limit_that_is_passed_for_a_moment_only_is_forgiven_where_a_rule_says_
     assert [trip.rule.name for trip in trips] == ["current"]
 
 
+@pytest.mark.parametrize(
+    ("name", "field", "bounds"),
+    [
+        ("current", "current", (-DeployLimits().current, DeployLimits().current)),
+        ("voltage", "voltage", DeployLimits().voltage),
+        ("position_window", "position", DeployLimits().position),
+    ],
+)
+def test_a_limit_on_two_sides_is_kept_on_both(
+    name: str, field: str, bounds: tuple[float, float]
+) -> None:
+    """A current that brakes may be as great as one that drives, and no greater."""
+    low, high = bounds
+    for value, tripped in ((low - 0.1, [name]), (low, []), (high, []), (high + 0.1, [name])):
+        guard, sight = SafetyGuard(DeployLimits()), replace(WELL, **{field: value})
+        trips = [t for tick in range(4) for t in guard.judge(replace(sight, now=0.02 * tick))]
+        assert [trip.rule.name for trip in trips] == tripped
+
+
 def test_rules_have_names_reasons_and_actions_of_the_table() -> None:
     """Names are unique, every reason can be told, and the docs list every rule."""
     names = [rule.name for rule in SAFETY_RULES]

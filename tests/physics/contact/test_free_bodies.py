@@ -94,6 +94,26 @@ def test_a_sliding_ball_is_slowed_by_friction_until_it_rolls() -> None:
     assert rolling[4] * (RADIUS - 0.5 * SINK) == pytest.approx(rolling[0], rel=1e-4)
 
 
+def test_a_ball_that_sticks_rocks_on_its_skin_and_comes_to_roll() -> None:
+    """Slip answers to k_t and c_t = 2/3 chi N with the mass of a ball that turns, 2/7 m."""
+    loop, chi, pushed = fresh("sphere", step=STEP / 16.0, dissipation=4.0), 4.0, 2.0e-3
+    loop.reset(
+        command(), body_pose=pose([FAR, 0.0, AT_REST]), body_velocity=speeds(pushed, 0, 0, 0, 0, 0)
+    )
+    mass = 2.0 / 7.0 * MASS
+    decay = 2.0 / 3.0 * chi * MASS * GRAVITY / (2.0 * mass)
+    swing = np.sqrt(2.0 / 3.0 * STIFFNESS / mass - decay**2)
+    slips = []
+    for _ in range(12):
+        loop.step(command())
+        _, velocity = motion(loop)
+        slips.append(velocity[0] - (RADIUS - 0.5 * SINK) * velocity[4])
+    time = np.arange(1, 13) / RATE
+    shape = np.cos(swing * time) - decay / swing * np.sin(swing * time)
+    assert slips == pytest.approx(pushed * np.exp(-decay * time) * shape, abs=0.02 * pushed)
+    assert abs(slips[-1]) < 0.2 * pushed  # without c_t it would rock for ever
+
+
 def test_a_ball_rolls_down_a_slope() -> None:
     """With 5/7 g sin(angle), but for how far it sinks in."""
     loop, angle = fresh("sphere", friction=0.8), 0.3

@@ -1,5 +1,6 @@
 """What turning a ball needs no simulation for: turns, figures, sample, card and camera."""
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,8 @@ from train.policy.config.environment_config import EnvironmentConfig
 from train.policy.config.turning_config import TurningConfig
 from train.policy.worlds.camera import Camera
 from train.policy.worlds.observation_tensors import ObservationTensors
+from train.policy.worlds.task import Outcome
+from train.policy.worlds.turning import Turning
 from train.policy.worlds.world_draws import WorldDraws
 
 TASK = TurningTask(asset="hand_ball", axis=(0.0, 1.0, 0.0), drop_distance=0.015)
@@ -114,6 +117,87 @@ def test_deployment_and_training_build_the_same_sample(rng: np.random.Generator)
         deployed.act(action)
         tensors.act(torch.from_numpy(action))
     assert [name for name, _ in sample_of(4, "turn")[-4:]] == ["rate", "ball_x", "ball_y", "ball_z"]
+
+
+class StillHands:
+    """Balls in cups that a test moves, as a loop of worlds shows them."""
+
+    def __init__(self) -> None:
+        self.body_pose = torch.zeros(WORLDS, 7)
+        self.body_pose[:, 6] = 1.0
+        self.body_velocity = torch.zeros(WORLDS, 6)
+        self.reading = SimpleNamespace(force=torch.zeros(WORLDS, 4))
+        self.numbers = {
+            "body_mass": torch.zeros(WORLDS),
+            "body_inertia": torch.zeros(WORLDS, 3),
+            "obstacle_size": torch.zeros(WORLDS, 5, 3),
+            "obstacle_friction": torch.zeros(WORLDS, 5),
+        }
+
+    def bench_numbers(self, name: str) -> torch.Tensor:
+        """Return a number of all worlds."""
+        return self.numbers[name]
+
+
+def paid(task: Turning) -> Outcome:
+    """Return the pay of a step in which the servos did nothing."""
+    still = torch.zeros(WORLDS, 4)
+    return task.score(action=still, action_change=still, tendon_speed=still)
+
+
+def turning(loop: Any, **changes: Any) -> Turning:
+    """Return the task to turn such balls at 1 rad/s."""
+    own = TurningConfig(turn_rates=(1.0, 1.0), **changes)
+    config = EnvironmentConfig(task="turn", worlds=WORLDS, spread=0.3, turning=own)
+    task = Turning(config, loop, load_mechanism("hand_ball"), WorldDraws(WORLDS))
+    task.begin(torch.ones(WORLDS, dtype=torch.bool))
+    return task
+
+
+@pytest.mark.parametrize(
+    ("rate", "pay"), [(0.5, 0.5), (1.0, 1.0), (1.5, 0.5), (0.0, 0.0), (-0.5, -0.5)]
+)
+def test_a_hand_is_paid_for_turning_its_ball_as_fast_as_it_was_told(
+    rate: float, pay: float
+) -> None:
+    """A steady turn about the axis for ten time constants; beyond the command pay falls again."""
+    loop = StillHands()
+    task = turning(loop)
+    reward = torch.zeros(WORLDS)
+    for step in range(1, 201):
+        turned = Rotation.from_rotvec(rate * step / 20.0 * np.array(TASK.axis)).as_quat()
+        loop.body_pose[:, 3:] = torch.from_numpy(turned)
+        reward = paid(task).reward
+    assert reward.numpy() == pytest.approx(pay, abs=1e-3)  # exp(-10) and float32
+
+
+def test_a_ball_out_of_its_cup_costs_its_way_and_its_drop() -> None:
+    """Beside 20 a metre 10 for a drop, which begins 15 mm away and ends the episode."""
+    loop = StillHands()
+    task = turning(loop)
+    loop.body_pose[0, 0], loop.body_pose[1, 2] = 0.014, 0.016
+    outcome = paid(task)
+    assert outcome.reward[:3].tolist() == pytest.approx([-0.28, -0.3 - 10.0, 0.0], abs=1e-6)
+    assert outcome.failed.tolist() == [world == 1 for world in range(WORLDS)]
+
+
+def test_each_ball_has_its_own_mass_friction_and_size() -> None:
+    """Each uniform within its spread about the asset's number, and none follows another."""
+    loop = StillHands()
+    turning(loop).place(torch.ones(WORLDS, dtype=torch.bool))
+    ball = load_mechanism("hand_ball").obstacles[0]
+    assert isinstance(ball, Sphere)
+    assert ball.mass is not None
+    shares = [
+        loop.numbers["body_mass"] / ball.mass - 1.0,
+        loop.numbers["obstacle_friction"][:, 0] / ball.friction - 1.0,
+        loop.numbers["obstacle_size"][:, 0, 0] / ball.radius - 1.0,
+    ]
+    for share, spread in zip(shares, (0.3, 0.3, 0.02), strict=True):
+        assert float(share.abs().max()) <= spread * 1.001
+        # a uniform draw's deviation is its half width / sqrt(3), known to 1 / sqrt(200) here
+        assert float(share.std()) == pytest.approx(spread / np.sqrt(3.0), rel=0.15)
+    assert np.abs(np.corrcoef(shares) - np.eye(3)).max() < 0.3  # four deviations of 200 numbers
 
 
 def test_a_camera_is_late_by_a_step_or_two_and_noisy_as_stated() -> None:
