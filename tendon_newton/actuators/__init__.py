@@ -4,6 +4,7 @@ from tendon_newton.actuators.base import Actuator
 from tendon_newton.actuators.ideal import Ideal
 from tendon_newton.actuators.ideal_position import IdealPosition
 from tendon_newton.actuators.learned import Learned
+from tendon_newton.actuators.measured_path import MeasuredPath
 from tendon_newton.actuators.pd_torque import PdTorque
 from tendon_newton.actuators.pwm_servo import PwmServo
 from tendon_newton.errors import look_up
@@ -13,6 +14,7 @@ ACTUATORS: dict[str, type[Actuator]] = {
     "pwm_servo": PwmServo,
     "pd_torque": PdTorque,
     "ideal_position": IdealPosition,
+    "measured_path": MeasuredPath,
     "learned": Learned,
 }
 

@@ -23,6 +23,8 @@ class Actuator:
     """Whether its force [N] is decided outside the kernels once per control step, and held."""
     kinematic: ClassVar[bool] = False
     """Whether it moves its shaft whatever that carries: positions are all that is computed."""
+    leads: ClassVar[bool] = False
+    """Whether its shaft is where it was measured: forces are computed, not angles of the shaft."""
     rotor: ClassVar[bool] = False
     """Whether it has a rotor, whose inertia stands between the motor and the load cell."""
     stiffness: ClassVar[str | None] = None

@@ -67,6 +67,23 @@ CHANNELS = (
         upper=1000.0,
         slip="millinewtons or grams",
     ),
+    Channel(
+        field="joint_position",
+        column="joint_angle",
+        unit="radians",
+        lower=-TURNS,
+        upper=TURNS,
+        slip="degrees or encoder counts",
+    ),
+    # a joint that any of these servos turns holds a few newton metres
+    Channel(
+        field="joint_load",
+        column="joint_load",
+        unit="newton metres",
+        lower=-100.0,
+        upper=100.0,
+        slip="millinewton metres or register counts",
+    ),
     # a finger is 55 mm long: its tip in millimetres leaves the range
     Channel(field="tip", column="tip", unit="metres", lower=-1.0, upper=1.0, slip="millimetres"),
     # a DYNAMIXEL-P PH54-200 stalls below 20 A and is far stronger than these benches need

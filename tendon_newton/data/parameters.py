@@ -22,6 +22,7 @@ DIMENSIONS: dict[str, tuple[int, int, int]] = {
     "N/m": (1, 0, -1),
     "s/m": (0, 0, -1),
     "kg m2": (1, -2, 1),
+    "rad/(N m)": (-1, 0, -1),
 }
 """Unit -> powers of force, motor angle and tendon excursion; seconds are the same on any bench."""
 ON_A_SHAFT: dict[str, str] = {
@@ -34,6 +35,7 @@ ON_A_SHAFT: dict[str, str] = {
     "m": "rad",
     "N/m": "N m/rad",
     "s/m": "s/rad",
+    "rad/(N m)": "rad/(N m)",
 }
 """Unit at a string -> unit where a shaft is turned, whose excursion is its angle."""
 TIME_POWERS: dict[str, int] = {

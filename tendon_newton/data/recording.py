@@ -28,6 +28,9 @@ Indices = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 """What holds for each row, entry or parameter."""
 
+DrivenBy = Literal["command", "path", "force"]
+"""What a recording gives a simulation: commands of its servo; where its shaft was, and what loaded
+the joint; or its measured tension alone."""
 FREE = "free"
 """Obstacle of a recording in which nothing touches the mechanism."""
 BENCH_NAME = re.compile(r"[A-Za-z0-9_-]+")
@@ -61,6 +64,10 @@ class Recording:
     """Desired shaft angle theta_d [rad], held until the next row, shape (T, D)."""
     force: Array | None = None
     """Tendon tension at the load cell [N] (a torque [N m] on the pendulum), shape (T, D)."""
+    joint_position: Array | None = None
+    """Angle of the only joint at an encoder of its own [rad], shape (T,)."""
+    joint_load: Array | None = None
+    """Torque on that joint from outside [N m], positive the way its angle grows, shape (T,)."""
     tip: Array | None = None
     """Finger tip (tip_x, tip_z) in the base frame [m], shape (T, 2)."""
     current: Array | None = None
@@ -135,6 +142,23 @@ class Recording:
     def tendon_count(self) -> int:
         """Tendons D."""
         return int(self.motor_position.shape[1])
+
+    @property
+    def driven_by(self) -> DrivenBy:
+        """What a simulation is given: commands, the shaft's path under a load, or the force."""
+        if self.command is not None:
+            return "command"
+        return "force" if self.joint_load is None else "path"
+
+    @property
+    def compared_angle(self) -> Array:
+        """What a simulation's angle is compared with [rad], shape (T,): servo 0's, or the joint's.
+
+        Where the shaft's path is the input, the joint's angle is not.
+        """
+        if self.driven_by == "path" and self.joint_position is not None:
+            return self.joint_position
+        return self.motor_position[:, 0]
 
     @property
     def duration(self) -> float:
@@ -239,6 +263,12 @@ def check_shapes(recording: Recording) -> None:
         raise InvalidRecording(
             f"{recording.name}: theta_d or force must be there, else nothing drives a simulation; "
             "neither is"
+        )
+    compared = (recording.force, recording.joint_position)
+    if recording.driven_by == "path" and any(signal is None for signal in compared):
+        raise InvalidRecording(
+            f"{recording.name}: where joint_load drives a simulation beside theta, force and "
+            "joint_angle must be there to be compared; one is not"
         )
     matrix = (rows, recording.tendon_count)
     promised = {

@@ -12,6 +12,7 @@ from typing import Annotated
 import warp as wp
 
 from tendon_newton.device_code.placeholders import (
+    BY_PATH,
     HAS_BODY,
     PLANAR,
     ROUTED,
@@ -233,7 +234,9 @@ class Commands:
     time: DeviceArray[real]
     """Instants of all rows on the log's clock [s]."""
     angle: DeviceArray[TendonVector]
-    """Angles asked for from each row on [rad], or forces measured [N]."""
+    """Angles asked for from each row on [rad], angles or forces measured [N]."""
+    load: Annotated[DeviceArray[real], BY_PATH]
+    """Torque on the joint from outside [N m], positive the way its angle grows."""
     voltage: DeviceArray[real]
     """Supply [V]; 0 stands for the actuator's own."""
     enabled: DeviceArray[real]

@@ -210,7 +210,7 @@ def named_effects(
                 without=errors.pooled(),
                 indistinguishable_from=tuple(name for name, _ in rivals),
                 separating_experiment=propose(question)[0].text()
-                if question and study.servos == 1
+                if question and study.takes_commands
                 else None,
                 explanations=question.explanations if question else (),
                 criteria=findings.criteria.get(effect, ()),

@@ -41,7 +41,7 @@ class Comparison:
     def measured(self, signal: str) -> Array:
         """Return what was measured of a signal, shape (T,)."""
         if signal == "theta":
-            return self.recording.motor_position[:, 0]
+            return self.recording.compared_angle
         assert self.recording.force is not None
         return self.recording.force[:, 0]
 

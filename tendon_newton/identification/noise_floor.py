@@ -43,7 +43,9 @@ def estimate_noise_floor(recordings: Sequence[Recording]) -> NoiseFloor:
     second differences.
     """
     theta = [
-        encoder_noise(r.motor_position[:, d]) for r in recordings for d in range(r.tendon_count)
+        encoder_noise(r.motor_position[:, d] if r.driven_by != "path" else r.compared_angle)
+        for r in recordings
+        for d in range(r.tendon_count)
     ]
     with_force = [r for r in recordings if r.force is not None]
     force = None

@@ -29,7 +29,7 @@ LEAST_ROWS = 8
 
 def pieces(mechanism: Mechanism, recording: Recording) -> list[Recording]:
     """Return a recording in pieces where its mechanism only integrates, else as it is."""
-    if recording.command is not None or has_spring(mechanism, recording.bench_overrides):
+    if recording.driven_by != "force" or has_spring(mechanism, recording.bench_overrides):
         return [recording]
     count = max(1, round(recording.duration / PIECE))
     edges = np.linspace(recording.time[0], recording.time[-1], count + 1)[1:-1]

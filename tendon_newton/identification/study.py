@@ -53,7 +53,7 @@ class Residual:
     """Measured minus simulated, for N candidates on one recording."""
 
     theta: Array
-    """Motor angle [rad], shape (N, T)."""
+    """Motor angle, or the joint's where the motor's is the input [rad], shape (N, T)."""
     force: Array | None
     """Tension [N], shape (N, T); None without a load cell, or where its force is the input."""
     trusted: Mask
@@ -167,6 +167,11 @@ class Study:
     def kinematic(self) -> bool:
         """Whether positions are all that is computed."""
         return find_actuator(self.table.actuator).kinematic
+
+    @property
+    def takes_commands(self) -> bool:
+        """Whether one servo could be told something else: an experiment can be designed."""
+        return self.servos == 1 and not find_actuator(self.table.actuator).leads
 
     def shows(self, effect: str) -> bool:
         """Tell whether an effect can act in any of the recordings."""
@@ -297,7 +302,8 @@ class Study:
         index, (_, servo) = self.sources.index(source), source
         recording, timeline = self.recordings[index], rollout.timelines[place]
         span = rollout.rows_of(place)
-        theta = finite(rows["angle"][:, span, servo])[:, timeline.measured]
+        signal = "joints" if recording.driven_by == "path" else "angle"
+        theta = finite(rows[signal][:, span, servo])[:, timeline.measured]
         force = None
         if compares_force(recording) and recording.force is not None:
             simulated = finite(rows["force"][:, span, servo])
@@ -305,7 +311,7 @@ class Study:
                 simulated = fill_between_readings(simulated, *cell)
             force = recording.force[None, :, 0] - simulated[:, timeline.measured]
         return Residual(
-            theta=recording.motor_position[None, :, 0] - theta,
+            theta=recording.compared_angle[None, :] - theta,
             force=force,
             trusted=timeline.trusted,
         )
@@ -373,7 +379,7 @@ def of_servo(recording: Recording, servo: int) -> Recording:
 
 def compares_force(recording: Recording) -> bool:
     """Tell whether a recording's force is compared: it was measured, and is not the input."""
-    return recording.force is not None and recording.command is not None
+    return recording.force is not None and recording.driven_by != "force"
 
 
 def replacements(models: Sequence[Mapping[int, float]]) -> tuple[Indices, Array]:

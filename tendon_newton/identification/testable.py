@@ -30,7 +30,7 @@ def testable_effects(study: Study) -> tuple[str, ...]:
 def untested_sides(study: Study) -> tuple[str, ...]:
     """Say which sides of the load cell the recordings cannot test, one sentence each."""
     recordings = study.recordings
-    driven = [recording for recording in recordings if recording.command is None]
+    driven = [recording for recording in recordings if recording.driven_by == "force"]
     out = []
     if driven:
         out.append(

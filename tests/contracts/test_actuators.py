@@ -33,7 +33,7 @@ from tendon_newton.simulation.tendons.pipeline import flow_at
 from tendon_newton.simulation.tendons.routes import located
 from tendon_newton.simulation.tendons.world_drive import world_drive
 from tests.physics.learned.networks import force_network, write_force_network
-from tests.physics.runs import RADIUS, run_of, stairs
+from tests.physics.runs import RADIUS, led, run_of, stairs
 
 FORCES = [name for name, actuator in ACTUATORS.items() if not actuator.kinematic]
 """Actuators that give a force, not a position."""
@@ -65,11 +65,11 @@ def typical_model(kind: str, network_path: Path) -> Model:
 def runs_of(kind: str) -> list[Recording]:
     """Return two short runs of different lengths on a bench for the actuator."""
     rng = np.random.default_rng(5)
+    paths = [stairs(rng, 41, 1.0, 4.0, 12), stairs(rng, 60, 1.0, 4.0, 17)]
+    if ACTUATORS[kind].leads:
+        return [led(path, np.full(len(path), -2.0)) for path in paths]
     bench = "finger" if kind in FORCES else "servo"
-    return [
-        run_of(stairs(rng, 41, 1.0, 4.0, 12), bench=bench),
-        run_of(stairs(rng, 60, 1.0, 4.0, 17), bench=bench),
-    ]
+    return [run_of(path, bench=bench) for path in paths]
 
 
 def replayed(kind: str, recordings: list[Recording], network_path: Path) -> list[Trajectory]:

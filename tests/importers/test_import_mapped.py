@@ -271,3 +271,54 @@ def test_an_unknown_bench_is_refused_at_once(lab: Path, tmp_path: Path, capsys) 
     assert run_import(lab, path, tmp_path / "out") == 2
     assert "No bench named 'my_arm'; known:" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_comments_a_stated_header_and_fewer_rows(tmp_path: Path) -> None:
+    """Lines of a comment are passed over, names are stated, and rows are means of many.
+
+    A sine of 0.5 Hz loses 0.01 % of its size to a Gaussian of 5 ms; an encoder of 10 mrad a count
+    loses its steps.
+    """
+    logs = tmp_path / "logs"
+    logs.mkdir()
+    time = np.arange(4000) / 1000.0
+    angle = 0.5 * np.sin(np.pi * time)
+    rows = zip(time, np.round(angle / 0.01) * 0.01, -0.1 + 0.0 * time, strict=True)
+    lines = ["% of the bench", "% t, angle", *(",".join(map(str, row)) for row in rows)]
+    for k in (1, 2):
+        (logs / f"run_{k}.csv").write_text("\n".join(lines))
+    head = 'bench = "spring_weak"\ncomment = "%"\nheader = ["s", "angle", "load"]\nresample = 100\n'
+    columns = """
+t = {column = "s"}
+theta = {column = "angle"}
+theta_dot = {derive = "theta"}
+force = {column = "angle", scale = 2.0}
+joint_angle = {column = "angle", unit = "rad"}
+joint_load = {column = "load", unit = "mN m"}
+"""
+    assert run_import(logs, mapping(tmp_path, columns, head), tmp_path / "out") == 0
+    run = load_dataset(tmp_path / "out").train[0]
+    assert run.driven_by == "path"
+    assert np.diff(run.time) == pytest.approx(np.full(len(run.time) - 1, 0.01))
+    assert run.compared_angle == pytest.approx(0.5 * np.sin(np.pi * run.time), abs=3e-3)
+    assert run.joint_load == pytest.approx(np.full(len(run.time), -1e-4))
+    assert run.force is not None
+    assert run.force[:, 0] == pytest.approx(2.0 * run.motor_position[:, 0])
+
+
+@pytest.mark.parametrize(
+    ("head", "message"),
+    [
+        ("resample = 1000", "resample makes fewer rows; 1000 Hz is asked for"),
+        ("resample = 1", "resample needs more rows; there are 200"),
+        ("header = 3", "header must be a list of names; it is 3"),
+        ("comment = 3", "comment must be a word; it is 3"),
+    ],
+)
+def test_a_form_that_cannot_be_is_refused(
+    logs: Path, tmp_path: Path, head: str, message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One line says what was expected and what came."""
+    path = mapping(tmp_path, head=f'bench = "spring_weak"\n{head}')
+    assert run_import(logs, path, tmp_path / "out") == 2
+    assert message in capsys.readouterr().err

@@ -62,6 +62,24 @@ def run_of(
     )
 
 
+def led(path: Array, load: Array, *, bench: str = "spring_weak", rate: float = ROWS) -> Recording:
+    """Return a recording of a shaft led along a path [rad] under loads [N], a row each.
+
+    What was measured beside them is blank.
+    """
+    blank = np.zeros(len(path))
+    return Recording(
+        name="led",
+        bench=bench,
+        time=np.arange(len(path)) / rate,
+        motor_position=path[:, None],
+        motor_velocity=blank[:, None],
+        force=blank[:, None],
+        joint_position=blank,
+        joint_load=load,
+    )
+
+
 def stairs(rng: np.random.Generator, rows: int, lower: float, upper: float, hold: int) -> Array:
     """Return random commands [rad], each held for some rows."""
     return np.repeat(rng.uniform(lower, upper, rows // hold + 1), hold)[:rows]

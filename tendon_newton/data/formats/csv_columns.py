@@ -17,7 +17,7 @@ from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidRecording, listed, shown
 
 REQUIRED_COLUMNS = ("t", *MEASURED_COLUMNS)
-KNOWN_COLUMNS = ("t", *COLUMNS)
+KNOWN_COLUMNS = ("t", *COLUMNS, "joint_angle", "joint_load")
 INDEX = "0|[1-9][0-9]{0,2}"
 """How the number of a tendon is written; no servo bus carries a thousand."""
 KNOWN = re.compile(rf"({'|'.join(KNOWN_COLUMNS)})(_({INDEX}))?")

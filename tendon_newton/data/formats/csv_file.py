@@ -20,7 +20,13 @@ TENDON_COLUMNS = {
     "theta_dot": "motor_velocity",
     "force": "force",
 }
-SHARED_COLUMNS = ("current", "voltage", "temperature", "enabled")
+SHARED_COLUMNS = {
+    "joint_angle": "joint_position",
+    "joint_load": "joint_load",
+    "current": "current",
+    "voltage": "voltage",
+    "temperature": "temperature",
+}
 
 
 def read_csv(path: Path, *, bench: str, name: str | None = None, **entry: Any) -> Recording:
@@ -42,9 +48,11 @@ def read_csv(path: Path, *, bench: str, name: str | None = None, **entry: Any) -
         if cells_named(there, column)
     }
     check_servos(known, name)
-    for column in SHARED_COLUMNS:
+    for column, field in SHARED_COLUMNS.items():
         if (values := shared_column(there, column, name)) is not None:
-            known[column] = values if column != "enabled" else switch(values, name)
+            known[field] = values
+    if (enabled := shared_column(there, "enabled", name)) is not None:
+        known["enabled"] = switch(enabled, name)
     if "tip_x" in there or "tip_z" in there:
         require(header, ("tip_x", "tip_z"), name)
         known["tip"] = np.column_stack([there.pop(column) for column in ("tip_x", "tip_z")])
@@ -61,8 +69,8 @@ def write_csv(path: Path, recording: Recording) -> None:
             columns |= named_by_tendon(column, values)
     if recording.tip is not None:
         columns |= {"tip_x": recording.tip[:, 0], "tip_z": recording.tip[:, 1]}
-    for column in ("current", "voltage", "temperature"):
-        if (values := getattr(recording, column)) is not None:
+    for column, field in SHARED_COLUMNS.items():
+        if (values := getattr(recording, field)) is not None:
             columns[column] = values
     if not recording.enabled.all():
         columns["enabled"] = recording.enabled.astype(np.int64)

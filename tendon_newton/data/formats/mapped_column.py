@@ -30,6 +30,7 @@ SPEED = {
     "rpm": RPM,
     "rev/s": 2.0 * pi,
 }
+TORQUE = {"N m": 1.0, "Nm": 1.0, "mN m": 1.0e-3, "mNm": 1.0e-3, "kgf cm": 9.80665e-2}
 FORCE = {
     "N": 1.0,
     "mN": 1.0e-3,
@@ -39,11 +40,7 @@ FORCE = {
     "gf": 9.80665e-3,
     "kgf": 9.80665,
     "lbf": 4.4482216,
-    "N m": 1.0,
-    "Nm": 1.0,
-    "mN m": 1.0e-3,
-    "mNm": 1.0e-3,
-    "kgf cm": 9.80665e-2,
+    **TORQUE,
 }
 LENGTH = {"m": 1.0, "cm": 1.0e-2, "mm": 1.0e-3}
 UNITS: dict[str, dict[str, float]] = {
@@ -52,6 +49,8 @@ UNITS: dict[str, dict[str, float]] = {
     "theta": ANGLE,
     "theta_dot": SPEED,
     "force": FORCE,
+    "joint_angle": ANGLE,
+    "joint_load": TORQUE,
     "tip_x": LENGTH,
     "tip_z": LENGTH,
     "current": {"A": 1.0, "mA": 1.0e-3},

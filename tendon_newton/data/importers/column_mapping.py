@@ -8,7 +8,7 @@ from typing import Any
 
 from tendon_newton.data.files.text_file import finite_number
 from tendon_newton.data.files.toml_file import read_toml, refuse_unknown_keys
-from tendon_newton.data.files.values import are_tables, is_table
+from tendon_newton.data.files.values import are_tables, are_words, is_table
 from tendon_newton.data.formats.mapped_column import MappedColumn
 from tendon_newton.data.formats.topic_mapping import TopicMapping
 from tendon_newton.data.formats.topic_mapping_file import (
@@ -22,7 +22,7 @@ from tendon_newton.data.importers.csv_dialect import CsvDialect
 from tendon_newton.data.importers.stated_numbers import STATED_KEYS, StatedNumbers, read_stated
 from tendon_newton.errors import InvalidMapping, shown
 
-ROW_KEYS = ("rows", "rate", "delimiter", "decimal")
+ROW_KEYS = ("rows", "rate", "resample", "delimiter", "decimal", "comment", "header")
 """Keys for files of rows: CSV and JSON."""
 FILE_KEYS = (
     "bench",
@@ -48,8 +48,10 @@ class ColumnMapping:
     """Key of the rows in a JSON file; None where the file is the rows."""
     rate: float | None
     """Rows per second [Hz] where no column holds the time."""
+    resample: float | None
+    """Rows per second [Hz] that are made of more; None where the rows are taken as they are."""
     dialect: CsvDialect
-    """Separator of the cells of a CSV file and decimal mark of its numbers, as far as stated."""
+    """Form of a CSV file, as far as stated."""
     columns: Mapping[str, MappedColumn]
     """Column of ours -> theirs; empty where topics are mapped."""
     topics: TopicMapping | None
@@ -82,16 +84,17 @@ def read_mapping(path: Path) -> ColumnMapping:
             raise InvalidMapping(
                 f"{path}: {key} belongs to a mapping of {kind}; this mapping has none"
             )
-    rate = None if "rate" not in table else positive(path, "rate", table["rate"])
+    rates = {key: positive(path, key, table[key]) for key in ("rate", "resample") if key in table}
     if topics is None:
-        require_columns(path, mapped, timed=rate is not None)
+        require_columns(path, mapped, timed="rate" in rates)
     words = {key: word(path, key, table.get(key)) for key in ("bench", "files", "rows")}
     return ColumnMapping(
         path=path,
         bench=words["bench"] or "",
         files=words["files"] or ("*" if topics else "*.csv"),
         rows=words["rows"],
-        rate=rate,
+        rate=rates.get("rate"),
+        resample=rates.get("resample"),
         dialect=read_dialect(path, table),
         columns={n: c for n, c in mapped.items() if isinstance(c, MappedColumn) and not topics},
         topics=topics,
@@ -132,7 +135,11 @@ def read_dialect(path: Path, table: Mapping[str, Any]) -> CsvDialect:
         )
     if decimal not in (None, ".", ","):
         raise InvalidMapping(f"{path}: decimal must be '.' or ','; it is {shown(decimal)}")
-    return CsvDialect(delimiter=delimiter, decimal=decimal)
+    header = table.get("header", [])
+    if not are_words(header):
+        raise InvalidMapping(f"{path}: header must be a list of names; it is {shown(header)}")
+    comment = word(path, "comment", table.get("comment"))
+    return CsvDialect(delimiter=delimiter, decimal=decimal, comment=comment, header=tuple(header))
 
 
 def positive(path: Path, key: str, value: Any) -> float:

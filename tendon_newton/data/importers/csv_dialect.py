@@ -2,9 +2,9 @@
 
 import csv
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 
 from tendon_newton.data.files.text_file import LOG_SIZE_LIMIT, open_text
@@ -26,6 +26,16 @@ class CsvDialect:
     """None where it is to be guessed."""
     decimal: str | None = None
     """``.`` or ``,``; None where it is to be guessed."""
+    comment: str | None = None
+    """What lines begin with that hold no row; None where there are none."""
+    header: tuple[str, ...] = ()
+    """Names of the columns where no line has them."""
+
+    def rows(self, lines: Iterable[str]) -> Iterable[str]:
+        """Return the lines without comments, a header first."""
+        mark = self.comment
+        kept = lines if mark is None else (x for x in lines if not x.lstrip().startswith(mark))
+        return chain([(self.delimiter or ",").join(self.header)], kept) if self.header else kept
 
     def guessed(self, path: Path, wanted: Collection[str]) -> "CsvDialect":
         """Return the dialect of a file, with what was not said guessed.
@@ -39,7 +49,7 @@ class CsvDialect:
             wanted: Columns that are mapped.
         """
         with open_text(path, InvalidRecording, PROMISE, size_limit=LOG_SIZE_LIMIT) as file:
-            lines = list(islice(file, LOOKED_AT + 1))
+            lines = list(islice(self.rows(file), LOOKED_AT + 1))
         if not lines:
             return replace(self, delimiter=self.delimiter or ",", decimal=self.decimal or ".")
         try:
@@ -47,7 +57,7 @@ class CsvDialect:
             decimal = self.decimal or guess_decimal(lines, delimiter, wanted)
         except csv.Error as error:
             raise InvalidRecording(f"{path}: a log must be CSV: {error}") from error
-        return CsvDialect(delimiter=delimiter, decimal=decimal)
+        return replace(self, delimiter=delimiter, decimal=decimal)
 
     def text(self, given: "CsvDialect") -> str:
         """Say what of this was guessed; empty where it is what any program expects."""

@@ -180,6 +180,8 @@ def make_recording(
         motor_velocity=columns.get("theta_dot", np.zeros_like(theta))[:, None],
         command=columns["theta_d"][:, None] if "theta_d" in columns else None,
         force=columns["force"][:, None] if "force" in columns else None,
+        joint_position=columns.get("joint_angle"),
+        joint_load=columns.get("joint_load"),
         tip=np.stack(tips, axis=1) if len(tips) == 2 else None,
         current=columns.get("current"),
         voltage=columns.get("voltage"),

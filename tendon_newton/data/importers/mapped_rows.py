@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from tendon_newton.data.checks.finding import Finding
 from tendon_newton.data.files.text_file import LOG_SIZE_LIMIT, finite_number, open_text, read_text
@@ -30,6 +31,8 @@ JSON_SIZE_LIMIT = 1 << 25
 Row = Mapping[str, Any]
 
 
+REACH = 3.0
+"""Widths of a Gaussian beyond which its weights are none [1]."""
 MISSING = frozenset({"", "nan", "na", "n/a", "null", "none", "-"})
 """Cells that say that there is no number."""
 
@@ -73,8 +76,39 @@ def read_mapped_columns(
     if "t" not in columns:
         assert mapping.rate is not None
         columns["t"] = np.frombuffer(places) / mapping.rate
+    if mapping.resample is not None:
+        columns = resampled(columns, mapping.resample, path)
     told = [*guessed(name, dialect.text(mapping.dialect)), *left_out(name, empty, places, count)]
     return columns, told
+
+
+def resampled(columns: Mapping[str, Array], rate: float, path: Path) -> dict[str, Array]:
+    """Return fewer rows, each the mean of those around its instant, shape (T',) for (T,).
+
+    The weights are Gaussian, and fall off by half an interval of the new rows; what falls between
+    the steps of an encoder then shows.
+
+    Args:
+        columns: Columns in our units, the time among them.
+        rate: New rows per second [Hz].
+        path: The file, for messages.
+    """
+    time = columns["t"]
+    step = float(np.median(np.diff(time)))
+    if not 0.0 < step < 1.0 / rate:
+        raise InvalidRecording(
+            f"{path}: resample makes fewer rows; {rate:g} Hz is asked for, and the median step is "
+            f"{step:g} s"
+        )
+    width = 0.5 / (rate * step)
+    reach = np.arange(-round(REACH * width), round(REACH * width) + 1)
+    weights = np.exp(-0.5 * (reach / width) ** 2)
+    stride = round(1.0 / (rate * step))
+    if len(time) <= len(weights) + stride:
+        raise InvalidRecording(f"{path}: resample needs more rows; there are {len(time)}")
+    weights /= weights.sum()
+    spans = {ours: sliding_window_view(x, len(weights))[::stride] for ours, x in columns.items()}
+    return {ours: np.asarray(rows @ weights, dtype=np.float64) for ours, rows in spans.items()}
 
 
 def guessed(name: str, words: str) -> Iterator[Finding]:
@@ -110,14 +144,16 @@ def read_rows(path: Path, mapping: ColumnMapping) -> tuple[Iterable[Row], CsvDia
     sources = [column.source for column in mapping.columns.values() if column.source is not None]
     wanted = {*sources, *(source.split("[", 1)[0] for source in sources)}  # paths into a cell
     dialect = mapping.dialect.guessed(path, wanted)
-    return csv_rows(path, dialect.delimiter or ","), dialect
+    return csv_rows(path, dialect), dialect
 
 
-def csv_rows(path: Path, delimiter: str) -> Iterator[Row]:
-    """Read the rows of a CSV file with a header."""
+def csv_rows(path: Path, dialect: CsvDialect) -> Iterator[Row]:
+    """Read the rows of a CSV file."""
     with open_text(path, InvalidRecording, PROMISE, size_limit=LOG_SIZE_LIMIT) as file:
         try:
-            reader = csv.DictReader(file, skipinitialspace=True, delimiter=delimiter)
+            reader = csv.DictReader(
+                dialect.rows(file), skipinitialspace=True, delimiter=dialect.delimiter or ","
+            )
             if reader.fieldnames is not None:
                 reader.fieldnames = [name.strip() for name in reader.fieldnames]
             yield from reader

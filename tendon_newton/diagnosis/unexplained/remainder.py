@@ -67,7 +67,7 @@ class Rows:
     @property
     def angle(self) -> Array:
         """Simulated motor angle [rad]."""
-        return self.recording.motor_position[:, 0] - self.theta
+        return self.recording.compared_angle - self.theta
 
     @property
     def speed(self) -> Array:

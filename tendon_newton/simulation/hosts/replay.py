@@ -137,6 +137,10 @@ def simulated_recording(recording: Recording, trajectory: Trajectory) -> Recordi
         motor_position=trajectory.motor_position,
         motor_velocity=trajectory.motor_velocity,
         force=trajectory.force,
+        joint_position=None
+        if recording.joint_position is None
+        else trajectory.joint_position[:, 0],
+        joint_load=recording.joint_load,
         tip=tip,
         enabled=recording.enabled,
         start=recording.start,

@@ -12,7 +12,7 @@ import warp as wp
 from tendon_newton.actuators import find_actuator
 from tendon_newton.data.checks.lint_checks import blocked_rows
 from tendon_newton.data.model_file import Model
-from tendon_newton.data.recording import Array, Indices, Recording
+from tendon_newton.data.recording import Array, DrivenBy, Indices, Recording
 from tendon_newton.data.servo_names import effect_of
 from tendon_newton.device_code.placeholders import ParameterVector, TendonVector, real
 from tendon_newton.device_code.structs import Commands, Readout, Rows, States, Worlds
@@ -33,8 +33,8 @@ from tendon_newton.simulation.hosts.launch import Launch
 from tendon_newton.simulation.hosts.query_rows import NONE_LEFT
 from tendon_newton.simulation.hosts.rollout_servos import RolloutServos
 from tendon_newton.simulation.hosts.timeline import Timeline, make_timeline
-from tendon_newton.simulation.kernels.position_kernels import POSITION_EFFECTS, POSITION_STEP
-from tendon_newton.simulation.model.assembly import KernelSet, kernel_set
+from tendon_newton.simulation.kernels.position_kernels import POSITION_STEP
+from tendon_newton.simulation.model.assembly import KernelSet, kernel_set, kinematic_effects
 from tendon_newton.simulation.model.bench_numbers import WRITTEN, BenchNumber, write_by_chain
 from tendon_newton.simulation.model.chain_copies import copies_of, refuse_copies
 from tendon_newton.simulation.model.kernel_arrays import struct_of, zeros
@@ -46,7 +46,7 @@ from tendon_newton.simulation.model.mechanism_arrays import (
     spools_are_free,
 )
 from tendon_newton.simulation.model.parameter_table import table_of
-from tendon_newton.simulation.model.structure import DrivenBy, Precision, Structure
+from tendon_newton.simulation.model.structure import Precision, Structure
 from tendon_newton.simulation.tendons.measured_force import acts, has_spring
 
 TIME_STEP = 1.25e-4
@@ -119,11 +119,17 @@ class Rollout:
     ) -> None:
         mechanism.refuse_moving_obstacle("Rollout")
         self.recordings = tuple(recordings)
-        self.driven_by = drive_of(recordings)
-        """Without commands the measured force drives the mechanism."""
+        self.driven_by: DrivenBy = drive_of(recordings)
+        """Without commands the path under a load, or the measured force, drives the mechanism."""
         self._kinematic = find_actuator(actuator).kinematic
         if self._kinematic:
             refuse_load(mechanism, self.recordings, actuator)
+        if (self.driven_by == "path") != find_actuator(actuator).leads:
+            raise InvalidRecording(
+                f"{recordings[0].name}: a path under a load (joint_load without theta_d) and the "
+                f"actuator 'measured_path' go together; it is driven by {self.driven_by}, with "
+                f"{actuator!r}"
+            )
         self._has_spring = tuple(has_spring(mechanism, r.bench_overrides) for r in recordings)
         self.force = force or Equation()
         """Where the actuator's force comes from."""
@@ -190,7 +196,7 @@ class Rollout:
     def base_vectors(self, model: Model) -> Array:
         """Return a model's parameter vector for each recording, shape (R, P)."""
         if self._kinematic:
-            refuse_forces(model)
+            refuse_effects(model, kinematic_effects(self.driven_by))
         model = self.force.completed(model)
         vectors = [self.table.vector(model, r.actuator_overrides) for r in self.recordings]
         if self.driven_by == "force":
@@ -209,7 +215,7 @@ class Rollout:
     def shows(self, effect: str) -> bool:
         """Tell whether an effect of the catalogue can act in any of the recordings."""
         if self._kinematic:
-            return effect in POSITION_EFFECTS
+            return effect in kinematic_effects(self.driven_by)
         if self.driven_by == "command":
             return True
         return any(acts(effect, has_spring=spring) for spring in self._has_spring)
@@ -396,6 +402,9 @@ class Rollout:
         )
         commands.voltage = self.array(voltage, types[real])
         commands.enabled = self.array(enabled, types[real])
+        if self.driven_by == "path":
+            loads = [loads_of(r, t) for r, t in zip(self.recordings, self.timelines, strict=True)]
+            commands.load = self.array(np.concatenate(loads), types[real])
         settles = NEAR_MEASURED if self.kernels.structure.tendon_count > 1 else FROM_SPRINGS
         # without a command there is no equilibrium that it asks for
         starts = np.array(
@@ -426,6 +435,8 @@ def distinct(rows: Array) -> tuple[Indices, Indices]:
 
 def timeline_of(recording: Recording, stiffness: float, actuator: str) -> Timeline:
     """Return the rows that the simulation of a recording visits."""
+    if recording.driven_by == "path":
+        return make_timeline(replace(recording, command=recording.motor_position))
     timeline = make_timeline(recording, stiffness)
     if find_actuator(actuator).kinematic:
         return without_blocked(timeline, recording)
@@ -441,6 +452,12 @@ def row_inputs(recording: Recording, timeline: Timeline) -> tuple[Array, Array]:
     voltage = np.zeros(len(recording.time)) if recording.voltage is None else recording.voltage
     enabled = recording.enabled if recording.command is not None else np.ones(len(recording.time))
     return voltage[source], enabled.astype(np.float64)[source]
+
+
+def loads_of(recording: Recording, timeline: Timeline) -> Array:
+    """Return the load [N m] on the joint in the simulated rows, shape (S,)."""
+    assert recording.joint_load is not None
+    return np.interp(timeline.time, recording.time, recording.joint_load)
 
 
 def set_spool_radius(model: Any, radius: float) -> None:
@@ -464,6 +481,13 @@ def refuse_load(mechanism: Mechanism, recordings: Sequence[Recording], actuator:
             f"{recordings[0].name}: actuator {actuator!r} follows theta_d; the recording has none"
         )
     joints, tendons = mechanism.joints, mechanism.tendons
+    if find_actuator(actuator).leads:
+        if (len(joints), len(tendons)) != (1, 1) or tendons[0].route is not None:
+            raise InvalidModelFile(
+                f"actuator {actuator!r} needs a bench with one joint and one tendon of constant "
+                f"moment arm; bench {mechanism.name!r} has {len(joints)} and {len(tendons)}"
+            )
+        return
     if len(joints) != 1 or not all(tendon.direct for tendon in tendons):
         raise InvalidModelFile(
             f"actuator {actuator!r} needs a bench whose servo turns its only joint directly "
@@ -472,13 +496,13 @@ def refuse_load(mechanism: Mechanism, recordings: Sequence[Recording], actuator:
         )
 
 
-def refuse_forces(model: Model) -> None:
-    """Refuse effects of a model that have no place where only positions are known."""
+def refuse_effects(model: Model, able: Sequence[str]) -> None:
+    """Refuse effects of a model that have no place beside an actuator that moves its shaft."""
     for effect in model.effects:
-        if effect.name not in POSITION_EFFECTS:
+        if effect.name not in able:
             raise InvalidModelFile(
-                f"actuator {model.actuator.name!r} knows positions alone; {effect.name!r} needs "
-                f"forces; it can hold {', '.join(POSITION_EFFECTS)}"
+                f"actuator {model.actuator.name!r} has no place for {effect.name!r}; it can hold "
+                f"{', '.join(able)}"
             )
 
 
@@ -496,18 +520,19 @@ def drive_of(recordings: Sequence[Recording]) -> DrivenBy:
     Raises:
         InvalidRecording: Some have commands and some do not.
     """
-    without = [recording for recording in recordings if recording.command is None]
-    if 0 < len(without) < len(recordings):
+    driven: list[DrivenBy] = [recording.driven_by for recording in recordings]
+    if len(set(driven)) > 1:
+        other = next(r for r in recordings if r.driven_by != driven[0])
         raise InvalidRecording(
-            f"{without[0].name}: recordings of one rollout all have theta_d, or none has; this one "
-            "has none"
+            f"{other.name}: recordings of one rollout are all driven by one signal; this one by "
+            f"its {other.driven_by}, {recordings[0].name} by its {driven[0]}"
         )
-    return "force" if without else "command"
+    return driven[0]
 
 
 def rollout_groups(recordings: Sequence[Recording]) -> list[tuple[int, ...]]:
     """Divide recordings, by their indices, into those that one rollout may hold."""
-    groups: dict[tuple[str, bool], list[int]] = {}
+    groups: dict[tuple[str, DrivenBy], list[int]] = {}
     for index, recording in enumerate(recordings):
-        groups.setdefault((recording.bench, recording.command is None), []).append(index)
+        groups.setdefault((recording.bench, recording.driven_by), []).append(index)
     return [tuple(members) for members in groups.values()]

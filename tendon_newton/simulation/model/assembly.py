@@ -10,6 +10,7 @@ from typing import Any
 import warp as wp
 
 from tendon_newton.actuators import find_actuator
+from tendon_newton.data.recording import DrivenBy
 from tendon_newton.device_code import placeholders, slots
 from tendon_newton.device_code.linear_algebra import inverse, looped_inverse
 from tendon_newton.device_code.templates import Bindings, Specialiser
@@ -29,7 +30,8 @@ from tendon_newton.simulation.dynamics import (
     sensors,
     settling,
 )
-from tendon_newton.simulation.kernels import position_kernels, rollout_kernels
+from tendon_newton.simulation.kernels import path_kernels, position_kernels, rollout_kernels
+from tendon_newton.simulation.kernels.path_kernels import PATH_EFFECTS
 from tendon_newton.simulation.kernels.position_kernels import POSITION_EFFECTS
 from tendon_newton.simulation.model.kernel_types import kernel_types
 from tendon_newton.simulation.model.stage_fields import check_stage
@@ -181,6 +183,8 @@ def kernel_set(structure: Structure) -> KernelSet:
     if find_actuator(structure.actuator).kinematic:
         bind_position_stages(assembly.specialiser, structure)
         settle, rollout = position_kernels.start_kernel, position_kernels.position_kernel
+        if structure.driven_by == "path":
+            settle, rollout = path_kernels.start_kernel, path_kernels.path_kernel
     return KernelSet(
         structure=structure,
         types=assembly.types,
@@ -300,12 +304,19 @@ def bind_stages(specialiser: Specialiser, structure: Structure, *, taped: bool) 
 
 
 def able_effects(structure: Structure) -> list[type[Effect]]:
-    """Return the effects that can act: on a position, only those that are about one.
+    """Return the effects that can act: on a position or a path, only those that are about one.
 
-    Others share its stages, and even at null may read what only the drive's position fills there.
+    Others share its stages, and even at null may read what is not filled there.
     """
-    kinematic = find_actuator(structure.actuator).kinematic
-    return [e for e in structure.declarations if not kinematic or e.name in POSITION_EFFECTS]
+    if not find_actuator(structure.actuator).kinematic:
+        return list(structure.declarations)
+    acting = kinematic_effects(structure.driven_by)
+    return [e for e in structure.declarations if e.name in acting]
+
+
+def kinematic_effects(driven_by: DrivenBy) -> tuple[str, ...]:
+    """Return the effects that can act where an actuator moves its shaft whatever that carries."""
+    return PATH_EFFECTS if driven_by == "path" else POSITION_EFFECTS
 
 
 def bind_position_stages(specialiser: Specialiser, structure: Structure) -> None:

@@ -108,6 +108,7 @@ def code_constants(structure: Structure) -> dict[Any, Any]:
         d.PLANAR: structure.planar,
         d.FREE_SPOOL: structure.free_spool,
         d.HAS_ROTOR: structure.has_rotor,
+        d.BY_PATH: structure.driven_by == "path",
         d.MAY_HOLD: structure.may_hold,
         d.HAS_DUTY: structure.uses(Stage.DUTY),
         d.DRY_OFFSETS: structure.dry_offsets,

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from tendon_newton.actuators import find_actuator
+from tendon_newton.data.recording import DrivenBy
 from tendon_newton.effects import EFFECTS, Effect, Stage, find_effect, law_of
 from tendon_newton.simulation.contact.contact_plan import (
     BODY_COORDINATES,
@@ -16,8 +17,6 @@ from tendon_newton.simulation.contact.contact_plan import (
 from tendon_newton.simulation.model.route_plan import NO_ROUTES, RoutePlan
 
 Precision = Literal["float32", "float64"]
-DrivenBy = Literal["command", "force"]
-"""What a recording gives a simulation: commands of its servo, or its measured tension alone."""
 JOINT_STAGES = (Stage.SPRING, Stage.DAMPING)
 """Stages with a jet per joint; the other stages with jets have one per tendon."""
 

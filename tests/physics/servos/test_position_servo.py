@@ -141,7 +141,7 @@ def test_only_effects_on_positions_are_tried_and_held() -> None:
     names = set(testable.testable_effects(study))
     assert names <= set(POSITION_EFFECTS)
     assert {"command_delay", "actuator_lag", "deadband", "backlash"} <= names
-    with pytest.raises(InvalidModelFile, match="positions alone"):
+    with pytest.raises(InvalidModelFile, match="no place for 'coulomb_friction'"):
         theta(WAVE, coulomb_friction={"force": 1.0})
     with pytest.raises(InvalidModelFile, match="turns its only joint directly"):
         replay([commanded(WAVE, "finger")], servo_model())

@@ -1,0 +1,69 @@
+"""A shaft that is where it was measured: what it takes to hold it there is asked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from tendon_newton.actuators.base import Actuator
+from tendon_newton.data.parameters import Parameter
+from tendon_newton.device_code.placeholders import Jet, ParameterVector, real
+from tendon_newton.device_code.structs import Tendon
+from tendon_newton.device_code.templates import device_template
+
+
+class MeasuredPath(Actuator):
+    r"""A motor that takes its shaft along a measured path, whatever that takes.
+
+    .. math:: \theta(t) = \theta_{measured}(t), \qquad
+        \frac{dz}{d\theta} = \frac{1}{x_0} (1 - z \operatorname{sign} \dot\theta), \qquad
+        q_{read} = q + s\,\tau
+
+    The force at the shaft and the angle q of the joint follow from the path and from the load tau
+    on the joint. The side z on which the shaft's friction acts turns over within the travel x_0.
+    The joint's encoder may sit behind its load, on a coupling that gives by the twist s.
+
+    Source: Dahl, A solid friction model (1968), with an exponent of 1, for z; Hooke (1678) for s.
+    """
+
+    name = "measured_path"
+    parameters = (
+        Parameter(
+            name="travel",
+            unit="rad",
+            null=0.0,
+            nominal=0.002,
+            lower=1.0e-4,
+            upper=0.05,
+            source="from a tenth of a count of an encoder of 4096 a turn to the play of a gear",
+            absolute=True,
+        ),
+        Parameter(
+            name="twist",
+            unit="rad/(N m)",
+            null=0.0,
+            nominal=0.5,
+            lower=0.0,
+            upper=5.0,
+            source="couplings and torque sensors of benches of 0.1 N m",
+            optional=True,
+        ),
+    )
+    kinematic = True
+    leads = True
+
+    @classmethod
+    def static_force(cls, values: Mapping[str, float | str], error: float, radius: float) -> float:
+        """None is known before the load is."""
+        return 0.0
+
+    @staticmethod
+    @device_template
+    def force(error: Jet, tendon: Tendon, p: ParameterVector) -> Jet:
+        """None is known before the load is."""
+        return Jet(real(0.0), real(0.0), real(0.0))
+
+    @staticmethod
+    @device_template
+    def armature(p: ParameterVector) -> real:
+        """None shows."""
+        return real(0.0)

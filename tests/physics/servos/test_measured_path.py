@@ -1,0 +1,151 @@
+"""A shaft led along a measured path under a load: its torque and the joint follow from the laws."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tendon_newton.data.formats.csv_file import read_csv, write_csv
+from tendon_newton.data.model_file import Model, NamedValues
+from tendon_newton.data.recording import Recording
+from tendon_newton.diagnosis.search.fixed_set import fit_set
+from tendon_newton.diagnosis.search.refit import values_of
+from tendon_newton.diagnosis.search.worlds import Worlds
+from tendon_newton.errors import InvalidModelFile, InvalidRecording
+from tendon_newton.identification.study import Study
+from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.simulation.hosts.replay import replay, simulated_recording
+from tests.physics.runs import RADIUS, led
+
+LOAD = 5.0  # [N]
+TRIANGLE = 3.0 * np.abs(np.linspace(-1.0, 1.0, 401))  # [rad]: out, then in
+TRAVEL = 1.0e-3  # [rad]
+
+
+Numbers = dict[str, dict[str, float]]
+"""Effect -> parameter -> value."""
+
+
+def model_of(effects: Numbers, fit: tuple[str, ...] = (), twist: float = 0.0) -> Model:
+    """A measured path with some effects."""
+    return Model(
+        actuator=NamedValues(name="measured_path", values={"travel": TRAVEL, "twist": twist}),
+        effects=tuple(NamedValues(name=name, values=values) for name, values in effects.items()),
+        fit=fit,
+    )
+
+
+def run(model: Model, path: np.ndarray = TRIANGLE, load: float = LOAD) -> Recording:
+    """What the slider with the weak spring logs."""
+    recording = led(path, np.full(len(path), -load))
+    return simulated_recording(recording, replay([recording], model)[0])
+
+
+def spring(q: np.ndarray) -> np.ndarray:
+    """The force of the slider's spring [N]."""
+    joint = load_mechanism("spring_weak").joints[0]
+    return joint.stiffness * (q - joint.rest)
+
+
+def test_without_friction_the_shaft_feels_load_and_spring() -> None:
+    """F = load + k q and q = r theta, whichever way the shaft turns (float32 assets: 1e-5)."""
+    found = run(model_of({}))
+    q = RADIUS * TRIANGLE
+    assert found.joint_position == pytest.approx(q, abs=1e-6)
+    assert found.force is not None
+    assert found.force[:, 0] == pytest.approx(LOAD + spring(q), rel=1e-5)
+
+
+def test_friction_takes_its_part_on_both_sides_of_the_string() -> None:
+    """Winding, the guides leave T exp(-mu), and the shaft asks for T (1 + c) + F_C besides."""
+    frictions = {
+        "coulomb_friction": {"force": 1.5},
+        "load_dependent_friction": {"coefficient": 0.2},
+        "routing_friction": {"exponent": 0.3},
+    }
+    found = run(model_of(frictions))
+    assert found.force is not None
+    needed = LOAD + spring(RADIUS * TRIANGLE)
+    for rows, side in ((slice(50, 195), -1.0), (slice(250, 400), 1.0)):
+        tension = needed[rows] * np.exp(0.3 * side)
+        expected = tension * (1.0 + 0.2 * side) + 1.5 * side
+        assert found.force[rows, 0] == pytest.approx(expected, rel=1e-4)
+
+
+def test_a_string_that_stretches_lets_the_shaft_turn_while_the_joint_sticks() -> None:
+    """After a reversal the joint waits until the tension has changed by both frictions over k."""
+    found = run(
+        model_of(
+            {
+                "tendon_compliance": {"stiffness": 5000.0},
+                "joint_dry_friction": {"fraction": 0.2},
+            },
+            twist=1.0e-4,
+        )
+    )
+    joint = load_mechanism("spring_weak").joints[0]
+    friction = 0.2 * joint.stiffness * (joint.limits[1] - joint.rest)
+    assert found.joint_position is not None
+    still = found.joint_position[200:] < found.joint_position[200] + 1e-7
+    waits = (np.argmin(still) - 1) * RADIUS * np.ptp(TRIANGLE) / 200.0
+    assert waits == pytest.approx(2.0 * friction / 5000.0, abs=RADIUS * np.ptp(TRIANGLE) / 200.0)
+    q = found.joint_position[100] + 1.0e-4 * LOAD  # the coupling's twist
+    tension = LOAD + spring(q) - friction
+    assert RADIUS * TRIANGLE[100] - q == pytest.approx(tension / 5000.0, rel=1e-4)
+
+
+def test_a_fit_finds_what_led_a_shaft() -> None:
+    """Six numbers at once from one path, each within 2 % where the signals have no noise."""
+    truth = {
+        "coulomb_friction": {"force": 1.0},
+        "load_dependent_friction": {"coefficient": 0.15},
+        "routing_friction": {"exponent": 0.25},
+        "tendon_compliance": {"stiffness": 8000.0},
+    }
+    rng = np.random.default_rng(3)
+    path = np.interp(np.arange(800), np.arange(0, 801, 40), rng.uniform(0.5, 4.0, 21))
+    loads = [2.0, 8.0]
+    data = [run(model_of(truth, twist=2.0e-4), path, load) for load in loads]
+    start = {name: {key: 1.6 * x for key, x in values.items()} for name, values in truth.items()}
+    study = Study(data, model_of(start, ("travel", "twist"), 1.0e-4), tuple(truth))
+    worlds = Worlds(study)
+    found = fit_set(worlds, model_of(start, ("travel", "twist"), 1.0e-4), tuple(truth))
+    values = values_of(worlds, found.columns, found.place)
+    numbers = {study.table.owners[column]: value for column, value in values.items()}
+    named = {(owner, p.name): value for (owner, p), value in numbers.items()}
+    for name, parameters in truth.items():
+        for key, value in parameters.items():
+            assert named[name, key] == pytest.approx(value, rel=0.02)
+    assert named["measured_path", "twist"] == pytest.approx(2.0e-4, rel=0.02)
+
+
+def test_a_path_and_its_actuator_go_together() -> None:
+    """Neither a commanded recording nor another actuator is taken for a path."""
+    path = led(TRIANGLE, np.full(len(TRIANGLE), -LOAD))
+    commanded = replace(path, command=path.motor_position)
+    ideal = Model(actuator=NamedValues(name="ideal", values={"gain": 4.2}))
+    for recording, model in ((commanded, model_of({})), (path, ideal)):
+        with pytest.raises(InvalidRecording, match="go together"):
+            replay([recording], model)
+    with pytest.raises(InvalidModelFile, match="no place for 'voltage_sag'"):
+        replay([path], model_of({"voltage_sag": {"sag": 0.1}}))
+    with pytest.raises(InvalidModelFile, match="one joint and one tendon"):
+        replay([replace(path, bench="finger")], model_of({}))
+
+
+def test_a_path_needs_what_is_compared() -> None:
+    """Without the joint's angle nothing could be compared with a simulation."""
+    with pytest.raises(InvalidRecording, match="force and joint_angle must be there"):
+        replace(led(TRIANGLE, -TRIANGLE), joint_position=None)
+
+
+def test_a_path_under_a_load_is_written_and_read_back(tmp_path: Path) -> None:
+    """A CSV file keeps the joint's angle and load to the bit."""
+    recording = run(model_of({}))
+    write_csv(tmp_path / "led.csv", recording)
+    again = read_csv(tmp_path / "led.csv", bench=recording.bench)
+    assert again.driven_by == "path"
+    assert np.array_equal(again.compared_angle, recording.compared_angle)
+    assert again.joint_load is not None
+    assert np.array_equal(again.joint_load, np.full(len(TRIANGLE), -LOAD))
