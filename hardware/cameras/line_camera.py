@@ -15,6 +15,8 @@ from hardware.load_cells.framing import LineSplitter, crc8
 LINE = re.compile(rb"B,(\d{1,10}),(\d{1,8}),(-?\d{1,7}),(-?\d{1,7}),(-?\d{1,7})\*([0-9A-Fa-f]{2})")
 BAUD = 115_200
 """Rate of the port [1/s]; 30 lines of 60 bytes are an eighth of it."""
+GAP_MAX = 300
+"""Frames that may be missing between two lines [1]: ten seconds of a ball that nobody saw."""
 
 
 class LineCamera:
@@ -30,6 +32,7 @@ class LineCamera:
         self._stream = SerialStream(port, baud=BAUD, clock=own) if isinstance(port, str) else port
         self._splitter = LineSplitter()
         self._last = -1
+        self._astray: int | None = None
 
     def open(self) -> None:
         """Start to listen.
@@ -59,10 +62,19 @@ class LineCamera:
         return [sighting for sighting in found if sighting is not None and self._follows(sighting)]
 
     def _follows(self, sighting: Sighting) -> bool:
-        """Keep a sighting unless its frame was before the last one's."""
-        newer = sighting.sequence > self._last
-        self._last = max(self._last, sighting.sequence)
-        return newer
+        """Keep a sighting whose frame comes after the last one's.
+
+        A number that does not is a broken line, or the first of a camera's program that has begun
+        anew: the next line tells.
+        """
+        number, before = sighting.sequence, self._astray
+        self._astray = None
+        anew = before is not None and 0 < number - before <= GAP_MAX
+        if not anew and not 0 < number - self._last <= GAP_MAX:
+            self._astray = number
+            return False
+        self._last = number
+        return True
 
 
 def read_line(line: bytes, arrived: float) -> Sighting | None:

@@ -16,8 +16,9 @@ FIRST_LOOK = 1.0
 """Time in which a camera looks at the ball in its cup before a run [s]: its noise averages out."""
 FRAMES_MIN = 10
 """Sightings that this takes."""
-BLIND = 0.3
-"""Age of a sighting beyond which the ball is nowhere to be seen [s]: nine frames at 30 Hz."""
+BLIND = 0.4
+"""Age of a frame beyond which the ball is nowhere to be seen [s]: nine frames at 30 Hz, and 0.1 s
+on the way."""
 AGREEING = 2
 """Sightings in a row that say the same before the ball counts as lost."""
 OPENING = 2.0
@@ -48,6 +49,7 @@ class BallWatch:
         self._camera: Camera = bench.camera
         self._distance = task.drop_distance
         self._start: Place = (0.0, 0.0, 0.0)
+        self._noisy = True
         self._seen: deque[Sighting] = deque(maxlen=AGREEING)
         self._since: float | None = None
         self._inside = 0.0
@@ -74,12 +76,14 @@ class BallWatch:
         clock = self._bench.clock
         self._camera.open()
         clock.sleep_until(clock.now() + FIRST_LOOK)
-        seen = self._camera.drain()
+        seen = [each for each in self._camera.drain() if clock.now() - each.exposed < FIRST_LOOK]
         if len(seen) < FRAMES_MIN:
             raise BallNotSeen(
                 f"the camera must see the ball in its cup {FRAMES_MIN} times in "
                 f"{FIRST_LOOK:g} s before a run; it saw the ball {len(seen)} times"
             )
+        # one that rounds its places may well tell the same one for a while
+        self._noisy = len({sighting.place for sighting in seen}) > 0.5 * len(seen)
         x, y, z = np.mean([sighting.place for sighting in seen], axis=0).tolist()
         self._start = (x, y, z)
         self._seen.append(seen[-1])
@@ -92,11 +96,15 @@ class BallWatch:
         """Take in what the camera has told since the last tick."""
         now = self._bench.clock.now()
         for sighting in self._camera.drain():
-            self._seen.append(sighting)
+            frozen = self._noisy and sighting.place == self._seen[-1].place
+            if not frozen and now - sighting.exposed <= BLIND:
+                self._seen.append(sighting)
             if log is not None:
                 log.ball(sighting.exposed, sighting.arrived, *self._away(sighting))
-        if now - self._seen[-1].arrived > BLIND or all(map(self._outside, self._seen)):
-            self._lose(now)
+        if now - self._seen[-1].exposed > BLIND:
+            self._lose(now, "The camera does not see the ball: put it back, or look at the camera.")
+        elif all(map(self._outside, self._seen)):
+            self._lose(now, "The ball has left its cup: put it back between open fingers.")
         elif self._since is not None and now - self._inside > SETTLED:
             self._since = None
             self._operator.tell("The ball is back in its cup: the policy goes on.")
@@ -110,14 +118,14 @@ class BallWatch:
     def _outside(self, sighting: Sighting) -> bool:
         return dist(sighting.place, self._start) > self._distance
 
-    def _lose(self, now: float) -> None:
-        """Note that the ball is out of its cup now."""
+    def _lose(self, now: float, told: str) -> None:
+        """Note that the ball is out of its cup now, or might be, and tell the operator."""
         self._inside = now
         if self._since is None:
             self._since = now
             self._put_back = False
             self.drops += 1
-            self._operator.tell("The ball has left its cup: put it back between open fingers.")
+            self._operator.tell(told)
 
     def _help(self, now: float) -> None:
         """Put the ball of a virtual bench back once the fingers have had time to open."""

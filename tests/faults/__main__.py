@@ -22,6 +22,7 @@ from hardware.servos import SERVOS
 from hardware.servos.families import FAMILIES
 from hardware.virtual_bench import VirtualPorts
 from tendon_newton.data.files.origin import git_commit
+from tests.faults.camera import CAMERA
 from tests.faults.cases import CASES, moments
 from tests.faults.collecting import COLLECTING
 from tests.faults.kill import HARMS, WAYS, Release, released
@@ -68,6 +69,8 @@ def examinations(runs: int) -> Iterator[tuple[str, Examination]]:
     for name, case in COLLECTING.items():
         target = "off" if case.said else "goes on"
         yield f"collect, {name}: {target}", lambda k, case=case: case.examine(when[k])
+    for name, fault in CAMERA.items():
+        yield f"{name}: {'lost' if fault.lost else 'goes on'}", fault.examine
     for name, run in OUTSIDE.items():
         yield name, run
 

@@ -6,6 +6,7 @@ Faults of a deployment stand in ``tests/hardware/deploy/test_rules_on_a_bench.py
 
 import pytest
 
+from tests.faults.camera import CAMERA
 from tests.faults.collecting import COLLECTING
 from tests.faults.outside import OUTSIDE
 from tests.faults.soak import soak
@@ -15,6 +16,12 @@ from tests.faults.soak import soak
 def test_a_fault_ends_a_recording_in_time(name: str) -> None:
     """The motor is off, and the reason names the load cell; a spike ends nothing."""
     COLLECTING[name].examine(0.3)
+
+
+@pytest.mark.parametrize("name", CAMERA)
+def test_a_camera_is_believed_where_it_is_right(name: str) -> None:
+    """Silent, frozen and old frames lose the ball; one wrong line or a fresh start does not."""
+    CAMERA[name].examine(0)
 
 
 @pytest.mark.parametrize("name", OUTSIDE)
