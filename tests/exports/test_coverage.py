@@ -31,12 +31,13 @@ BAR = (1e3 * ANGLE, FORCE)  # mrad, N
 
 
 def coverage_table() -> str:
-    """Return what every target says of every effect, in Markdown."""
-    lines = [f"| effect | {' | '.join(COLUMNS)} |", "|---|" + "---|" * len(COLUMNS)]
+    """Return what every target says of every effect, in Markdown; equal rows are one."""
+    same: dict[str, list[str]] = {}
     for effect in EFFECTS:
-        cells = [WORDS[column[effect]] for column in COLUMNS.values()]
-        lines.append(f"| {effect} | {' | '.join(cells)} |")
-    return "\n".join(lines)
+        cells = " | ".join(WORDS[column[effect]] for column in COLUMNS.values())
+        same.setdefault(cells, []).append(effect)
+    lines = [f"| effect | {' | '.join(COLUMNS)} |", "|---|" + "---|" * len(COLUMNS)]
+    return "\n".join([*lines, *(f"| {', '.join(names)} | {row} |" for row, names in same.items())])
 
 
 @pytest.mark.parametrize("target", EXPORTS)
