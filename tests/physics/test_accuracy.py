@@ -47,3 +47,8 @@ def test_the_default_step_leaves_a_tenth_of_the_noise_on_all_commands(shared: Pa
     """On every public challenge."""
     for folder in sorted((shared / "challenges").glob("c???")):
         check(folder)
+
+
+def test_the_default_step_leaves_a_tenth_of_the_noise_of_the_bundled_recordings() -> None:
+    """Eight recordings of a finger and two springs that come with the program."""
+    check(Path(__file__).parents[2] / "examples" / "hidden_friction")
