@@ -92,9 +92,9 @@ def actuators() -> str:
     for kind, actuator in ACTUATORS.items():
         if actuator.parameters:
             table = rows(
-                ("key", "unit", "typical", "range", "where the range comes from"),
+                ("key", "unit", "typical", "range"),
                 (
-                    [f"`{p.name}`", p.unit, number(p.nominal), span(p), p.source + may_lack(p)]
+                    [f"`{p.name}`", p.unit, number(p.nominal), span(p) + may_lack(p)]
                     for p in actuator.parameters
                 ),
             )
