@@ -1,0 +1,1 @@
+"""Logs of five strangers, and what the documented commands make of them."""

@@ -1,0 +1,116 @@
+"""Machines of strangers, integrated here; the laws are Newton's and those of a text book.
+
+No code is shared with the simulator, and no number with an asset that comes along.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from tests.planted.owners.strings import Array
+
+STEP = 1e-4  # [s]
+GRAVITY = 9.81  # [m/s^2]
+COUNT = 2.0 * np.pi / 4096.0  # [rad] of an encoder
+Law = Callable[[float, float, float], float]
+"""Position, speed and the drive's force -> a force."""
+
+
+class FixedArms:
+    """Strings over pulleys: moment arms that do not change.
+
+    Args:
+        arms: Of every string at every joint [m], shape (S, J).
+    """
+
+    def __init__(self, arms: Array) -> None:
+        self.arms = self.taken = arms
+
+    def at(self, q: Array) -> tuple[Array, Array]:
+        """Return excursions [m], shape (B, S), and arms [m], (B, S, J)."""
+        return q @ self.arms.T, np.broadcast_to(self.arms, (len(q), *self.arms.shape))
+
+
+def one_body(
+    command: Array,
+    period: float,
+    stiffness: float,
+    inertia: float,
+    resistance: Law,
+    limit: Law,
+    start: float = 0.0,
+) -> tuple[Array, Array]:
+    """Move one body by a drive that follows positions, behind dry friction that sticks exactly.
+
+    Args:
+        command: Held for a row each, shape (T,).
+        period: Time of a row [s].
+        stiffness: Force for a unit of position error.
+        inertia: Mass [kg] or moment [kg m^2].
+        resistance: What opposes the drive besides dry friction.
+        limit: Greatest dry friction.
+        start: Position at rest.
+
+    Returns:
+        Position, and what friction leaves of the drive's force, row by row.
+    """
+    x, v, every = start, 0.0, round(period / STEP)
+    rows = np.zeros((2, len(command)))
+    for k in range(len(command) * every):
+        force = stiffness * (command[k // every] - x)
+        push, most = force - resistance(x, v, force), limit(x, v, force)
+        sign = np.sign(v) if v != 0.0 else np.sign(push)
+        free = v + STEP * (push - most * sign) / inertia
+        stuck = (v == 0.0 and abs(push) < most) or free * v < 0.0
+        if k % every == 0:
+            rows[:, k // every] = x, resistance(x, v, force) if stuck else force - most * sign
+        v = 0.0 if stuck else free
+        x += STEP * v
+    return rows[0], rows[1]
+
+
+def position_servo(
+    command: Array,
+    period: float,
+    delay: float = 0.0,
+    lag: float = 0.0,
+    play: float = 0.0,
+    offset: float = 0.0,
+    speed: float = np.inf,
+) -> Array:
+    """Move a shaft that carries nothing to speak of [rad], shape (T,).
+
+    Args:
+        command: Held for a row each [rad], shape (T,).
+        period: Time of a row [s].
+        delay: Time in which the servo hears nothing [s].
+        lag: Time constant [s].
+        play: Width of the gear's play [rad].
+        offset: By how much the encoder reads too high [rad].
+        speed: Greatest speed [rad/s].
+    """
+    step = period / 40
+    heard = np.r_[np.full(round(delay / step), command[0]), np.repeat(command, 40)]
+    drive = shaft = command[0]
+    rows = np.zeros(len(command))
+    for k in range(40 * len(command)):
+        if k % 40 == 0:
+            rows[k // 40] = shaft
+        change = (heard[k] - drive) * (1.0 - np.exp(-step / lag) if lag > 0.0 else 1.0)
+        drive += np.clip(change, -speed * step, speed * step)
+        shaft = min(max(shaft, drive - play / 2.0), drive + play / 2.0)
+    return rows + offset
+
+
+def random_steps(
+    rng: np.random.Generator, low: float, high: float, rows: int, held: tuple[int, int]
+) -> Array:
+    """Draw levels, each held for some rows, shape (T,)."""
+    levels = rng.uniform(low, high, rows)
+    return np.repeat(levels, rng.integers(*held, rows))[:rows]
+
+
+def sine(rng: np.random.Generator, low: float, high: float, rows: int, turns: float) -> Array:
+    """Swing over a range so many times, beginning at its middle, shape (T,)."""
+    phase = 2.0 * np.pi * turns * np.arange(rows) / rows
+    return 0.5 * (low + high) + 0.5 * (high - low) * np.sin(phase + rng.uniform(0.0, 0.3))
