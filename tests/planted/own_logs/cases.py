@@ -173,7 +173,7 @@ spool_radius = 1.0
 
 
 JOINTS: Mapping[str, Mapping[str, float]] = {
-    "shoulder_pan": {"delay": 0.060},
+    "shoulder_pan": {"delay": 0.060, "lag": 0.030},
     "shoulder_lift": {"lag": 0.080},
     "elbow_flex": {"play": 0.060},
     "wrist_flex": {"offset": 0.050},

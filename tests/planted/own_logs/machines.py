@@ -94,11 +94,11 @@ def position_servo(
     drive = shaft = command[0]
     rows = np.zeros(len(command))
     for k in range(40 * len(command)):
-        if k % 40 == 0:
-            rows[k // 40] = shaft
         change = (heard[k] - drive) * (1.0 - np.exp(-step / lag) if lag > 0.0 else 1.0)
         drive += np.clip(change, -speed * step, speed * step)
         shaft = min(max(shaft, drive - play / 2.0), drive + play / 2.0)
+        if k % 40 == 0:  # just after the row's command took effect
+            rows[k // 40] = shaft
     return rows + offset
 
 
