@@ -65,11 +65,11 @@ def arm(kept: Records) -> tuple[str, str]:
 
 
 def units(kept: Records) -> tuple[str, str]:
-    """Return the squared error that a diagnosis removes on virtual benches."""
-    rows = kept["units"].figures
-    before, after = ([row[f"angle_{when}_mrad"] for row in rows] for when in ("before", "after"))
-    removed = about([row["removed"] for row in rows], 0)
-    return f"{removed} %", f"angle: {mean(before):.0f} to {mean(after):.0f} mrad RMS"
+    """Return the squared error that a diagnosis removes on virtual benches, and its names."""
+    rows = kept["units"].figures["units"]
+    names = [name["in_plant"] for row in rows for name in row["named"]]
+    gone = about([100.0 * row["gone"] for row in rows], 0)
+    return f"{gone} %", f"{sum(names)} of {len(names)} names are in the plant"
 
 
 def ball(kept: Records) -> tuple[str, str]:
@@ -173,16 +173,15 @@ def mechanics(record: Record, worlds: Sequence[int]) -> str:
 
 def unit_rows(kept: Records) -> str:
     """Return what a diagnosis makes of each virtual unit."""
-    heads = ("unit", "squared error gone", "motor angle [mrad]", "force [N]", "time [s]")
+    heads = ("unit", "squared error gone", "named; not in the plant in brackets", "time")
     rows = (
         (
             row["unit"],
-            f"{row['removed']} %",
-            f"{row['angle_before_mrad']} to {row['angle_after_mrad']}",
-            f"{row['force_before_n']} to {row['force_after_n']}",
-            row["seconds"],
+            f"{100.0 * row['gone']:.0f} %",
+            ", ".join(n["name"] if n["in_plant"] else f"({n['name']})" for n in row["named"]),
+            f"{row['seconds']['diagnose']:.0f} s",
         )
-        for row in kept["units"].figures
+        for row in kept["units"].figures["units"]
     )
     return table(heads, rows)
 
