@@ -177,10 +177,20 @@ MUTATIONS: tuple[Mutation, ...] = (
     ),
     Mutation(
         name="gear-on-the-motors-side",
-        file="tendon_newton/simulation/tendons/pipeline.py",
+        file="tendon_newton/law/gear.py",
         old="probe = tendon.carried",
         new="probe = motor[0]",
         tests=f"{FIRMWARE} falling",
+    ),
+    *(
+        Mutation(
+            name=f"string-drives-its-spool-in-{engine}",
+            file="tendon_newton/law/spool.py",
+            old="Jet(motor[0] - taken",
+            new="Jet(motor[0] + taken",
+            tests=f"tests/exports/test_one_law.py -k {engine}",
+        )
+        for engine in ("rollout", "mujoco", "newton")
     ),
     Mutation(
         name="overload-never-ends",

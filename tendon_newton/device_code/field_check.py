@@ -35,7 +35,7 @@ def field_uses(
         is_struct: Whether a value is the declaration of a struct.
     """
     function = syntax_of(template)
-    structs = _structs_of(function, template.__globals__, is_struct)
+    structs = structs_of(function, template.__globals__, is_struct)
     uses = []
     for node in ast.walk(function):
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
@@ -65,7 +65,7 @@ def check_fields(template: Callable[..., Any], is_struct: Callable[[Any], bool])
             )
 
 
-def _structs_of(
+def structs_of(
     function: ast.AST, scope: dict[str, Any], is_struct: Callable[[Any], bool]
 ) -> dict[str, type]:
     """Return the struct of each variable: as annotated, as made, as returned, or as copied."""

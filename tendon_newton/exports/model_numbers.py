@@ -1,13 +1,17 @@
 """Numbers of a model as programs with a servo, a spool and a string ask for them."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+
+import numpy as np
 
 from tendon_newton.actuators import find_actuator
 from tendon_newton.data.model_file import Model
 from tendon_newton.effects import EFFECTS, find_effect
 from tendon_newton.errors import InvalidModelFile
 from tendon_newton.exports.base import Coverage
+from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import Tendon
 from tendon_newton.simulation.model.parameter_table import ParameterTable, spool_radius_of
 from tendon_newton.simulation.model.structure import in_catalogue_order
@@ -81,6 +85,16 @@ def spool_of(tendon: Tendon, model: Model) -> float:
     radius = spool_radius_of(model)
     nominal = tendon.spool_radius if radius is None else radius
     return nominal * number(model, "spool_radius_error", "scale")
+
+
+def command_span(mechanism: Mechanism) -> tuple[float, float]:
+    """Return motor angles [rad] between which a bench moves without leaning on its stops."""
+    tendon = mechanism.tendons[0]
+    if not all(math.isfinite(joint.limits[1]) for joint in mechanism.joints):
+        return (-0.5, 0.5)
+    upper = np.array([joint.limits[1] for joint in mechanism.joints])
+    reach = float(np.abs(tendon.moment_arm) @ upper)
+    return (0.0, 1.5 * reach / tendon.spool_radius)
 
 
 def angle_shift(tendon: Tendon, model: Model, offset: float) -> float:

@@ -1,12 +1,30 @@
 """The force network of a learned actuator as a file for programs without torch."""
 
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from tendon_newton.actuators import find_actuator
 from tendon_newton.data.model_file import Model
-from tendon_newton.exports.mujoco.program import NetworkFacts
 
 NETWORK_FILE = "network.onnx"
+
+
+@dataclass(frozen=True, kw_only=True)
+class NetworkFacts:
+    """What a program must know to ask a force network."""
+
+    file: str
+    """Name of the ONNX file beside the program."""
+    rate: float
+    """How often it is asked [Hz]."""
+    window: int
+    streaming: bool
+
+    @property
+    def row(self) -> dict[str, Any]:
+        """These facts as a program has them."""
+        return {"file": self.file, "asked": (self.rate, self.window, self.streaming)}
 
 
 def exported_network(folder: Path, model: Model) -> tuple[NetworkFacts | None, Model]:

@@ -17,8 +17,8 @@ from tendon_newton.device_code.templates import device_template
 from tendon_newton.simulation.dynamics.contact_states import choose_contact_states
 from tendon_newton.simulation.kernels.acting_command import just_after_row, log_of
 from tendon_newton.simulation.kernels.history_kernels import all_present, servo_sample, with_held
-from tendon_newton.simulation.tendons.pipeline import excursion, flow_at
 from tendon_newton.simulation.tendons.routes import located, tendon_arms
+from tendon_newton.simulation.tendons.states import excursion, flow_at
 
 
 @device_template

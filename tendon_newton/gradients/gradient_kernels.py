@@ -41,6 +41,7 @@ from tendon_newton.device_code.structs import (
 )
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.gradients.substep_kernels import with_command
+from tendon_newton.law.spool import SETTLED
 from tendon_newton.simulation.dynamics.contact_states import (
     SWEEPS,
     choose_contact_states,
@@ -53,13 +54,11 @@ from tendon_newton.simulation.dynamics.sensors import tensions_in
 from tendon_newton.simulation.dynamics.settling import (
     AS_MEASURED,
     GUIDE_STIFFNESS,
-    SETTLED,
     frictionless_forces,
     measured_speed,
     resting_contact_states,
 )
 from tendon_newton.simulation.kernels.acting_command import in_row, just_after_row, log_of
-from tendon_newton.simulation.tendons.pipeline import excursion, flow_at
 from tendon_newton.simulation.tendons.routes import (
     located,
     placed,
@@ -68,6 +67,7 @@ from tendon_newton.simulation.tendons.routes import (
     row_bow,
     tendon_arms,
 )
+from tendon_newton.simulation.tendons.states import excursion, flow_at
 from tendon_newton.simulation.tendons.world_drive import world_drive
 
 NUDGE = 1.0e-6

@@ -29,8 +29,8 @@ from tendon_newton.simulation.hosts.control_loop import ControlLoop
 from tendon_newton.simulation.hosts.replay import rollout_of
 from tendon_newton.simulation.hosts.rollout import Trajectory
 from tendon_newton.simulation.model.assembly import assemble
-from tendon_newton.simulation.tendons.pipeline import flow_at
 from tendon_newton.simulation.tendons.routes import located
+from tendon_newton.simulation.tendons.states import flow_at
 from tendon_newton.simulation.tendons.world_drive import world_drive
 from tests.physics.learned.networks import force_network, write_force_network
 from tests.physics.runs import RADIUS, led, run_of, stairs

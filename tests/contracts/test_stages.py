@@ -13,13 +13,14 @@ from tendon_newton.device_code.structs import Joint, Tendon
 from tendon_newton.device_code.templates import Bindings, Specialiser, device_template
 from tendon_newton.effects import EFFECTS, Stage
 from tendon_newton.errors import InvalidDeviceCode
+from tendon_newton.law import gear, servo, spool, string
 from tendon_newton.simulation.dynamics import sensors
 from tendon_newton.simulation.kernels import history_kernels
 from tendon_newton.simulation.model.stage_fields import KNOWN_IN, check_stage
-from tendon_newton.simulation.tendons import pipeline, spools
+from tendon_newton.simulation.tendons import spools, states
 from tests.stage_table import CONTRIBUTING, with_table
 
-CALLERS = (pipeline, sensors, spools, history_kernels)
+CALLERS = (servo, gear, string, spool, states, sensors, spools, history_kernels)
 """Modules whose functions hand a tendon to the effects of a stage."""
 GIVEN = {Stage.STRETCH, Stage.ANGLE, Stage.ENCODER, *KNOWN_IN["error"]}
 """Stages of a tendon."""
@@ -102,7 +103,7 @@ def test_all_other_fields_have_their_value_from_the_start(
     declared: type, maker: str, name: str, late: set[str]
 ) -> None:
     """The function that describes a tendon, or a joint, writes every field but the late ones."""
-    (function,) = (f for f in functions_of(pipeline) if f.name == maker)
+    (function,) = (f for f in functions_of(states) if f.name == maker)
     assert written_fields(function, name) == set(declared.__annotations__) - late
 
 
@@ -120,8 +121,11 @@ def known_at(function: ast.FunctionDef, call: ast.Call, name: str) -> set[str]:
         if not isinstance(node, ast.Assign) or node.lineno >= call.lineno:
             continue
         target = node.targets[0]
-        if isinstance(target, ast.Name) and isinstance(node.value, ast.Name):
-            copied = node.value.id
+        value = node.value
+        if isinstance(value, ast.Call) and getattr(value.func, "id", "") == "on_side":
+            value = value.args[0]
+        if isinstance(target, ast.Name) and isinstance(value, ast.Name):
+            copied = value.id
             if target.id == name and copied != name:
                 known[name] = known_at(function, call_at(node), copied)
         if isinstance(target, ast.Attribute) and isinstance(target.value, ast.Name):

@@ -5,7 +5,7 @@ from typing import Any
 
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array
-from tendon_newton.exports.mujoco.program import literal
+from tendon_newton.exports.linking import literal
 from tendon_newton.exports.networks.files import Scales, write_torchscript
 from tendon_newton.exports.networks.students import RATE, fit_mlp, lessons_of
 from tendon_newton.exports.networks.target import MLP_STEPS

@@ -12,6 +12,7 @@ from tendon_newton.data.recording import Recording
 from tendon_newton.effects import EFFECTS
 from tendon_newton.exports.base import Exported, ExportTarget
 from tendon_newton.exports.model_numbers import (
+    command_span,
     coverage_of,
     not_exact,
     number,
@@ -24,8 +25,8 @@ from tendon_newton.exports.mujoco.mjcf_servo import (
     add_servo,
     replay_file,
 )
-from tendon_newton.exports.mujoco.program import NetworkFacts, program_text, servo_numbers
-from tendon_newton.exports.network_export import NETWORK_FILE, exported_network
+from tendon_newton.exports.mujoco.program import program_text, servo_numbers
+from tendon_newton.exports.network_export import NETWORK_FILE, NetworkFacts, exported_network
 from tendon_newton.exports.written_program import load_program, rows_of, trajectory_of
 from tendon_newton.mechanisms.authoring.mujoco_file import (
     mujoco_spec,
@@ -85,7 +86,7 @@ def write_mujoco_target(folder: Path, mechanism: Mechanism, model: Model) -> Exp
         model,
         servo_numbers(mechanism, model, signs, offsets),
         title=f"The bench {mechanism.name} with its identified servo, stepped in MuJoCo.",
-        span=command_span(mechanism, model),
+        span=command_span(mechanism),
         network=network,
     )
     write_text(program, text)
@@ -160,24 +161,13 @@ def change_mechanism(spec: Any, mechanism: Mechanism, model: Model) -> None:
         body.inertia = body.inertia * heavier
 
 
-def command_span(mechanism: Mechanism, model: Model) -> tuple[float, float]:
-    """Return motor angles [rad] between which a bench moves without leaning on its stops."""
-    tendon = mechanism.tendons[0]
-    if not all(math.isfinite(joint.limits[1]) for joint in mechanism.joints):
-        return (-0.5, 0.5)
-    upper = np.array([joint.limits[1] for joint in mechanism.joints])
-    reach = float(np.abs(tendon.moment_arm) @ upper)
-    return (0.0, 1.5 * reach / tendon.spool_radius)
-
-
 def replay_program(folder: Path, recording: Recording) -> Trajectory:
     """Replay a recording with the written program, as its user would."""
     program = load_program(folder / PROGRAM_FILE)
     mujoco = newton_s_mujoco()
     mj_model = mujoco.MjModel.from_xml_path(str(folder / MODEL_FILE))
     hook = program.make_hook(mj_model, mujoco.MjData(mj_model))
-    found = program.replay(hook, rows_of(recording))
-    return trajectory_of(recording, {**found, "angle": found["theta"], "rate": found["theta_dot"]})
+    return trajectory_of(recording, program.replay(hook, rows_of(recording)))
 
 
 def replay_alone(

@@ -19,12 +19,7 @@ from tendon_newton.device_code.placeholders import (
     real,
 )
 from tendon_newton.device_code.slots import (
-    duty_memory,
     encoder_effects,
-    error_memory,
-    motor_force_memory,
-    spool_force_memory,
-    tension_memory,
     transmission_effects,
 )
 from tendon_newton.device_code.structs import Tendon
@@ -37,23 +32,17 @@ from tendon_newton.exports.newton.grips import (
     rebent,
 )
 from tendon_newton.exports.newton.spools import (
-    DRAWS,
-    on_side,
     resting_lead,
     seen,
     spool_speed,
     string_tension,
 )
 from tendon_newton.exports.newton.structs import Answer, Bench, Kept
-from tendon_newton.simulation.tendons.pipeline import (
-    gear_line,
-    passed_share,
-    servo_flow,
-    tendon_flow,
-)
+from tendon_newton.law.gear import gear_line, passed_share
+from tendon_newton.law.servo import on_side, servo_flow
+from tendon_newton.law.spool import SETTLED
+from tendon_newton.law.string import renewed_memory, tendon_flow
 
-SETTLED = 1.0e9
-"""Time [s] after which every internal state has come to rest."""
 RELAXATIONS = 3
 """How often memories and spool are brought to rest in turn."""
 
@@ -61,17 +50,11 @@ RELAXATIONS = 3
 @device_template
 def renewed_on(tendon: Tendon, p: ParameterVector, side: real) -> MemoryVector:
     """Return what the effects remember of a tendon that slid on a side."""
-    sliding = on_side(tendon, side)
-    flow = tendon_flow(sliding, p)
-    memory = error_memory(flow.error, sliding, p, tendon.memory)
-    memory = duty_memory(flow.duty, sliding, p, memory)
-    memory = motor_force_memory(flow.motor_force, sliding, p, memory)
-    memory = spool_force_memory(flow.spool_force, sliding, p, memory)
-    return tension_memory(flow.tension, sliding, p, memory)
+    return renewed_memory(on_side(tendon, side), p, tendon.memory)
 
 
 @device_template
-def renewed_memory(tendon: Tendon, p: ParameterVector, share: real) -> MemoryVector:
+def memory_between(tendon: Tendon, p: ParameterVector, share: real) -> MemoryVector:
     """Return what the effects remember between two sides."""
     inward = renewed_on(tendon, p, real(1.0))
     outward = renewed_on(tendon, p, real(-1.0))
@@ -125,8 +108,8 @@ def answered(tendon: Tendon, p: ParameterVector, before: Kept, bench: Bench) -> 
     past.elapsed = bench.step
     past.command = before.command
     past.acceleration = (rate - before.speed) / bench.step
-    here.memory = renewed_memory(past, p, before.share)
-    if wp.static(HAS_ROTOR):
+    here.memory = memory_between(past, p, before.share)
+    if wp.static(HAS_ROTOR and not FREE_SPOOL):
         driven = servo_flow(on_side(here, real(0.0)), p)
         driving = driven.motor_force
         here.carried = driving[0] - bench.rotor * past.acceleration
@@ -142,14 +125,13 @@ def answered(tendon: Tendon, p: ParameterVector, before: Kept, bench: Bench) -> 
         kept.wound_rate = spool_speed(here, p, out.tension, bench)
         kept.wound = before.wound + bench.step * kept.wound_rate
         out.spool_change = (kept.wound_rate - rate) / bench.step
-        loaded = real(wp.max(out.tension, real(DRAWS)))
         way = real(1.0)
         if rate + kept.wound_rate < real(0.0):  # what rests begins to slide in this step
             way = real(-1.0)
         sliding = on_side(here, way)
         flow = servo_flow(sliding, p)
         sliding.error = tendon.command - flow.angle[0]
-        gear = gear_line(loaded, sliding, p)
+        gear = gear_line(out.tension, sliding, p)
         out.tension_gain = gear[1]
         if gear[1] == real(0.0) and lead >= real(0.0):  # inside a gap the string is all that moves
             out.tension = real(0.0)

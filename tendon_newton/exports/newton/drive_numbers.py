@@ -10,10 +10,11 @@ from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array
 from tendon_newton.errors import InvalidModelFile
 from tendon_newton.exports.model_numbers import (
+    command_span,
     number,
     spool_of,
 )
-from tendon_newton.exports.mujoco.program import NetworkFacts
+from tendon_newton.exports.network_export import NetworkFacts
 from tendon_newton.exports.newton.path import SWING, TendonPath
 from tendon_newton.exports.newton.prims import (
     LONGEST_STEP,
@@ -21,6 +22,7 @@ from tendon_newton.exports.newton.prims import (
     gearing_of,
 )
 from tendon_newton.exports.newton.program import DriveNumbers
+from tendon_newton.law.spool import LEAST_ROTOR
 from tendon_newton.mechanisms.authoring.mujoco_file import mujoco_spec, newton_s_mujoco
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.geometry.parts import Tendon, moment_arms
@@ -28,8 +30,6 @@ from tendon_newton.simulation.model.parameter_table import spool_radius_of
 
 DAMPED_SHARE = 0.3
 """Share of a mechanism's momentum [1] that a servo's damping may take in one step."""
-LEAST_ROTOR = 1.0e-8
-"""Inertia [kg m2] of the smallest rotor."""
 POSES = 3
 """Poses of each joint at which its inertia is looked at."""
 
@@ -58,9 +58,6 @@ def drive_numbers(
         raise InvalidModelFile("A bench for Newton must have strings or shafts, not both.")
     rows = zip(mechanism.tendons, paths, strict=True)
     joint_inertias = [least_inertia(corrected, row) for row in np.eye(len(corrected.joints))]
-    asked = None
-    if network is not None:
-        asked = {"file": network.file, "asked": [network.rate, network.window, network.streaming]}
     return DriveNumbers(
         tendons=[tendon_row(corrected, tendon, path, model) for tendon, path in rows],
         joints=[
@@ -84,7 +81,8 @@ def drive_numbers(
         delay=number(model, "command_delay", "delay"),
         step=step,
         period=number(model, "sample_period_error", "scale"),
-        network=asked,
+        span=command_span(mechanism),
+        network=network,
     )
 
 

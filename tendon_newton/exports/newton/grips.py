@@ -9,6 +9,7 @@ from tendon_newton.device_code.slots import speed_effects
 from tendon_newton.device_code.structs import Joint, Tendon
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.exports.newton.structs import Bench, Kept
+from tendon_newton.law.spool import UNBOUNDED
 
 GRIP = 0.3
 """Turns [rad] that a stiff spring's oscillation may take in one step."""
@@ -16,8 +17,6 @@ GRIP_DAMPING = 0.42
 """Share of an inertia's momentum [1] that its damper takes in one step: seven tenths critical."""
 OUTRUN = 4.0
 """What a motor at its greatest speed holds against, in shares of its greatest force [1]."""
-UNBOUNDED = 1.0e30
-"""A stiffness or speed without end."""
 STUCK = 1.0e-3
 """Share of its span [1] by which friction that sticks is away from sliding."""
 

@@ -1,56 +1,43 @@
-"""The Python file beside an exported bench: a drive for Newton with the model's own device code."""
+"""The Python file beside an exported bench: a drive for Newton with the model's own law."""
 
-from __future__ import annotations
-
-import inspect
-import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from importlib.resources import files
+from dataclasses import dataclass
 from typing import Any
 
-from tendon_newton.actuators import find_actuator
 from tendon_newton.data.model_file import Model
-from tendon_newton.device_code import slots, structs
-from tendon_newton.effects import Effect, Stage, find_effect
-from tendon_newton.exports.carried_code import CarriedCode
-from tendon_newton.exports.mujoco.program import literal, literal_rows, without_effects
-from tendon_newton.exports.newton import device, grips
-from tendon_newton.exports.newton.structs import Answer, Bench, Kept
-from tendon_newton.simulation.model.parameter_table import ParameterTable
-from tendon_newton.simulation.model.structure import in_catalogue_order
-from tendon_newton.simulation.tendons import pipeline
+from tendon_newton.exports.linking import Linker, Text
+from tendon_newton.exports.model_law import ModelLaw
+from tendon_newton.exports.network_export import NetworkFacts
+from tendon_newton.exports.newton import drive, drive_types
+from tendon_newton.exports.runtime import facts, networks, rows
 
-TEMPLATE = "drive.template"
-STAGES: dict[Stage, Any] = {
-    Stage.RADIUS: slots.radius_effects,
-    Stage.STRING: slots.string_effects,
-    Stage.SPEED: slots.speed_effects,
-    Stage.STRETCH: slots.stretch_effects,
-    Stage.ANGLE: slots.angle_effects,
-    Stage.ERROR: slots.error_effects,
-    Stage.DUTY: slots.duty_effects,
-    Stage.MOTOR_FORCE: slots.motor_force_effects,
-    Stage.SPOOL_FORCE: slots.spool_force_effects,
-    Stage.TENSION: slots.tension_effects,
-    Stage.TRANSMISSION: slots.transmission_effects,
-    Stage.ENCODER: slots.encoder_effects,
-    Stage.SPRING: slots.spring_effects,
-    Stage.DAMPING: slots.damping_effects,
-    Stage.JOINT_FRICTION: slots.joint_friction_effects,
-}
-"""Stages that a drive has, with the functions that call their effects."""
-MEMORIES: dict[Stage, Any] = {
-    Stage.ERROR: slots.error_memory,
-    Stage.DUTY: slots.duty_memory,
-    Stage.MOTOR_FORCE: slots.motor_force_memory,
-    Stage.SPOOL_FORCE: slots.spool_force_memory,
-    Stage.TENSION: slots.tension_memory,
-    Stage.SPRING: slots.spring_memory,
-}
-"""Stages after which a drive's effects renew what they remember."""
-STRUCTS = (structs.Tendon, structs.Joint, structs.Flow, Kept, Bench, Answer)
-MARK = re.compile(r"\{\{(\w+)\}\}")
+MODULES = (drive_types, networks, drive, rows)
+"""Modules of the program, in the order in which they are joined."""
+DOCSTRING = """An identified tendon servo as a drive for Newton's actuators.
+
+Made by tendon-newton export. It needs newton 1.8 with MuJoCo and USD. The file `bench_drive.usda`
+names the drive:
+
+    import newton, tendon_drive
+
+    tendon_drive.register()                       # before add_usd
+    builder = newton.ModelBuilder()
+    newton.solvers.SolverMuJoCo.register_custom_attributes(builder)
+    builder.add_usd("bench_drive.usda")
+    model = builder.finalize()                    # model.actuators has the drive
+
+Write the desired motor angle [rad] of a tendon into `control.joint_target_q` of each joint that the
+tendon drives. Each joint has one slot of the drive; slots of one tendon reckon the same force. In a
+loop of your own:
+
+    bench = tendon_drive.Simulation(worlds=4096)
+    bench.reset([0.5])                            # desired motor angles [rad], one per tendon
+    bench.command([1.0])
+    bench.step(100)                               # of TIME_STEP
+    print(bench.read())                           # angle [rad], speed [rad/s], force [N]
+
+or: python tendon_drive.py commands.csv --out replay.csv     (columns t [s] and theta_d [rad])
+"""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,41 +56,9 @@ class DriveNumbers:
     """Longest step [s]."""
     period: float
     """Seconds that pass in one second of the log's clock [1]."""
-    network: dict[str, Any] | None = None
-    """File, rate [Hz] and window of a force network."""
-
-
-@dataclass(kw_only=True)
-class Places:
-    """Where each effect's numbers and memories stand."""
-
-    names: tuple[str, ...]
-    free_spool: bool
-    offsets: dict[str, int]
-    memories: dict[str, tuple[int, ...]] = field(default_factory=dict)
-    count: int = 0
-
-    def hook(self, effect: type[Effect], stage: Stage) -> Any:
-        """Return an effect's device function of a stage, None where it does not act."""
-        replaced = self.free_spool and stage in effect.spool_stages
-        return None if replaced else effect.hook(stage)
-
-    def add_memories(self) -> None:
-        """Give a place to each number that an effect remembers."""
-        for name in self.names:
-            effect = find_effect(name)
-            if effect.memory is None or (self.free_spool and effect.memory in effect.spool_stages):
-                continue
-            size = len(effect.renewals())
-            self.memories[name] = tuple(range(self.count, self.count + size))
-            self.count += size
-
-    def values(self, name: str, owner: str | None) -> str:
-        """Return the text of an effect's own numbers and memories."""
-        at = self.offsets[name]
-        kept = [f"{owner}.memory[{k}]" for k in self.memories.get(name, ()) if owner]
-        kept += ["real(0.0)"] * (2 - len(kept))
-        return f"Values(p[{at}], p[{at + 1}], p[{at + 2}], {kept[0]}, {kept[1]})"
+    span: tuple[float, float]
+    """Motor angles [rad] between which the program's own commands move."""
+    network: NetworkFacts | None = None
 
 
 def drive_text(model: Model, numbers: DriveNumbers) -> str:
@@ -113,113 +68,20 @@ def drive_text(model: Model, numbers: DriveNumbers) -> str:
         model: Actuator and effects.
         numbers: Of its bench.
     """
-    names = in_catalogue_order(tuple(effect.name for effect in model.effects))
-    table = ParameterTable(actuator=model.actuator.name, effects=names)
-    vector = [float(x) for x in table.vector(model)]
-    actuator = find_actuator(model.actuator.name)
-    offsets = {name: table.columns(name)[0] for name in names}
-    places = Places(names=names, free_spool=numbers.free_spool, offsets=offsets)
-    places.add_memories()
-    held = places.count
-    count = places.count + (2 if actuator.held else 0)
-    duty = any(find_effect(name).hook(Stage.DUTY) is not None for name in names)
-    facts = {
-        "PARAMETERS": literal(vector),
-        "MEMORY": str(max(count, 1)),
-        "HELD": str(held),
-        "HAS_ROTOR": repr(actuator.rotor and not numbers.free_spool),
-        "FREE_SPOOL": repr(numbers.free_spool),
-        "HAS_DUTY": repr(duty),
-        "RIGID": repr(numbers.free_spool and "tendon_compliance" not in names),
-        "STEP": repr(numbers.step),
-        "STRUCTS": "\n\n".join(struct_text(declared) for declared in STRUCTS),
-        "CODE": carried_text(model, places, duty=duty),
-        "TENDONS": literal_rows(numbers.tendons),
-        "JOINTS": literal_rows(numbers.joints),
-        "DELAY": repr(numbers.delay),
-        "PERIOD": repr(numbers.period),
-        "NETWORK": literal(numbers.network),
-        "HOLD": literal([float(x) for x in table.vector(without_effects(model))[:2]])
-        if actuator.held
-        else "[0.0, 0.0]",
-        "NETWORK_CLASS": "" if numbers.network is None else network_class(),
+    law = ModelLaw(model, numbers.free_spool)
+    known = {
+        "FOLDER": Text("Path(__file__).resolve().parent"),
+        "PARAMETERS": law.parameters,
+        "SERVO_ROWS": numbers.tendons,
+        "JOINT_ROWS": numbers.joints,
+        "MEMORY_SIZE": law.memory_size,
+        "SPAN": numbers.span,
+        "PERIOD": numbers.period,
+        "NETWORK": numbers.network and numbers.network.row,
+        "TIME_STEP": numbers.step,
+        "COMMAND_DELAY": numbers.delay,
+        "RIGID": numbers.free_spool and "tendon_compliance" not in law.names,
     }
-    text = files("tendon_newton.exports.newton").joinpath(TEMPLATE).read_text("utf-8")
-    return MARK.sub(lambda match: facts[match[1]], text)
-
-
-def carried_text(model: Model, places: Places, *, duty: bool) -> str:
-    """Return actuator, effects, and what calls them, as device code."""
-    code = CarriedCode(device=True)
-    actuator = find_actuator(model.actuator.name)
-    code.carry(actuator.force, "actuator_force")
-    code.carry(pipeline.clip, "clip")
-    if duty:
-        asked = actuator.duty if actuator.modulated else pipeline.duty_of_force
-        given = actuator.driven if actuator.modulated else pipeline.force_of_duty
-        code.carry(asked, "asked_duty")
-        code.carry(given, "driven_force")
-    for stage, slot in STAGES.items():
-        code.add(stage_text(code, stage, slot, places))
-    for stage, slot in MEMORIES.items():
-        code.add(memory_text(code, stage, slot, places))
-    for function in (device.at_rest, device.answered, grips.joint_grip, pipeline.spring_torque):
-        code.carry(function, function.__name__)
-    code.carry(pipeline.damping_torque, "damping_torque")
-    return code.text()
-
-
-def network_class() -> str:
-    """Return the class that asks a force network, as text."""
-    text = files("tendon_newton.exports.runtime").joinpath("networks.py").read_text("utf-8")
-    return text[text.index("class Network:") :] + "\n"
-
-
-def header(slot: Any) -> tuple[str, list[str]]:
-    """Return the first line of a slot's function, and the names of its arguments."""
-    kinds = inspect.get_annotations(slot)
-    arguments = [name for name in kinds if name != "return"]
-    given = ", ".join(f"{name}: {kinds[name]}" for name in arguments)
-    return f"@wp.func\ndef {slot.__name__}({given}) -> {kinds['return']}:", arguments
-
-
-def stage_text(code: CarriedCode, stage: Stage, slot: Any, places: Places) -> str:
-    """Return the function that lets the effects of a stage act one after the other."""
-    first, arguments = header(slot)
-    signal, *others = arguments
-    owner = next((name for name in others if name in ("tendon", "joint")), None)
-    lines = [first, f"    out = {signal}"]
-    for name in places.names:
-        hook = places.hook(find_effect(name), stage)
-        if hook is not None:
-            carried = code.carry(hook, f"{name}_{stage.value}")
-            seen = f", {owner}" if owner else ""
-            lines.append(f"    out = {carried}(out{seen}, {places.values(name, owner)})")
-    return "\n".join([*lines, "    return out"])
-
-
-def memory_text(code: CarriedCode, stage: Stage, slot: Any, places: Places) -> str:
-    """Return the function that lets the effects of a stage renew what they remember."""
-    first, (signal, owner, _, memory) = header(slot)
-    lines = [first, f"    out = {memory}"]
-    for name, kept in places.memories.items():
-        effect = find_effect(name)
-        if effect.memory is not stage:
-            continue
-        for renewal, place in zip(effect.renewals(), kept, strict=True):
-            carried = code.carry(renewal, f"{name}_{renewal.__name__}")
-            value = f"{carried}({signal}, {owner}, {places.values(name, owner)})"
-            lines.append(f"    out[{place}] = {value}")
-    return "\n".join([*lines, "    return out"])
-
-
-def struct_text(declared: type) -> str:
-    """Return a struct's declaration as Warp takes it.
-
-    Fields that few kernels have are left out, and so are the marks of sleeping effects: a drive has
-    those of its model alone.
-    """
-    fields = inspect.get_annotations(declared)
-    own = {n: kind for n, kind in fields.items() if not kind.startswith(("Annotated", "Flags"))}
-    lines = [f"    {n}: {kind}" for n, kind in own.items()]
-    return "\n".join(["@wp.struct", f"class {declared.__name__}:", *lines])
+    linker = Linker(law, device=True)
+    given = {facts.__name__: ""}
+    return linker.program(DOCSTRING, known, MODULES, given=given, last="run(Simulation)")

@@ -10,23 +10,13 @@ from tendon_newton.device_code.structs import Tendon
 from tendon_newton.device_code.templates import device_template
 from tendon_newton.exports.newton.grips import GRIP, GRIP_DAMPING, UNBOUNDED
 from tendon_newton.exports.newton.structs import Bench
-from tendon_newton.simulation.tendons.pipeline import gear_line, servo_flow
+from tendon_newton.law.servo import on_side, servo_flow
+from tendon_newton.law.spool import spool_balance
 
 HALVINGS = 60
 """Bisections of where a spool comes to rest."""
-DRAWS = 1.0e-6
-"""A force [N] whose sign is that of a string that pulls."""
 SPAN = 10.0
 """Turns of a spool [rad] within which a loose one comes to rest."""
-
-
-@device_template
-def on_side(tendon: Tendon, side: real) -> Tendon:
-    """Return a tendon that slides on a side."""
-    out = tendon
-    out.side = side
-    out.direction = side
-    return out
 
 
 @device_template
@@ -70,13 +60,8 @@ def spool_net(tendon: Tendon, p: ParameterVector, tension: real, side: real) -> 
     sliding = on_side(tendon, side)
     flow = servo_flow(sliding, p)
     sliding.error = tendon.command - flow.angle[0]
-    loaded = real(wp.max(tension, real(DRAWS)))
-    gear = gear_line(loaded, sliding, p)
-    taken = real(0.0)
-    if gear[1] > real(0.0):
-        taken = loaded + (tension - gear[0]) / gear[1]
-    motor = flow.motor_force
-    return motor[0] - taken
+    spool = spool_balance(flow, sliding, p, tension, real(0.0))
+    return spool.force[0]
 
 
 @device_template

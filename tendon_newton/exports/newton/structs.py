@@ -69,3 +69,56 @@ class Answer:
     """What the encoder reports [rad]."""
     rate: real
     """[rad/s]."""
+
+
+@device_struct
+class Way:
+    """The way of one tendon: l = sum over terms of a number times powers of the joints."""
+
+    terms: int
+    """How many there are."""
+    inertia: real
+    """Of the mechanism, as felt at the string [kg]."""
+    rotor: real
+    """Of the motor's rotor, as felt at the string [kg]."""
+    radius: real
+    """Of the spool [m]."""
+    limit: real
+    """Greatest force of the servo [N]."""
+    least: real
+    """Least tension [N]."""
+
+
+@device_struct
+class JointMore:
+    """What a drive knows of a joint besides what effects see."""
+
+    stiffness: real
+    """What the solver's own spring has [N m/rad, N/m]."""
+    damping: real
+    """What its own damper has [N m s/rad, N s/m]."""
+    stop_stiffness: real
+    """Of the end stops [N m/rad, N/m]."""
+    stop_damping: real
+    """Of the end stops [N m s/rad, N s/m]."""
+    friction: real
+    """Dry friction [N m, N]."""
+    inertia: real
+    """Of the mechanism, as felt at the joint [kg m2, kg]."""
+
+
+@device_struct
+class Report:
+    """What one slot reports."""
+
+    angle: real
+    """Of the encoder [rad]."""
+    rate: real
+    """Its rate [rad/s]."""
+    tension: real
+    """See `Answer`, as the next three."""
+    tension_gain: real
+    pull_gain: real
+    spool_change: real
+    asked: real
+    """Angle that a force network is shown as asked for [rad]."""

@@ -1,12 +1,12 @@
-"""Plain Python in which the code of effects runs as it stands in the catalogue."""
+"""Plain Python in which device code runs as it stands in the catalogue."""
 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple, SupportsFloat
+from typing import Any
 
 real = float
-Values = tuple
+ParameterVector = MemoryVector = list
 
 
 class Jet(tuple):
@@ -41,8 +41,18 @@ class Jet(tuple):
         return self * (1.0 / divisor)
 
 
-class wp:  # noqa: N801 - the name under which the effects call it
-    """The functions of Warp that effects call."""
+class Struct:
+    """Numbers that travel together; device code copies them where it gives them another name."""
+
+    def copy(self) -> Any:
+        """Return the same numbers, to be changed alone."""
+        other = object.__new__(type(self))
+        other.__dict__.update(self.__dict__)
+        return other
+
+
+class wp:  # noqa: N801 - the name under which device code calls it
+    """The functions of Warp that device code calls."""
 
     abs = staticmethod(abs)
     min = staticmethod(min)
@@ -64,52 +74,3 @@ class wp:  # noqa: N801 - the name under which the effects call it
     def clamp(x: float, low: float, high: float) -> float:
         """Return a number inside two bounds."""
         return min(max(x, low), high)
-
-    @staticmethod
-    def static(x: Any) -> Any:
-        """Return what Warp would know when it compiles."""
-        return x
-
-
-def clip(signal: Jet, lower: SupportsFloat, upper: SupportsFloat) -> Jet:
-    """Limit a jet; beyond a bound its derivatives vanish."""
-    if signal[0] < float(lower):
-        return Jet(lower)
-    if signal[0] > float(upper):
-        return Jet(upper)
-    return signal
-
-
-class Piece(NamedTuple):
-    """One effect in one stage."""
-
-    function: Any
-    values: tuple[float, ...]
-    """Its parameters, padded to three."""
-    memory: int = -1
-    """Where what it remembers stands, -1 where it remembers nothing."""
-    second: int = -1
-    """The same of the second of two numbers."""
-    place: int = -1
-    """Where the result goes of a function that renews a memory."""
-
-
-def own_values(piece: Piece, memory: Any) -> tuple[float, ...]:
-    """Return an effect's parameters and what it remembers; nobody's memory is empty."""
-    if memory is None or piece.memory < 0:
-        return (*piece.values, 0.0, 0.0)
-    second = memory[piece.second] if piece.second >= 0 else 0.0
-    return (*piece.values, memory[piece.memory], second)
-
-
-def staged(signal: Any, pieces: list[Piece], *arguments: Any, memory: Any = None) -> Any:
-    """Let the effects of a stage act one after the other."""
-    for piece in pieces:
-        signal = piece.function(signal, *arguments, own_values(piece, memory))
-    return signal
-
-
-def renew(signal: Any, pieces: list[Piece], owner: Any, memory: Any, out: Any) -> None:
-    """Write into `out` what effects remember once a stage has left a signal."""
-    for piece in pieces:
-        out[piece.place] = piece.function(signal, owner, own_values(piece, memory))

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from tendon_newton.exports.runtime.facts import FOLDER, NETWORK
+
 
 class Network:
     """A force network and what it has been shown.
@@ -56,3 +58,8 @@ class Network:
         if self.streaming:
             return self.answer
         return self.session.run(["tension"], {"window": self.samples})[0]
+
+
+def open_network() -> Any:
+    """Return the model's force network, None of an equation."""
+    return None if NETWORK is None else Network(FOLDER / NETWORK["file"], *NETWORK["asked"])

@@ -1,13 +1,20 @@
 """Where a mechanism comes to rest under its servos, friction left out."""
 
+# Numbers are Python's own here, where the law says `real` and vectors.
+# pyright: reportArgumentType=false, reportAttributeAccessIssue=false, reportReturnType=false
+
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
 
+from tendon_newton.device_code.placeholders import HAS_ROTOR
 from tendon_newton.exports.runtime.engine import mujoco
-from tendon_newton.exports.runtime.servos import SETTLED, Now, Servo
+from tendon_newton.exports.runtime.facts import PARAMETERS
+from tendon_newton.exports.runtime.servos import Now, Servo
+from tendon_newton.law.joint import spring_torque
+from tendon_newton.law.spool import SETTLED
 
 SETTLING_STEPS = 400
 """Most steps towards rest."""
@@ -37,14 +44,13 @@ def resting_spool(servo: Servo, now: Now) -> tuple[float, float]:
 
     def net(lead: float) -> float:
         moved = now._replace(lead=lead)
-        pulled = servo.string * max(lead, 0.0) if servo.elastic else 0.0
-        return servo.motor_flow(servo.tendon_at(moved, 0.0))[1][0] - pulled
+        return servo.motor_flow(moved, 0.0).motor_force[0] - servo.loose_tension(moved)
 
     if not servo.elastic and (servo.numbers["direct"] or net(0.0) >= 0.0):
         return net(0.0), 0.0
     span = 10.0 * servo.radius
     lead = balance(net, -span, span)
-    return (servo.string * max(lead, 0.0) if servo.elastic else 0.0), lead
+    return servo.loose_tension(now._replace(lead=lead)), lead
 
 
 class Rest:
@@ -72,9 +78,8 @@ class Rest:
         for joint, place, dof in zip(hook.joints, hook.places, hook.dofs, strict=True):
             joint.position, joint.velocity = float(hook.data.qpos[place]), 0.0
             joint.elapsed = SETTLED
-            spring, _ = hook.own_torques(joint)
             over = max(joint.position - joint.upper, 0.0) + min(joint.position - joint.lower, 0.0)
-            out[dof] += spring[0] - joint.stop_stiffness * over
+            out[dof] += spring_torque(joint, PARAMETERS)[0] - joint.stop_stiffness * over
         for d, (servo, now) in enumerate(zip(hook.servos, self.nows(), strict=True)):
             out += hook.arms()[d] * self.pull(d, servo, now)
         return out[hook.dofs]
@@ -82,10 +87,10 @@ class Rest:
     def pull(self, d: int, servo: Servo, now: Now) -> float:
         """Return the pull [N] of a tendon at rest."""
         if self.target is not None:
-            angle, _ = servo.motor_flow(servo.tendon_at(now, 0.0))
+            angle = servo.motor_flow(now, 0.0).angle
             radius = servo.numbers["spool_radius"]
             return GUIDE_STIFFNESS * radius * (self.target[d] - angle[0])
-        if servo.rotor:
+        if HAS_ROTOR:
             return servo.guided(resting_spool(servo, now)[0], now, 0.0)
         return servo.flow(now, 0.0).pull[0]
 
@@ -145,7 +150,7 @@ class Rest:
         hook = self.hook
         for d, (servo, now) in enumerate(zip(hook.servos, self.nows(), strict=True)):
             servo.memory = servo.renewed(now, 0.0)
-            if self.target is None and servo.rotor and not servo.numbers["direct"]:
+            if self.target is None and HAS_ROTOR and not servo.numbers["direct"]:
                 _, lead = resting_spool(servo, now)
                 hook.lead[d] = lead
                 hook.slack[d] = servo.elastic or lead < 0.0

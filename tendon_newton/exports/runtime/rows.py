@@ -1,56 +1,44 @@
-"""Commands of a CSV file through the hook, row by row."""
+"""Commands of a CSV file through the bench, row by row."""
 
 from __future__ import annotations
 
 import argparse
 import csv
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from tendon_newton.exports.runtime.engine import mujoco
-from tendon_newton.exports.runtime.stepping import Hook
-
-LONGEST_STEP = 1.0e-4
-"""Default step [s]."""
+from tendon_newton.exports.runtime.facts import PERIOD, SERVO_ROWS, SPAN, TIME_STEP
 
 
-def replay(hook: Hook, rows: dict[str, Any], step: float = LONGEST_STEP) -> dict[str, Any]:
+def replay(bench: Any, rows: dict[str, Any], step: float = TIME_STEP) -> dict[str, Any]:
     """Replay commands and return what the bench would report in each row.
 
     Args:
-        hook: A model with its servos.
+        bench: A simulation of it.
         rows: `t` [s], shape (T,), `theta_d` [rad], shape (T, D), and where they are known
-            `voltage` [V] and `enabled`, shape (T,); `start` with motor angles [rad] and speeds
-            [rad/s] of the first row, where it is not rest.
+            `voltage` [V] and `enabled`, shape (T,); where its first row is not rest, what the
+            simulation's `begin` takes.
         step: Longest step [s].
 
     Returns:
-        `t`, `theta`, `theta_dot`, `force` (T, D) and `joints` (T, J).
+        `t`, `angle` [rad], `rate` [rad/s] and `force` [N], shape (T, D), and `joints` (T, J).
     """
-    time, command = np.asarray(rows["t"]), np.asarray(rows["theta_d"])
-    command = command.reshape(len(time), -1)
-    first, rate = rows.get("start", (None, None))
-    hook.voltage, hook.enabled = inputs_of(rows, 0)
-    hook.model.opt.timestep = step
-    hook.reset(command[0], first, rate)
-    out: dict[str, list[Any]] = {"theta": [], "theta_dot": [], "force": [], "joints": []}
+    time = np.asarray(rows["t"])
+    command = np.asarray(rows["theta_d"]).reshape(len(time), -1)
+    out: dict[str, list[Any]] = {"angle": [], "rate": [], "force": [], "joints": []}
+    bench.begin(command[0], *inputs_of(rows, 0), rows, step)
     for k in range(len(time)):
-        hook.command[:] = command[k]
-        hook.voltage, hook.enabled = inputs_of(rows, k)
-        reading = hook.read()
-        out["theta"].append(reading.angle)
-        out["theta_dot"].append(reading.angle_rate)
-        out["force"].append(reading.force)
-        out["joints"].append(hook.data.qpos[hook.places].copy())
+        bench.ask(command[k], *inputs_of(rows, k))
+        for name, values in zip(out, bench.report(), strict=True):
+            out[name].append(np.array(values))
         if k + 1 < len(time):
-            interval = (time[k + 1] - time[k]) * hook.period
+            interval = (time[k + 1] - time[k]) * PERIOD
             count = max(1, math.ceil(interval / step - 1.0e-6))
-            hook.model.opt.timestep = interval / count
-            for _ in range(count):
-                hook.step()
+            bench.advance(interval / count, count)
     return {"t": time, **{name: np.array(values) for name, values in out.items()}}
 
 
@@ -86,34 +74,32 @@ def steps_and_ramps(count: int, low: float, high: float) -> dict[str, Any]:
 
 def write_rows(path: Path, rows: dict[str, Any]) -> None:
     """Write a replay as a CSV file."""
-    count = rows["theta"].shape[1]
+    count = rows["angle"].shape[1]
     ends = [""] if count == 1 else [f"_{d}" for d in range(count)]
     header = ["t", *(f"{n}{e}" for n in ("theta", "theta_dot", "force") for e in ends)]
-    table = np.column_stack([rows["t"], rows["theta"], rows["theta_dot"], rows["force"]])
+    table = np.column_stack([rows[name] for name in ("t", "angle", "rate", "force")])
     lines = [",".join(header), *(",".join(f"{x:.9g}" for x in line) for line in table)]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def run(make: Any, folder: Path, span: tuple[float, float]) -> None:
+def run(make: Callable[[], Any]) -> None:
     """Replay a file of commands, or some steps and ramps, and say what came of it."""
     parser = argparse.ArgumentParser(description="Replay commands through the exported model.")
     parser.add_argument("commands", type=Path, nargs="?", help="CSV file with t and theta_d")
     parser.add_argument("--out", type=Path, help="CSV file for the result")
-    parser.add_argument("--step", type=float, default=LONGEST_STEP, help="longest step [s]")
+    parser.add_argument("--step", type=float, default=TIME_STEP, help="longest step [s]")
     options = parser.parse_args()
-    model = mujoco.MjModel.from_xml_path(str(folder / "model.xml"))
-    hook = make(model, mujoco.MjData(model))
-    count = len(hook.servos)
+    count = len(SERVO_ROWS)
     rows = (
         read_commands(options.commands, count)
         if options.commands
-        else steps_and_ramps(count, *span)
+        else steps_and_ramps(count, *SPAN)
     )
-    result = replay(hook, rows, options.step)
+    result = replay(make(), rows, options.step)
     if options.out:
         write_rows(options.out, result)
-    theta, force = result["theta"], result["force"]
+    angle, force = result["angle"], result["force"]
     print(
-        f"{len(theta)} rows, {rows['t'][-1] - rows['t'][0]:.2f} s: motor angle "
-        f"{theta.min():.4f} to {theta.max():.4f} rad, force {force.min():.3f} to {force.max():.3f}"
+        f"{len(angle)} rows, {rows['t'][-1] - rows['t'][0]:.2f} s: motor angle "
+        f"{angle.min():.4f} to {angle.max():.4f} rad, force {force.min():.3f} to {force.max():.3f}"
     )

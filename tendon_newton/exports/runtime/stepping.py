@@ -1,18 +1,37 @@
 """MuJoCo stepped with what its model file cannot say: the hook of an exported model."""
 
+# Numbers are Python's own here, where the law says `real` and vectors.
+# pyright: reportArgumentType=false, reportAttributeAccessIssue=false, reportReturnType=false
+
 from __future__ import annotations
 
 import math
 from collections import deque
-from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from tendon_newton.device_code.placeholders import HAS_MEMORY, HAS_ROTOR
+from tendon_newton.device_code.slots import (
+    cell_clock_effects,
+    cell_effects,
+    cell_lag_effects,
+    joint_friction_effects,
+    spring_memory,
+)
+from tendon_newton.device_code.structs import Flow, Joint
 from tendon_newton.exports.runtime.engine import mujoco
-from tendon_newton.exports.runtime.jets import Jet, renew, staged
+from tendon_newton.exports.runtime.facts import (
+    FOLDER,
+    JOINT_ROWS,
+    MEMORY_SIZE,
+    PARAMETERS,
+    SERVO_ROWS,
+)
+from tendon_newton.exports.runtime.networks import open_network
 from tendon_newton.exports.runtime.resting import Rest, balance
-from tendon_newton.exports.runtime.servos import Flow, Now, Servo
+from tendon_newton.exports.runtime.servos import Now, Servo
+from tendon_newton.law.joint import damping_torque, spring_torque
 
 INSTANT = 1.0e-6
 """Instants [s] closer than this are one."""
@@ -55,6 +74,15 @@ class Reading(NamedTuple):
     """What it would show if it were perfect [N]."""
 
 
+def joint_of(index: int, row: dict[str, Any]) -> Any:
+    """Return a joint as effects see it, with the end stops and the friction of its row."""
+    joint = Joint()
+    joint.index = index
+    for name, value in row.items():
+        setattr(joint, name, value)
+    return joint
+
+
 class Hook:
     """Steps a MuJoCo model whose tendons are pulled by identified servos.
 
@@ -68,35 +96,20 @@ class Hook:
     Args:
         model: The exported model, or a scene that holds its bodies and tendons.
         data: Its state.
-        servos: One per tendon.
-        joints: What the model says of the joints.
-        stages: Effects on joints, on the log and on the load cell.
-        spring_memories: How many numbers they remember of each joint.
-        network: Force network of a learned actuator, None of an equation.
     """
 
-    def __init__(
-        self,
-        model: Any,
-        data: Any,
-        servos: list[Servo],
-        joints: list[Any],
-        stages: dict[str, Any],
-        spring_memories: int = 0,
-        network: Any = None,
-    ) -> None:
-        self.spring_memories = spring_memories
-        self.model, self.data, self.servos, self.network = model, data, servos, network
-        self.joints = [SimpleNamespace(index=j, **row) for j, row in enumerate(joints)]
-        self.stages = stages
+    def __init__(self, model: Any, data: Any) -> None:
+        self.model, self.data, self.network = model, data, open_network()
+        self.servos = [Servo(row) for row in SERVO_ROWS]
+        self.joints = [joint_of(j, row) for j, row in enumerate(JOINT_ROWS)]
         self.places = [int(model.joint(joint.name).qposadr[0]) for joint in self.joints]
         self.dofs = [int(model.joint(joint.name).dofadr[0]) for joint in self.joints]
-        self.tendons = [int(model.tendon(servo.numbers["name"]).id) for servo in servos]
-        self.command = np.zeros(len(servos))
+        self.tendons = [int(model.tendon(servo.numbers["name"]).id) for servo in self.servos]
+        self.command = np.zeros(len(self.servos))
         self.voltage, self.enabled = 0.0, 1.0
-        self.period = staged(1.0, stages["period"])
-        self.cell_lag = staged(0.0, stages["cell_lag"])
-        self.cell_is_slow = self.cell_lag > 0.0 or staged(0.0, stages["cell_clock"]) != 0.0
+        self.cell_lag = cell_lag_effects(0.0, 0, PARAMETERS)
+        late = cell_clock_effects(0.0, 0, PARAMETERS) != 0.0
+        self.cell_is_slow = self.cell_lag > 0.0 or late
         self.own_armature = model.dof_armature.copy()
         self.take_over()
         self.reset(self.command)
@@ -113,7 +126,7 @@ class Hook:
             model.jnt_limited[number] = 0
             model.jnt_stiffness[number] = 0.0
             model.dof_damping[dof] = 0.0
-            friction = staged(joint.friction, self.stages["joint_friction"], joint)
+            friction = joint_friction_effects(joint.friction, joint, PARAMETERS)
             model.dof_frictionloss[dof] = friction
             model.dof_solimp[dof] = STICKING
         for servo, tendon in zip(self.servos, self.tendons, strict=True):
@@ -145,7 +158,8 @@ class Hook:
         self.lead = np.zeros(len(self.servos))
         self.lead_rate = np.zeros(len(self.servos))
         self.slack = [servo.elastic for servo in self.servos]
-        self.strain = [[0.0] * self.spring_memories for _ in self.joints]
+        for joint in self.joints:
+            joint.memory = [0.0] * MEMORY_SIZE
         self.bow = [0.0] * len(self.servos)
         self.carried = [0.0] * len(self.servos)
         self.kept = [0.0] * len(self.servos)
@@ -248,7 +262,8 @@ class Hook:
             joint.position = float(self.data.qpos[place])
             joint.velocity = float(self.data.qvel[dof])
             joint.elapsed = 0.0
-            spring, damper = self.own_torques(joint)
+            spring = spring_torque(joint, PARAMETERS)
+            damper = damping_torque(joint, PARAMETERS)
             out[dof] += spring[0] + damper[0]
             damping = -damper[2]
             bound = joint.upper if joint.position > joint.upper else joint.lower
@@ -260,16 +275,6 @@ class Hook:
                 damping += joint.stop_damping
             self.model.dof_armature[dof] = self.own_armature[dof] + h * damping
         return out
-
-    def own_torques(self, joint: Any) -> tuple[Jet, Jet]:
-        """Return the torques of a joint's spring and damper [N m]."""
-        spring = Jet(-joint.stiffness * (joint.position - joint.rest), -joint.stiffness)
-        damper = Jet(-joint.damping * joint.velocity, 0.0, -joint.damping)
-        memory = self.strain[joint.index]
-        return (
-            staged(spring, self.stages["spring"], joint, memory=memory),
-            staged(damper, self.stages["damping"], joint),
-        )
 
     def hold_of(self, servo: Servo, now: Now, loose: bool) -> Hold:
         """Return between what a tendon may be held, and where its motion is nearest to that."""
@@ -283,7 +288,7 @@ class Hook:
         most = least if not (servo.dry or speed) else servo.flow(now, sides[1])
         lower, upper = least.pull[0], most.pull[0]
         if loose:
-            _, _, tension = servo.spool_flow(now, 0.0)
+            tension = servo.loose_tension(now)
             lower, upper = (servo.guided(tension, now, side) for side in (1.0, -1.0))
         if upper < lower:  # a motor that brakes its rotor while the string is taut: nothing sticks
             lower = upper = lower if rate >= speed else upper
@@ -372,17 +377,17 @@ class Hook:
                 share = 0.5 + servo.numbers["sign"] * self.data.efc_force[row] / span
             shares.append(min(max(share, 0.0), 1.0))
             if self.slack[d]:
-                out.append(servo.spool_flow(now, 0.0)[2])
+                out.append(servo.loose_tension(now))
                 continue
             low, high = hold.least, hold.most
             tension = low.tension[0] + shares[-1] * (high.tension[0] - low.tension[0])
-            if servo.rotor:
+            if HAS_ROTOR:
                 gain = low.tension_gain + shares[-1] * (high.tension_gain - low.tension_gain)
                 rate = float(arms[d] @ self.data.qacc) + self.bow[d]
                 tension -= gain * servo.inertia * rate
                 slides = span <= 0.0 or not 0.0 < shares[-1] < 1.0
                 if servo.numbers["direct"]:
-                    self.carried[d] = low.motor[0] - servo.inertia * rate if slides else 0.0
+                    self.carried[d] = low.motor_force[0] - servo.inertia * rate if slides else 0.0
             out.append(tension)
         return out, shares
 
@@ -423,7 +428,7 @@ class Hook:
     def let_go(self) -> None:
         """Let the strings go that would have to push a rotor."""
         for d, servo in enumerate(self.servos):
-            if servo.rotor and not self.slack[d] and self.tension[d] < servo.least:
+            if HAS_ROTOR and not self.slack[d] and self.tension[d] < servo.least:
                 self.slack[d] = True
                 self.lead[d] = self.lead_rate[d] = self.tension[d] = 0.0
                 self.model.tendon_armature[self.tendons[d]] = 0.0
@@ -434,7 +439,7 @@ class Hook:
         """Renew what effects remember, at the end of a step."""
         length, rate = self.excursions()
         for d, servo in enumerate(self.servos):
-            if servo.memory:
+            if HAS_MEMORY:
                 now = nows[d]._replace(
                     time=self.time,
                     length=length[d],
@@ -454,8 +459,8 @@ class Hook:
 
     def renew_strain(self, joint: Any) -> None:
         """Renew what effects remember of a joint."""
-        kept = self.strain[joint.index]
-        renew(Jet(0.0), self.stages["remember_spring"], joint, list(kept), kept)
+        torque = spring_torque(joint, PARAMETERS)
+        joint.memory = spring_memory(torque, joint, PARAMETERS, joint.memory)
 
     def move_spool(self, d: int, servo: Servo, now: Now, h: float) -> None:
         """Turn a spool whose string is slack or stretches; catch one that has wound it in."""
@@ -469,10 +474,10 @@ class Hook:
     def spool_speed(self, servo: Servo, now: Now, speed: float, h: float) -> float:
         """Return a free spool's speed [m/s] after a step; dry friction may hold it."""
         bound = servo.greatest_speed
-        damping = h * max(0.0, -servo.motor_flow(servo.tendon_at(now, 0.0))[1][2])
+        damping = h * max(0.0, -servo.motor_flow(now, 0.0).motor_force[2])
         inertia = servo.inertia + damping
-        inward = speed + h * servo.spool_flow(now, 1.0)[1] / inertia
-        outward = speed + h * servo.spool_flow(now, -1.0)[1] / inertia
+        inward = speed + h * servo.spool_force(now, 1.0) / inertia
+        outward = speed + h * servo.spool_force(now, -1.0) / inertia
         after = 0.0
         if inward > 0.0 and (speed >= 0.0 or outward > 0.0):
             after = inward if speed >= 0.0 else 0.0
@@ -501,7 +506,7 @@ class Hook:
     def solved_tension(self) -> list[float]:
         """Return the true tensions [N] just after a command, which MuJoCo solves for."""
         h = self.model.opt.timestep
-        shafts = any(s.rotor and s.numbers["direct"] for s in self.servos)
+        shafts = HAS_ROTOR and any(s.numbers["direct"] for s in self.servos)
         tension: list[float] = []
         for again in range(ROUNDS):
             used = self.model.tendon_armature[self.tendons]
@@ -523,7 +528,7 @@ class Hook:
         self.ask_network()
         tension = self.solved_tension()
         angle, rate, force = [], [], []
-        at = staged(self.time, self.stages["cell_clock"])
+        at = cell_clock_effects(self.time, 0, PARAMETERS)
         for d, (servo, now) in enumerate(zip(self.servos, self.now_of(0.0), strict=True)):
             side = 1.0 if now.velocity + now.lead_rate >= 0.0 else -1.0
             kept = servo.memory
@@ -533,7 +538,7 @@ class Hook:
             angle.append(reported[0])
             rate.append(reported[1] * (now.velocity + now.lead_rate))
             true = self.cell_value(d, at) if self.cell_is_slow else tension[d]
-            force.append(staged(true, self.stages["cell"], self.time))
+            force.append(cell_effects(true, self.time, 0, PARAMETERS))
         return Reading(angle, rate, force, tension)
 
     def note_cells(self) -> None:
@@ -563,6 +568,32 @@ class Hook:
                 share = 1.0 if end - start == math.inf else (instant - start) / (end - start)
                 return before[d] + share * (after[d] - before[d])
         return self.cells[0][1][d]
+
+    # ---- a recording
+
+    def begin(
+        self, command: Any, voltage: float, enabled: float, rows: dict[str, Any], step: float
+    ) -> None:
+        """Begin a replay of `rows`, whose `start` has angles [rad] and speeds [rad/s]."""
+        self.voltage, self.enabled = voltage, enabled
+        self.model.opt.timestep = step
+        self.reset(command, *rows.get("start", (None, None)))
+
+    def ask(self, command: Any, voltage: float, enabled: float) -> None:
+        """Set desired motor angles [rad], supply [V] and whether the motor is on."""
+        self.command[:] = command
+        self.voltage, self.enabled = voltage, enabled
+
+    def report(self) -> tuple[Any, ...]:
+        """Return angles, rates, forces and joints, as `replay` does."""
+        reading = self.read()
+        return reading.angle, reading.angle_rate, reading.force, self.data.qpos[self.places]
+
+    def advance(self, step: float, count: int) -> None:
+        """Take so many steps [s]."""
+        self.model.opt.timestep = step
+        for _ in range(count):
+            self.step()
 
     # ---- a force network
 
@@ -602,3 +633,14 @@ class Hook:
 
         balance(excess, least, self.servos[0].limit)
         self.network.fill(self.samples())
+
+
+def make_hook(model: Any, data: Any) -> Hook:
+    """Return the hook of a MuJoCo model that holds the exported bodies and tendons."""
+    return Hook(model, data)
+
+
+def make() -> Hook:
+    """Return the hook of the model beside the program."""
+    model = mujoco.MjModel.from_xml_path(str(FOLDER / "model.xml"))
+    return make_hook(model, mujoco.MjData(model))

@@ -33,16 +33,16 @@ from tendon_newton.device_code.placeholders import (
 )
 from tendon_newton.device_code.structs import Beginning, ContactStates, Drive, Forces, Mechanism
 from tendon_newton.device_code.templates import device_template
+from tendon_newton.law.spool import UNBOUNDED
 from tendon_newton.simulation.dynamics.forces import free_part, smooth_forces, touching
-from tendon_newton.simulation.tendons.pipeline import flow_at
 from tendon_newton.simulation.tendons.routes import row_arms, row_bow
 from tendon_newton.simulation.tendons.spools import (
     is_string,
     spool_at,
     taut_spools,
 )
+from tendon_newton.simulation.tendons.states import flow_at
 from tendon_newton.simulation.tendons.tension import tension_now
-from tendon_newton.simulation.tendons.world_drive import UNBOUNDED
 
 AT_LIMIT = 1.0e-6
 """Share of the greatest speed within which the motor may be held at it [1]."""

@@ -26,6 +26,8 @@ from tendon_newton.device_code.placeholders import (
 )
 from tendon_newton.device_code.structs import ContactStates, Drive, Event, Mechanism, Motion
 from tendon_newton.device_code.templates import device_template
+from tendon_newton.law.spool import UNBOUNDED
+from tendon_newton.law.string import SLACK, TAUT, UNDECIDED
 from tendon_newton.simulation.dynamics.contact_states import (
     BEYOND,
     constrained_solve,
@@ -36,10 +38,10 @@ from tendon_newton.simulation.dynamics.contact_states import (
     sign,
 )
 from tendon_newton.simulation.dynamics.forces import touching
-from tendon_newton.simulation.tendons.pipeline import SLACK, TAUT, UNDECIDED, flow_at
 from tendon_newton.simulation.tendons.routes import located, row_arms
 from tendon_newton.simulation.tendons.spools import is_rigid, is_string
-from tendon_newton.simulation.tendons.world_drive import UNBOUNDED, at_end, in_same_mode
+from tendon_newton.simulation.tendons.states import flow_at
+from tendon_newton.simulation.tendons.world_drive import at_end, in_same_mode
 
 EDGE = 1.0e-6
 """How far beyond its bound a joint counts as at the edge of its stop, and in touch [rad, m]."""

@@ -34,12 +34,7 @@ from tendon_newton.device_code.structs import (
     Mechanism,
 )
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.simulation.tendons.pipeline import (
-    damping_torque,
-    flow_at,
-    joint_state,
-    spring_torque,
-)
+from tendon_newton.law.joint import damping_torque, spring_torque
 from tendon_newton.simulation.tendons.routes import (
     route_stiffness,
     row_arms,
@@ -48,6 +43,7 @@ from tendon_newton.simulation.tendons.routes import (
     tendon_bow,
 )
 from tendon_newton.simulation.tendons.spools import rotor_inertia, with_spool
+from tendon_newton.simulation.tendons.states import flow_at, joint_state
 
 
 @device_template

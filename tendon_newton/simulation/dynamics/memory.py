@@ -18,8 +18,9 @@ from tendon_newton.device_code.placeholders import (
 from tendon_newton.device_code.slots import contact_memory, spring_memory
 from tendon_newton.device_code.structs import ContactStates, Drive, Mechanism, Motion
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.simulation.tendons.pipeline import flow_memory, joint_state, spring_torque
+from tendon_newton.law.joint import spring_torque
 from tendon_newton.simulation.tendons.routes import located
+from tendon_newton.simulation.tendons.states import flow_memory, joint_state
 from tendon_newton.simulation.tendons.tension import held_share
 from tendon_newton.simulation.tendons.world_drive import at_end
 

@@ -37,12 +37,14 @@ from tendon_newton.device_code.structs import (
     Worlds,
 )
 from tendon_newton.device_code.templates import device_template
+from tendon_newton.law.servo import servo_flow
+from tendon_newton.law.spool import SETTLED
 from tendon_newton.simulation.dynamics.events import EDGE
 from tendon_newton.simulation.dynamics.forces import smooth_forces, touching
 from tendon_newton.simulation.dynamics.memory import remembered
-from tendon_newton.simulation.tendons.pipeline import flow_at, servo_flow, tendon_state
 from tendon_newton.simulation.tendons.routes import located, tendon_arms
 from tendon_newton.simulation.tendons.spools import SNUG, is_rigid, is_string
+from tendon_newton.simulation.tendons.states import flow_at, tendon_state
 from tendon_newton.simulation.tendons.world_drive import world_drive
 
 SETTLING_STEPS = 200
@@ -59,8 +61,6 @@ that rounding swallows has arrived in any case."""
 FROM_SPRINGS, AS_MEASURED, NEAR_MEASURED = 0, 1, 2
 """Where a recording starts: in the equilibrium to which it goes from relaxed springs, as its first
 row says, or in the equilibrium to which it goes from there."""
-SETTLED = 1.0e9
-"""Time [s] after which every internal state has come to rest."""
 GUIDE_STIFFNESS = 1.0e6
 """Stiffness [N/m] of the guide that brings a tendon to a measured angle at the start."""
 

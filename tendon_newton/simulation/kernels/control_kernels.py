@@ -34,11 +34,11 @@ from tendon_newton.device_code.structs import (
     States,
 )
 from tendon_newton.device_code.templates import device_template
+from tendon_newton.law.spool import SETTLED
 from tendon_newton.simulation.dynamics.contact_states import choose_contact_states
 from tendon_newton.simulation.dynamics.integrator import step
 from tendon_newton.simulation.dynamics.memory import remembered
 from tendon_newton.simulation.dynamics.sensors import read_sensors
-from tendon_newton.simulation.dynamics.settling import SETTLED
 from tendon_newton.simulation.kernels.acting_command import find_row, mean_command
 from tendon_newton.simulation.kernels.history_kernels import all_present, push_samples, with_held
 from tendon_newton.simulation.tendons.routes import located, placed

@@ -28,10 +28,11 @@ from tendon_newton.device_code.structs import (
     Worlds,
 )
 from tendon_newton.device_code.templates import device_template
+from tendon_newton.law.string import tendon_flow
 from tendon_newton.simulation.dynamics.sensors import read_sensors
 from tendon_newton.simulation.kernels.acting_command import just_after_row, log_of
-from tendon_newton.simulation.tendons.pipeline import tendon_flow, tendon_state
 from tendon_newton.simulation.tendons.routes import located
+from tendon_newton.simulation.tendons.states import tendon_state
 
 
 @device_template

@@ -37,9 +37,9 @@ from tendon_newton.device_code.structs import (
     Worlds,
 )
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.simulation.dynamics.settling import AS_MEASURED, SETTLED
+from tendon_newton.law.spool import SETTLED, UNBOUNDED
+from tendon_newton.simulation.dynamics.settling import AS_MEASURED
 from tendon_newton.simulation.kernels.acting_command import acting_row, log_of, mean_command
-from tendon_newton.simulation.tendons.world_drive import UNBOUNDED
 
 POSITION_EFFECTS = (
     "command_delay",

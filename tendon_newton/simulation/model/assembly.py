@@ -15,6 +15,7 @@ from tendon_newton.device_code import placeholders, slots
 from tendon_newton.device_code.linear_algebra import inverse, looped_inverse
 from tendon_newton.device_code.templates import Bindings, Specialiser
 from tendon_newton.effects import Effect, Stage
+from tendon_newton.law.servo import duty_of_force, force_of_duty
 from tendon_newton.simulation.chains import planar_chain, spatial_chain
 from tendon_newton.simulation.contact import (
     contact_distances,
@@ -36,7 +37,7 @@ from tendon_newton.simulation.kernels.position_kernels import POSITION_EFFECTS
 from tendon_newton.simulation.model.kernel_types import kernel_types
 from tendon_newton.simulation.model.stage_fields import check_stage
 from tendon_newton.simulation.model.structure import Structure
-from tendon_newton.simulation.tendons import measured_force, pipeline, routes, stages
+from tendon_newton.simulation.tendons import measured_force, routes, stages
 
 STAGES: dict[Stage, tuple[Any, Any]] = {
     Stage.PERIOD: (slots.period_effects, stages.scalar_stage),
@@ -258,7 +259,7 @@ def call_parts(specialiser: Specialiser, structure: Structure) -> None:
 def bind_duty(specialiser: Specialiser, structure: Structure) -> None:
     """Bind what a servo gives as a share of all that it has: a motor's duty, else its force."""
     actuator = find_actuator(structure.actuator)
-    asked, given = pipeline.duty_of_force, pipeline.force_of_duty
+    asked, given = duty_of_force, force_of_duty
     if structure.driven_by == "command" and actuator.modulated:
         asked, given = actuator.duty, actuator.driven
     specialiser.bind(slots.asked_duty, asked)

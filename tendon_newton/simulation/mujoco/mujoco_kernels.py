@@ -35,6 +35,7 @@ from tendon_newton.device_code.structs import (
     Track,
 )
 from tendon_newton.device_code.templates import device_template
+from tendon_newton.law.joint import damping_torque, spring_torque
 from tendon_newton.simulation.dynamics.memory import remembered
 from tendon_newton.simulation.kernels.acting_command import (
     acting_command,
@@ -45,15 +46,9 @@ from tendon_newton.simulation.kernels.acting_command import (
     mean_command,
 )
 from tendon_newton.simulation.kernels.history_kernels import all_present, push_samples
-from tendon_newton.simulation.tendons.pipeline import (
-    damping_torque,
-    excursion,
-    flow_at,
-    joint_state,
-    spring_torque,
-)
 from tendon_newton.simulation.tendons.routes import located, tendon_arms, tendon_bow
 from tendon_newton.simulation.tendons.spools import rotor_inertia
+from tendon_newton.simulation.tendons.states import excursion, flow_at, joint_state
 from tendon_newton.simulation.tendons.world_drive import at_end, world_drive
 
 SLIDING_SPEED = 1.0e-3

@@ -30,32 +30,26 @@ from tendon_newton.device_code.placeholders import (
     ParameterVector,
     real,
 )
-from tendon_newton.device_code.slots import armature, radius_effects, transmission_effects
+from tendon_newton.device_code.slots import radius_effects, transmission_effects
 from tendon_newton.device_code.structs import ContactStates, Drive, Forces, Mechanism, Spool
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.simulation.tendons.pipeline import (
-    HELD,
-    gear_line,
-    passed_share,
-    servo_flow,
-    tendon_state,
-)
+from tendon_newton.law.gear import passed_share
+from tendon_newton.law.servo import on_side, servo_flow
+from tendon_newton.law.spool import UNBOUNDED, felt_inertia, spool_balance
 from tendon_newton.simulation.tendons.routes import tendon_arms, tendon_bow
-from tendon_newton.simulation.tendons.world_drive import UNBOUNDED
+from tendon_newton.simulation.tendons.states import tendon_state
 
 SNUG = 1.0e-9
 """A string with less slack [m] than this has none."""
 SNUG_RATE = 1.0e-9
 """A spool that leads or lags by less [m/s] moves with its mechanism."""
-LEAST_ROTOR = 1.0e-8
-"""Inertia [kg m2] of the smallest rotor: that of a coreless motor of 10 mm without a gear."""
 
 
 @device_template
 def rotor_inertia(mechanism: Mechanism, world: int, p: ParameterVector, d: int) -> real:
     """Return the inertia of a rotor as felt at its string, J / r^2 [kg]."""
     radius = radius_effects(mechanism.spool_radius[world][d], d, p)
-    return wp.max(armature(p), real(LEAST_ROTOR)) / (radius * radius)
+    return felt_inertia(radius, p)
 
 
 @device_template
@@ -99,22 +93,12 @@ def spool_at(
     """Return the forces at both ends of a string whose spool moves on its own."""
     tendon = tendon_state(mechanism, p, here, d, side)
     flow = servo_flow(tendon, p)
-    motor = flow.motor_force
     tendon.error = tendon.command - flow.angle[0]
     stiffness = string_stiffness(mechanism, here, d)
     tension = stiffness * here.q[LINKS + d]
-    gear = gear_line(tension, tendon, p)
-    taken = tension + (tension - gear[0]) / gear[1]
-    out = Spool()
+    out = spool_balance(flow, tendon, p, tension, stiffness)
     out.inertia = rotor_inertia(mechanism, here.world, p, d)
-    out.force = Jet(motor[0] - taken, motor[1], motor[2] + gear[2] / gear[1])
-    out.force_by_lead = -stiffness / gear[1]
-    if side * tendon.direction > real(1.5):
-        out.force = Jet(-real(HELD) * tendon.direction, real(0.0), real(0.0))
-        out.force_by_lead = real(0.0)
-    guided = tendon
-    guided.side = guide_side
-    guided.direction = wp.clamp(guide_side, real(-1.0), real(1.0))
+    guided = on_side(tendon, guide_side)
     given = Jet(tension, real(0.0), real(0.0))
     out.pull = transmission_effects(given, guided, p)
     out.pull_by_lead = passed_share(given, out.pull, guided, p) * stiffness

@@ -14,9 +14,9 @@ from tendon_newton.device_code.placeholders import (
 )
 from tendon_newton.device_code.structs import ContactStates, Drive, Flow, Forces, Mechanism
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.simulation.tendons.pipeline import excursion, flow_at
 from tendon_newton.simulation.tendons.routes import tendon_arms, tendon_bow
 from tendon_newton.simulation.tendons.spools import rotor_inertia, string_stiffness
+from tendon_newton.simulation.tendons.states import excursion, flow_at
 
 
 @device_template

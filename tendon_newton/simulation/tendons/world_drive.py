@@ -35,10 +35,8 @@ from tendon_newton.device_code.slots import (
 )
 from tendon_newton.device_code.structs import Drive, Mechanism
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.simulation.tendons.pipeline import joint_state
-
-UNBOUNDED = 1.0e30
-"""Stands for an infinite number where one must be compared: a speed, a stiffness."""
+from tendon_newton.law.spool import UNBOUNDED
+from tendon_newton.simulation.tendons.states import joint_state
 
 
 @device_template
