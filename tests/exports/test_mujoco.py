@@ -166,7 +166,7 @@ def test_the_program_of_every_effect_is_whole(
     reading = hook.read()
     assert reading.angle[0] == pytest.approx(0.3, abs=0.3)  # at rest below its command
     carried = any(line.startswith("def ") and effect in line for line in text.splitlines())
-    assert carried or effect in ("inertia_error", "gravity_misalignment")
+    assert carried or effect in ("inertia_error", "gravity_misalignment", "sample_period_error")
 
 
 def imported_by(text: str) -> set[str]:
