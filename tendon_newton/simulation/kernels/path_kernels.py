@@ -50,7 +50,8 @@ from tendon_newton.device_code.structs import (
     Worlds,
 )
 from tendon_newton.device_code.templates import device_template
-from tendon_newton.simulation.tendons.pipeline import HELD, gear_line
+from tendon_newton.law.gear import gear_line
+from tendon_newton.law.servo import HELD
 
 PATH_EFFECTS = (
     "spool_radius_error",
