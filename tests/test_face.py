@@ -88,9 +88,9 @@ def test_what_is_printed_is_a_line_and_a_table_without_arrays() -> None:
         "Recording('<b>.csv', spring_strong: 1105 rows, 13.8 s, command, motor_position, "
         "motor_velocity, force)",
         "Model(ideal(gain=4.2, spool_radius=0.0125))",
-        "ControlLoop(finger: 3 worlds of 1 tendons and 2 joints, 20 Hz, cpu)",
+        "ControlLoop(mechanism finger, worlds 3, tendons 1, joints 2, rate 20 Hz, device cpu)",
     ]
-    pages = [value._repr_html_() for value in (dataset, recording, model)]
+    pages = [value._repr_html_() for value in (dataset, recording, model, loop)]
     assert all(page.count("<tr>") == page.count("</tr>") > 1 for page in pages)
     assert "&lt;b&gt;.csv" in pages[1]
 

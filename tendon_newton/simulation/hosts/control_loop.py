@@ -14,6 +14,7 @@ from torch import Tensor
 from tendon_newton.actuators import find_actuator
 from tendon_newton.actuators.networks.query import NetworkForm, open_query, with_hold
 from tendon_newton.actuators.networks.torchscript import ForceQuery
+from tendon_newton.data.files.html_table import html_table
 from tendon_newton.data.model_file import Model
 from tendon_newton.errors import InvalidParameter, SimulationDiverged
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
@@ -134,10 +135,22 @@ class ControlLoop:
 
     def __repr__(self) -> str:
         """Say what it steps."""
-        return (
-            f"ControlLoop({self.mechanism_name}: {self.world_count} worlds of {self.tendon_count} "
-            f"tendons and {self.joint_count} joints, {self.rate:g} Hz, {self.device})"
-        )
+        return f"ControlLoop({', '.join(f'{name} {value}' for name, value in self._words())})"
+
+    def _repr_html_(self) -> str:
+        """Show the same as a table in a notebook."""
+        return html_table("ControlLoop", ("what", "value"), self._words())
+
+    def _words(self) -> list[tuple[str, object]]:
+        """Return what it steps."""
+        return [
+            ("mechanism", self.mechanism_name),
+            ("worlds", self.world_count),
+            ("tendons", self.tendon_count),
+            ("joints", self.joint_count),
+            ("rate", f"{self.rate:g} Hz"),
+            ("device", self.device),
+        ]
 
     @property
     def tendon_count(self) -> int:
