@@ -54,9 +54,28 @@ def error(found: Mapping[str, Any] | None) -> str:
 def costs(results: Results, keys: Sequence[str]) -> str:
     """Return numbers, time and what each says, of the first split that has the row."""
     lines = [["", "numbers", "time of a fit", "says"], ["---"] * 4]
-    for row, words in ROWS.items():
-        found = next((results[key][row] for key in keys if row in results[key]), {})
-        if "seconds" in found:
-            own = [str(found["numbers"]), f"{found['seconds']:.0f} s", str(found["says"])]
-            lines.append([words, *own])
+    found = {
+        row: next((results[key][row] for key in keys if row in results[key]), {}) for row in ROWS
+    }
+    timed = {row: cells for row, cells in found.items() if "seconds" in cells}
+    theirs = [cells for row, cells in timed.items() if row.startswith("bam")]
+    if theirs:
+        lines.append(
+            [
+                "Rhoban/bam, each of its models",
+                span([cells["numbers"] for cells in theirs]),
+                f"{span([cells['seconds'] for cells in theirs])} s",
+                str(theirs[0]["says"]),
+            ]
+        )
+    lines += [
+        [ROWS[row], str(cells["numbers"]), f"{cells['seconds']:.0f} s", str(cells["says"])]
+        for row, cells in timed.items()
+        if not row.startswith("bam")
+    ]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def span(values: Sequence[float]) -> str:
+    """Return the least and the greatest of some values."""
+    return f"{min(values):.0f} to {max(values):.0f}"
