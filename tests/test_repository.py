@@ -166,11 +166,10 @@ def test_every_direct_dependency_is_pinned() -> None:
 
 
 def test_every_version_that_is_pinned_has_its_hashes() -> None:
-    """`requirements-hashes.txt` has the versions of `constraints.txt`, all but torch's."""
+    """The files of hashes have the versions of `constraints.txt`, all but torch's."""
     pinned = set(re.findall(r"^(\S+==\S+)$", read("constraints.txt"), re.MULTILINE))
-    hashed = re.findall(
-        r"^(\S+==\S+) \\\n    --hash=sha256:", read("requirements-hashes.txt"), re.M
-    )
+    hashes = read("requirements-hashes.txt") + read("requirements-hashes-sim.txt")
+    hashed = re.findall(r"^(\S+==\S+) \\\n    --hash=sha256:", hashes, re.M)
     torch = {line for line in pinned if line.startswith("torch==")}
     assert {canonicalize_name(line) for line in hashed} == {
         canonicalize_name(line) for line in pinned - torch
