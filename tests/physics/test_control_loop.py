@@ -3,14 +3,17 @@
 from collections.abc import Callable
 from dataclasses import fields
 
+import newton
 import numpy as np
 import pytest
 import torch
+import warp as wp
 from torch import Tensor
 
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.errors import InvalidParameter, SimulationDiverged
 from tendon_newton.mechanisms.loading import load_mechanism
+from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.control_loop import ControlLoop, ControlReading
 from tests.conftest import SEED
 from tests.physics.learned import networks
@@ -126,6 +129,24 @@ def test_the_tip_follows_the_joints() -> None:
     z = -0.030 * np.sin(0.5) - 0.025 * np.sin(0.9)
     assert read.tip is not None
     assert read.tip[0].tolist() == pytest.approx([x, 0.0, z], abs=1e-6)
+
+
+def test_the_tip_is_where_newton_has_it_to_the_bit() -> None:
+    """Policies that learned from Newton's own kinematics go on to see the same tip."""
+    loop = ideal_loop()
+    read = loop.reset(random_commands(1)[0])
+    mechanism = load_mechanism("finger")
+    model = build_model(mechanism, WORLDS, device="cpu")
+    state = model.state()
+    state.joint_q.assign(read.joint_position.numpy().ravel())
+    newton.eval_fk(model, state.joint_q, state.joint_qd, state)
+    assert read.tip is not None
+    assert mechanism.tip is not None
+    bodies = state.body_q.numpy().reshape(WORLDS, -1, 7)[:, mechanism.tip.body]
+    point = wp.vec3(*mechanism.tip.point)
+    places = [wp.transform_point(wp.transform(*body), point) for body in bodies]
+    assert np.array(places, dtype=np.float32).tolist() == read.tip.tolist()
+    assert np.ptp(read.joint_position.numpy()) > 0.1
 
 
 def test_numbers_differ_by_world() -> None:

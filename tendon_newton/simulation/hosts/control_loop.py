@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import newton
 import torch
 import warp as wp
 from torch import Tensor
@@ -28,7 +27,11 @@ from tendon_newton.simulation.kernels.reading_kernels import (
     finite_kernel,
     tip_kernel,
 )
-from tendon_newton.simulation.model.mechanism_arrays import OF_A_WORLD, coordinate_axis
+from tendon_newton.simulation.model.mechanism_arrays import (
+    OF_A_WORLD,
+    coordinate_axis,
+    moving_joints,
+)
 from tendon_newton.simulation.model.structure import Precision
 
 SHOWN_WORLDS = 8
@@ -313,6 +316,7 @@ class ControlLoop:
         self._contact_force = wp.to_torch(solver.contact_force)
         self._diverged = wp.zeros(worlds, dtype=wp.bool, device=self.device)
         self._tip = wp.zeros(worlds if has_tip else 0, dtype=wp.vec3f, device=self.device)
+        self._tip_inputs = self._tip_inputs_of(self._newton) if has_tip else []
         position, velocity = (
             wp.to_torch(numbers).view(worlds, -1)
             for numbers in (self._state.joint_q, self._state.joint_qd)
@@ -330,6 +334,15 @@ class ControlLoop:
             diverged=wp.to_torch(self._diverged),
         )
         """The last reading."""
+
+    def _tip_inputs_of(self, model: Any) -> list[Any]:
+        """Return what the tip's place is made of."""
+        return [
+            wp.array(moving_joints(model), dtype=int, device=self.device),
+            model.joint_type, model.joint_parent, model.joint_child,
+            model.joint_X_p, model.joint_X_c, model.joint_qd_start, model.joint_axis,
+            model.joint_q_start, self._state.joint_q, model.tendon.tip_body, model.tendon.tip_point,
+        ]  # fmt: skip
 
     def _make_graphs(self) -> None:
         """Decide what is recorded: on CUDA a whole step, on a CPU what lies between torch's parts.
@@ -368,10 +381,8 @@ class ControlLoop:
         inputs = [self.tendon_count, *readings]
         wp.launch(finite_kernel, worlds, inputs=inputs, device=self.device)
         if self.reading.tip is not None:
-            newton.eval_fk(self._newton, state.joint_q, state.joint_qd, state)
-            tendon = self._newton.tendon
-            inputs = [state.body_q, tendon.tip_body, tendon.tip_point]
-            wp.launch(tip_kernel, worlds, inputs=inputs, outputs=[self._tip], device=self.device)
+            outputs = [state.body_q, self._tip]
+            wp.launch(tip_kernel, worlds, self._tip_inputs, outputs, device=self.device)
 
     def _mask(self, worlds: Tensor | None) -> Tensor:
         """Return a mask of worlds on the device, shape (W,)."""

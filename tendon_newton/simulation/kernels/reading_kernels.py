@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import newton
 import warp as wp
 
 from tendon_newton.device_code.placeholders import DeviceArray, DeviceGrid
+
+REVOLUTE = wp.constant(int(newton.JointType.REVOLUTE))
+"""Newton's number of a joint that turns."""
 
 
 @wp.kernel(enable_backward=False)
@@ -49,11 +53,36 @@ def finite_kernel(
 
 @wp.kernel(enable_backward=False)
 def tip_kernel(
-    body_q: DeviceArray[wp.transformf],
+    chain: DeviceGrid[int],
+    kind: DeviceArray[int],
+    parent: DeviceArray[int],
+    child: DeviceArray[int],
+    at_parent: DeviceArray[wp.transformf],
+    at_child: DeviceArray[wp.transformf],
+    axis_start: DeviceArray[int],
+    axis: DeviceArray[wp.vec3f],
+    position_start: DeviceArray[int],
+    position: DeviceArray[wp.float32],
     tip_body: DeviceArray[int],
     tip_point: DeviceArray[wp.vec3f],
+    body_q: DeviceArray[wp.transformf],
     tip: DeviceArray[wp.vec3f],
 ) -> None:
-    """Move each world's tip [m] from its link's frame to the base."""
+    """Place each world's links in the base's frame, and the tip [m] that one of them carries.
+
+    The arithmetic of ``newton.eval_fk`` to the bit, whose module compiles for six seconds.
+    """
     i = int(wp.tid())  # pyright: ignore[reportArgumentType] - one dimension: a number
+    for k in range(chain.shape[1]):
+        j = chain[i, k]
+        along, moved = axis[axis_start[j]], position[position_start[j]]
+        motion = wp.transform_identity(dtype=wp.float32)
+        if kind[j] == REVOLUTE:
+            motion = wp.transformf(wp.vec3f(), wp.quat_from_axis_angle(along, moved))
+        else:
+            motion = wp.transformf(along * moved, wp.quat_identity(dtype=wp.float32))
+        anchor = at_parent[j]
+        if parent[j] >= 0:
+            anchor = body_q[parent[j]] * anchor
+        body_q[child[j]] = anchor * motion * wp.transform_inverse(at_child[j])
     tip[i] = wp.transform_point(body_q[tip_body[i]], tip_point[i])  # pyright: ignore
