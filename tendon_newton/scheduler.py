@@ -154,6 +154,11 @@ def share_cores(jobs: int) -> None:
         os.environ[name] = "1"
 
 
+def thread_count() -> int:
+    """Return how many threads this process may work with."""
+    return int(os.environ.get(THREADS_VARIABLE, core_count()))
+
+
 def core_count() -> int:
     """Return how many cores this process may use, which are not always all of the computer."""
     own = getattr(os, "sched_getaffinity", None)

@@ -1,7 +1,8 @@
-"""What Warp says of itself while it starts and compiles, kept off the terminal."""
+"""What Warp says of itself while it starts and compiles, in fewer words of ours."""
 
 from __future__ import annotations
 
+import logging
 import os
 import sys
 from tempfile import TemporaryFile
@@ -12,10 +13,26 @@ NO_DRIVER = b"Could not find or load the NVIDIA CUDA driver"
 """Words of native code where there is no GPU; who asks for one is told by a verb."""
 
 
+class CompilingShown(logging.Handler):
+    """Shows on the error stream what compiles."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Write a line."""
+        sys.stderr.write(f"  {self.format(record)}\n")
+
+
 def quiet_warp() -> None:
-    """Start Warp without its news; errors, and other words of native code, are passed on."""
+    """Start Warp without its news; errors, and other words of native code, are passed on.
+
+    What our kernels take to compile is told in a line of ours.
+    """
     import warp as wp
 
+    from tendon_newton.device_code.kernel_loading import LOG
+
+    if not LOG.handlers:
+        LOG.addHandler(CompilingShown())
+        LOG.setLevel(logging.INFO)
     if os.environ.get(VERBOSE):
         return
     wp.config.log_level = wp.LOG_ERROR

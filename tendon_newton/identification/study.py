@@ -14,6 +14,7 @@ from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.parameters import BenchScale, Parameter
 from tendon_newton.data.recording import Array, Indices, Mask, Recording
 from tendon_newton.data.servo_names import name_of
+from tendon_newton.device_code.kernel_loading import load_kernels
 from tendon_newton.effects import find_effect
 from tendon_newton.errors import InvalidDataset, unknown_name
 from tendon_newton.identification.bench_scale import scale_of
@@ -135,6 +136,9 @@ class Study:
             )
             self.table = replace(rollout.table, scale=self.scale)
             self._groups.append((rollout, members))
+        # together, since those of one group may wait for a core while others compile
+        sets = [rollout.kernels.launched for rollout, _ in self._groups]
+        load_kernels([kernel for kernels in zip(*sets, strict=True) for kernel in kernels], DEVICE)
         self._vectors = [rollout.base_vectors(model) for rollout, _ in self._groups]
         self.noise = self._with_driving_noise(self.noise)
         self._cells = [find_cell(r, self.timeline(i)) for i, r in enumerate(self.recordings)]

@@ -133,6 +133,7 @@ class ControlLoop:
             self.held = HeldForce(self.solver, query)
         self._steps = 1 if self.held is None else self.held.steps_per(rate)
         self._begun = False
+        self.solver.load()
         self._make_tensors(bench.tip is not None)
         self._make_graphs()
 

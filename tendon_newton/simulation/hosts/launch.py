@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from functools import cache
@@ -13,7 +12,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from tendon_newton.scheduler import THREADS_VARIABLE
+from tendon_newton.scheduler import thread_count
 
 CHUNKS_PER_THREAD = 4
 """Launches per thread, so that a slow one does not leave the other thread idle."""
@@ -47,7 +46,7 @@ class Launch:
         if self.device.is_cuda:
             wp.launch(kernel, self.count, inputs=[0, *inputs], device=self.device)
             return
-        threads = int(os.environ.get(THREADS_VARIABLE, os.cpu_count() or 1))
+        threads = thread_count()
         parts = min(self.count, threads * CHUNKS_PER_THREAD)
         edges = np.linspace(0, self.count, parts + 1).astype(int)
         with ONE_AT_A_TIME:

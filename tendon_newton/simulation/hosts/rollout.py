@@ -14,6 +14,7 @@ from tendon_newton.data.checks.lint_checks import blocked_rows
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array, DrivenBy, Indices, Recording
 from tendon_newton.data.servo_names import effect_of
+from tendon_newton.device_code.kernel_loading import load_kernels
 from tendon_newton.device_code.placeholders import ParameterVector, TendonVector, real
 from tendon_newton.device_code.structs import Commands, Readout, Rows, States, Worlds
 from tendon_newton.device_code.structs import Mechanism as MechanismNumbers
@@ -343,6 +344,7 @@ class Rollout:
 
     def _simulate(self, launch: Launch, step: Any, first: Any, readout: Any) -> None:
         """Take all worlds from their start through all rows, and renew their forces on the way."""
+        load_kernels(self.kernels.launched, self.device)
         rounds = self.force.rounds([timeline.time for timeline in self.timelines])
         rounds = np.repeat(rounds, self._chains.count, axis=1)
         servos = RolloutServos(self.kernels, launch, rounds[0])

@@ -19,6 +19,7 @@ from tendon_newton.actuators import find_actuator
 from tendon_newton.actuators.networks.history import History
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Array
+from tendon_newton.device_code.kernel_loading import load_kernels
 from tendon_newton.device_code.placeholders import (
     ParameterVector,
     Quaternion,
@@ -176,6 +177,12 @@ class TendonSolver(SolverBase):
     def holds_force(self) -> bool:
         """Whether the actuator's force is decided outside; see `hold`."""
         return self._code.structure.holds_force
+
+    def load(self) -> None:
+        """Compile at once what resets, steps and readings launch; else each does when launched."""
+        seldom = {"contact"} if self.holds_force else {"contact", "sense", "hold"}
+        usual = sorted(self._kernel_of.keys() - seldom, key=lambda name: name != "step")
+        load_kernels([self._kernel_of[name] for name in usual], self.model.device)
 
     def _make_arrays(self, vectors: Array) -> None:
         """Allocate all that a step reads and writes; the chains' numbers have shape (W K, P)."""

@@ -78,11 +78,12 @@ def tip_kernel(
         along, moved = axis[axis_start[j]], position[position_start[j]]
         motion = wp.transform_identity(dtype=wp.float32)
         if kind[j] == REVOLUTE:
-            motion = wp.transformf(wp.vec3f(), wp.quat_from_axis_angle(along, moved))
+            turn = wp.quat_from_axis_angle(along, moved)  # pyright: ignore
+            motion = wp.transform(wp.vec3(), turn)
         else:
-            motion = wp.transformf(along * moved, wp.quat_identity(dtype=wp.float32))
+            motion = wp.transform(along * moved, wp.quat_identity())
         anchor = at_parent[j]
         if parent[j] >= 0:
-            anchor = body_q[parent[j]] * anchor
-        body_q[child[j]] = anchor * motion * wp.transform_inverse(at_child[j])
+            anchor = body_q[parent[j]] * anchor  # pyright: ignore
+        body_q[child[j]] = anchor * motion * wp.transform_inverse(at_child[j])  # pyright: ignore
     tip[i] = wp.transform_point(body_q[tip_body[i]], tip_point[i])  # pyright: ignore

@@ -175,6 +175,11 @@ class KernelSet:
     settle: wp.Kernel
     rollout: wp.Kernel
 
+    @property
+    def launched(self) -> tuple[wp.Kernel, ...]:
+        """The kernels that every rollout launches; what takes longest to compile stands first."""
+        return self.rollout, self.settle
+
 
 @cache
 def kernel_set(structure: Structure) -> KernelSet:

@@ -1,0 +1,92 @@
+"""Kernels made ready before they are launched: compiled on all cores, and told."""
+
+from __future__ import annotations
+
+import json
+import logging
+import time
+from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from pathlib import Path
+from typing import Any
+
+import warp as wp
+
+from tendon_newton.data.files.text_file import write_text
+from tendon_newton.scheduler import thread_count
+
+LOG = logging.getLogger(__name__)
+TIMES = "tendon_newton_compile_seconds.json"
+"""File in Warp's cache: how long each kind of kernel took when it was compiled last [s]."""
+
+
+def load_kernels(kernels: Iterable[wp.Kernel], device: Any) -> None:
+    """Compile kernels that no run on this computer compiled before, each on a core of its own.
+
+    Without this a kernel compiles when it is first launched, one after the other. What compiles,
+    how long that took last time, and each kernel that is done is logged.
+
+    Args:
+        kernels: Kernels that will be launched soon; what takes longest to compile stands first.
+        device: Warp device.
+    """
+    device = wp.get_device(device)
+    missing = {kernel.module: kind_of(kernel) for kernel in kernels if not is_kept(kernel, device)}
+    if not missing:
+        return
+    workers = min(len(missing), thread_count())
+    LOG.info(announcement(list(missing.values()), workers))
+    begin = time.monotonic()
+    times = last_times()
+    with ThreadPoolExecutor(workers) as pool:
+        jobs = {pool.submit(seconds_to_load, module, device): module for module in missing}
+        try:
+            for done, job in enumerate(as_completed(jobs), start=1):
+                times[missing[jobs[job]]] = round(job.result(), 1)
+                elapsed = time.monotonic() - begin
+                LOG.info(f"compiled {done} of {len(missing)} kernels in {elapsed:.0f} s")
+        finally:  # after Ctrl-C no further kernel is begun
+            pool.shutdown(cancel_futures=True)
+    write_text(kernel_cache() / TIMES, json.dumps(times))
+
+
+def is_kept(kernel: wp.Kernel, device: Any) -> bool:
+    """Tell whether Warp's cache has a kernel."""
+    block = kernel.module.options["block_dim"] if device.is_cuda else 1
+    return (kernel_cache() / kernel.module.get_module_identifier(block)).is_dir()
+
+
+def seconds_to_load(module: Any, device: Any) -> float:
+    """Compile a module and return how long that took [s]."""
+    begin = time.monotonic()
+    wp.force_load(device, [module], max_workers=0)
+    return time.monotonic() - begin
+
+
+def kind_of(kernel: wp.Kernel) -> str:
+    """Return a kernel's name without what tells apart those of several mechanisms."""
+    return kernel.key.rpartition("_kernel")[0]
+
+
+def announcement(kinds: list[str], workers: int) -> str:
+    """Say what compiles, and how long that took last time if it ever did."""
+    counted = ", ".join(f"{kinds.count(kind)} x {kind}" for kind in dict.fromkeys(kinds))
+    text = f"compiling {len(kinds)} kernels ({counted}) on {workers} cores, once on this computer"
+    times = last_times()
+    known = [times[kind] for kind in kinds if kind in times]
+    if len(known) < len(kinds):
+        return text
+    return f"{text}; the last such took {max(max(known), sum(known) / workers):.0f} s"
+
+
+def last_times() -> dict[str, float]:
+    """Return how long each kind of kernel took last time [s]."""
+    try:
+        return json.loads((kernel_cache() / TIMES).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+
+
+def kernel_cache() -> Path:
+    """Return the folder in which Warp keeps what it compiled."""
+    return Path(str(wp.config.kernel_cache_dir))
