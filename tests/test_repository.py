@@ -176,6 +176,19 @@ def test_every_version_that_is_pinned_has_its_hashes() -> None:
     }
 
 
+def test_the_demo_installs_nothing_but_what_it_needs(tmp_path: Path) -> None:
+    """``make demo`` takes the extra `sim` with its hashes; the rest comes with ``make setup``."""
+    for name in ("Makefile", "pyproject.toml", "constraints.txt", "requirements-hashes-sim.txt"):
+        (tmp_path / name).write_text(read(name), encoding="utf-8")
+    run = subprocess.run(
+        ["make", "--dry-run", "demo"], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+    assert re.findall(r"-r (\S+)|-e (\S+)", run.stdout) == [
+        ("requirements-hashes-sim.txt", ""),
+        ("", '".[sim]"'),
+    ]
+
+
 TABLES = {"tendon_newton/effects", "tendon_newton/cli", "examples/studies"}
 """Folders with one file for each entry of a table."""
 MOST_FILES = 15

@@ -1,31 +1,48 @@
 """Build wheel and sdist, install them into a clean environment, and run the demo from there.
 
 ``python -m tests.wheel`` takes minutes and an index of packages; `make nightly` runs it. The wheel
-comes from the sdist, so that both have all that they need.
+comes from the sdist, so that both have all that they need. First the kernels of the demo are
+compiled anew; they go into ``tendon_newton/_kernels``, which every later build takes along.
 """
 
 from __future__ import annotations
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
 import venv
 from pathlib import Path
 
+import warp as wp
+
+from tendon_newton.device_code.kernel_loading import TIMES
+
 ROOT = Path(__file__).resolve().parents[1]
+KERNELS = ROOT / "tendon_newton" / "_kernels"
 
 
 def main() -> None:
     """Build, install, run; leave with the code of what failed."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
+        compile_kernels(folder / "compiled")
         wheel = build(folder)
         python = clean_environment(folder / "clean")
         pip(python, "-c", str(ROOT / "constraints.txt"), f"{wheel}[sim]")
         check(python, folder)
     print("the wheel, made from the sdist, runs the demo in a clean environment")
+
+
+def compile_kernels(cache: Path) -> None:
+    """Keep those kernels of a demo that serve every processor, without their source."""
+    shutil.rmtree(KERNELS, ignore_errors=True)
+    words = [sys.executable, "-m", "tendon_newton", "demo", "--out", str(cache / "demo")]
+    run(words, cwd=ROOT, WARP_CACHE_PATH=str(cache))
+    for kernel in (*cache.glob("*/wp_rollout_kernel_*"), *cache.glob("*/wp_settle_kernel_*")):
+        shutil.copytree(kernel, KERNELS / kernel.name, ignore=shutil.ignore_patterns("*.cpp"))
 
 
 def build(folder: Path) -> Path:
@@ -42,7 +59,9 @@ def build(folder: Path) -> Path:
 def check(python: str, folder: Path) -> None:
     """Run the demo in a folder that is no clone, and look at its answer."""
     program = str(Path(python).with_name("tendon-newton"))
-    run([program, "demo", "--out", "demo"], cwd=folder)
+    run([program, "demo", "--out", "demo"], cwd=folder, WARP_CACHE_PATH=str(folder / "kernels"))
+    told = folder / "kernels" / wp.__version__ / TIMES
+    assert not told.exists(), f"the demo compiled: {told.read_text(encoding='utf-8')}"
     stated = json.loads((folder / "demo" / "diagnosis.json").read_text(encoding="utf-8"))
     assert [effect["name"] for effect in stated["effects"]] == ["viscous_friction"], stated
     assert (folder / "demo" / "report.html").stat().st_size > 0
@@ -60,9 +79,9 @@ def pip(python: str, *words: str) -> None:
     run([python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *words])
 
 
-def run(words: list[str], cwd: Path | None = None) -> None:
+def run(words: list[str], cwd: Path | None = None, **environment: str) -> None:
     """Run a program; no package of ours is found but the installed one."""
-    known = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+    known = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"} | environment
     result = subprocess.run(words, cwd=cwd, env=known)
     if result.returncode:
         sys.exit(f"{' '.join(words)}: exit code {result.returncode}")

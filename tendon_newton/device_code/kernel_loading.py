@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 import logging
+import shutil
 import time
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import suppress
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import warp as wp
@@ -16,6 +19,8 @@ from tendon_newton.data.files.text_file import write_text
 from tendon_newton.scheduler import thread_count
 
 LOG = logging.getLogger(__name__)
+BROUGHT = Path(__file__).parents[1] / "_kernels"
+"""Kernels that a wheel brings, as Warp's cache has them; see `tests.wheel`."""
 TIMES = "tendon_newton_compile_seconds.json"
 """File in Warp's cache: how long each kind of kernel took when it was compiled last [s]."""
 
@@ -23,8 +28,9 @@ TIMES = "tendon_newton_compile_seconds.json"
 def load_kernels(kernels: Iterable[wp.Kernel], device: Any) -> None:
     """Compile kernels that no run on this computer compiled before, each on a core of its own.
 
-    Without this a kernel compiles when it is first launched, one after the other. What compiles,
-    how long that took last time, and each kernel that is done is logged.
+    A wheel brings those of some diagnoses. Otherwise a kernel compiles when it is first launched,
+    one after the other. What compiles, how long that took last time, and each that is done are
+    logged.
 
     Args:
         kernels: Kernels that will be launched soon; what takes longest to compile stands first.
@@ -51,9 +57,16 @@ def load_kernels(kernels: Iterable[wp.Kernel], device: Any) -> None:
 
 
 def is_kept(kernel: wp.Kernel, device: Any) -> bool:
-    """Tell whether Warp's cache has a kernel."""
+    """Tell whether Warp's cache has a kernel; one that came with the program is put there."""
     block = kernel.module.options["block_dim"] if device.is_cuda else 1
-    return (kernel_cache() / kernel.module.get_module_identifier(block)).is_dir()
+    name = kernel.module.get_module_identifier(block)
+    kept, brought = kernel_cache() / name, BROUGHT / name
+    if brought.is_dir() and not kept.is_dir():
+        with TemporaryDirectory(dir=kernel_cache()) as folder:
+            whole = shutil.copytree(brought, Path(folder) / name)
+            with suppress(OSError):  # another process was faster
+                whole.rename(kept)
+    return kept.is_dir()
 
 
 def seconds_to_load(module: Any, device: Any) -> float:

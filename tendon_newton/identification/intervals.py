@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import stats
+from scipy.special import ndtri, stdtrit
 
 from tendon_newton.data.recording import Array, Indices
 from tendon_newton.identification.linearisation import Linearisation, invertible
@@ -59,5 +59,5 @@ def half_width(point: Linearisation, groups: Indices) -> Array:
     steps = np.linalg.solve(np.array(matrices), (draws @ gradients)[..., None])[..., 0]
     tails = 0.5 * (1.0 - LEVEL), 0.5 * (1.0 + LEVEL)
     low, high = np.quantile(steps, tails, axis=0)
-    few = stats.t.ppf(tails[1], count - 1) / stats.norm.ppf(tails[1])
+    few = stdtrit(count - 1, tails[1]) / ndtri(tails[1])
     return 0.5 * (high - low) * few * np.sqrt(count / (count - 1))

@@ -3,7 +3,11 @@
 Run from the root of the repository, for both parts or one of them::
 
     python -m tests.benchmarks.startup [commands] [worlds]
+    python -m tests.benchmarks.startup --fresh [--of CHECKOUT]
 
+With ``--fresh`` all is timed from nothing: a new environment, an empty kernel cache, the demo, a
+bench of one's own and a short training, of this or another checkout. Beside the seconds by the
+clock stand those that the processors worked, which a busy machine changes less, and its load.
 Each command runs first with an empty kernel cache, then with that of the first run (the best of
 three); seconds by the clock, so the machine should be quiet. The worlds of a training are made with
 compiled kernels, after the imports (the best of three); seconds that the process itself computed.
@@ -21,12 +25,13 @@ import tempfile
 import time
 from pathlib import Path
 
-from tests.benchmarks.timing import RESULTS, Row, circumstances, say
+from tests.benchmarks.timing import RESULTS, Row, circumstances, commit, say
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples" / "hidden_friction"
 MODEL = EXAMPLE / "model.toml"
 RESULT = RESULTS / "startup_cpu.json"
+FRESH_RESULT = RESULTS / "startup_fresh_cpu.json"
 WARM_RUNS = 3
 REPLAY = ["simulate", str(EXAMPLE), "--model", str(MODEL), "--no-plots", "--out", "OUT"]
 COMMANDS = {
@@ -50,6 +55,14 @@ COMMANDS = {
 }
 """What a user types behind ``tendon-newton``; OUT is an empty folder."""
 WORLDS = (64, 4096, 65_536)
+FIVE_CAUSES = (
+    "coulomb_friction",
+    "command_delay",
+    "tendon_slack",
+    "joint_stiffness_error",
+    "gain_error",
+)
+PLANT = [sys.executable, "-m", "tests.planted.generator"]
 ENVIRONMENT = """
 import gc, sys, time
 from tendon_newton.cli import COLLECT_AFTER
@@ -108,6 +121,73 @@ def time_worlds() -> list[Row]:
     return rows
 
 
+def fresh_rows(checkout: Path) -> list[Row]:
+    """Time an installation and what a newcomer runs first, from an empty environment.
+
+    Args:
+        checkout: Whose Makefile and program are timed; its own environment is left alone.
+    """
+    rows = []
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        clone = folder / "clone"
+        subprocess.run(["git", "clone", "-q", str(checkout), str(clone)], check=True)
+        makefile = (clone / "Makefile").read_text(encoding="utf-8")
+        stamp = next(s for s in (".venv/.installed-for-demo", ".venv/.installed") if s in makefile)
+        program = str(clone / ".venv" / "bin" / "tendon-newton")
+        policy = ["train-policy", "--worlds", "32", "--steps", "16", "--iterations", "4"]
+        steps: dict[str, tuple[list[str], str]] = {
+            "installation for the demo": (["make", "-s", stamp], "demo"),
+            "demo, empty kernel cache": ([program, "demo", "--out", "OUT"], "demo"),
+            "demo again": ([program, "demo", "--out", "OUT"], "demo"),
+            "train-policy, 4 iterations of 32 worlds, empty kernel cache": (
+                [sys.executable, "-m", "tendon_newton", *policy, "--out", "OUT"],
+                "policy",
+            ),
+        }
+        for causes in (FIVE_CAUSES[:1], FIVE_CAUSES):
+            recordings = str(folder / f"recordings {len(causes)}")
+            subprocess.run([*PLANT, recordings, "--effect", *causes], cwd=ROOT, check=True)
+            command = [program, "diagnose", recordings, "--out", "OUT"]
+            first = len(causes) == 1
+            what = "one planted cause, empty kernel cache" if first else "five planted causes"
+            steps[what] = (command, "diagnosis")
+        for number, (what, (command, cache)) in enumerate(steps.items()):
+            words = [str(folder / f"out {number}") if w == "OUT" else w for w in command]
+            rows.append({"what": what, **costs(words, clone, folder / cache)})
+            say(rows[-1])
+        size = sum(p.lstat().st_size for p in (clone / ".venv").rglob("*")) / 1.0e6
+        rows.append({"what": "size of the environment", "megabytes": round(size)})
+        say(rows[-1])
+    return rows
+
+
+def costs(command: list[str], folder: Path, cache: Path) -> Row:
+    """Run a command; return what it took, and how busy the machine was meanwhile."""
+    environment = {**os.environ, "WARP_CACHE_PATH": str(cache), "PYTHONPATH": str(folder)}
+    begun = time.perf_counter()
+    run = subprocess.Popen(
+        command, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+    )
+    assert run.stdout is not None
+    row: Row = {}
+    said = []
+    for line in run.stdout:
+        said.append(line.decode())
+        if "looking at" in said[-1]:
+            row["first_simulation_seconds"] = round(time.perf_counter() - begun, 1)
+    _, status, used = os.wait4(run.pid, 0)
+    if status:
+        raise SystemExit(f"{command} failed:\n{''.join(said)}")
+    return {
+        "seconds": round(time.perf_counter() - begun, 1),
+        "cpu_seconds": round(used.ru_utime + used.ru_stime, 1),
+        **row,
+        "peak_megabytes": round(used.ru_maxrss / 1.0e3),
+        "load": round(os.getloadavg()[0], 1),
+    }
+
+
 PARTS = {"commands": time_commands, "worlds": time_worlds}
 """What is timed, by its name in the file."""
 
@@ -116,8 +196,20 @@ def main() -> None:
     """Time the parts that were asked for, and write them."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("parts", nargs="*", choices=[*PARTS, []], help="all without a name")
+    parser.add_argument("--fresh", action="store_true", help="from an empty environment")
+    parser.add_argument("--of", type=Path, default=ROOT, help="checkout to time with --fresh")
+    options = parser.parse_args()
+    if options.fresh:
+        rows = fresh_rows(options.of.resolve())
+        result = json.loads(FRESH_RESULT.read_text()) if FRESH_RESULT.exists() else {}
+        result[commit(options.of)] = {
+            **circumstances("python -m tests.benchmarks.startup --fresh"),
+            "rows": rows,
+        }
+        FRESH_RESULT.write_text(json.dumps(result, indent=2) + "\n")
+        return
     result = json.loads(RESULT.read_text())
-    for part in parser.parse_args().parts or PARTS:
+    for part in options.parts or PARTS:
         command = f"python -m tests.benchmarks.startup {part}"
         result[part] = {**circumstances(command), "rows": PARTS[part]()}
     RESULT.write_text(json.dumps(result, indent=2) + "\n")

@@ -66,8 +66,8 @@ def say(row: Row) -> None:
     sys.stdout.flush()
 
 
-def commit() -> str:
-    """Return the commit, marked where the working tree differs from it.
+def commit(folder: Path = Path()) -> str:
+    """Return the commit of a checkout, marked where its working tree differs from it.
 
     A copy without its history is told the commit by the variable ``BENCHMARK_COMMIT``.
     """
@@ -75,7 +75,9 @@ def commit() -> str:
     if told:
         return told
     command = ["git", "describe", "--always", "--dirty", "--abbrev=12"]
-    return subprocess.run(command, capture_output=True, text=True, check=False).stdout.strip()
+    return subprocess.run(
+        command, cwd=folder, capture_output=True, text=True, check=False
+    ).stdout.strip()
 
 
 def circumstances(command: str) -> dict[str, str]:

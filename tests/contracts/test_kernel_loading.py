@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 import warp as wp
 
+from tendon_newton.device_code import kernel_loading
 from tendon_newton.device_code.kernel_loading import load_kernels
 
 
@@ -41,6 +42,28 @@ def test_what_compiles_is_told(
     assert caplog.messages == []
     load_kernels(kernels_of(2), "cpu")
     assert caplog.messages[0].startswith(f"{first}; the last such took ")
+
+
+def test_a_kernel_that_came_along_is_not_compiled(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """It is put into Warp's cache, from where it is launched like any other."""
+    wp.init()
+    caplog.set_level(logging.INFO)
+    kernels = kernels_of(4)
+    monkeypatch.setattr(wp.config, "kernel_cache_dir", str(tmp_path / "brought"))
+    load_kernels(kernels, "cpu")
+    caplog.clear()
+    (tmp_path / "empty").mkdir()
+    monkeypatch.setattr(wp.config, "kernel_cache_dir", str(tmp_path / "empty"))
+    monkeypatch.setattr(kernel_loading, "BROUGHT", tmp_path / "brought")
+    for kernel in kernels:
+        kernel.module.unload()
+    load_kernels(kernels, "cpu")
+    values = wp.zeros(1, dtype=float, device="cpu")
+    wp.launch(kernels[0], 1, inputs=[values], device="cpu")
+    assert caplog.messages == []
+    assert values.numpy().tolist() == [4.0]
 
 
 def test_kernels_that_are_loaded_together_are_those_that_a_launch_compiles(

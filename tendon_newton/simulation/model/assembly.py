@@ -94,12 +94,14 @@ CUDA_BLOCK = 256
 MANY_EFFECTS = 20
 """With more effects than this [1] a kernel is one of a search, which runs it for minutes."""
 INLINING_FLAGS = (
-    "-march=native -mllvm=-inline-threshold=60000 -mllvm=-inline-cold-callsite-threshold=3000"
+    "-mllvm=-inline-threshold=60000 -mllvm=-inline-cold-callsite-threshold=3000"
     " -mllvm=-slp-recursion-max-depth=4"
 )
 """Compiler flags of such a kernel on a CPU: Warp's own, but what is called is nearly all inlined. A
 call copies 2 KB of a world. With one tendon whose arms are constant it takes 15 % less time to run,
-and 8 s more to compile. With two, or with routes, it would gain at most 4 % for 28 s."""
+and 8 s more to compile. With two, or with routes, it would gain at most 4 % for 28 s. Without
+``-march=native`` it is as fast and gives the same bits (docs/lab/start.md), and serves every x86-64
+processor: so the wheel brings some such kernels."""
 
 
 RARE_PARTS = (

@@ -30,7 +30,8 @@ class Forecast:
     def text(self) -> str:
         """The figures as a line: the size first, and the time once it is known."""
         if self.seconds is not None:
-            return f"about {time_in_words(self.seconds)} for {self.steps:,} steps"
+            acting = f"about {time_in_words(self.seconds)} for {self.steps:,} steps"
+            return f"{acting}, and what learning takes"
         where, gpu = "the CPU", "; torch finds no GPU here"
         if torch.device(self.device).type == "cuda":
             where, gpu = torch.cuda.get_device_name(self.device), ""
