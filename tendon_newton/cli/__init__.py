@@ -2,7 +2,6 @@
 
 import gc
 import importlib
-import logging
 import os
 import sys
 from collections.abc import Generator, Sequence
@@ -176,12 +175,8 @@ def refuse_words(words: Sequence[str]) -> None:
 @contextmanager
 def silence() -> Generator[None]:
     """Let nothing that is printed come out; what is written to the error stream does."""
-    logging.disable(logging.INFO)
     with Path(os.devnull).open("w", encoding="utf-8") as nowhere, redirect_stdout(nowhere):
-        try:
-            yield
-        finally:
-            logging.disable(logging.NOTSET)
+        yield
 
 
 def overview() -> str:

@@ -65,7 +65,7 @@ def main(config: DiagnoseConfig) -> None:
     from tendon_newton.device_code.quiet import quiet_warp
 
     start = time.monotonic()
-    quiet_warp()
+    quiet_warp(on_errors=config.json)
     budget = None if config.budget is None else read_duration(config.budget, "--budget")
     limit_cores(config.jobs)
     dataset = read_dataset(config)

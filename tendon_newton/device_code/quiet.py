@@ -14,25 +14,35 @@ NO_DRIVER = b"Could not find or load the NVIDIA CUDA driver"
 
 
 class CompilingShown(logging.Handler):
-    """Shows on the error stream what compiles."""
+    """Shows what compiles.
+
+    Args:
+        on_errors: Whether on the error stream, where the output is for programs.
+    """
+
+    def __init__(self, *, on_errors: bool) -> None:
+        super().__init__()
+        self.on_errors = on_errors
 
     def emit(self, record: logging.LogRecord) -> None:
         """Write a line."""
-        sys.stderr.write(f"  {self.format(record)}\n")
+        stream = sys.stderr if self.on_errors else sys.stdout
+        stream.write(f"  {self.format(record)}\n")
+        stream.flush()
 
 
-def quiet_warp() -> None:
+def quiet_warp(*, on_errors: bool = False) -> None:
     """Start Warp without its news; errors, and other words of native code, are passed on.
 
-    What our kernels take to compile is told in a line of ours.
+    Args:
+        on_errors: Whether lines about what compiles go to the error stream.
     """
     import warp as wp
 
     from tendon_newton.device_code.kernel_loading import LOG
 
-    if not LOG.handlers:
-        LOG.addHandler(CompilingShown())
-        LOG.setLevel(logging.INFO)
+    LOG.handlers = [CompilingShown(on_errors=on_errors)]
+    LOG.setLevel(logging.INFO)
     if os.environ.get(VERBOSE):
         return
     wp.config.log_level = wp.LOG_ERROR
