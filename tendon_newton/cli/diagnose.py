@@ -90,6 +90,10 @@ def main(config: DiagnoseConfig) -> None:
     print(f"  for programs    {out / 'diagnosis.json'}")
     print(f"  for USD         {', '.join(map(str, answer.layers))}")
     print(f"  why, or why not  tendon-newton explain {out} [CAUSE]")
+    for effect in answer.diagnosis.effects:
+        if effect.separating_experiment is not None:
+            words = ["tendon-newton", "experiment", str(out), "--cause", effect.name]
+            print(f"  to tell apart   {shlex.join([*words, '--out', 'run.csv'])}")
 
 
 class Progress:
@@ -197,8 +201,7 @@ def summary(diagnosis: Diagnosis) -> str:
         lines.append(f"  {with_owner(effect.name, diagnosis.servos):26s} {numbers}")
         if effect.indistinguishable_from:
             lines.append(
-                f"  {'':26s} or {', '.join(effect.indistinguishable_from)}: not told apart; "
-                "see the verb experiment"
+                f"  {'':26s} or {', '.join(effect.indistinguishable_from)}: not told apart"
             )
     lines += ["", "  held-out error           before      after"]
     for label, name, scale, unit in (

@@ -31,7 +31,7 @@ class ExperimentConfig:
     out: Path
     """Command file to write, ending in .csv; its folder is made if it is not there."""
     cause: str | None = None
-    """Named cause whose class to separate; by default the first that stands for a class."""
+    """Named cause whose class to separate; by default the first whose class a run separates."""
     benches: tuple[str, ...] = ()
     """Benches that you have; by default those of the data, and for a tendon all of the assets."""
     duration: float = 12.0

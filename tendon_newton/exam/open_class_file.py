@@ -7,6 +7,7 @@ from tendon_newton.data.files.checked_table import CheckedTable
 from tendon_newton.data.model_file import load_model
 from tendon_newton.data.parameters import BenchScale
 from tendon_newton.diagnosis.diagnosis_file import (
+    StatedCause,
     diagnosis_table,
     state_diagnosis,
     state_estimates,
@@ -17,6 +18,7 @@ from tendon_newton.diagnosis.explanation import (
     Setting,
     model_without,
 )
+from tendon_newton.diagnosis.next_experiment.separation import NO_RUN
 from tendon_newton.errors import (
     InvalidDiagnosis,
     NothingToSeparate,
@@ -35,7 +37,8 @@ def read_open_class(folder: Path, cause: str | None = None) -> OpenClass:
 
     Args:
         folder: Holds ``diagnosis.json`` and ``model.toml``.
-        cause: The named cause, of several; by default the first that stands for a class.
+        cause: The named cause, of several; by default the first whose class a run separates, else
+            the first that stands for one.
 
     Raises:
         NothingToSeparate: There is no such class.
@@ -50,7 +53,8 @@ def read_open_class(folder: Path, cause: str | None = None) -> OpenClass:
             f"{path}: an experiment separates causes that a diagnosis could not tell apart; it "
             f"names {listed([e.name for e in stated.effects])}, and leaves none of them open"
         )
-    chosen = cause or classes[0]
+    separable = [e.name for e in stated.effects if e.name in classes and run_separates(e)]
+    chosen = cause or (separable or classes)[0]
     if chosen not in classes:
         raise InvalidDiagnosis(
             f"{path}: {chosen!r} must be a named cause that was not told from others; "
@@ -64,6 +68,12 @@ def read_open_class(folder: Path, cause: str | None = None) -> OpenClass:
         noise=read_noise(table),
         scale=read_scale(table),
     )
+
+
+def run_separates(cause: StatedCause) -> bool:
+    """Tell whether a run of the library tells a cause from those that look like it."""
+    proposal = cause.separating_experiment
+    return proposal is not None and not proposal.startswith(NO_RUN)
 
 
 def read_answer(folder: Path) -> OpenClass:

@@ -35,6 +35,8 @@ ERRORS = 2.0
 """Standard deviations of noise within which losses count as equal [1]."""
 MARGIN = 3.0
 """What a diagnosis needs to tell causes apart, and so many times more, counts as enough."""
+NO_RUN = "no run of the library does"
+"""Beginning of the proposal where no run tells the causes apart."""
 MOST_REPEATS = 20
 """More repeats of a run than this are no plan."""
 
@@ -102,7 +104,7 @@ class Prediction:
             f"{quantity(like.theta, 'rad')}{force} RMS, however they are fitted"
         )
         if self.repeats is None:
-            return f"no run of the library does; the best is to {sentence}"
+            return f"{NO_RUN}; the best is to {sentence}"
         left = "; ".join(f"{a} from {b}" for a, b in self.open)
         return f"{sentence} (no run of the library tells {left})" if left else sentence
 

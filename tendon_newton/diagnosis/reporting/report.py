@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -69,6 +70,7 @@ def write_report(
         InvalidOutput: The file cannot be written.
     """
     shown = content(diagnosis, evidence, origin or Origin())
+    shown["folder"] = shlex.quote(str(path.parent))
     write_page(path, "tendon_newton.diagnosis.reporting", TEMPLATE, shown)
 
 

@@ -16,7 +16,8 @@ from tendon_newton.data.excitations import LARGEST_COMMAND
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.diagnosis.explanation import Estimate, Explanation, OpenClass, Setting
 from tendon_newton.diagnosis.imitation import Likeness
-from tendon_newton.diagnosis.next_experiment.separation import propose, repeats_needed
+from tendon_newton.diagnosis.next_experiment.separation import NO_RUN, propose, repeats_needed
+from tendon_newton.exam.open_class_file import read_open_class
 from tendon_newton.identification.noise_floor import NoiseFloor
 from tests.planted.generator import Recipe, make_dataset
 from tests.planted.physics.bench import BENCHES
@@ -167,6 +168,23 @@ def test_more_data_at_hand_need_more_repeats() -> None:
     # 3 % of 10,000 over 100 - 3 % of 500 is 3.5; four times as much needs 14.1
     assert needed == [1, 4, 15]
     assert repeats_needed(replace(like, behind=10.0), 0.0) is None
+
+
+def test_the_class_that_a_run_separates_comes_first(tmp_path: Path) -> None:
+    """Not the first one, of which the diagnosis says itself that no run tells it."""
+    write_open_class(tmp_path, ("tendon_slack", "length"), ("backlash", "width"))
+    file = tmp_path / "diagnosis.json"
+    table = json.loads(file.read_text())
+    (first,) = table["effects"]
+    second = first | {"name": "backlash", "explanations": first["explanations"][::-1]}
+    first["separating_experiment"] = f"{NO_RUN}; the best is to record for ever"
+    second["separating_experiment"] = "record 12 s of chirp on bench finger"
+    file.write_text(json.dumps(table | {"effects": [first, second]}))
+    assert read_open_class(tmp_path).explanations[0].cause == "backlash"
+    assert read_open_class(tmp_path, "tendon_slack").explanations[0].cause == "tendon_slack"
+    second["separating_experiment"] = first["separating_experiment"]
+    file.write_text(json.dumps(table | {"effects": [first, second]}))
+    assert read_open_class(tmp_path).explanations[0].cause == "tendon_slack"
 
 
 def write_open_class(folder: Path, *causes: Sequence[str]) -> None:
