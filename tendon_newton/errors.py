@@ -2,7 +2,7 @@
 
 import difflib
 import reprlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import islice
 from typing import Any, TypeVar
 
@@ -95,9 +95,13 @@ def unknown_name(kind: str, name: object, known: Iterable[str]) -> UnknownName:
         known: The names in the table.
     """
     names = sorted(known)
-    close = difflib.get_close_matches(str(name)[:SHOWN_LENGTH], names, n=1)
-    hint = f"did you mean {close[0]!r}? " if close else ""
-    return UnknownName(f"No {kind} named {shown(name)}; {hint}known: {listed(names)}")
+    return UnknownName(f"No {kind} named {shown(name)}; {near(name, names)}known: {listed(names)}")
+
+
+def near(name: object, known: Sequence[str]) -> str:
+    """Return the question whether the nearest name was meant, with a space; empty without one."""
+    close = difflib.get_close_matches(str(name)[:SHOWN_LENGTH], known, n=1)
+    return f"did you mean {close[0]!r}? " if close else ""
 
 
 def look_up(kind: str, name: str, table: Mapping[str, Entry]) -> Entry:

@@ -1,6 +1,7 @@
 """The address of a bench: its ports, its servos, or the word for a virtual one."""
 
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
 
 from hardware.load_cells import LOAD_CELLS
@@ -63,6 +64,8 @@ class BenchAddress:
         """Refuse kinds that stand in no table, and a hurry that no real bench has."""
         if self.retries is not None and not 0 <= self.retries <= 100:
             raise InvalidParameter(f"retries must be 0 to 100; they are {self.retries}")
+        if not self.virtual and get_close_matches(self.port.split(":")[0], [WORD]):
+            raise unknown_name("port", self.port, [WORD, "/dev/ttyUSB0 and the like"])
         find_servo(self.servo)
         if self.load_cell not in LOAD_CELLS:
             raise unknown_name("load cell", self.load_cell, LOAD_CELLS)

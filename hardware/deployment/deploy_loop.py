@@ -299,7 +299,11 @@ class DeployLoop:
         if now < self._told.get(known, -1.0):
             return
         busy = trip.rule.name == BUSY
-        self._told[known] = inf if busy else now + TELL_PERIOD
+        cut = trip.action == "cut"  # as a sound policy is at the ends of its range: told once
+        self._told[known] = inf if busy or cut else now + TELL_PERIOD
+        if cut:
+            self.operator.announce(f"{trip.reason} (told once, the log has each)")
+            return
         hint = BUSY_HINT if busy and self.bench.address.virtual else ""
         self.operator.tell(f"{trip.action.upper()}: {trip.reason}{hint}")
 

@@ -3,10 +3,12 @@
 import os
 import stat
 from collections.abc import Iterator
+from difflib import get_close_matches
 from pathlib import Path
 
 from hardware.doctor.observation import Observation, observed
 from hardware.serial_ports import LATENCY_TIMERS, holders, latency_timer, lock_fault
+from hardware.virtual_bench.process import WORD
 
 LATENCY_MAX = 1
 """Greatest latency timer that leaves time for a loop at 80 Hz [ms]."""
@@ -52,7 +54,9 @@ def check_port(subject: str, port: str) -> Observation:
 def port_fault(port: str) -> tuple[str, str] | None:
     """Return why a port cannot be used, and what helps; None where it can."""
     if not Path(port).exists():
+        virtual = get_close_matches(port.split(":")[0], [WORD])
         remedy = "plug it in; ls -l /dev/serial/by-id names what is there"
+        remedy = f"did you mean {WORD}?" if virtual else remedy
         return f"{port}: no such port", remedy
     device = os.stat(port)  # noqa: PTH116  # a path of a device
     if not stat.S_ISCHR(device.st_mode) or os.major(device.st_rdev) == MEMORY_DEVICES:

@@ -59,7 +59,10 @@ def test_a_file_name_is_a_legal_value(tmp_path: Path) -> None:
         ('[actuator]\nkind = "ideal"\n[[effects]]\nforce = 1.0\n', r"\[\[effects\]\] 0: name must"),
         ('[actuator]\nkind = "ideal"\ngain = nan\n', "gain of 'ideal' must be finite; it is nan"),
         ('[actuator]\nkind = "ideal"\ngain = true\n', "gain of 'ideal' must be a number"),
-        ('effect = []\n[actuator]\nkind = "ideal"\n', "no key named 'effect'; known: actuator"),
+        (
+            'effect = []\n[actuator]\nkind = "ideal"\n',
+            "no key named 'effect'; did you mean 'effects'",
+        ),
         ('fit = "gain"\n[actuator]\nkind = "ideal"\n', "fit must be a list of names"),
         (
             'bench_overrides = {finger = {mass = -0.012}}\n[actuator]\nkind = "ideal"\n',

@@ -193,5 +193,6 @@ def make_folder(path: Path) -> Path:
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InvalidOutput(f"{path}: results need a folder; {error.strerror or error}") from error
+        reason = "it is a file" if path.is_file() else error.strerror or error
+        raise InvalidOutput(f"{path}: results need a folder; {reason}") from error
     return path

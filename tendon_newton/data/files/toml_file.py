@@ -9,7 +9,7 @@ from typing import Any
 import tomli_w
 
 from tendon_newton.data.files.text_file import SIZE_LIMIT, read_text, write_text
-from tendon_newton.errors import TendonNewtonError, listed, shown
+from tendon_newton.errors import TendonNewtonError, listed, near, shown
 
 KEY_PARTS = 32
 """Most parts of a dotted key, as in ``a.b.c``. The parser takes time with their square."""
@@ -81,4 +81,5 @@ def refuse_unknown_keys(
     known = list(known)
     for key in table:
         if key not in known:
-            raise fault(f"{where}: no key named {shown(key)}; known: {listed(known)}")
+            hint = near(key, known)
+            raise fault(f"{where}: no key named {shown(key)}; {hint}known: {listed(known)}")

@@ -15,6 +15,7 @@ from hardware.control.policy_runner import load_policy
 from hardware.deployment.deploy_log import read_steps
 from hardware.deployment.deploy_replay import replay_log
 from hardware.deployment.deploy_settings import DeploySettings
+from hardware.safety_rules.rule_limits import DeployLimits
 from hardware.stop_request import StopRequest
 from tendon_newton.cli import main
 from tendon_newton.data.cards.policy_observation import ObservationHistory
@@ -88,6 +89,14 @@ def test_stairs_end_by_themselves_without_an_alarm(
         logged = McapReading(file, run.name).messages({DIAGNOSTICS_TOPIC})
         rules = [s for *_, message in logged for s in message.status if s.name == "safety"]
     assert [(status.level, status.message) for status in rules] == [(0, "it has its full length")]
+
+
+def test_a_command_that_is_cut_is_no_alarm(tmp_path: Path) -> None:
+    """Sound policies jump at the ends of their range; the rule acts, and nothing cries out."""
+    settings = DeploySettings(duration=2.0, limits=DeployLimits(command_rate=1.0))
+    flight = Flight(path=tmp_path / "run.mcap", settings=settings)
+    assert flight.fly().trips["command_rate"] > 0
+    assert not [line for line in flight.operator.told if "cut" in line.lower()]
 
 
 def test_a_run_that_nothing_ends_is_refused(
