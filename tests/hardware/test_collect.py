@@ -456,7 +456,7 @@ def test_a_port_of_one_bench_is_refused_for_a_plan_of_three(
     ("words", "said"),
     [
         (["--excitation", "sines"], "No excitation named 'sines'"),
-        (["--plan", "papers"], "No plan named 'papers'; known: paper, quick"),
+        (["--plan", "papers"], "No plan named 'papers'; did you mean 'paper'? known: paper, quick"),
         (["--bench", "pendulum"], "No bench with a tendon named 'pendulum'"),
         (["--obstacle", "wall"], "No obstacle named 'wall'"),
         (["--servo", "mx28"], "No servo named 'mx28'"),

@@ -82,7 +82,7 @@ def test_two_runs_that_contradict_each_other_are_both_named() -> None:
     said = [text for text in told([first, moved, *others]) if "contradict" in text]
     assert len(said) == 1
     assert said[0].startswith(f"{first.name} and again.csv have the same bench")
-    assert "differ by 50 mrad" in said[0]
+    assert "differ by 50.0 mrad" in said[0]
 
 
 def test_an_error_that_comes_at_times_is_told_with_its_time() -> None:
