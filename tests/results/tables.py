@@ -12,7 +12,6 @@ from tests.results.record import Record
 Records = Mapping[str, Record]
 OURS = "ours, diagnosed"
 MODELS = tuple(f"bam m{k}" for k in range(1, 7))
-TENDON, RIVAL = "TendonSolver, same step", "mujoco_warp, native tendon"
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
@@ -27,28 +26,17 @@ def about(values: Sequence[float], digits: int = 1) -> str:
     return f"{mean(values):.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"
 
 
-def held_out(record: Record, servo: str) -> tuple[list[float], list[float]]:
-    """Return our error and the best published model's on each split that has both [mrad]."""
-    splits = [rows for key, rows in record.figures.items() if key.startswith(servo)]
-    complete = [rows for rows in splits if {OURS, *MODELS} <= rows.keys()]
-    errors = [{name: row["held_out"] for name, row in rows.items()} for rows in complete]
-    return [row[OURS] for row in errors], [min(row[name] for name in MODELS) for row in errors]
-
-
 def hands(record: Record, policy: str) -> list[float]:
     """Return what a policy turns on each hand [rad/min]."""
     return [hand["turned_rad_per_min"] for hand in record.figures[policy]["hands"]]
 
 
-def step_time(record: Record, engine: str, worlds: int) -> float:
-    """Return the time of a control step [ms]."""
-    rows = record.figures["mechanics"]["rows"]
-    return next(r["milliseconds"] for r in rows if (r["engine"], r["worlds"]) == (engine, worlds))
-
-
 def servo(kept: Records, name: str) -> tuple[str, str]:
-    """Return our error on a servo's conditions left out, and that of the best published models."""
-    ours, theirs = held_out(kept["comparison"], name)
+    """Return our error and the best published model's on each split of a servo that has both."""
+    splits = [rows for key, rows in kept["comparison"].figures.items() if key.startswith(name)]
+    complete = [rows for rows in splits if {OURS, *MODELS} <= rows.keys()]
+    ours = [rows[OURS]["held_out"] for rows in complete]
+    theirs = [min(rows[model]["held_out"] for model in MODELS) for rows in complete]
     return f"{about(ours)} mrad", f"best of six published models: {about(theirs)}"
 
 
@@ -84,8 +72,10 @@ def ball(kept: Records) -> tuple[str, str]:
 
 def fingers(kept: Records) -> tuple[str, str]:
     """Return how much faster fingers are simulated than by MuJoCo on a GPU."""
-    times = [step_time(kept["gpu"], engine, 65536) for engine in (RIVAL, TENDON)]
-    return f"{times[0] / times[1]:.0f} times", f"{times[1]:.3f} and {times[0]:.1f} ms a step"
+    rows = kept["gpu"].figures["mechanics"]["rows"]
+    times = {row["engine"]: row["milliseconds"] for row in rows if row["worlds"] == 65536}
+    ours, theirs = times["TendonSolver, same step"], times["mujoco_warp, native tendon"]
+    return f"{theirs / ours:.0f} times", f"{ours:.3f} and {theirs:.1f} ms a step"
 
 
 Cells = Callable[[Records], tuple[str, str]]
@@ -125,11 +115,6 @@ def readme(kept: Records) -> str:
         measured = f"`{record.commit[:7]}`{f', {record.note}' if record.note else ''}"
         rows.append((words, f"**{number}**", beside, measured))
     return table(("result", "mean (range)", "beside it", "measured at"), rows)
-
-
-def comparison(kept: Records) -> str:
-    """Return the tables of the comparison."""
-    return tables_of_comparison(kept["comparison"].figures)
 
 
 TURNING = {
@@ -188,7 +173,10 @@ def unit_rows(kept: Records) -> str:
 
 TABLES: dict[str, tuple[str, Callable[[Records], str]]] = {
     "readme": ("README.md", readme),
-    "comparison": ("docs/comparison.md", comparison),
+    "comparison": (
+        "docs/comparison.md",
+        lambda kept: tables_of_comparison(kept["comparison"].figures),
+    ),
     "turning": ("docs/policies.md", turning),
     "mechanics on a GPU": (
         "docs/speed.md",
