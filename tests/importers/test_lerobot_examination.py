@@ -39,9 +39,13 @@ def teleoperated(rng: np.random.Generator) -> np.ndarray:
 
 
 def write_arm(
-    folder: Path, joints: dict[str, np.ndarray], time: np.ndarray, version: str = "v3.0"
+    folder: Path,
+    joints: dict[str, np.ndarray],
+    time: np.ndarray,
+    version: str = "v3.0",
+    episode: int | np.ndarray = 0,
 ) -> Path:
-    """Write one episode; each joint's columns are command and angle, in degrees."""
+    """Write one file; each joint's columns are command and angle, in degrees."""
     (folder / "meta").mkdir(parents=True)
     feature = {"shape": [len(joints)], "names": [f"{name}.pos" for name in joints]}
     features = {"action": feature, "observation.state": feature}
@@ -52,7 +56,7 @@ def write_arm(
         "action": lists(command / DEGREE, fixed=True),
         "observation.state": lists(state / DEGREE, fixed=True),
         "timestamp": time,
-        "episode_index": np.zeros(len(time), int),
+        "episode_index": np.broadcast_to(episode, len(time)),
     }
     name = "file-000" if version == "v3.0" else "episode_000000"
     path = folder / "data" / "chunk-000" / f"{name}.parquet"
@@ -85,7 +89,7 @@ def test_what_was_planted_in_a_joint_is_told(
     found = joint.following
     assert found is not None
     assert (found.delay, found.lag) == pytest.approx((delay, lag), abs=0.005)
-    assert (found.play, found.offset) == pytest.approx(
+    assert (found.play, joint.offsets[0]) == pytest.approx(
         (play * DEGREE, offset * DEGREE), abs=DEGREE / 3.0
     )
     assert bool(joint.faults) == (abs(offset) > 5.0 or play > 5.0)
@@ -131,6 +135,22 @@ def test_a_joint_that_is_held_fails(tmp_path: Path, rng: np.random.Generator) ->
     assert any("held short of its command" in fault for fault in joint.faults)
     assert joint.following is not None
     assert joint.following.delay + joint.following.lag == pytest.approx(0.09, abs=0.01)
+
+
+def test_a_calibration_that_drifts_is_seen_in_its_episode(
+    tmp_path: Path, rng: np.random.Generator
+) -> None:
+    """Nine episodes of 100 rows, the last with 12 degrees more; most of them are sound."""
+    command = teleoperated(rng)
+    position = servo(command, 0.03, 0.06, 0.0, 0.0)
+    position[800:] += 12.0 * DEGREE
+    time = np.tile(np.arange(100) / RATE, 9)
+    joints = {"elbow_flex": np.stack([command, position], 1)}
+    folder = write_arm(tmp_path / "arm", joints, time, episode=np.repeat(np.arange(9), 100))
+    (joint,) = examine_dataset(folder)
+    assert np.median(joint.offsets) == pytest.approx(0.0, abs=0.2 * DEGREE)
+    assert joint.faults[0].startswith("reads +1")
+    assert "in the episode in place 8, " in joint.faults[0]
 
 
 def test_what_is_no_goal_of_the_joint_is_said(tmp_path: Path, rng: np.random.Generator) -> None:

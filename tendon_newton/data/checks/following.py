@@ -48,10 +48,6 @@ class Following:
     """Time constant [s]."""
     play: float
     """Width [rad]."""
-    offset: float
-    """Median over the motions of position minus what the other three make of the command [rad]."""
-    offsets: tuple[float, ...]
-    """Offset of each motion alone [rad]."""
     residual: float
     """What the four numbers leave, RMS [rad]."""
     motion: float
@@ -59,7 +55,7 @@ class Following:
 
 
 def follow(motions: Sequence[Motion]) -> Following:
-    """Fit the four numbers; rows in which something holds the joint do not count.
+    """Fit delay, lag and play; rows in which something holds the joint do not count.
 
     Args:
         motions: In some of which the joint moves.
@@ -81,21 +77,22 @@ def follow(motions: Sequence[Motion]) -> Following:
     first = min(starts, key=error)
     starts = [np.array([*first[:2], width]) for width in PLAYS]
     best = min((refine(residual, start) for start in starts), key=error)
-    offsets = tuple(
-        float(np.median(residual_of(motion, best)[mask if mask.any() else slice(None)]))
-        for motion, mask in zip(motions, used, strict=True)
-    )
     delay, lag, width = map(float, best)
     positions = np.concatenate([motion.position for motion in motions])
     return Following(
         delay=delay,
         lag=lag,
         play=width,
-        offset=float(np.median(offsets)),
-        offsets=offsets,
         residual=float(np.sqrt(error(best))),
         motion=float(positions.std()),
     )
+
+
+def offset_of(motion: Motion, following: Following) -> float:
+    """Return the median of position minus what delay, lag and play make of the command [rad]."""
+    numbers = np.array([following.delay, following.lag, following.play])
+    free = free_rows(motion)
+    return float(np.median(residual_of(motion, numbers)[free if free.any() else slice(None)]))
 
 
 def free_rows(motion: Motion) -> Mask:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tendon_newton.data.checks.following import Following, Motion, follow, held_rows
+from tendon_newton.data.checks.following import Following, Motion, follow, held_rows, offset_of
 from tendon_newton.data.importers.lerobot.info import JointPlace
 from tendon_newton.data.importers.lerobot.reading import AS_TYPED, numbers_of_joints, read_joints
 from tendon_newton.data.importers.lerobot.rows import LeRobotRows
@@ -48,6 +48,8 @@ class JointExamination:
     """Size of its unit, about where nobody said [rad]."""
     following: Following | None
     """How it follows; None where it hardly moves."""
+    offsets: tuple[float, ...]
+    """Angle beside the command in each episode [rad]; none where it hardly moves."""
     held_share: float
     """Share of the time in which it stands far from its command or falls back: overload, or
     something solid [1]."""
@@ -64,7 +66,7 @@ class JointExamination:
         told = "hardly moves".ljust(34)
         if (found := self.following) is not None:
             told = (
-                f"{found.offset / DEGREE:+6.1f} deg {1e3 * found.delay:4.0f} ms "
+                f"{np.median(self.offsets) / DEGREE:+6.1f} deg {1e3 * found.delay:4.0f} ms "
                 f"{1e3 * found.lag:4.0f} ms {found.play / DEGREE:5.1f} deg "
             )
         return f"{told}{100.0 * self.held_share:5.1f} % {self.dropped:8d} {self.late:10d}"
@@ -146,11 +148,14 @@ def examine_joint(
     late += sum(repeated_rows(motion.position) for motion in motions)
     fitted = moving(motions)
     following = follow(fitted) if fitted else None
-    faults = [*following_faults(following), *row_faults(name, held, dropped, late, count)]
+    offsets = [] if following is None else [offset_of(motion, following) for motion in motions]
+    faults = [] if following is None else list(following_faults(following, offsets))
+    faults += row_faults(name, held, dropped, late, count)
     return JointExamination(
         joint=name,
         size=size,
         following=following,
+        offsets=tuple(offsets),
         held_share=held,
         dropped=dropped,
         late=late,
@@ -176,26 +181,27 @@ def cut(motion: Motion) -> Motion:
     )
 
 
-def following_faults(following: Following | None) -> Iterator[str]:
+def following_faults(following: Following, offsets: Sequence[float]) -> Iterator[str]:
     """Say what fails a joint in how it follows."""
-    if following is None:
-        return
     if following.residual > STRANGE * following.motion:
         yield (
             f"does not follow its command, by {following.residual / DEGREE:.1f} deg RMS: action "
             "must hold the goal of the same joint in the same unit"
         )
         return
-    if abs(following.offset) > ANGLE_LIMIT:
+    offset = float(np.median(offsets))
+    if abs(offset) > ANGLE_LIMIT:
         yield (
-            f"reads {following.offset / DEGREE:+.1f} deg beside its command: calibrate leader and "
-            "follower anew, or subtract it from observation.state"
+            f"reads {offset / DEGREE:+.1f} deg beside its command: calibrate leader and follower "
+            "anew, or subtract it from observation.state"
         )
-    spread = np.ptp(following.offsets)
-    if spread > ANGLE_LIMIT:
+    apart = np.abs(np.array(offsets) - offset)
+    if apart.max() > ANGLE_LIMIT:
+        worst = int(np.argmax(apart))
         yield (
-            f"its offset differs by {spread / DEGREE:.1f} deg between episodes: it was calibrated "
-            "in between, a horn slips, or its load changes"
+            f"reads {offsets[worst] / DEGREE:+.1f} deg beside its command in the episode in place "
+            f"{worst}, {offset / DEGREE:+.1f} deg in most: it was calibrated in between, a horn "
+            "slips, or its load changes"
         )
     lateness = following.delay + following.lag
     if lateness > LATENESS_LIMIT:
