@@ -9,6 +9,7 @@ import argparse
 import json
 import os
 import resource
+import shutil
 import subprocess
 import sys
 import time
@@ -40,7 +41,8 @@ def main() -> None:
 
 def outcome(case: Case, folder: Path) -> dict[str, Any]:
     """Write the logs of a case, type its commands, and say what came of them."""
-    folder.mkdir(parents=True, exist_ok=True)
+    shutil.rmtree(folder, ignore_errors=True)  # of a run that was interrupted
+    folder.mkdir(parents=True)
     case.write(folder)
     environment = {**os.environ, "TENDON_NEWTON_ASSETS": str(folder)}
     commands: list[dict[str, Any]] = []
