@@ -31,7 +31,7 @@ from tendon_newton.errors import InvalidParameter
 RETRIES = 2
 """Times that an instruction is sent again: three attempts of 4 ms are one tick at 80 Hz."""
 PATIENCE = 8
-"""The same of a virtual bench in real time, which answers when the scheduler lets it."""
+"""Attempts on a virtual bench in real time, which answers when the scheduler lets it."""
 
 
 class VirtualControls(Protocol):

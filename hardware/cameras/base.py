@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 Place = tuple[float, float, float]
-"""Of the ball's middle, in the axes of the hand's base [m]."""
+"""Place of the ball's middle, in the axes of the hand's base [m]."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -59,7 +59,7 @@ class ServoSenses:
 
     @property
     def sure_force(self) -> float | None:
-        """The same where one wrong reading of the load cell cannot have made it [N]."""
+        """Tension that no single wrong reading of the load cell can have made [N]."""
         return self.estimated if self.forces.force is None else self.forces.agreed
 
     @property

@@ -24,7 +24,7 @@ TICKS = 80
 LATENESS_MAX = 1e-3
 """Lateness of one tick in a hundred that a recording should not exceed [s]."""
 BUSY = 0.5 * TICK
-"""The same at which this computer is too busy for a loop at 80 Hz [s]."""
+"""Lateness at which this computer is too busy for a loop at 80 Hz [s]."""
 
 
 def ports_of(

@@ -171,7 +171,7 @@ class HandConstants:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class HandBallConstants(HandConstants):
-    """The same hand with a ball in a cup on its palm, and a camera that looks at the ball."""
+    """A hand with a ball in a cup on its palm, and a camera that looks at the ball."""
 
     ball_mass: float = drawn(1.0, 0.1, "1", "assumed: balls of one kind, as sold")
     ball_friction: float = drawn(1.0, 0.2, "1", "assumed: rubber on printed fingers, dust")
