@@ -44,6 +44,9 @@ HELD_OUT = "tests/test_held_out.py -k"
 PWM = "tests/physics/servos/test_pwm_servo.py"
 FIRMWARE = "tests/physics/servos/test_firmware_effects.py -k"
 PHYSICS = "tests/physics/test_effects_physics.py -k"
+SETS = "tests/diagnosis/search/test_sets.py -k"
+NOT_NAMED = "tests/planted/test_not_named.py -k"
+TURNING = "tests/train/policy/test_turning_parts.py -k"
 
 MUTATIONS: tuple[Mutation, ...] = (
     # held out
@@ -131,6 +134,55 @@ MUTATIONS: tuple[Mutation, ...] = (
         old="WIDENING = 2.0",
         new="WIDENING = 0.75",
         tests="tests/identification/test_intervals.py",
+    ),
+    Mutation(
+        name="price-per-cause",
+        file="tendon_newton/diagnosis/search/pool.py",
+        old="return self.price * len(law_of(name).parameters)",
+        new="return self.price",
+        tests=f"{SETS} its_price",
+    ),
+    Mutation(
+        name="probability-at-half-its-bar",
+        file="tendon_newton/diagnosis/search/decide/decision.py",
+        old="draws @ gains >= bar",
+        new="draws @ gains >= 0.5 * bar",
+        tests=f"{SETS} its_bar",
+    ),
+    Mutation(
+        name="named-though-unseen-parts-refuse-it",
+        file="tendon_newton/diagnosis/search/decide/decision.py",
+        old="if not ended and worths[worst] >= 1.0:",
+        new="if not ended:",
+        tests=f"{NOT_NAMED} contradict",
+    ),
+    Mutation(
+        name="named-at-the-edge-of-its-range",
+        file="tendon_newton/diagnosis/search/decide/decision.py",
+        old="ended = [n for n in final.names if at_bound(decisive, final, n)]",
+        new="ended: list[str] = []",
+        tests=f"{NOT_NAMED} edge",
+    ),
+    Mutation(
+        name="named-though-left-open",
+        file="tendon_newton/diagnosis/search/decide/decision.py",
+        old="            if not doubtful:",
+        new="            if True:",
+        tests=f"{SETS} worth_little",
+    ),
+    Mutation(
+        name="recordings-that-differ-are-blocks-of-time",
+        file="tendon_newton/identification/intervals.py",
+        old="by_recording = half_width(point, where.recording)",
+        new="by_recording = by_block",
+        tests=f"{NOT_NAMED} changes",
+    ),
+    Mutation(
+        name="few-recordings-have-a-normal-quantile",
+        file="tendon_newton/identification/intervals.py",
+        old="return 0.5 * (high - low) * few * np.sqrt",
+        new="return 0.5 * (high - low) * np.sqrt",
+        tests="tests/identification/test_intervals.py -k student",
     ),
     Mutation(
         name="large-class-is-an-answer",
@@ -221,6 +273,13 @@ MUTATIONS: tuple[Mutation, ...] = (
         tests="tests/physics/test_sensor_effects_physics.py -k offset",
     ),
     Mutation(
+        name="contact-that-does-not-damp-along",
+        file="tendon_newton/simulation/contact/contacts.py",
+        old="c_t = real(SHEAR) * chi * elastic",
+        new="c_t = real(0.0) * chi * elastic",
+        tests="tests/physics/contact/test_free_bodies.py -k rocks",
+    ),
+    Mutation(
         name="gradient-one-per-cent-short",
         file="tendon_newton/gradients/trajectory_gradient.py",
         old="plain_tensor(input_array(rollout, name).grad)",
@@ -255,6 +314,34 @@ MUTATIONS: tuple[Mutation, ...] = (
         old="config.smooth_weight * action_change.abs().sum(dim=-1)",
         new="0.0 * action_change.abs().sum(dim=-1)",
         tests="tests/train/policy/test_environment.py -k stated_sum",
+    ),
+    Mutation(
+        name="turning-back-is-paid",
+        file="train/policy/worlds/turning.py",
+        old="self.rate.mul_(self._kept).add_((1.0 - self._kept) * rate)",
+        new="self.rate.mul_(self._kept).sub_((1.0 - self._kept) * rate)",
+        tests=f"{TURNING} paid",
+    ),
+    Mutation(
+        name="pay-for-turning-is-a-price",
+        file="train/policy/worlds/turning.py",
+        old="((self.goal - self.rate).abs() - self.goal)",
+        new="(self.goal - (self.goal - self.rate).abs())",
+        tests=f"{TURNING} paid",
+    ),
+    Mutation(
+        name="drop-free",
+        file="train/policy/worlds/turning.py",
+        old="price = price + own.drop_price * dropped",
+        new="price = price + 0.0 * dropped",
+        tests=f"{TURNING} drop",
+    ),
+    Mutation(
+        name="balls-rub-alike",
+        file="train/policy/worlds/turning.py",
+        old="rubbing = 1.0 + spread * (2.0 * friction - 1.0)",
+        new="rubbing = 1.0 + 0.0 * friction",
+        tests=f"{TURNING} own_mass",
     ),
     Mutation(
         name="end-of-time-is-a-death",
@@ -298,6 +385,13 @@ MUTATIONS: tuple[Mutation, ...] = (
         old="bounds=at_most(lambda limits: limits.force),",
         new="bounds=at_most(lambda limits: 2.0 * limits.force),",
         tests="tests/hardware/deploy/test_safety.py",
+    ),
+    Mutation(
+        name="current-that-brakes-is-free",
+        file="hardware/safety_rules/rules.py",
+        old="bounds=lambda limits: (-limits.current, limits.current),",
+        new="bounds=at_most(lambda limits: limits.current),",
+        tests="tests/hardware/deploy/test_safety.py -k two_sides",
     ),
     Mutation(
         name="turn-lost-at-a-restart",

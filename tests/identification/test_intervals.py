@@ -1,6 +1,7 @@
 """Intervals hold the truth although neighbouring rows err together."""
 
 import numpy as np
+import pytest
 from scipy import signal
 
 from tendon_newton.identification.intervals import WIDENING, half_width, half_widths
@@ -64,6 +65,37 @@ def test_the_spread_over_draws_is_that_over_data_sets() -> None:
     scattered = 1.96 * np.std([value for value, _ in fits], axis=0)
     drawn = np.mean([half_width(point, WHERE.block) for _, point in fits], axis=0)
     np.testing.assert_allclose(drawn, scattered, rtol=0.15)
+
+
+def test_four_recordings_that_differ_know_their_mean_as_badly_as_student_says() -> None:
+    """Each has a number of its own: their mean lies inside 19 times in 20, normal quantiles 17."""
+    of_row, held = np.repeat(np.arange(4), 40), []
+    for seed in range(400):
+        rng = np.random.default_rng(seed)
+        measured = rng.standard_normal(4)[of_row] + 0.1 * rng.standard_normal(of_row.size)
+        mean = float(measured.mean())
+        point = Linearisation(residual=measured - mean, jacobian=-np.ones((of_row.size, 1)))
+        held.append(abs(mean) < half_width(point, of_row)[0])
+    assert np.mean(held) == pytest.approx(0.95, abs=0.03)  # 400 draws: one deviation is 0.011
+
+
+def test_recordings_that_differ_count_beside_blocks_that_agree() -> None:
+    """Within a recording all blocks say the same; between four the number differs by one."""
+    of_row, held = np.repeat(np.arange(4), 40), []
+    where = Layout(
+        recording=of_row,
+        block=np.arange(160) // 4,
+        is_force=np.zeros(160, dtype=bool),
+        servo=np.zeros(160, dtype=np.intp),
+        block_count=40,
+    )
+    for seed in range(100):
+        rng = np.random.default_rng(seed)
+        measured = rng.standard_normal(4)[of_row] + 0.1 * rng.standard_normal(of_row.size)
+        mean = float(measured.mean())
+        point = Linearisation(residual=measured - mean, jacobian=-np.ones((of_row.size, 1)))
+        held.append(abs(mean) < half_widths(point, where)[0])
+    assert np.mean(held) >= 0.95
 
 
 def test_one_recording_has_the_interval_of_its_blocks() -> None:

@@ -17,7 +17,9 @@ from tendon_newton.diagnosis.search.choice import Chooser, choose, exchanges
 from tendon_newton.diagnosis.search.decide import posterior
 from tendon_newton.diagnosis.search.decide.decision import (
     best_without,
+    decide,
     held_out_gains,
+    probability,
     special_case_or_without,
 )
 from tendon_newton.diagnosis.search.decide.find_causes import leaves_nothing_at_any_step
@@ -426,6 +428,50 @@ def test_a_cause_is_worth_at_least_what_it_is_said_to_be_on_left_out_parts(world
         assert own is not None
         assert other is not None
         assert pool.bar(name) < float(gains[name].sum()) < float((other - own).sum()) + 0.01
+
+
+@pytest.mark.parametrize("is_open", [False, True])
+def test_what_is_worth_little_needs_numbers_that_the_data_know(
+    worlds: Worlds, monkeypatch: pytest.MonkeyPatch, is_open: bool
+) -> None:
+    """Two frictions at a price at which the weaker is worth two bars: it goes if it is open."""
+    pool = pool_of(worlds)
+    start = started(pool, viscous_friction=1.0, coulomb_friction=0.5)
+    (fit,) = refit(worlds, [start], pool.floors, iterations=10)
+    pool.add([fit])
+    gains = {n: float(g.sum()) for n, g in held_out_gains(pool, fit, fit.names).items()}
+    weaker = min(gains, key=lambda name: gains[name])
+    pool.price = 0.5 * gains[weaker]
+    parameters = {c: worlds.study.parameter(c) for c in worlds.study.table.columns(weaker)}
+    ends = {c: (p.lower, p.upper if is_open else 0.5 * p.upper) for c, p in parameters.items()}
+    monkeypatch.setattr(posterior, "found_of", lambda *_: SimpleNamespace(intervals=ends))
+    decided = decide(pool, fit, pool, np.random.default_rng(0))
+    assert (weaker in decided.fit.names) == (not is_open)
+    assert [n for n, why in decided.refused.items() if why.left_open] == [weaker] * is_open
+
+
+def test_each_number_of_a_law_has_its_price() -> None:
+    """The same gain is worth a half in a law of two numbers, and costs twice as much."""
+    rows, fit, less = residuals(0.05, 30.0)
+    pool = Pool(worlds=rows, floors=FLOORS, price=2.0 * PRICE, most=7)
+    one, two = (pool.worth(fit, less, name) for name in ("speed_limit", "acceleration_limit"))
+    assert one == pytest.approx(2.0 * two)
+    plain, longer = (replace_names(fit, name) for name in ("speed_limit", "acceleration_limit"))
+    assert pool.cost(longer) - pool.cost(plain) == pytest.approx(2.0 * PRICE)
+
+
+def replace_names(fit: Any, *names: str) -> Any:
+    """The same fit under other names."""
+    return SimpleNamespace(**{**vars(fit), "names": names})
+
+
+def test_a_cause_that_is_just_worth_its_bar_is_as_likely_below_it() -> None:
+    """Draws of a hundred blocks about the bar fall on both sides; far above or below on one."""
+    rng = np.random.default_rng(0)
+    blocks = 0.01 * (1.0 + rng.standard_normal(100))
+    blocks += 0.01 - blocks.mean()  # they add up to one
+    for bar, low, high in ((1.0, 0.45, 0.55), (2.0, 0.0, 0.0), (0.5, 1.0, 1.0)):
+        assert low <= probability(blocks, bar, rng) <= high
 
 
 def test_a_set_that_is_not_followed_is_clearly_worse_at_its_end_too(worlds: Worlds) -> None:
