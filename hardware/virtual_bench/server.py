@@ -31,7 +31,7 @@ SERVO, LOAD_CELL, CAMERA, CONTROL = "servo", "load_cell", "camera", "control"
 KEEP_UP = 4e-3
 """Longest time that the plant falls behind the clock [s]."""
 PRIORITY = 1
-"""Priority of the process among those in real time, where the system grants it: it uses 4 % of a core."""
+"""Priority among processes in real time, where the system grants it: 4 % of a core."""
 LONGEST_LAG = 1.0
 """Behind by more, the process was suspended: the bench's clock stops for as long [s]."""
 
