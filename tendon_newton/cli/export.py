@@ -38,6 +38,7 @@ def main(config: ExportConfig) -> None:
     from tendon_newton.cli.duration import TimeLeft
     from tendon_newton.data.files.text_file import make_folder
     from tendon_newton.device_code.quiet import quiet_warp
+    from tendon_newton.diagnosis.diagnosed_bench import recorded_numbers
     from tendon_newton.exports import find_export
     from tendon_newton.exports.page import measure, write_page
     from tendon_newton.exports.source import read_source
@@ -48,6 +49,8 @@ def main(config: ExportConfig) -> None:
     out = make_folder(config.out)
     exported = target.write(out, source.mechanism, source.model)
     print(f"  {source.mechanism.name}, as {config.to} has it", flush=True)
+    if numbers := recorded_numbers(config.model, source.mechanism.name):
+        print(f"  with the asset's {', '.join(numbers)}: recordings had values of their own")
     if exported.replays:
         seconds = sum(run.duration for run in source.runs)
         ways = " and by ".join(exported.replays)

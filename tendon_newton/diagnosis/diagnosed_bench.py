@@ -7,6 +7,7 @@ Its ``model.toml`` alone is a servo that any bench may have; without a word it s
 from collections.abc import Collection
 from pathlib import Path
 
+from tendon_newton.data.files.checked_table import CheckedTable
 from tendon_newton.diagnosis.diagnosis_file import diagnosis_table
 from tendon_newton.errors import InvalidParameter, listed
 
@@ -26,12 +27,23 @@ def recorded_benches(path: Path) -> tuple[str, ...]:
     Raises:
         InvalidDiagnosis: The file is broken.
     """
+    return tuple(dict.fromkeys(row.word("bench") for row in recorded_rows(path)))
+
+
+def recorded_numbers(path: Path, bench: str) -> tuple[str, ...]:
+    """Return which numbers of a bench its recordings stated themselves, such as ``mass``."""
+    rows = [row for row in recorded_rows(path) if row.word("bench") == bench]
+    stated = [row.table("bench_overrides").values for row in rows if "bench_overrides" in row]
+    return tuple(sorted({key for numbers in stated for key in numbers}))
+
+
+def recorded_rows(path: Path) -> list[CheckedTable]:
+    """Return how the benches of a diagnosis were set up; empty for a model without one."""
     file = model_path(path).with_name(FILE)
     if model_path(path).name != MODEL or not file.is_file():
-        return ()
+        return []
     table = diagnosis_table(file)
-    rows = table.tables("recorded") if "recorded" in table else []
-    return tuple(dict.fromkeys(row.word("bench") for row in rows))
+    return table.tables("recorded") if "recorded" in table else []
 
 
 def bench_for(path: Path, stated: str | None, default: str) -> str:

@@ -8,6 +8,7 @@ import pytest
 from tendon_newton.cli import main
 from tendon_newton.data.dataset import write_dataset
 from tendon_newton.data.model_file import Model, NamedValues, write_model
+from tendon_newton.diagnosis.diagnosed_bench import recorded_numbers
 from tendon_newton.errors import InvalidParameter
 from tendon_newton.exports.source import read_source
 from tests.importers.logs import recording
@@ -56,6 +57,15 @@ def test_another_bench_than_the_diagnosed_one_is_refused(found: Path) -> None:
         with pytest.raises(InvalidParameter, match="to carry its servo over"):
             read_source(named, "finger", None)
     assert read_source(found / "model.toml", "finger", None).mechanism.name == "finger"
+
+
+def test_numbers_that_only_recordings_had_are_told(found: Path) -> None:
+    """A pendulum's load is none of its asset: an export of it says which numbers are others."""
+    file = found / "diagnosis.json"
+    recorded = {"bench": "thumb", "seconds": 9.0, "bench_overrides": {"mass": [0.1, 0.2]}}
+    file.write_text(json.dumps(json.loads(file.read_text()) | {"recorded": [recorded]}))
+    assert recorded_numbers(found, "thumb") == ("mass",)
+    assert recorded_numbers(found, "finger") == ()
 
 
 def test_recordings_of_another_bench_are_refused(found: Path, tmp_path: Path) -> None:
