@@ -7,8 +7,9 @@ import logging
 import shutil
 import time
 from collections.abc import Iterable
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from concurrent.futures import ThreadPoolExecutor, as_completed, wait
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -40,20 +41,25 @@ def load_kernels(kernels: Iterable[wp.Kernel], device: Any) -> None:
     missing = {kernel.module: kind_of(kernel) for kernel in kernels if not is_kept(kernel, device)}
     if not missing:
         return
-    workers = min(len(missing), thread_count())
-    LOG.info(announcement(list(missing.values()), workers))
+    pool = compilers(thread_count())
+    LOG.info(announcement(list(missing.values()), min(len(missing), thread_count())))
     begin = time.monotonic()
     times = last_times()
-    with ThreadPoolExecutor(workers) as pool:
-        jobs = {pool.submit(seconds_to_load, module, device): module for module in missing}
-        try:
-            for done, job in enumerate(as_completed(jobs), start=1):
-                times[missing[jobs[job]]] = round(job.result(), 1)
-                elapsed = time.monotonic() - begin
-                LOG.info(f"compiled {done} of {len(missing)} kernels in {elapsed:.0f} s")
-        finally:  # after Ctrl-C no further kernel is begun
-            pool.shutdown(cancel_futures=True)
+    jobs = {pool.submit(seconds_to_load, module, device): module for module in missing}
+    try:
+        for done, job in enumerate(as_completed(jobs), start=1):
+            times[missing[jobs[job]]] = round(job.result(), 1)
+            elapsed = time.monotonic() - begin
+            LOG.info(f"compiled {done} of {len(missing)} kernels in {elapsed:.0f} s")
+    finally:  # after Ctrl-C no further kernel is begun
+        wait([job for job in jobs if not job.cancel()])
     write_text(kernel_cache() / TIMES, json.dumps(times))
+
+
+@cache
+def compilers(workers: int) -> ThreadPoolExecutor:
+    """Return threads that go on to live: each compiles Warp's header once, for 1.3 s."""
+    return ThreadPoolExecutor(workers)
 
 
 def is_kept(kernel: wp.Kernel, device: Any) -> bool:

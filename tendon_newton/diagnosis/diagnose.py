@@ -102,7 +102,7 @@ def diagnose(
     dataset, blocked = unblocked(dataset)
     for text in blocked:
         progress(text)
-    progress("reading benches and compiling kernels")
+    progress("reading benches")
     train = Study(
         dataset.train,
         model,

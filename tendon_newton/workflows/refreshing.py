@@ -107,7 +107,7 @@ def find_drift_in_logs(options: RefreshOptions, ledger: Ledger, operator: Operat
     later = fitted_parts(logs)
     suspects = options.suspects or tuple(SUSPECTS)
     folder = make_folder(options.out / "diagnosis")
-    operator.announce("reading benches and compiling kernels ...")
+    operator.announce("reading benches ...")
     dataset = logs_as_dataset(options.logs[0], logs, taut_from(later, model))
     reference_error, grown, slip = None, None, None
     if options.reference:
