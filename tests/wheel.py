@@ -1,8 +1,8 @@
 """Build wheel and sdist, install them into a clean environment, and run the demo from there.
 
 ``python -m tests.wheel`` takes minutes and an index of packages; `make nightly` runs it. The wheel
-comes from the sdist, so that both have all that they need. First the kernels of the demo are
-compiled anew; they go into ``tendon_newton/_kernels``, which every later build takes along.
+comes from the sdist, so that both have all that they need. First the kernels of the README's
+diagnoses are compiled anew; they go into ``tendon_newton/_kernels``, which every later build takes.
 """
 
 from __future__ import annotations
@@ -22,6 +22,13 @@ from tendon_newton.device_code.kernel_loading import TIMES
 
 ROOT = Path(__file__).resolve().parents[1]
 KERNELS = ROOT / "tendon_newton" / "_kernels"
+DIAGNOSES = (
+    "demo --out {out}/demo",
+    "collect --plan quick --port virtual --faster-than-real-time --out {out}/recordings",
+    "diagnose {out}/recordings --budget 10s --out {out}/diagnosis",
+)
+"""What compiles the kernels that a wheel brings: of the bundled recordings, and of a bench with
+Dynamixel servos."""
 
 
 def main() -> None:
@@ -37,10 +44,11 @@ def main() -> None:
 
 
 def compile_kernels(cache: Path) -> None:
-    """Keep those kernels of a demo that serve every processor, without their source."""
+    """Keep those kernels of the README's diagnoses that serve every processor, without source."""
     shutil.rmtree(KERNELS, ignore_errors=True)
-    words = [sys.executable, "-m", "tendon_newton", "demo", "--out", str(cache / "demo")]
-    run(words, cwd=ROOT, WARP_CACHE_PATH=str(cache))
+    for line in DIAGNOSES:
+        words = line.format(out=cache / "out").split()
+        run([sys.executable, "-m", "tendon_newton", *words], cwd=ROOT, WARP_CACHE_PATH=str(cache))
     for kernel in (*cache.glob("*/wp_rollout_kernel_*"), *cache.glob("*/wp_settle_kernel_*")):
         shutil.copytree(kernel, KERNELS / kernel.name, ignore=shutil.ignore_patterns("*.cpp"))
 
