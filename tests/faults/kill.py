@@ -65,6 +65,8 @@ class Driving:
     """Whether keys must be pressed for the motor to pull."""
     goes_on: bool = False
     """Whether it goes on once its adapter is back, and says so."""
+    by_card: bool = False
+    """Whether the policy's card names the servo, and an answer is asked for as often as usual."""
 
 
 WAYS: dict[str, Driving] = {
@@ -75,9 +77,14 @@ WAYS: dict[str, Driving] = {
         words=("collect", "--excitation", "random_steps", "--duration", "60"),
         goes_on=True,
     ),
+    "investigate": Driving(
+        words=("investigate", "--benches", "finger", "--run-length", "20", "--budget", "2min"),
+        goes_on=True,
+    ),
+    "evaluate-policy": Driving(words=("evaluate-policy", "{policy}"), by_card=True),
     "jog": Driving(words=("deploy", "--jog", "--load-cell-rate", "80"), by_hand=True),
 }
-"""Everything that drives a motor, and so every mode that there is."""
+"""Everything that drives a motor; `refresh` climbs as `evaluate-policy` does."""
 
 
 @dataclass(kw_only=True)
@@ -120,8 +127,8 @@ class Program:
                 *words,
                 *self.further,
                 *("--port", self.ports.servo_port, "--load-cell-port", self.ports.load_cell_port),
-                *("--servo", self.servo),
-                *("--calibration", str(cell), "--out", str(self.out), "--retries", "8"),
+                *("--calibration", str(cell), "--out", str(self.out)),
+                *(() if self.way.by_card else ("--servo", self.servo, "--retries", "8")),
             ],
             stdin=slave,
             stdout=slave,
@@ -170,7 +177,6 @@ class Program:
     def kill(self) -> None:
         """Kill it without warning."""
         self.process.kill()
-        self.process.wait()
 
     def unplug(self) -> None:
         """Take the adapter away for a while."""
@@ -260,12 +266,15 @@ def let_go(program: Program, harm: Harm) -> Release:
     ports, held = program.ports, []
     begin = ports.state().time
     harm.act(program)
-    now = off = begin
-    while now - off < RESTING and off - begin < 3.0:
+    now, off = begin, None
+    while off is None or now - off < RESTING:
         state = ports.state()
         now = state.time
+        assert now - begin < 4.0, "it pulls on"
         if state.duty != 0.0:
             held.append(state.tension)
+            off = None
+        elif off is None:
             off = now
         time.sleep(0.002)
     took = off - begin
