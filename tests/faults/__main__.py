@@ -32,8 +32,8 @@ from tests.faults.soak import soak
 Examination = Callable[[int], float | Release | None]
 """One run of a fault by its number: the time to the action [s], if it can be timed."""
 WIDTH = 56
-KILLED_SERVOS = ("xc330_t288_t", "sts3215")
-"""Servos whose programs are harmed, one of each family."""
+SERVOS_OF_BOTH = ("xc330_t288_t", "sts3215")
+"""A servo of each family, the bench's own first."""
 
 
 def main() -> int:
@@ -65,7 +65,11 @@ def examinations(runs: int) -> Iterator[tuple[str, Examination]]:
     when = moments(max(runs, 1))
     for name, case in CASES.items():
         target = f"{case.rule} {case.action}" if case.rule else "goes on"
-        yield f"{name}: {target}", lambda k, case=case: case.examine(when[k])
+        for servo in SERVOS_OF_BOTH if not case.own else SERVOS_OF_BOTH[:1]:
+            yield (
+                f"{servo}, {name}: {target}",
+                lambda k, case=case, servo=servo: case.examine(when[k], servo),
+            )
     for name, case in COLLECTING.items():
         target = "off" if case.said else "goes on"
         yield f"collect, {name}: {target}", lambda k, case=case: case.examine(when[k])
@@ -114,7 +118,7 @@ def row_of(name: str, run: Examination, runs: int) -> dict[str, Any]:
 def kill(runs: int, only: str) -> list[dict[str, Any]]:
     """Harm every way of driving a motor of each family, and return how long the motor pulled on."""
     rows: list[dict[str, Any]] = []
-    for servo in KILLED_SERVOS:
+    for servo in SERVOS_OF_BOTH:
         unwatched = FAMILIES[SERVOS[servo].family].forgets is not None
         with TemporaryDirectory() as name, VirtualPorts(load_cell_rate=80, servo=servo) as ports:
             folder = Path(name)

@@ -31,6 +31,7 @@ START = 90.0
 ATTEMPTS = 3
 """Runs before a busy machine is no excuse: it may stop any of them for 0.2 s, which is a rule."""
 BUSY = (
+    "must be mended before it is recorded",
     "no instruction came for",
     "has been silent for",
     "must answer to",

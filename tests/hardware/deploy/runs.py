@@ -22,11 +22,12 @@ from hardware.load_cells.calibration_file import write_calibration
 from hardware.safety_rules.force_estimate import ForceEstimate
 from hardware.safety_rules.rules_applied import Trip
 from hardware.servos.base import ServoState
+from hardware.servos.families import FAMILIES
 from hardware.stop_request import StopRequest
 from tests.hardware.deploy.policies import policy_of
 
-WATCHDOG = 0.22
-"""Time after which a servo that hears nothing gives no duty [s]."""
+WATCHDOG, FORGOTTEN = 0.22, 0.6
+"""Times after which a servo that hears nothing gives no duty, with and without a watchdog [s]."""
 
 
 @functools.cache
@@ -114,6 +115,7 @@ class Flight:
     goals: Goals = field(default_factory=lambda: FixedGoal(1.0, (0.0, 1.57)))
     settings: DeploySettings = field(default_factory=lambda: DeploySettings(duration=2.0))
     load_cell_rate: int = 80
+    servo: str = "xc330_t288_t"
     lockstep: bool = True
     load_cell: bool = True
     after: float = 0.5
@@ -147,6 +149,7 @@ class Flight:
             bench=self.bench,
             port="virtual",
             load_cell_rate=self.load_cell_rate,
+            servo=self.servo,
             lockstep=self.lockstep,
             calibration=first,
             further=tuple(further),
@@ -177,9 +180,11 @@ class Flight:
                 self.begun = pilot.happened
             if self.lockstep:
                 plant = bench.controls.plant  # pyright: ignore
-                self.torque_after = any(line.registers.torque for line in plant.lines)
                 self.angle_after = plant.motor.angle
-                bench.clock.sleep_until(bench.clock.now() + WATCHDOG)
+                watched = FAMILIES[bench.servo.spec.family].forgets is None
+                wait = WATCHDOG if watched else FORGOTTEN
+                bench.clock.sleep_until(bench.clock.now() + wait)
+                self.torque_after = any(line.motor.enabled for line in plant.lines)
                 self.duty_after = max(abs(line.motor.duty) for line in plant.lines)
         self.acted = list(outcome.acted)
         return outcome
