@@ -1,10 +1,11 @@
-"""The exam of faults: ``python -m tests.faults [rules|kill|soak] [--runs 20] [--hours 1]``.
+"""The exam of faults: ``python -m tests.faults [rules|kill|calm|soak] [--runs 20] [--hours 1]``.
 
 ``rules``, the default, makes every fault of the tables so many times on the virtual bench and
 prints how often it was acted upon and how soon; ``--only WORDS`` takes those whose name has the
 words. ``kill`` harms every verb that drives a motor, in real time, with a servo of each family:
-best on a machine that does nothing else. ``soak`` deploys for hours of simulated time. ``--json
-FILE`` adds the rows to a file. The exit code is 1 where one was missed.
+best on a machine that does nothing else. ``calm`` records and deploys for hours of simulated time
+in which nothing is wrong, and counts the stops; ``soak`` deploys with faults that come and go.
+``--json FILE`` adds the rows to a file. The exit code is 1 where one was missed.
 """
 
 import argparse
@@ -22,6 +23,7 @@ from hardware.servos import SERVOS
 from hardware.servos.families import FAMILIES
 from hardware.virtual_bench import VirtualPorts
 from tendon_newton.data.files.origin import git_commit
+from tests.faults.calm import calm
 from tests.faults.camera import CAMERA
 from tests.faults.cases import CASES, moments
 from tests.faults.collecting import COLLECTING
@@ -39,16 +41,19 @@ SERVOS_OF_BOTH = ("xc330_t288_t", "sts3215")
 def main() -> int:
     """Run the part that was asked for and return the exit code."""
     parser = argparse.ArgumentParser(prog="python -m tests.faults", description=__doc__)
-    parser.add_argument("part", nargs="?", choices=("rules", "kill", "soak"), default="rules")
+    parser.add_argument(
+        "part", nargs="?", choices=("rules", "kill", "calm", "soak"), default="rules"
+    )
     parser.add_argument("--runs", type=int, default=20, help="runs of each fault")
-    parser.add_argument("--hours", type=float, default=1.0, help="simulated time of the soak")
+    parser.add_argument("--hours", type=float, default=1.0, help="simulated time of calm and soak")
     parser.add_argument("--only", default="", help="words in the name of a fault")
     parser.add_argument("--json", type=Path, help="file that gets the rows")
     arguments = parser.parse_args()
     if arguments.part == "soak":
-        soak(arguments.hours, say)
-        return 0
-    if arguments.part == "kill":
+        rows = [soak(arguments.hours, say)]
+    elif arguments.part == "calm":
+        rows = [calm(arguments.hours, say)]
+    elif arguments.part == "kill":
         rows = kill(arguments.runs, arguments.only)
     else:
         every = [each for each in examinations(arguments.runs) if arguments.only in each[0]]

@@ -14,6 +14,7 @@ from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 from hardware.benches.bench import Bench
 from hardware.deployment.deploy_settings import DeploySettings
@@ -142,8 +143,12 @@ def episode(seed: int, path: Path, length: float, seen: Counter[str]) -> float:
     return outcome.pacing.ticks / 80.0
 
 
-def soak(hours: float, tell: Callable[[str], None], seed: int = 0) -> None:
-    """Deploy until so much simulated time has passed [h], and require that nothing leaks."""
+def soak(hours: float, tell: Callable[[str], None], seed: int = 0) -> dict[str, Any]:
+    """Deploy until so much simulated time has passed [h], and require that nothing leaks.
+
+    Returns:
+        A row of the exam.
+    """
     seen: Counter[str] = Counter()
     ended: Counter[str] = Counter()
     passed, count = 0.0, 0
@@ -173,6 +178,15 @@ def soak(hours: float, tell: Callable[[str], None], seed: int = 0) -> None:
     assert left == []
     assert growth <= LEAK_MAX, f"{growth:.1f} MB more"
     assert settled[-1][1] == settled[0][1]
+    return {
+        "fault": "faults that come and go",
+        "minutes": round(passed / 60.0, 1),
+        "faults": sum(seen.values()),
+        "runs": count,
+        "acted": count,
+        "memory_mb": [round(settled[0][0], 1), round(settled[-1][0], 1)],
+        "open_files": [settled[0][1], settled[-1][1]],
+    }
 
 
 def resident() -> float:
