@@ -11,7 +11,8 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from dataclasses import dataclass
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
+from threading import Thread
 from typing import Any, TypeVar
 
 from tendon_newton.errors import InvalidParameter, MissingDependency
@@ -77,6 +78,8 @@ class OnCluster(Executor):
 def open_executor(options: JobOptions) -> Generator[Executor]:
     """Open what does the jobs; those that have not begun are dropped when the block ends.
 
+    An interrupt ends those that run here as well: what they write is whole or not there.
+
     Raises:
         MissingDependency: A scheduler is named, and Dask is not installed.
         InvalidParameter: No scheduler answers there.
@@ -92,11 +95,16 @@ def open_executor(options: JobOptions) -> Generator[Executor]:
     pool = ProcessPoolExecutor(
         options.jobs,
         mp_context=get_context("spawn"),
-        initializer=share_cores,
+        initializer=begin_worker,
         initargs=(options.jobs,),
     )
     try:
         yield pool
+    except KeyboardInterrupt:
+        # each has the next job already, and would begin it
+        for process in pool._processes.values():
+            process.terminate()
+        raise
     finally:
         pool.shutdown(cancel_futures=True)
 
@@ -145,6 +153,20 @@ def on_one_core(work: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
     """Do a job in a process that others started, whose neighbours have the other cores."""
     share_cores(core_count())
     return work(*args, **kwargs)
+
+
+def begin_worker(jobs: int) -> None:
+    """Take a share of the cores, and end with the program that began this process."""
+    share_cores(jobs)
+    Thread(target=end_with_parent, daemon=True).start()
+
+
+def end_with_parent() -> None:
+    """Wait for the end of what began this process; a killed program leaves no workers behind."""
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def share_cores(jobs: int) -> None:

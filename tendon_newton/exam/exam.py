@@ -80,6 +80,7 @@ def answer_one(paths: tuple[Path, Path]) -> dict[str, Any] | None:
     from tendon_newton.data.model_file import load_model, write_model
     from tendon_newton.device_code.quiet import quiet_warp
     from tendon_newton.diagnosis.diagnose import diagnose
+    from tendon_newton.diagnosis.search.decide.find_causes import STOPPED
 
     quiet_warp()
     out.mkdir(parents=True, exist_ok=True)
@@ -88,6 +89,8 @@ def answer_one(paths: tuple[Path, Path]) -> dict[str, Any] | None:
     except TendonNewtonError as error:
         write_text(out / "error.txt", f"{error}\n")
         return None
+    if STOPPED in diagnosis.notes:  # what half a search says is no answer
+        raise KeyboardInterrupt
     write_model(out / "model.toml", diagnosis.model)
     answer = {**diagnosis.to_json(), "peak_memory_mib": peak_memory()}
     write_json(out / ANSWER, answer)

@@ -54,6 +54,50 @@ def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
             process.wait(timeout=30)
 
 
+def test_an_interrupt_ends_the_jobs_that_run() -> None:
+    """Neither those that have begun nor those that wait in a process are waited for."""
+
+    def interrupted() -> None:
+        with open_executor(JobOptions(jobs=2)) as executor:
+            for _ in range(6):
+                executor.submit(time.sleep, 120.0)
+            time.sleep(2.0)  # until they have begun
+            raise KeyboardInterrupt
+
+    begin = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert time.monotonic() - begin < 60.0
+
+
+KILLED = """
+import time
+from tendon_newton.scheduler import JobOptions, open_executor
+if __name__ == "__main__":
+    with open_executor(JobOptions(jobs=2)) as executor:
+        executor.submit(time.sleep, 120.0)
+        executor.submit(time.sleep, 1.0).result()
+        print(*executor._processes, flush=True)
+        time.sleep(120.0)
+"""
+
+
+def test_a_killed_program_leaves_no_workers(tmp_path: Path) -> None:
+    """Whoever is killed without a word takes those that it began with it."""
+    (tmp_path / "killed.py").write_text(KILLED)
+    words = [sys.executable, str(tmp_path / "killed.py")]
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}
+    with subprocess.Popen(words, env=environment, stdout=subprocess.PIPE) as program:
+        assert program.stdout is not None
+        workers = [int(word) for word in program.stdout.readline().split()]
+        program.kill()
+    assert len(workers) == 2
+    deadline = time.monotonic() + 20.0
+    while any(Path(f"/proc/{each}").exists() for each in workers):
+        assert time.monotonic() < deadline, "they live on"
+        time.sleep(0.1)
+
+
 def test_jobs_in_turn_come_one_at_a_time() -> None:
     """The first result is there before the second job begins, in this process."""
     began = []
