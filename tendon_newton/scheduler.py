@@ -101,9 +101,9 @@ def open_executor(options: JobOptions) -> Generator[Executor]:
     try:
         yield pool
     except KeyboardInterrupt:
-        # each has the next job already, and would begin it
+        # each has the next job already and would begin it, whatever it makes of a signal
         for process in pool._processes.values():
-            process.terminate()
+            process.kill()
         raise
     finally:
         pool.shutdown(cancel_futures=True)

@@ -107,7 +107,8 @@ class Case:
         trip, done = trips[0]
         latency = done - flight.since
         assert latency <= self.allowed, f"{latency:.3f} s"
-        assert any(trip.reason in text for text in flight.operator.told)
+        said = [*flight.operator.told, *flight.operator.announced]
+        assert any(trip.reason in text for text in said)
         if self.rule == "operator":
             assert outcome.fault is None
         elif self.action in ("unwind", "off"):

@@ -97,6 +97,11 @@ class Watching(SilentOperator):
     def __init__(self) -> None:
         super().__init__()
         self.shown: list[Progress] = []
+        self.announced: list[str] = []
+
+    def announce(self, text: str) -> None:
+        """Keep what is no alarm."""
+        self.announced.append(text)
 
     def show(self, progress: Progress) -> None:
         """Keep the figures."""
