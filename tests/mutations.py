@@ -45,7 +45,7 @@ PWM = "tests/physics/servos/test_pwm_servo.py"
 FIRMWARE = "tests/physics/servos/test_firmware_effects.py -k"
 PHYSICS = "tests/physics/test_effects_physics.py -k"
 SETS = "tests/diagnosis/search/test_sets.py -k"
-NOT_NAMED = "tests/planted/test_not_named.py -k"
+NOT_NAMED = "tests/diagnosis/test_not_named.py -k"
 TURNING = "tests/train/policy/test_turning_parts.py -k"
 
 MUTATIONS: tuple[Mutation, ...] = (
