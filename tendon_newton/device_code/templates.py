@@ -185,7 +185,7 @@ class Specialiser:
         name = f"{template.__name__}_{digest}"
         decorator: Any = wp.kernel
         kernel = decorator(bound, name=name, module="unique", **options)
-        # A binary's name counts what `wp.static` gave inside loops. A function knows that once some
+        # A binary's name counts what Warp evaluated inside loops. A function knows that once some
         # kernel that calls it is built; so names are taken before, and the compiler's options with
         # them. Warp has done so for the module's own block on CUDA; a CPU's block is one thread.
         kernel.module.get_module_hash(1)
