@@ -57,7 +57,7 @@ class New:
     """Return spring of each joint [N m/rad], 0.045 unless given; of a cart [N/m] or shaft, none."""
     range: tuple[float, ...] | None = None
     """Angle at which each joint is closed [rad], 1.57 unless given, open at 0; travel of a cart,
-    1 [m]."""
+    half of it to either side of 0, 1 [m]."""
     damping: tuple[float, ...] | None = None
     """Viscous damping of each joint [N m s/rad], 5e-4 unless given; of a cart [N s/m], none."""
     spool_radius: float = 0.0125

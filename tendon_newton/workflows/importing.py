@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 FIRST_ROWS = 3  # before a servo answers a command that begins with the log
 AT_REST = 0.01  # [rad] from the friction-free rest; the slowest encoder's noise is a tenth of it
 PUSH = 0.1  # [N] mean below zero that no load cell's offset explains after taring
+STRONGER = 1.5  # [1] times the servo's limit, which no load cell misses by
+OVERSHOOT = 0.05  # [1] of the range, which no end stop gives way by
 REACH = 5.0  # [1] times the bench's range, which no spool misses by
 
 
@@ -147,10 +149,50 @@ def pulls_within_limits(mechanism: Mechanism) -> bool:
 
 def against(recording: Recording) -> Iterator[Finding]:
     """Say what a recording holds that its bench cannot do."""
-    if recording.force is None or not pulls_within_limits(bench_of(recording.bench)):
+    if recording.force is None:
         return
-    yield from pushed(recording, recording.force)
-    yield from beyond_reach(recording, bench_of(recording.bench))
+    mechanism = bench_of(recording.bench)
+    yield from too_strong(recording, recording.force, mechanism)
+    yield from beyond_rail(recording, mechanism)
+    if pulls_within_limits(mechanism):
+        yield from pushed(recording, recording.force)
+        yield from beyond_reach(recording, mechanism)
+
+
+def too_strong(recording: Recording, force: Array, mechanism: Mechanism) -> Iterator[Finding]:
+    """A force that is far beyond what the asset lets its servo give."""
+    limit = max(tendon.force_limit for tendon in mechanism.tendons)
+    most = float(np.abs(force).max())
+    if most > STRONGER * limit:
+        yield Finding(
+            recording=recording.name,
+            channel="force",
+            severity="defect",
+            evidence=f"reaches {most:.4g}, and the servo of {mechanism.name} gives at most "
+            f"{limit:.4g} by its asset",
+            consequence="a simulation stops at the asset's limit: raise tendon:forceLimit there "
+            "(--force-limit of asset new), or the force is in another unit",
+        )
+
+
+def beyond_rail(recording: Recording, mechanism: Mechanism) -> Iterator[Finding]:
+    """A cart that stands where its rail has ended."""
+    (joint, *others), (tendon, *_) = mechanism.joints, mechanism.tendons
+    if not tendon.direct or others or not np.isfinite(joint.limits).all():
+        return
+    place = recording.motor_position[:, 0] * tendon.spool_radius / float(tendon.moment_arm[0])
+    low, high = joint.limits
+    beyond = float(max(low - place.min(), place.max() - high))
+    if beyond > OVERSHOOT * (high - low):
+        yield Finding(
+            recording=recording.name,
+            channel="theta",
+            severity="defect",
+            evidence=f"lies up to {beyond:.3g} m beyond the range of {mechanism.name}, "
+            f"{low:.3g} to {high:.3g} m",
+            consequence="its zero is another one (offset in the mapping), or the range is (--range "
+            "of asset new)",
+        )
 
 
 def pushed(recording: Recording, force: Array) -> Iterator[Finding]:

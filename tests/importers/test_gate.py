@@ -215,3 +215,30 @@ def test_an_unknown_bench_names_the_folders_variable(
     (tmp_path / "lab_finger" / "lab_finger.usda").write_text("#usda 1.0\n")
     assert main(words) == 2
     assert f"./lab_finger is found with TENDON_NEWTON_ASSETS={tmp_path}" in capsys.readouterr().err
+
+
+def test_a_force_that_the_asset_does_not_allow_is_a_defect(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A servo that pulls with ten times as much would end at 21 N in every simulation."""
+    strong = {**run(0), "f": 10.0 * run(0)["f"]}
+    assert main(Logs(runs=[strong, run(1)]).write(tmp_path)) == 0
+    said = capsys.readouterr().out
+    assert "by its asset" in said
+    assert "raise tendon:forceLimit there" in said
+    assert "mend the defects, then:" in said
+
+
+def test_a_cart_beyond_its_rail_is_a_defect(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`asset new` puts a cart's zero into the middle of 1 m; a log with its zero at an end says."""
+    assert main(["asset", "new", "gate_cart", "--kind", "slider", "--folder", str(tmp_path)]) == 0
+    monkeypatch.setenv("TENDON_NEWTON_ASSETS", str(tmp_path))
+    fits = {**run(0), "q": 0.4 * np.sin(TIME)}
+    away = {**run(1), "q": 0.5 + 0.4 * np.sin(TIME)}
+    logs = Logs(runs=[fits, away], bench="gate_cart", tail='[model]\nkind = "ideal"\ngain = 9.0\n')
+    assert main(logs.write(tmp_path)) == 0
+    said = capsys.readouterr().out
+    assert "run_1.csv  lies up to 0.4 m beyond the range of gate_cart, -0.5 to 0.5 m" in said
+    assert "run_0.csv  lies" not in said

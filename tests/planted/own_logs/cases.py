@@ -105,7 +105,7 @@ spool_radius = 0.0125
 def cart_logs(folder: Path) -> None:
     """A cart of 95 kg whose drive loses 30 N and 240 N s/m; millimetres, 100 Hz."""
     rng = np.random.default_rng(12)
-    for number, goal in enumerate(four_runs(rng, 0.46, 0.54, 800), 1):
+    for number, goal in enumerate(four_runs(rng, -0.04, 0.04, 800), 1):
         travel, force = one_body(
             goal, 0.01, 9000.0, 95.0, lambda x, v, f: 240.0 * v, lambda x, v, f: 30.0, goal[0]
         )
@@ -266,7 +266,11 @@ CASES: Mapping[str, Case] = {
     ),
     "cart": Case(
         write=cart_logs,
-        commands=("asset new lab_cart --kind slider --mass 95", IMPORT, DIAGNOSE),
+        commands=(
+            "asset new lab_cart --kind slider --mass 95 --force-limit 2000",
+            IMPORT,
+            DIAGNOSE,
+        ),
         truth={
             "diagnosis": {
                 "coulomb_friction": {"force": 30.0},
