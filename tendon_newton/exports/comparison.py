@@ -26,9 +26,9 @@ class Comparison:
 
     recordings: tuple[Recording, ...]
     trajectories: Mapping[str, list[Trajectory]]
-    """By simulator, ours first."""
+    """Trajectories by simulator, ours first."""
     departures: Mapping[str, Departure]
-    """Of every other simulator from ours."""
+    """Departure of every other simulator from ours."""
 
 
 def exported_run(

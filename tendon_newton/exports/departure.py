@@ -21,7 +21,7 @@ from tendon_newton.simulation.hosts.rollout import TIME_STEP, Trajectory, rollou
 STANDARD_SPAN = (0.1, 0.8)
 """Share of a bench's range between which the standard commands move."""
 SWING = (-0.5, 0.5)
-"""The same of a bench without end stops [rad]."""
+"""Range of the standard commands on a bench without end stops [rad]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,11 +29,11 @@ class Departure:
     """Root mean squares over all rows of all runs."""
 
     angle: float
-    """Of the motor [rad]."""
+    """Angle of the motor [rad]."""
     force: float
-    """At the load cell [N]; of a shaft, a torque [N m]."""
+    """Force at the load cell [N]; of a shaft, a torque [N m]."""
     tip: float | None
-    """Of the tip [m]; None where the bench has none."""
+    """Place of the tip [m]; None where the bench has none."""
 
     @property
     def text(self) -> str:

@@ -28,7 +28,7 @@ class ModelLaw:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Its effects in the order of the catalogue."""
+        """Names of the effects in the order of the catalogue."""
         return in_catalogue_order(tuple(effect.name for effect in self.model.effects))
 
     @property

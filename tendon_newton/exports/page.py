@@ -27,7 +27,7 @@ class Fidelity:
     runs: tuple[str, ...]
     """Names of the recordings that were replayed."""
     replays: Mapping[str, Departure]
-    """Of each way of running it."""
+    """Departure of each way of running it."""
     costs: Mapping[str, Mapping[str, Departure]]
     """What each effect is worth that a way leaves out."""
 

@@ -27,7 +27,7 @@ from tendon_newton.simulation.hosts.timeline import make_timeline
 FRICTION_SHAPE = (0.9999, 0.99999, 1.0e-4, 0.5, 2.0)
 """MuJoCo's `solimp` with which dry friction creeps least."""
 FRICTION_TIME = 1.0e-3
-"""Its time constant [s]: two steps, the least that MuJoCo takes."""
+"""Time constant of that friction [s]: two steps, the least that MuJoCo takes."""
 
 
 def add_servo(spec: Any, tendon: Tendon, model: Model, sign: float, offset: float) -> None:

@@ -20,7 +20,7 @@ from tendon_newton.exports.networks.students import (
 
 OPSET = 17
 IR_VERSION = 9
-"""Of ONNX files that runtimes of the last years read."""
+"""Version of ONNX files that runtimes of the last years read."""
 METADATA = "metadata"
 """Key under which Newton's drives look for a JSON object."""
 GATES = (0, 3, 1, 2)

@@ -25,7 +25,7 @@ class TendonPath:
     factor: Array
     """[m], shape (K,)."""
     powers: tuple[tuple[int, ...], ...]
-    """Of each joint, shape (K, J)."""
+    """Power of each joint, shape (K, J)."""
     stray: float
     """Most by which it strays from the tendon in its range [m]."""
 

@@ -51,7 +51,7 @@ class DriveNumbers:
     free_spool: bool
     """Whether a rotor stands between the motor and the string."""
     delay: float
-    """Of the command [s]."""
+    """Delay of the command [s]."""
     step: float
     """Longest step [s]."""
     period: float

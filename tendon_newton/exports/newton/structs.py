@@ -11,27 +11,27 @@ class Kept:
     """What a drive remembers of one tendon."""
 
     memory: MemoryVector
-    """Of the effects."""
+    """What the effects remember."""
     bend: real
     """How far dry friction has bent [m]."""
     joint_bend: real
-    """The same of the joint [rad, m]."""
+    """How far dry friction has bent the joint [rad, m]."""
     outrun: real
     """How far the tendon has outrun its motor [m]."""
     share: real
     """Where the tendon is between sliding in (0) and out (1)."""
     pull: real
-    """On the mechanism one step ago [N]."""
+    """Pull on the mechanism one step ago [N]."""
     wound: real
     """String on the spool [m]."""
     wound_rate: real
-    """Its rate [m/s]."""
+    """Rate of the wound string [m/s]."""
     speed: real
     """Rate of the wound string one step ago [m/s]."""
     command: real
     """Desired motor angle one step ago [rad]."""
     time: real
-    """Since the reset [s]."""
+    """Time since the reset [s]."""
     count: int
     """Steps since the reset."""
 
@@ -41,11 +41,11 @@ class Bench:
     """Numbers of one tendon that its drive needs besides the model's."""
 
     inertia: real
-    """Of the mechanism, as felt at the string [kg]."""
+    """Inertia of the mechanism, as felt at the string [kg]."""
     rotor: real
-    """Of the motor's rotor, as felt at the string [kg]."""
+    """Inertia of the motor's rotor, as felt at the string [kg]."""
     joint_inertia: real
-    """Of the mechanism, as felt at the joint [kg m2, kg]."""
+    """Inertia of the mechanism, as felt at the joint [kg m2, kg]."""
     step: real
     """[s]."""
 
@@ -78,11 +78,11 @@ class Way:
     terms: int
     """How many there are."""
     inertia: real
-    """Of the mechanism, as felt at the string [kg]."""
+    """Inertia of the mechanism, as felt at the string [kg]."""
     rotor: real
-    """Of the motor's rotor, as felt at the string [kg]."""
+    """Inertia of the motor's rotor, as felt at the string [kg]."""
     radius: real
-    """Of the spool [m]."""
+    """Radius of the spool [m]."""
     limit: real
     """Greatest force of the servo [N]."""
     least: real
@@ -98,13 +98,13 @@ class JointMore:
     damping: real
     """What its own damper has [N m s/rad, N s/m]."""
     stop_stiffness: real
-    """Of the end stops [N m/rad, N/m]."""
+    """Stiffness of the end stops [N m/rad, N/m]."""
     stop_damping: real
-    """Of the end stops [N m s/rad, N s/m]."""
+    """Damping of the end stops [N m s/rad, N s/m]."""
     friction: real
     """Dry friction [N m, N]."""
     inertia: real
-    """Of the mechanism, as felt at the joint [kg m2, kg]."""
+    """Inertia of the mechanism, as felt at the joint [kg m2, kg]."""
 
 
 @device_struct
@@ -112,9 +112,9 @@ class Report:
     """What one slot reports."""
 
     angle: real
-    """Of the encoder [rad]."""
+    """Angle of the encoder [rad]."""
     rate: real
-    """Its rate [rad/s]."""
+    """Rate of that angle [rad/s]."""
     tension: real
     """See `Answer`, as the next three."""
     tension_gain: real

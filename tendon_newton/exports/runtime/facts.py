@@ -7,7 +7,7 @@ from typing import Any
 FOLDER = Path()
 """Where the program lies, and the files beside it."""
 PARAMETERS = [0.0]
-"""Of actuator and effects, then two zeros."""
+"""Numbers of actuator and effects, then two zeros."""
 SERVO_ROWS: list[dict[str, Any]] = []
 """What is known of each servo and its tendon."""
 JOINT_ROWS: list[dict[str, Any]] = []
@@ -23,6 +23,6 @@ TIME_STEP = math.inf
 MEMORY_SIZE = 1
 """How many numbers are remembered of a tendon or joint."""
 COMMAND_DELAY = 0.0
-"""Of the command [s], where the program has it in place of the law."""
+"""Delay of the command [s], where the program has it in place of the law."""
 RIGID = False
 """Whether the string of a rotor does not stretch in the model."""

@@ -35,9 +35,9 @@ class Now(NamedTuple):
     length: float
     """Excursion l [m]."""
     velocity: float
-    """Its rate [m/s]."""
+    """Rate of the excursion [m/s]."""
     acceleration: float = 0.0
-    """Its acceleration over the last step [m/s2]."""
+    """Acceleration of the excursion over the last step [m/s2]."""
     elapsed: float = 0.0
     """Time since the memory was true [s]."""
     lead: float = 0.0
