@@ -19,10 +19,12 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import platform
 import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 from tests.benchmarks.timing import RESULTS, Row, circumstances, commit, say
@@ -121,13 +123,12 @@ def time_worlds() -> list[Row]:
     return rows
 
 
-def fresh_rows(checkout: Path) -> list[Row]:
+def fresh_rows(checkout: Path) -> Iterator[Row]:
     """Time an installation and what a newcomer runs first, from an empty environment.
 
     Args:
         checkout: Whose Makefile and program are timed; its own environment is left alone.
     """
-    rows = []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         clone = folder / "clone"
@@ -154,12 +155,9 @@ def fresh_rows(checkout: Path) -> list[Row]:
             steps[what] = (command, "diagnosis")
         for number, (what, (command, cache)) in enumerate(steps.items()):
             words = [str(folder / f"out {number}") if w == "OUT" else w for w in command]
-            rows.append({"what": what, **costs(words, clone, folder / cache)})
-            say(rows[-1])
+            yield {"what": what, **costs(words, clone, folder / cache)}
         size = sum(p.lstat().st_size for p in (clone / ".venv").rglob("*")) / 1.0e6
-        rows.append({"what": "size of the environment", "megabytes": round(size)})
-        say(rows[-1])
-    return rows
+        yield {"what": "size of the environment", "megabytes": round(size)}
 
 
 def costs(command: list[str], folder: Path, cache: Path) -> Row:
@@ -192,6 +190,18 @@ PARTS = {"commands": time_commands, "worlds": time_worlds}
 """What is timed, by its name in the file."""
 
 
+def time_fresh(checkout: Path) -> None:
+    """Time a checkout from nothing; what is measured is kept at once, under its commit."""
+    circumstance = circumstances("python -m tests.benchmarks.startup --fresh --of CHECKOUT")
+    cores = f"{platform.machine()}, {os.cpu_count()} cores"
+    timed = {**circumstance, "commit": commit(checkout), "device": cores, "rows": []}
+    for row in fresh_rows(checkout):
+        say(row)
+        timed["rows"].append(row)
+        result = json.loads(FRESH_RESULT.read_text()) if FRESH_RESULT.exists() else {}
+        FRESH_RESULT.write_text(json.dumps({**result, timed["commit"]: timed}, indent=2) + "\n")
+
+
 def main() -> None:
     """Time the parts that were asked for, and write them."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -200,13 +210,7 @@ def main() -> None:
     parser.add_argument("--of", type=Path, default=ROOT, help="checkout to time with --fresh")
     options = parser.parse_args()
     if options.fresh:
-        rows = fresh_rows(options.of.resolve())
-        result = json.loads(FRESH_RESULT.read_text()) if FRESH_RESULT.exists() else {}
-        result[commit(options.of)] = {
-            **circumstances("python -m tests.benchmarks.startup --fresh"),
-            "rows": rows,
-        }
-        FRESH_RESULT.write_text(json.dumps(result, indent=2) + "\n")
+        time_fresh(options.of.resolve())
         return
     result = json.loads(RESULT.read_text())
     for part in options.parts or PARTS:
