@@ -171,6 +171,24 @@ def unit_rows(kept: Records) -> str:
     return table(heads, rows)
 
 
+def own_logs(record: Record) -> str:
+    """Return what was planted in each stranger's logs, and what its diagnosis names."""
+    rows = []
+    for name, case in record.figures.items():
+        where, seconds = name.replace("_", " "), f"{case['cpu_s']:.0f}"
+        for found in case["diagnoses"].values():
+            said = [
+                " or ".join([cause, *row["or"]])
+                + "".join(f", {v:.3g} [{a:.3g}, {b:.3g}]" for v, a, b in row["numbers"].values())
+                for cause, row in found["found"].items()
+            ]
+            planted = [f"{c} {v:g}" for c, row in found["planted"].items() for v in row.values()]
+            rows.append((where, "; ".join(planted), "; ".join(said), found["verdict"], seconds))
+            where = seconds = ""
+    heads = ("logs", "planted [SI]", "named [SI], 95 % interval", "verdict", "seconds of a core")
+    return table(heads, rows)
+
+
 TABLES: dict[str, tuple[str, Callable[[Records], str]]] = {
     "readme": ("README.md", readme),
     "comparison": (
@@ -187,5 +205,6 @@ TABLES: dict[str, tuple[str, Callable[[Records], str]]] = {
         lambda kept: mechanics(kept["speed_cpu"], (1, 64, 1024)),
     ),
     "units": ("docs/virtual_bench.md", unit_rows),
+    "own logs": ("docs/lab/exams.md", lambda kept: own_logs(kept["own_logs"])),
 }
 """File and maker of each table, by the name in its marks."""
