@@ -1,0 +1,1 @@
+"""Cables of surgical instruments: spindle torque and jaw angle from spindle path and jaw load."""
