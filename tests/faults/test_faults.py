@@ -6,6 +6,7 @@ Faults of a deployment stand in ``tests/hardware/deploy/test_rules_on_a_bench.py
 
 import pytest
 
+from tests.faults.calm import LENGTH, calm
 from tests.faults.camera import CAMERA
 from tests.faults.collecting import COLLECTING
 from tests.faults.outside import OUTSIDE
@@ -28,6 +29,12 @@ def test_a_camera_is_believed_where_it_is_right(name: str) -> None:
 def test_a_fault_around_a_run_is_acted_upon(name: str) -> None:
     """Refused with its own words, or obeyed in time."""
     OUTSIDE[name](1)
+
+
+def test_nothing_that_is_right_is_stopped() -> None:
+    """A deployment and a recording, drawn, run to their ends."""
+    row = calm(2.0 * LENGTH / 3600.0, lambda text: None)
+    assert row["acted"] == row["runs"] == 2
 
 
 @pytest.mark.slow
