@@ -271,9 +271,10 @@ class BusServo:
             raise WatchdogTripped(self._watchdog_text())
         sent = min(max(fraction, -self.duty_limit), self.duty_limit)
         self.counters.limited += sent != fraction
+        goal = round(sent * self.spec.duty_counts)
         try:
-            self._rest(sent)
-            self._bus.write(self.table.goal_duty, round(sent * self.spec.duty_counts))
+            self._rest(goal)
+            self._bus.write(self.table.goal_duty, goal)
         except ServoRefused:
             register = self.table.watchdog
             if register is None or self._bus.read(register) != (WATCHDOG_TRIPPED,):
@@ -389,10 +390,10 @@ class BusServo:
         if self._keeper is not None:  # the motor is not known to be off
             self._keeper.abandon()
 
-    def _rest(self, duty: float) -> None:
+    def _rest(self, goal: int) -> None:
         """Let a pull rest for a moment, before a servo without a watchdog forgets it."""
         forgets, now = self._forgets, self._clock.now()
-        if forgets is not None and abs(duty) >= forgets.duty:
+        if forgets is not None and abs(goal) >= round(forgets.duty * self.spec.duty_counts):
             if now - self._rested < REST_SHARE * forgets.time:
                 return
             self._bus.write(self.table.goal_duty, 0)

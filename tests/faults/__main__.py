@@ -141,7 +141,8 @@ def kill(runs: int, only: str) -> list[dict[str, Any]]:
                 )
                 for way in WAYS
                 for harm in HARMS
-                if unwatched or not HARMS[harm].kept
+                if (unwatched or not HARMS[harm].kept)
+                and (servo == SERVOS_OF_BOTH[0] or not WAYS[way].by_card)
             ]
             rows += table([each for each in every if only in each[0]], runs)
     return rows

@@ -19,6 +19,7 @@ from threading import Timer
 from typing import Self
 
 from hardware.servos import SERVOS
+from hardware.servos.bus_servo import BusServo
 from hardware.servos.families import FAMILIES
 from hardware.servos.family import ServoFamily
 from hardware.servos.host_position_loop import HostPositionLoop, no_stronger
@@ -308,10 +309,17 @@ def released(
                 time.sleep(delay)
                 program.listen()
                 if program.process.poll() is None and ports.state().duty >= program.pulling:
-                    return let_go(program, harm)
+                    release = let_go(program, harm)
+                    break
             said = program.end()
             assert any(word in said for word in BUSY), said[-2000:]
-    raise AssertionError(f"the program did not pull {ATTEMPTS} times: {said[-2000:]}")
+    else:
+        raise AssertionError(f"the program did not pull {ATTEMPTS} times: {said[-2000:]}")
+    switched = BusServo(SERVOS[servo], ports.servo_port, retries=8)
+    switched.open()  # an alert that the harm has left would be the next program's
+    switched.configure()
+    assert switched.close()
+    return release
 
 
 def policy_file(folder: Path, servo: str = "xc330_t288_t") -> Path:

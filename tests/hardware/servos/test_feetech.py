@@ -111,11 +111,12 @@ def test_a_forgotten_pull_is_ended_by_the_firmware_and_an_alert(rig: VirtualServ
     assert rig.servo.check().torque_enabled
 
 
-def test_a_pull_that_is_commanded_goes_on(rig: VirtualServo) -> None:
+@pytest.mark.parametrize("duty", [0.0196, 0.2])  # the first is 20 counts, and so 2 %
+def test_a_pull_that_is_commanded_goes_on(rig: VirtualServo, duty: float) -> None:
     """Ten seconds of one duty at 20 Hz: rests of 3 ms, one in five commands, change no tension."""
     forces, ends = [], rig.clock.now() + 10.0
     while rig.clock.now() < ends:
-        rig.servo.command_duty(0.2)
+        rig.servo.command_duty(duty)
         rig.wait(0.05)
         forces.append(rig.bench.state().tension)
     assert rig.servo.check().torque_enabled
