@@ -205,8 +205,8 @@ def summary(diagnosis: Diagnosis) -> str:
             )
     lines += ["", "  held-out error           before      after"]
     for label, name, scale, unit in (
-        ("motor angle, RMS", "theta_rmse", 1e3, "mrad"),
-        ("motor angle, mean abs.", "theta_mae", 1e3, "mrad"),
+        (f"{diagnosis.angle_name}, RMS", "theta_rmse", 1e3, "mrad"),
+        (f"{diagnosis.angle_name}, mean abs.", "theta_mae", 1e3, "mrad"),
         (f"{force.force_name}, RMS", "force_rmse", 1.0, force.force_unit),
     ):
         before, after = getattr(diagnosis.baseline, name), getattr(diagnosis.extended, name)

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from tendon_newton.actuators import find_actuator
 from tendon_newton.data.files.html_table import html_table
 from tendon_newton.data.files.json_file import write_json
 from tendon_newton.data.files.picture import new_figure, tidy
@@ -210,6 +211,11 @@ class Diagnosis:
             axes.set_xlabel(label)
             tidy(axes)
         return figure
+
+    @property
+    def angle_name(self) -> str:
+        """Name of the angle that was compared."""
+        return "joint angle" if find_actuator(self.model.actuator.name).leads else "motor angle"
 
     def to_json(self) -> dict[str, Any]:
         """Return the contract's dictionary."""

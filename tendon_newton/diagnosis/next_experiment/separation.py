@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tendon_newton.actuators import find_actuator
 from tendon_newton.data.bench_overrides import BenchOverrides
 from tendon_newton.data.excitations import EXCITATIONS, excite
 from tendon_newton.data.plain_numbers import quantity
@@ -128,6 +129,11 @@ def propose(
         seeds: Runs drawn of each excitation; the best one stands for it.
         duration: Length of each run [s].
     """
+    if find_actuator(question.without.actuator.name).leads:
+        raise InvalidParameter(
+            "runs are designed as commands of a servo, and here a shaft is led along a path: lead "
+            "it more slowly and under other loads, and diagnose that with the recordings at hand"
+        )
     plans = library_plans(settings_to_try(question.settings, benches), seeds, duration)
     predictions = predict(question, play(question, plans))
     own = {setting.bench for setting in question.settings}

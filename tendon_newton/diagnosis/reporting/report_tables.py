@@ -36,7 +36,7 @@ def key_numbers(diagnosis: Diagnosis) -> list[Row]:
         )
     signals = [
         (
-            "motor angle, RMS error",
+            f"{diagnosis.angle_name}, RMS error",
             1e3,
             "mrad",
             before.theta_rmse,

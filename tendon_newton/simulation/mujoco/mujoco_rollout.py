@@ -11,6 +11,7 @@ import newton
 import numpy as np
 import warp as wp
 
+from tendon_newton.actuators import find_actuator
 from tendon_newton.actuators.networks.history import History
 from tendon_newton.data.model_file import Model
 from tendon_newton.data.recording import Recording
@@ -25,7 +26,7 @@ from tendon_newton.device_code.structs import (
 )
 from tendon_newton.device_code.templates import Bindings
 from tendon_newton.effects import Stage
-from tendon_newton.errors import SimulationDiverged
+from tendon_newton.errors import InvalidParameter, SimulationDiverged
 from tendon_newton.mechanisms.geometry.mechanism import Mechanism
 from tendon_newton.mechanisms.worlds import build_model
 from tendon_newton.simulation.hosts.launch import Launch
@@ -84,6 +85,11 @@ class MujocoRollout:
         mechanism.refuse_moving_obstacle("MujocoRollout")
         effects = [effect.name for effect in model.effects]
         refuse_stages(effects, UNSUPPORTED, "SolverMuJoCo")
+        if find_actuator(model.actuator.name).leads:
+            raise InvalidParameter(
+                f"SolverMuJoCo moves masses by forces; {model.actuator.name!r} leads a shaft along "
+                "a path, which the solver 'tendon' can"
+            )
         self._rollout = rollout_of(
             mechanism,
             recordings,

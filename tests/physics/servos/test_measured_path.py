@@ -9,13 +9,17 @@ import pytest
 from tendon_newton.data.formats.csv_file import read_csv, write_csv
 from tendon_newton.data.model_file import Model, NamedValues
 from tendon_newton.data.recording import Recording
+from tendon_newton.diagnosis.explanation import OpenClass
+from tendon_newton.diagnosis.next_experiment.separation import propose
 from tendon_newton.diagnosis.search.fixed_set import fit_set
 from tendon_newton.diagnosis.search.refit import values_of
 from tendon_newton.diagnosis.search.worlds import Worlds
-from tendon_newton.errors import InvalidModelFile, InvalidRecording
+from tendon_newton.errors import InvalidModelFile, InvalidParameter, InvalidRecording
+from tendon_newton.identification.noise_floor import NoiseFloor
 from tendon_newton.identification.study import Study
 from tendon_newton.mechanisms.loading import load_mechanism
 from tendon_newton.simulation.hosts.replay import replay, simulated_recording
+from tendon_newton.simulation.simulators import simulate
 from tests.physics.runs import RADIUS, led
 
 LOAD = 5.0  # [N]
@@ -132,6 +136,18 @@ def test_a_path_and_its_actuator_go_together() -> None:
         replay([path], model_of({"voltage_sag": {"sag": 0.1}}))
     with pytest.raises(InvalidModelFile, match="one joint and one tendon"):
         replay([replace(path, bench="finger")], model_of({}))
+
+
+def test_what_needs_a_command_refuses_a_path() -> None:
+    """MuJoCo moves masses by forces, and no run is designed where nothing can be told."""
+    path = led(TRIANGLE, np.full(len(TRIANGLE), -LOAD))
+    with pytest.raises(InvalidParameter, match="leads a shaft along a path"):
+        simulate([path], model_of({}), solver="mujoco")
+    question = OpenClass(
+        explanations=(), without=model_of({}), settings=(), noise=NoiseFloor(theta=1e-3, force=1.0)
+    )
+    with pytest.raises(InvalidParameter, match="lead it more slowly"):
+        propose(question)
 
 
 def test_a_path_needs_what_is_compared() -> None:
