@@ -81,6 +81,7 @@ class PwmServo(Actuator):
             lower=0.01,
             upper=10.0,
             source="stall torque over stall current of hobby servos, at the output shaft",
+            tolerance=0.15,
         ),
         Parameter(
             name="resistance",
@@ -90,6 +91,7 @@ class PwmServo(Actuator):
             lower=0.1,
             upper=100.0,
             source="supply over stall current of hobby servos",
+            tolerance=0.15,
         ),
         Parameter(
             name="armature",

@@ -98,6 +98,10 @@ class Parameter:
     """Whether the range is the same on a bench of any size, whatever the unit: a tilt's."""
     optional: bool = False
     """Whether a model may leave it out, and so at its null."""
+    tolerance: float = 0.0
+    """Standard deviation by which a sound bench differs from what drawing, data sheet or
+    calibration state: a share of what is stated where that cannot be zero, else [unit]. Zero where
+    nothing states it."""
 
     def __post_init__(self) -> None:
         """Refuse bounds that no number can meet."""
@@ -131,6 +135,7 @@ class Parameter:
             lower=self.lower * factor,
             nominal=self.nominal * factor,
             upper=self.upper * factor,
+            tolerance=self.tolerance * (1.0 if self.lower > 0.0 else factor),
         )
 
     def holding(self, value: float) -> Parameter:

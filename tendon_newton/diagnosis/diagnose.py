@@ -31,13 +31,16 @@ from tendon_newton.diagnosis.identifiability import Confounded, find_confounded,
 from tendon_newton.diagnosis.next_experiment.separation import propose
 from tendon_newton.diagnosis.result import (
     CandidateScore,
+    Criterion,
     Diagnosis,
     Estimate,
     NamedEffect,
+    Rival,
     Unexplained,
     Verdict,
 )
 from tendon_newton.diagnosis.search.coordinates import is_shape
+from tendon_newton.diagnosis.search.decide.account import OPEN
 from tendon_newton.diagnosis.search.decide.find_causes import find_causes
 from tendon_newton.diagnosis.search.worlds import SEARCH_STEP
 from tendon_newton.diagnosis.time_left import (
@@ -52,7 +55,12 @@ from tendon_newton.diagnosis.unblocked import unblocked
 from tendon_newton.diagnosis.unexplained.structure import find_structure
 from tendon_newton.effects import EFFECTS, law_of
 from tendon_newton.identification.study import Study, benches_of, servo_count
-from tendon_newton.identification.testable import testable_effects, untested_sides
+from tendon_newton.identification.testable import (
+    stated_columns,
+    testable_effects,
+    too_little,
+    untested_sides,
+)
 from tendon_newton.simulation.model.bench_numbers import OWNER, TOLERANCE
 
 WORTH_SAYING = 0.1
@@ -60,6 +68,10 @@ WORTH_SAYING = 0.1
 alone."""
 SEED = 0
 """Of the bootstrap: the same data give the same diagnosis."""
+
+NO_SMALLER = (
+    "The causes that were found make the error on held-out recordings no smaller, so none is named."
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,7 +123,10 @@ def diagnose(
         in_pieces=True,
         tolerant=True,
     )
-    names = testable_effects(train)
+    names, little = testable_effects(train), too_little(dataset.train, train.noise)
+    if little is not None:
+        progress(little)
+        names = ()
     wrong = tuple(suspect.text for suspect in plainly_wrong(train))
     for text in wrong:
         progress(text)
@@ -122,13 +137,16 @@ def diagnose(
     if budget is not None:
         budget = max(0.0, budget - last - (time.monotonic() - start))
     findings = find_causes(
-        dataset.train, train, model, names, rng=rng, progress=progress, budget=budget, pace=pace
+        dataset.train, train, model, names, progress=progress, budget=budget, pace=pace
     )
+    if little is not None:
+        findings = replace(findings, verdict="unexplained")
     progress("measuring the gain on held-out recordings")
     test = Study(dataset.test, model, tuple(EFFECTS), like=train)
     diagnosis, evidence = conclude(train, findings, model, test, rng, start)
     steps = next_steps(diagnosis, dataset, model, train, findings.closest.values)
-    told = replace(diagnosis, next_steps=(*wrong, *steps), notes=(*blocked, *diagnosis.notes))
+    steps = (*(() if little is None else (little,)), *wrong, *steps)
+    told = replace(diagnosis, next_steps=steps, notes=(*blocked, *diagnosis.notes))
     return told, evidence
 
 
@@ -145,11 +163,20 @@ def conclude(
     named = () if final is None else final.effects
     extended = baseline if final is None else dict(final.values)
     without = [without_effect(train, extended, effect) for effect in named]
-    before, after, *partial = evaluate_models(test, [baseline, extended, *without])
+    plain = [model.values for model in findings.plain]
+    before, after, *partial = evaluate_models(test, [baseline, extended, *without, *plain])
+    partial, others = partial[: len(without)], partial[len(without) :]
     fraction = explained_fraction(before.pooled(), after.pooled(), train.noise)
+    if final is not None and fraction <= 0.0:
+        empty = replace(
+            findings, verdict="unexplained", final=None, notes=(*findings.notes, NO_SMALLER)
+        )
+        return conclude(train, empty, model, test, rng, start)
     low, high = fraction_interval(before, after, train.noise, rng)
     structure = find_structure(train, extended)
-    verdict = findings.verdict
+    found = named_effects(train, findings, partial, model)
+    is_named = any(cause.name not in findings.suspected for cause in found)
+    verdict = findings.verdict if is_named or final is None else "unexplained"
     diagnosis = Diagnosis(
         verdict=verdict,
         wall_time_s=time.monotonic() - start,
@@ -160,7 +187,9 @@ def conclude(
         noise_theta=train.noise.theta,
         explained_fraction=fraction,
         explained_interval=(low, high),
-        effects=named_effects(train, findings, partial, model),
+        effects=tuple(cause for cause in found if cause.name not in findings.suspected),
+        suspected=tuple(cause for cause in found if cause.name in findings.suspected),
+        rivals=rivals(findings, named, after, others),
         candidates=findings.candidates,
         unexplained=Unexplained(
             fraction=remaining_fraction(verdict, fraction),
@@ -183,6 +212,33 @@ def conclude(
         ),
     )
     return diagnosis, Evidence(baseline=baseline, extended=extended, test=test, train=train)
+
+
+def rivals(
+    findings: Findings, named: Sequence[str], after: SquaredErrors, others: Sequence[SquaredErrors]
+) -> tuple[Rival, ...]:
+    """Return the answer beside plain models, the best on unseen training parts first."""
+    if findings.predicts is None:
+        return ()
+    out = [
+        Rival(
+            name=model.name, effects=model.effects, held_out=model.held_out, errors=errors.pooled(),
+        )
+        for model, errors in zip(findings.plain, others, strict=True)
+        if set(model.effects) != set(named)
+    ]  # fmt: skip
+    answer = Rival(
+        name="this answer", effects=tuple(named), held_out=findings.predicts,
+        errors=after.pooled(), chosen=True,
+    )  # fmt: skip
+    return tuple(sorted((answer, *out), key=lambda rival: rival.held_out))
+
+
+def why_suspected(criteria: Sequence[Criterion]) -> str:
+    """Return why a cause is not named, as a sentence."""
+    if any(c.name == OPEN and not c.passed for c in criteria):
+        return "Its interval holds the value that means nothing."
+    return "It is worth little beside what no cause explains."
 
 
 def without_effect(study: Study, extended: Mapping[int, float], effect: str) -> dict[int, float]:
@@ -214,6 +270,9 @@ def named_effects(
                 else None,
                 explanations=question.explanations if question else (),
                 criteria=findings.criteria.get(effect, ()),
+                reason=why_suspected(findings.criteria[effect])
+                if effect in findings.suspected
+                else "",
                 probability=findings.probabilities.get(effect),
             )
         )
@@ -236,7 +295,8 @@ def open_class(
 
 def explain(study: Study, found: Found, cause: str) -> Explanation:
     """Describe a fit by the cause that it stands for, and all its numbers."""
-    columns = [column for column in found.values if column not in study.tolerated_columns]
+    built = {*study.tolerated_columns, *as_stated(study, found.effects)}
+    columns = [column for column in found.values if column not in built]
     owners = dict.fromkeys(study.table.owners[column][0] for column in columns)
     return Explanation(
         cause=cause,
@@ -271,8 +331,16 @@ def confounded_numbers(study: Study, found: Found) -> tuple[Confounded, ...]:
     """Return the pairs of fitted numbers that the data cannot tell apart."""
     owners = [study.table.owners[column] for column in found.values]
     pairs = find_confounded(found.point, [f"{owner}.{p.name}" for owner, p in owners])
-    tolerated = {f"{OWNER}.{number.name}" for number in study.tolerated}
-    return tuple(pair for pair in pairs if not tolerated & {pair.first, pair.second})
+    built = {f"{OWNER}.{number.name}" for number in study.tolerated}
+    built |= {f"{o}.{p.name}" for o, p in
+              (study.table.owners[c] for c in as_stated(study, found.effects))}  # fmt: skip
+    return tuple(pair for pair in pairs if not built & {pair.first, pair.second})
+
+
+def as_stated(study: Study, effects: Sequence[str]) -> tuple[int, ...]:
+    """Return the stated numbers of effects that are no causes, which differ as any bench does."""
+    owners = study.table.owners
+    return tuple(c for c in stated_columns(study) if owners[c][0] not in effects)
 
 
 def as_built(study: Study, found: Found) -> tuple[str, ...]:
@@ -322,6 +390,8 @@ def extended_model(
     none. Any other infinite number is written as the end of its range: a file holds none.
     """
     table = study.table
+    owners = [table.owners[c][0] for c in as_stated(study, effects) if c in values]
+    effects = (*effects, *owners)
     kept = [effect for effect in model.effects if effect.cause not in effects]
     added = []
     for name in effects:

@@ -15,6 +15,8 @@ from tendon_newton.identification.study import Study, replacements
 
 RESAMPLES = 2000
 """Bootstrap draws of blocks of time."""
+HARDLY_ANY = 0.02
+"""Share of the other signal's gap, both in squares of the noise, below which one is none [1]."""
 WORTH_A_FRACTION = 1.2
 """A signal whose error is below so many noise floors has no gap to explain a fraction of."""
 
@@ -72,20 +74,19 @@ def evaluate_models(study: Study, models: Sequence[Mapping[int, float]]) -> list
 def explained_fraction(before: Errors, after: Errors, noise: NoiseFloor) -> float:
     """Return the share of the squared error above the noise that is gone.
 
-    Signals with a gap count alike; those without count for nothing.
+    Signals with a gap count alike; those with none, or hardly any beside the other's, for nothing.
     """
-    shares = []
+    gaps = list[tuple[float, float]]()
     for top, left, floor in (
         (before.theta_rmse, after.theta_rmse, noise.theta),
         (before.force_rmse, after.force_rmse, noise.force),
     ):
-        if (
-            top is not None
-            and left is not None
-            and floor is not None
-            and top > WORTH_A_FRACTION * floor
-        ):
-            shares.append((top**2 - left**2) / (top**2 - floor**2))
+        if top is None or left is None or floor is None or top <= WORTH_A_FRACTION * floor:
+            continue
+        gap = top**2 - floor**2
+        gaps.append((gap / floor**2, (top**2 - left**2) / gap))
+    least = HARDLY_ANY * max((size for size, _ in gaps), default=0.0)
+    shares = [share for size, share in gaps if size >= least]
     return float(np.clip(np.mean(shares), -1.0, 1.0)) if shares else 0.0
 
 

@@ -24,6 +24,19 @@ class Found:
 
 
 @dataclass(frozen=True, kw_only=True)
+class PlainModel:
+    """A model that a reader would try first, beside the answer."""
+
+    name: str
+    """What it is called."""
+    effects: tuple[str, ...]
+    values: Mapping[int, float]
+    """Parameter column -> fitted value."""
+    held_out: float
+    """Negative log likelihood per row of parts that no number has seen [nat]."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Findings:
     """What a search found on the training recordings."""
 
@@ -34,6 +47,8 @@ class Findings:
     """All named causes together; None where none is named."""
     closest: Found
     """What came closest: the named causes, or what was found and may not be named."""
+    suspected: tuple[str, ...]
+    """Those of the final causes whose intervals do not leave out that there is nothing."""
     classes: Mapping[str, tuple[tuple[str, Found], ...]]
     """For each cause the rivals that explain the data as well, each with its fit."""
     candidates: tuple[CandidateScore, ...]
@@ -41,7 +56,12 @@ class Findings:
     criteria: Mapping[str, tuple[Criterion, ...]] = field(default_factory=dict)
     """What each named cause had to pass."""
     probabilities: Mapping[str, float] = field(default_factory=dict)
-    """Share of draws of blocks of time in which each named cause passes the bar."""
+    """Weight of all sets of causes that hold each found cause, or one of its class [1]."""
+    plain: tuple[PlainModel, ...] = ()
+    """Plain models beside the answer, the best on unseen parts first."""
+    predicts: float | None = None
+    """Score of the answer on parts that no number has seen [nat per row]; None where nobody
+    asked."""
     finished: bool = True
     """Whether the search came to its end; else causes may be missing."""
     notes: tuple[str, ...] = ()

@@ -75,8 +75,10 @@ class NamedEffect:
     """It and its rivals with all numbers of their fits; none where it has no rivals."""
     criteria: tuple[Criterion, ...] = ()
     """What it had to pass."""
+    reason: str = ""
+    """Why it is only suspected, as a sentence; empty for a named cause."""
     probability: float | None = None
-    """Share of draws of blocks of time in which it passes the bar; None where nobody asked."""
+    """Weight of all sets of causes that hold it or one of its class; None where nobody asked."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,6 +115,32 @@ class CandidateScore:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Rival:
+    """One whole answer, and how well it predicts what it was not fitted on."""
+
+    name: str
+    """What it is called."""
+    effects: tuple[str, ...]
+    held_out: float
+    """Negative log likelihood per row of training parts that no number has seen [nat]: the choice
+    is made by it."""
+    errors: Errors
+    """On the held-out recordings, which choose nothing."""
+    chosen: bool = False
+    """Whether the diagnosis gives this one."""
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it for ``diagnosis.json``."""
+        return {
+            "name": self.name,
+            "effects": list(self.effects),
+            "held_out_score": self.held_out,
+            **errors_json(self.errors),
+            "chosen": self.chosen,
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
 class Unexplained:
     """What remains when all named effects are in."""
 
@@ -146,10 +174,16 @@ class Diagnosis:
     explained_interval: tuple[float, float]
     """95 % block-bootstrap interval of it."""
     effects: tuple[NamedEffect, ...]
+    """Named causes, those that explain most first."""
     candidates: tuple[CandidateScore, ...]
     unexplained: Unexplained
     model: Model
     """The extended model."""
+    suspected: tuple[NamedEffect, ...] = ()
+    """Causes that help to predict unseen parts, though their intervals hold the value that means
+    nothing: they are in the model, and no name is deserved."""
+    rivals: tuple[Rival, ...] = ()
+    """The answer beside plain models; none where nothing is left to explain."""
     fitted: Mapping[str, Estimate] = field(default_factory=dict)
     """Numbers of the model's ``fit`` list."""
     confounded: tuple[Confounded, ...] = ()
@@ -230,6 +264,8 @@ class Diagnosis:
             "explained_fraction": self.explained_fraction,
             "explained_fraction_ci95": list(self.explained_interval),
             "effects": [effect_json(effect, self.extended) for effect in self.effects],
+            "suspected": [effect_json(effect, self.extended) for effect in self.suspected],
+            "rivals": [rival.to_json() for rival in self.rivals],
             "candidates": [candidate.to_json() for candidate in self.candidates],
             "unexplained": self.unexplained.to_json(),
             "fitted": {name: value.to_json() for name, value in self.fitted.items()},
@@ -246,7 +282,7 @@ class Diagnosis:
         numbers = {
             f"{owner}.{name}": estimate
             for owner, own in (
-                *((effect.name, effect.parameters) for effect in self.effects),
+                *((effect.name, effect.parameters) for effect in (*self.effects, *self.suspected)),
                 (self.model.actuator.name, self.fitted),
             )
             for name, estimate in own.items()
@@ -280,6 +316,7 @@ def effect_json(effect: NamedEffect, extended: Errors) -> dict[str, Any]:
         "gain": gain,
         "indistinguishable_from": list(effect.indistinguishable_from),
         "separating_experiment": effect.separating_experiment,
+        **({"reason": effect.reason} if effect.reason else {}),
         "explanations": [explanation.to_json() for explanation in effect.explanations],
         **account_json(effect.criteria, effect.probability),
     }

@@ -98,6 +98,18 @@ EFFECTS: dict[str, type[Effect]] = {
 }
 
 
+FRICTION_FAMILIES: tuple[tuple[str, ...], ...] = (
+    ("coulomb_friction", "asymmetric_friction", "stribeck_friction", "hysteresis"),
+    (
+        "load_dependent_friction",
+        "gear_load_friction",
+        "load_stribeck_friction",
+        "holding_friction",
+    ),
+)
+"""Forms of one friction: dry friction of a gear, and what its load presses out of its teeth."""
+
+
 def find_effect(name: str) -> type[Effect]:
     """Return an effect of the catalogue; an unknown name is refused."""
     return look_up("effect", name, EFFECTS)
@@ -127,6 +139,12 @@ def mentioned(effect: str) -> list[str]:
     return [other for other in EFFECTS if other != effect and re.search(rf"\b{other}\b", part)]
 
 
+def are_one_friction(one: str, other: str) -> bool:
+    """Tell whether two causes are forms of one friction: dry, or in proportion to a gear's load."""
+    pair = {effect_of(one), effect_of(other)}
+    return any(pair <= set(family) for family in FRICTION_FAMILIES) and overlap(one, other)
+
+
 def overlap(one: str, other: str) -> bool:
     """Tell whether two causes have a servo in common."""
     servos = {servo_of(one), servo_of(other)}
@@ -154,6 +172,7 @@ __all__ = [
     "Effect",
     "Stage",
     "are_confused",
+    "are_one_friction",
     "are_one_law",
     "are_related",
     "find_effect",

@@ -33,6 +33,7 @@ class JointStiffnessError(Effect):
             lower=0.2,
             upper=4.0,
             source="printed flexures vary by a factor of two and more",
+            tolerance=0.04,
         ),
     )
 

@@ -30,6 +30,7 @@ class LoadCellBias(Effect):
             lower=-10.0,
             upper=10.0,
             source="half of what the servo gives",
+            tolerance=0.05,
         ),
     )
 

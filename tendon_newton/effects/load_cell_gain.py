@@ -30,6 +30,7 @@ class LoadCellGain(Effect):
             lower=0.3,
             upper=3.0,
             source="beyond, a calibration is of another cell",
+            tolerance=0.015,
         ),
     )
 

@@ -34,6 +34,7 @@ class SpoolRadiusError(Effect):
             lower=0.5,
             upper=2.0,
             source="a core of half or twice the radius is another spool",
+            tolerance=0.015,
         ),
     )
 

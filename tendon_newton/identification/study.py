@@ -95,6 +95,8 @@ class Study:
         """Servos D of every recording."""
         self.apart = all(are_apart(mechanism) for mechanism in benches.values())
         """Whether each servo moves a finger of its own."""
+        self.tolerant = like.tolerant if like is not None else tolerant
+        """Whether what is stated may differ by its tolerance."""
         self._model = model = for_servos(model, self.servos, apart=self.apart)
         self.scale = self._scale_of(recordings, benches) if scale is None else scale
         """How large the benches are; ranges, units and floors follow it."""

@@ -2,9 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+import numpy as np
+
+from tendon_newton.data.recording import Array, Recording
 from tendon_newton.data.servo_names import name_of
 from tendon_newton.effects import EFFECTS
+from tendon_newton.identification.noise_floor import NoiseFloor
 from tendon_newton.identification.study import Study, compares_force
+
+LEAST_SECONDS, LEAST_TURNS = 3.0, 2
+"""Shortest training data of which a cause may be named [s], and times that a motor must turn back:
+a friction and an offset look alike in one direction."""
+MOVES = 10.0
+"""Noise floors of the encoder from which a change of the angle is a motion [1]."""
 
 
 def testable_effects(study: Study) -> tuple[str, ...]:
@@ -25,6 +37,48 @@ def testable_effects(study: Study) -> tuple[str, ...]:
         if is_own:
             out += [name_of(name, servo) for servo in range(study.servos)]
     return tuple(out)
+
+
+def stated_columns(study: Study) -> tuple[int, ...]:
+    """Return the places of effects' numbers that drawings, data sheets or calibrations state."""
+    if not study.tolerant or study.servos > 1:
+        return ()
+    columns = (c for name in testable_effects(study) for c in study.table.columns(name))
+    return tuple(c for c in columns if study.parameter(c).tolerance > 0.0)
+
+
+def too_little(recordings: Sequence[Recording], noise: NoiseFloor) -> str | None:
+    """Say what training recordings have too little of for any name; None if they have enough.
+
+    Args:
+        recordings: Those that would decide.
+        noise: Of their sensors.
+    """
+    seconds = sum(r.duration for r in recordings)
+    reach = MOVES * noise.theta
+    moved = max(float(np.ptp(r.motor_position, axis=0).max()) for r in recordings)
+    turned = sum(turns(r.motor_position[:, d], reach)
+                 for r in recordings for d in range(r.tendon_count))  # fmt: skip
+    for is_too_little, came in (
+        (seconds < LEAST_SECONDS, f"they last {seconds:.2g} s together; {LEAST_SECONDS:g} s are"),
+        (moved < reach, f"the motor moves by {1e3 * moved:.2g} mrad; {1e3 * reach:.2g} mrad are"),
+        (turned < LEAST_TURNS, f"the motor turns back {turned} times; {LEAST_TURNS} are"),
+    ):
+        if is_too_little:
+            return f"The training recordings are too little for a name: {came} the least."
+    return None
+
+
+def turns(angle: Array, reach: float) -> int:
+    """Return how often a motor turns back by more than a reach [rad]; angle of shape (T,)."""
+    count, direction, extreme = 0, 0, angle[0]
+    for value in angle:
+        if direction * (value - extreme) > 0.0:
+            extreme = value
+        elif abs(value - extreme) > reach:
+            count += direction != 0
+            direction, extreme = (1 if value > extreme else -1), value
+    return count
 
 
 def untested_sides(study: Study) -> tuple[str, ...]:

@@ -24,8 +24,8 @@ from tendon_newton.diagnosis.search.decide.account import (
     BEHIND,
     HELD_OUT,
     IN_RANGE,
-    LEFT_OPEN,
     LOSS,
+    OPEN,
     TOGETHER,
     acts_in,
 )
@@ -115,9 +115,9 @@ def test_each_way_of_being_stopped_has_its_own_words(tmp_path: Path) -> None:
         read, "backlash"
     )
     assert "width ended at the edge of the range" in text(read, "deadband")
-    unsure = Criterion(name=LEFT_OPEN, value=1.0, bar=0.0, passed=False)
+    unsure = Criterion(name=OPEN, value=1.0, bar=0.0, passed=False)
     scores = (replace(CAUSES[0], criteria=(unsure,)),)
-    assert "the data leave its numbers as open as their ranges" in text(
+    assert "it is suspected, not named" in text(
         accounts(tmp_path, replace(told("no_gap"), candidates=scores)), "command_delay"
     )
     stop = Criterion(name=TOGETHER, value=0.45, bar=0.2, passed=False)

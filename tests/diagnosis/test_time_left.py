@@ -125,8 +125,7 @@ def search(**options: Any) -> Any:
     dataset, model = load_dataset(EXAMPLE), load_model(EXAMPLE / "model.toml")
     recordings = [beginning(r, force=True) for r in dataset.train if r.bench == "spring_weak"]
     study = Study(recordings, model, EFFECTS, time_step=1e-3)
-    rng = np.random.default_rng(0)
-    return find_causes(recordings, study, model, EFFECTS, rng=rng, **options)
+    return find_causes(recordings, study, model, EFFECTS, **options)
 
 
 def test_an_interrupted_search_gives_what_it_has() -> None:

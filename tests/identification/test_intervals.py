@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from tendon_newton.identification.intervals import WIDENING, half_width, half_widths
+from tendon_newton.identification.intervals import (
+    WIDENING,
+    half_width,
+    half_widths,
+    rows_together,
+)
 from tendon_newton.identification.linearisation import Linearisation
 from tendon_newton.identification.objective import Layout
 
@@ -18,6 +23,7 @@ WHERE = Layout(
     block_count=SECONDS * RECORDINGS,
 )
 TRUTH = np.array([2.0, -0.5])
+UNSTATED = np.full(2, np.inf)
 
 
 def fitted(seed: int, colour: float) -> tuple[np.ndarray, Linearisation]:
@@ -38,7 +44,7 @@ def test_the_interval_holds_the_truth_in_white_and_in_red_noise() -> None:
         held = []
         for seed in range(60):
             value, point = fitted(seed, colour)
-            held.append(np.abs(TRUTH - value) < half_widths(point, WHERE))
+            held.append(np.abs(TRUTH - value) < half_widths(point, WHERE, UNSTATED))
         assert np.mean(held) >= 0.95, colour
 
 
@@ -52,7 +58,7 @@ def test_the_interval_is_no_wider_than_it_says() -> None:
         held = []
         for seed in range(60):
             value, point = fitted(seed, colour)
-            held.append(np.abs(TRUTH - value) < half_widths(point, WHERE) / 3.0)
+            held.append(np.abs(TRUTH - value) < half_widths(point, WHERE, UNSTATED) / 3.0)
         assert np.mean(held) < 0.95, colour
 
 
@@ -63,7 +69,7 @@ def test_the_spread_over_draws_is_that_over_data_sets() -> None:
     """
     fits = [fitted(seed, 0.6) for seed in range(100)]
     scattered = 1.96 * np.std([value for value, _ in fits], axis=0)
-    drawn = np.mean([half_width(point, WHERE.block) for _, point in fits], axis=0)
+    drawn = np.mean([half_width(point, WHERE.block, UNSTATED) for _, point in fits], axis=0)
     np.testing.assert_allclose(drawn, scattered, rtol=0.15)
 
 
@@ -75,7 +81,7 @@ def test_four_recordings_that_differ_know_their_mean_as_badly_as_student_says() 
         measured = rng.standard_normal(4)[of_row] + 0.1 * rng.standard_normal(of_row.size)
         mean = float(measured.mean())
         point = Linearisation(residual=measured - mean, jacobian=-np.ones((of_row.size, 1)))
-        held.append(abs(mean) < half_width(point, of_row)[0])
+        held.append(abs(mean) < half_width(point, of_row, UNSTATED[:1])[0])
     assert np.mean(held) == pytest.approx(0.95, abs=0.03)  # 400 draws: one deviation is 0.011
 
 
@@ -94,7 +100,7 @@ def test_recordings_that_differ_count_beside_blocks_that_agree() -> None:
         measured = rng.standard_normal(4)[of_row] + 0.1 * rng.standard_normal(of_row.size)
         mean = float(measured.mean())
         point = Linearisation(residual=measured - mean, jacobian=-np.ones((of_row.size, 1)))
-        held.append(abs(mean) < half_widths(point, where)[0])
+        held.append(abs(mean) < half_widths(point, where, UNSTATED[:1])[0])
     assert np.mean(held) >= 0.95
 
 
@@ -108,5 +114,22 @@ def test_one_recording_has_the_interval_of_its_blocks() -> None:
         servo=WHERE.servo,
         block_count=WHERE.block_count,
     )
-    least = WIDENING * half_width(point, WHERE.block)
-    np.testing.assert_allclose(half_widths(point, alone), least)
+    least = WIDENING * half_width(point, WHERE.block, UNSTATED)
+    np.testing.assert_allclose(half_widths(point, alone, UNSTATED), least)
+
+
+def test_what_is_stated_counts_as_one_observation() -> None:
+    """What its data leave open is known as well as it is stated; what they tell is no better."""
+    _, point = fitted(0, 0.0)
+    flat = Linearisation(residual=point.residual, jacobian=point.jacobian * [1.0, 1.0e-6])
+    told, stated = half_width(flat, WHERE.block, np.array([np.inf, 0.1]))
+    assert stated == pytest.approx(1.96 * 0.1, rel=0.05)  # Student's quantile of 120 blocks
+    assert told == pytest.approx(half_width(point, WHERE.block, UNSTATED)[0], rel=0.05)
+
+
+def test_rows_that_err_together_tell_less() -> None:
+    """White noise tells something in every row; red noise of 0.9 in one of 19 at most."""
+    _, white = fitted(0, 0.0)
+    _, red = fitted(0, 0.9)
+    assert rows_together(white, WHERE) < 1.5
+    assert 3.0 < rows_together(red, WHERE) < 20.0

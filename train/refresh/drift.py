@@ -88,7 +88,6 @@ def find_drift(
         train,
         known_model,
         names,
-        rng=rng,
         most=1,
         allows=lambda causes, values: are_likely(train, causes, values),
     )

@@ -19,8 +19,9 @@ from tendon_newton.diagnosis.search.decide.account import (
     CHANGE,
     HELD_OUT,
     IN_RANGE,
-    LEFT_OPEN,
     LOSS,
+    OPEN,
+    REMAINS,
     TOGETHER,
 )
 from tendon_newton.effects import EFFECTS, law_of
@@ -194,10 +195,16 @@ LONG: dict[str, Callable[[Criterion], str]] = {
         if c.passed
         else "A number ended at the edge of its range: what the range rules out fits better."
     ),
-    LEFT_OPEN: lambda c: (
-        "Its numbers are known better than their ranges, or it is worth enough."
+    REMAINS: lambda c: (
+        "It is worth enough beside what no cause explains."
         if c.passed
-        else "It is worth little, and the data leave its numbers as open as their ranges."
+        else f"Something is left that no cause explains, and without this one residuals are "
+        f"{larger(c.value)}; {larger(c.bar)} is asked there: it is suspected, not named."
+    ),
+    OPEN: lambda c: (
+        "Its interval leaves out that there is nothing."
+        if c.passed
+        else "Its interval holds the value that means nothing: it is suspected, not named."
     ),
     ADDED: lambda c: (
         f"Added to the causes found, it promises residuals {smaller(c.value)}; "
@@ -219,7 +226,8 @@ SHORT: dict[str, Callable[[Criterion], str]] = {
     HELD_OUT: lambda c: f"on unseen data residuals {smaller(c.value)}; {smaller(c.bar)} asked",
     CHANGE: lambda c: f"changes {c.value:.2g} times what simple laws of friction miss anyway",
     IN_RANGE: lambda _: "a number at the edge of its range",
-    LEFT_OPEN: lambda _: "worth little, and as uncertain as its range",
+    REMAINS: lambda c: f"residuals {larger(c.value)} without it beside what is unexplained",
+    OPEN: lambda _: "an interval that holds the value that means nothing",
     ADDED: lambda c: (
         f"residuals {smaller(c.value)}; {smaller(c.bar)} asked"
         if c.value > 0.0

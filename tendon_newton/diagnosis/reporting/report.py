@@ -102,11 +102,10 @@ def content(diagnosis: Diagnosis, evidence: Evidence, origin: Origin) -> dict[st
 def answer(diagnosis: Diagnosis) -> dict[str, Any]:
     """Return the tables of the first screen."""
     scale, servos = diagnosis.scale, diagnosis.servos
-    suspected = getattr(diagnosis, "suspected", ())
     return {
         "causes": cause_rows(diagnosis.effects, scale, servos),
-        "suspected": cause_rows(suspected, scale, servos, [cause.reason for cause in suspected]),
-        "rivals": rival_rows(getattr(diagnosis, "rivals", ()), scale),
+        "suspected": cause_rows(diagnosis.suspected, scale, servos),
+        "rivals": rival_rows(diagnosis.rivals, scale),
         "with_all": errors_text(diagnosis.extended, scale),
     }
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from tendon_newton.data.parameters import BenchScale
@@ -11,33 +10,19 @@ from tendon_newton.data.plain_numbers import estimate_text, number
 from tendon_newton.data.servo_names import effect_of
 from tendon_newton.diagnosis.owner import with_owner
 from tendon_newton.diagnosis.reporting.report_words import cause_sentence, docstring_part
-from tendon_newton.diagnosis.result import Errors, NamedEffect
+from tendon_newton.diagnosis.result import Errors, NamedEffect, Rival
 
 Row = dict[str, Any]
 """Cells of a table's row, for the template."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Rival:
-    """One whole answer, and how well it predicts recordings that it was not fitted on."""
-
-    name: str
-    """Its causes, in words."""
-    errors: Errors
-    chosen: bool = False
-    """Whether the diagnosis gives this one."""
-
-
-def cause_rows(
-    causes: Sequence[NamedEffect], scale: BenchScale, servos: int = 1, reasons: Sequence[str] = ()
-) -> list[Row]:
+def cause_rows(causes: Sequence[NamedEffect], scale: BenchScale, servos: int = 1) -> list[Row]:
     """Describe causes.
 
     Args:
         causes: Named or suspected ones.
         scale: Of the benches.
         servos: Servos of each bench.
-        reasons: Sentence for each cause: why it is only suspected.
     """
     return [
         {
@@ -51,9 +36,9 @@ def cause_rows(
             "meaning": docstring_part(cause.name),
             "signature": docstring_part(cause.name, "Signature"),
             "source": docstring_part(cause.name, "Source"),
-            "reason": reason,
+            "reason": cause.reason,
         }
-        for cause, reason in zip(causes, reasons or [""] * len(causes), strict=True)
+        for cause in causes
     ]
 
 
@@ -70,11 +55,9 @@ def parameter_rows(cause: NamedEffect) -> list[Row]:
 
 
 def rival_rows(rivals: Sequence[Rival], scale: BenchScale) -> list[Row]:
-    """Describe whole answers, the best first."""
-    best_first = sorted(rivals, key=lambda rival: rival.errors.theta_rmse)
+    """Describe whole answers in their order."""
     return [
-        {"name": r.name, "errors": errors_text(r.errors, scale), "chosen": r.chosen}
-        for r in best_first
+        {"name": r.name, "errors": errors_text(r.errors, scale), "chosen": r.chosen} for r in rivals
     ]
 
 

@@ -6,11 +6,12 @@ import time
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.linalg import eigh
 
-from tendon_newton.data.recording import Array, Indices, Recording
-from tendon_newton.diagnosis.search.refit import Fit, linearise, refit
+from tendon_newton.data.recording import Array, Indices, Mask, Recording
+from tendon_newton.diagnosis.search.refit import LAST_SHARE, Fit, linearise, refit, row_units
 from tendon_newton.diagnosis.search.worlds import Floors, Worlds
-from tendon_newton.identification.objective import TAIL, group_sums
+from tendon_newton.identification.objective import TAIL, group_sums, loss_weights
 
 FOLDS = 5
 """Parts that are left out in turn, at most."""
@@ -18,6 +19,10 @@ LEAST_PARTS = 3
 """Recordings from which whole ones are left out; fewer are cut in time."""
 PART = 4
 """Length of the spans of time [blocks] that are left out where recordings are few: every fifth."""
+TOLD = 0.5
+"""Share of what all rows tell of a direction that the seen ones must tell [1]."""
+RIDGE, HOLD = 1.0e-9, 1.0e3
+"""Least curvature of a direction, and what holds one, as shares of what all rows tell [1]."""
 STEPS = 2
 """Steps of a refit from the optimum of all rows, with the derivatives there: it moves little."""
 
@@ -72,14 +77,38 @@ def held_out_terms(worlds: Worlds, fit: Fit, floors: Floors, until: float = np.i
         if time.monotonic() > until:
             return None
         seen = of_row != fold
+        unit = row_units(worlds, fit, floors, LAST_SHARE, None)
+        hold = untold(fit, jacobians[0] / unit[:, None], unit, seen)
         (found,) = refit(
-            worlds, [fit], floors, iterations=STEPS, coarse=0, rows=seen, jacobians=jacobians
-        )
+            worlds, [fit], floors, iterations=STEPS, coarse=0, rows=seen,
+            jacobians=jacobians, holds=[hold],
+        )  # fmt: skip
         residual = found.residual[None]
         score = worlds.score(residual, floors, rows=seen)
         (own,) = terms(worlds, residual, score.scales, floors)
         total += np.where(seen, 0.0, own)
     return total
+
+
+def untold(fit: Fit, slopes: Array, unit: Array, seen: Mask) -> Array:
+    """Return a curvature that holds directions of which the seen rows tell little, shape (F, F).
+
+    Nobody can know of a number what nobody saw. So a direction stays where it is if the rows that
+    are left out have more than a share of all that is known of it.
+
+    Args:
+        fit: A set at its optimum of all rows.
+        slopes: Derivatives of the residual [units], shape (M, F).
+        unit: Of each row's residual, shape (M,).
+        seen: Rows that a refit sees, shape (M,).
+    """
+    weighted = slopes * np.sqrt(loss_weights(fit.residual / unit))[:, None]
+    size = np.sqrt(np.maximum(np.square(weighted).sum(axis=0), 1.0e-300))
+    all_rows = weighted.T @ weighted / np.outer(size, size) + RIDGE * np.eye(len(size))
+    some = weighted[seen].T @ weighted[seen] / np.outer(size, size) + RIDGE * np.eye(len(size))
+    shares, directions = eigh(some, all_rows)
+    kept = all_rows @ directions[:, shares < TOLD]
+    return HOLD * (kept @ kept.T) * np.outer(size, size)
 
 
 def terms(worlds: Worlds, residuals: Array, scales: Array, floors: Floors) -> Array:

@@ -10,7 +10,7 @@ import numpy as np
 
 from tendon_newton.data.recording import Array
 from tendon_newton.diagnosis.search.floors import floors_of, form_of, is_dry
-from tendon_newton.diagnosis.search.refit import Fit, refit, rescored, values_of
+from tendon_newton.diagnosis.search.refit import Fit, refit, rescored, surprise, values_of
 from tendon_newton.diagnosis.search.worlds import QUIET, Floors, Worlds
 from tendon_newton.effects import are_related, law_of
 
@@ -142,13 +142,23 @@ class Pool:
             return True
         return self.mean_excess(fit, self.floors if floors is None else floors) < 1.0
 
+    def gain(self, fit: Fit, less: Fit) -> float:
+        """Return by how much a fit is more likely than another [nat per row]."""
+        return less.score + self.surprise(less) - fit.score - self.surprise(fit)
+
+    def surprise(self, fit: Fit) -> float:
+        """Return how unlikely a fit is beside what is stated of its numbers [nat per row]."""
+        signals = sum(bool(own.any()) for _, own in self.worlds.where.signals)
+        telling = len(fit.residual) / signals / self.worlds.rows_together(fit.residual)
+        return surprise(self.worlds, fit.columns, fit.place) / telling
+
     def worth(self, fit: Fit, less: Fit, name: str) -> float:
         """Return what a cause is worth in units of what is asked [1]; below one it is dropped."""
-        return min((less.score - fit.score) / self.bar(name), self.change(fit, less))
+        return min(self.gain(fit, less) / self.bar(name), self.change(fit, less))
 
     def cost(self, fit: Fit) -> float:
-        """Return a fit's score, its causes paid for [nat per row]."""
-        return fit.score + self.haste * sum(map(self.bar, fit.names))
+        """Return a fit's score, its causes and surprises paid for [nat per row]."""
+        return fit.score + self.surprise(fit) + self.haste * sum(map(self.bar, fit.names))
 
     def best(self) -> Fit:
         """Return the best fit, its causes paid for."""

@@ -11,7 +11,7 @@ from tendon_newton.data.parameters import TIME_POWERS
 from tendon_newton.data.recording import Array, Mask
 from tendon_newton.diagnosis.search.floors import is_dry
 from tendon_newton.diagnosis.search.quadratic import bounded
-from tendon_newton.diagnosis.search.worlds import Floors, Worlds
+from tendon_newton.diagnosis.search.worlds import Floors, Worlds, trimmed_size
 from tendon_newton.effects import law_of
 from tendon_newton.effects.base import Stage
 from tendon_newton.identification.objective import loss_terms, loss_weights
@@ -30,6 +30,8 @@ SHORTER = 0.2
 FIRST_SHARE, LAST_SHARE = 1.0, 0.98
 """Share of the residuals whose size is a fit's scale, at first and then: what acts at times must be
 seen before rows at a jump are left out."""
+FREEDOM = 3.0
+"""Degrees of freedom of Student's density of what is stated [1]."""
 REACH = 2.0
 """Typical sizes by which one step changes a number that is never zero."""
 
@@ -66,10 +68,18 @@ def values_of(worlds: Worlds, columns: Sequence[int], place: Array) -> dict[int,
     return {c: worlds.coordinate(c).value(float(u)) for c, u in zip(columns, place, strict=True)}
 
 
-def bounds_of(worlds: Worlds, columns: Sequence[int]) -> tuple[Array, Array]:
-    """Return the least and greatest coordinates of columns, shape (F,) each."""
-    found = [worlds.coordinate(c) for c in columns]
-    return np.array([c.lower for c in found]), np.array([c.upper for c in found])
+def bounds_of(worlds: Worlds, columns: Sequence[int], names: Sequence[str]) -> tuple[Array, Array]:
+    """Return the least and greatest coordinates of columns, shape (F,) each.
+
+    What is stated stays within its tolerance unless it is one of the causes.
+    """
+    low, high = np.empty(len(columns)), np.empty(len(columns))
+    for f, column in enumerate(columns):
+        own = worlds.coordinate(column)
+        low[f], high[f] = own.lower, own.upper
+        if column in worlds.stated and worlds.study.table.owners[column][0] not in names:
+            low[f], high[f] = worlds.as_built(column)
+    return low, high
 
 
 def start_fits(
@@ -91,18 +101,23 @@ def start_fits(
     """
     if not starts:
         return []
-    residuals = worlds.residuals([values for _, values in starts])
+    rows = [(names, worlds.with_stated(values)) for names, values in starts]
+    places = []
+    for names, values in rows:
+        place = [worlds.coordinate(c).place(v) for c, v in values.items()]
+        places.append(np.clip(place, *bounds_of(worlds, tuple(values), names)))
+    residuals = worlds.residuals(
+        [values_of(worlds, tuple(v), u) for (_, v), u in zip(rows, places, strict=True)]
+    )
     score = worlds.score(residuals, floors)
     out = []
-    for n, (names, values) in enumerate(starts):
+    for n, (names, values) in enumerate(rows):
         columns = tuple(values)
-        low, high = bounds_of(worlds, columns)
-        place = np.array([worlds.coordinate(c).place(values[c]) for c in columns])
         out.append(
             Fit(
                 names=names,
                 columns=columns,
-                place=np.clip(place, low, high),
+                place=places[n],
                 residual=residuals[n],
                 score=float(score.value[n]),
                 scales=score.scales[n],
@@ -123,6 +138,7 @@ def refit(
     rows: Mask | None = None,
     coarse: int = 1,
     jacobians: Sequence[Array] | None = None,
+    holds: Sequence[Array] | None = None,
 ) -> list[Fit]:
     """Descend from each fit's place; all its numbers move together.
 
@@ -139,6 +155,7 @@ def refit(
         coarse: Steps at the scale of all residuals before those of nearly all.
         jacobians: Derivatives near the fits' places, of which each step then makes do, shape (M, F)
             each; by default every step takes its own.
+        holds: Curvatures besides, which hold numbers where they are, shape (F, F) each.
     """
     current = list(fits)
     active = [bool(f.columns) and (rows is not None or not f.settled) for f in current]
@@ -151,13 +168,22 @@ def refit(
             slopes = linearise(worlds, [current[i] for i in chosen])
         else:
             slopes = [jacobians[i] for i in chosen]
-        trials, owners, units = [], [], []
+        trials, owners, units, together = [], [], [], []
         for i, jacobian in zip(chosen, slopes, strict=True):
             unit = row_units(worlds, current[i], floors, share, rows)
             units.append(unit)
+            together.append(worlds.rows_together(current[i].residual))
             owners += [i, i]
             trials += [
-                damped(worlds, current[i], jacobian, unit, part * current[i].damping)
+                damped(
+                    worlds,
+                    current[i],
+                    jacobian,
+                    unit,
+                    part * current[i].damping,
+                    together[-1],
+                    hold=0.0 if holds is None else holds[i],
+                )
                 for part in (1.0, BOLDER)
             ]
         moved = start_fits(
@@ -169,7 +195,7 @@ def refit(
         for k, i in enumerate(chosen):
             fit, unit = current[i], units[k]
             calm, bold = moved[2 * k : 2 * k + 2]
-            losses = [mean_loss(f.residual, unit) for f in (fit, calm, bold)]
+            losses = [mean_loss(worlds, f, unit, together[k]) for f in (fit, calm, bold)]
             best, change = (bold, BOLDER) if losses[2] < losses[1] else (calm, 1.0)
             gain = losses[0] - min(losses[1:])
             is_rough = jacobians is None and (bool(fit.slopes) or is_long(worlds, fit))
@@ -217,10 +243,31 @@ def stepped(worlds: Worlds, before: Fit, after: Fit, jacobian: Array) -> Fit:
     return replace(after, stride=stride, slopes=dict(zip(before.columns, better.T, strict=True)))
 
 
-def mean_loss(residual: Array, unit: Array) -> float:
-    """Return the loss per row that counts; rows whose unit is infinite do not."""
+def mean_loss(worlds: Worlds, fit: Fit, unit: Array, together: float) -> float:
+    """Return the loss per row that counts; rows whose unit is infinite do not.
+
+    What is stated counts as a row does that tells something of its own, and of which so many are
+    together.
+    """
     seen = np.isfinite(unit)
-    return float(loss_terms(residual[seen] / unit[seen]).mean())
+    stated = together * surprise(worlds, fit.columns, fit.place)
+    return float((loss_terms(fit.residual[seen] / unit[seen]).sum() + stated) / seen.sum())
+
+
+def surprise(worlds: Worlds, columns: Sequence[int], place: Array) -> float:
+    """Return how unlikely it is that what is stated is as far off as a fit says [nat].
+
+    Student's density with three degrees of freedom and the tolerance as its scale lets real faults
+    be: six tolerances cost 5 nat, and thirty 11.
+    """
+    off = offsets(worlds, columns, place)
+    return float(0.5 * (FREEDOM + 1.0) * np.log1p(off**2 / FREEDOM).sum())
+
+
+def offsets(worlds: Worlds, columns: Sequence[int], place: Array) -> Array:
+    """Return how far numbers are from what is stated [tolerances], shape (F,)."""
+    stated = np.array([worlds.stated_at(c) for c in columns]).reshape(-1, 2)
+    return (place - stated[:, 0]) / stated[:, 1]
 
 
 def row_units(worlds: Worlds, fit: Fit, floors: Floors, share: float, rows: Mask | None) -> Array:
@@ -233,15 +280,6 @@ def row_units(worlds: Worlds, fit: Fit, floors: Floors, share: float, rows: Mask
     return unit / np.sqrt(worlds.weights(floors))
 
 
-def trimmed_size(residual: Array, share: float) -> float:
-    """Return the root mean square of the smaller residuals, which are that share [1] of all."""
-    square = residual**2
-    if share < 1.0:
-        kept = max(1, int(share * len(square)))
-        square = np.partition(square, kept - 1)[:kept]
-    return float(np.sqrt(square.mean()))
-
-
 def linearise(worlds: Worlds, fits: Sequence[Fit]) -> list[Array]:
     """Return the derivatives of fits' residuals by their coordinates, shape (M, F) each.
 
@@ -251,7 +289,7 @@ def linearise(worlds: Worlds, fits: Sequence[Fit]) -> list[Array]:
     ahead = [{**worlds.bench_slopes, **fit.slopes} for fit in fits]
     models, steps, places = [], [], []
     for n, fit in enumerate(fits):
-        _, high = bounds_of(worlds, fit.columns)
+        _, high = bounds_of(worlds, fit.columns, fit.names)
         for f, column in enumerate(fit.columns):
             if column in ahead[n]:
                 continue
@@ -267,7 +305,7 @@ def linearise(worlds: Worlds, fits: Sequence[Fit]) -> list[Array]:
         for (n, column), residual, step in zip(places, residuals, steps, strict=True):
             ahead[n][column] = (residual - fits[n].residual) / step
     for found in ahead:
-        new = {c: found[c] for c in worlds.study.tolerated_columns if c in found}
+        new = {c: found[c] for c in worlds.built_columns if c in found}
         worlds.bench_slopes = {**new, **worlds.bench_slopes}
     return [
         np.stack([found[c] for c in fit.columns], axis=1)
@@ -277,19 +315,38 @@ def linearise(worlds: Worlds, fits: Sequence[Fit]) -> list[Array]:
     ]
 
 
-def damped(worlds: Worlds, fit: Fit, jacobian: Array, unit: Array, damping: float) -> Array:
-    """Return where one Marquardt step leads, inside the bounds, shape (F,)."""
+def damped(
+    worlds: Worlds, fit: Fit, jacobian: Array, unit: Array, damping: float,
+    together: float, *, hold: Array | float = 0.0,
+) -> Array:  # fmt: skip
+    """Return where one Marquardt step leads, inside the bounds, shape (F,).
+
+    Args:
+        worlds: Say what is stated of the numbers.
+        fit: Where to start.
+        jacobian: Derivatives of the residual, shape (M, F).
+        unit: Of each row's residual, shape (M,).
+        damping: Marquardt factor [1].
+        together: Rows that tell as much as one alone would [1].
+        hold: Curvature besides, which holds numbers where they are, shape (F, F).
+    """
     scaled = fit.residual / unit
     weight = loss_weights(scaled)
     slopes = jacobian / unit[:, None]
     hessian = slopes.T @ (weight[:, None] * slopes)
     gradient = slopes.T @ (weight * scaled)
-    low, high = bounds_of(worlds, fit.columns)
+    if fit.columns:
+        spread = np.array([worlds.stated_at(c)[1] for c in fit.columns])
+        off = offsets(worlds, fit.columns, fit.place)
+        pull = together * (FREEDOM + 1.0) / (FREEDOM + off**2) / spread
+        hessian += np.diag(pull / spread)
+        gradient += pull * off
+    low, high = bounds_of(worlds, fit.columns, fit.names)
     size = np.diag(hessian)
     size = np.maximum(size, 1.0e-9 * max(1.0e-30, float(size.max(initial=0.0))))
     reach = REACH * (1.0 + np.abs(fit.place))
     step = bounded(
-        hessian + np.diag(damping * size),
+        hessian + np.diag(damping * size) + hold,
         -gradient,
         np.maximum(low - fit.place, -reach),
         np.minimum(high - fit.place, reach),
@@ -301,11 +358,14 @@ def without(fit: Fit, name: str, worlds: Worlds) -> tuple[tuple[str, ...], dict[
     """Return a fit's names and values less one effect.
 
     What was found beside a wrong clock was found in its seconds: without it, numbers with a time in
-    their unit are those in the seconds of the log.
+    their unit are those in the seconds of the log. What is stated goes back within its tolerance.
     """
     own = worlds.study.table.columns(name)
     values = values_of(worlds, fit.columns, fit.place)
     rest = {c: v for c, v in values.items() if c not in own}
+    for c in worlds.stated.intersection(own):
+        number = worlds.coordinate(c)
+        rest[c] = number.value(float(np.clip(number.place(values[c]), *worlds.as_built(c))))
     if law_of(name).hook(Stage.PERIOD):
         for c in rest:
             number = worlds.study.parameter(c)

@@ -13,11 +13,10 @@ from tendon_newton.diagnosis.search.refit import (
     Fit,
     bounds_of,
     linearise,
-    trimmed_size,
     values_of,
     without,
 )
-from tendon_newton.diagnosis.search.worlds import Floors, Worlds
+from tendon_newton.diagnosis.search.worlds import Floors, Worlds, trimmed_size
 from tendon_newton.identification.objective import loss_weights
 
 TRUST = 0.7
@@ -116,7 +115,7 @@ def look_around(worlds: Worlds, fit: Fit, names: Sequence[str]) -> tuple[tuple[C
         changes = np.stack([sum(seen[i] for i in own) for own in parts])
     worlds.bench_slopes = {}
     slopes = linearise(worlds, [replace(fit, slopes={})])[0].T
-    low, high = bounds_of(worlds, fit.columns)
+    low, high = bounds_of(worlds, fit.columns, fit.names)
     for f, column in enumerate(fit.columns):
         owner = worlds.study.table.owners[column][0]
         reach = TRUST * (1.0 + abs(fit.place[f]))

@@ -10,8 +10,9 @@ import numpy as np
 
 from tendon_newton.data.recording import Array, Mask
 from tendon_newton.diagnosis.search.coordinates import Coordinate, coordinate_of
-from tendon_newton.identification.objective import TAIL, Scales, layout, stack
+from tendon_newton.identification.objective import BLOCK, TAIL, Scales, layout, stack
 from tendon_newton.identification.study import Study, compares_force, replacements
+from tendon_newton.identification.testable import stated_columns
 
 if TYPE_CHECKING:
     from tendon_newton.diagnosis.search.survey import Column
@@ -30,6 +31,13 @@ FINEST = 0.1
 finger hits its stop up to a substep late, and is 50 mrad off in a few rows; here it is 5 mrad."""
 MOST_NUMBERS = 30_000_000
 """Residuals held at once [1]; more worlds are simulated in turns."""
+INDEPENDENT = 2.0
+"""Times a second that a model's error tells something of its own [1/s]: where numbers are found on
+virtual benches, 26 to 43 rows at 80 Hz tell as much as one alone would."""
+SEEN = 0.98
+"""Share of the residuals whose size tells how much of them is noise [1]: jumps tell nothing."""
+WITHIN = 2.0
+"""Tolerances by which a stated number may differ without a cause [1]."""
 STILL = 1.0e-9
 """Change of the angle from row to row that is none [rad]."""
 NEAR = 3
@@ -83,7 +91,12 @@ class Worlds:
         they hardly change from set to set. A survey takes them anew."""
         self.last_surveyed: tuple[Hashable, tuple[tuple[Column, ...], Array]] | None = None
         """The last place that a survey looked around, and the directions that it saw."""
+        self.stated = frozenset(stated_columns(study))
+        """Numbers of effects that something states, with a tolerance: free in every fit."""
+        self.built_columns = (*study.tolerated_columns, *sorted(self.stated))
+        """Numbers that differ a little on every bench, and are no cause for that."""
         self._coordinates: dict[int, Coordinate] = {}
+        self._stated_at: dict[int, tuple[float, float]] = {}
         self._rests = rests(study)
         resting = max(1, int(self._rests.sum()))
         self.rest_share = min(1.0, (len(self._rests) - resting) / resting)
@@ -94,6 +107,44 @@ class Worlds:
         if column not in self._coordinates:
             self._coordinates[column] = coordinate_of(self.study, column)
         return self._coordinates[column]
+
+    def as_built(self, column: int) -> tuple[float, float]:
+        """Return the least and greatest coordinate of a stated number within its tolerance."""
+        stated, spread = self.stated_at(column)
+        return stated - WITHIN * spread, stated + WITHIN * spread
+
+    def stated_at(self, column: int) -> tuple[float, float]:
+        """Return what is stated of a number and its tolerance, as coordinates.
+
+        The tolerance is infinite where nothing states a number.
+        """
+        if column not in self._stated_at:
+            tolerance, own = self.study.parameter(column).tolerance, self.coordinate(column)
+            stated, spread = 0.0, np.inf
+            if tolerance > 0.0:
+                stated = own.place(self.study.base_value(column))
+                spread = (np.log1p(tolerance) if own.kind == "log" else tolerance) / own.unit
+            self._stated_at[column] = stated, float(spread)
+        return self._stated_at[column]
+
+    def rows_together(self, residual: Array) -> float:
+        """Return how many rows tell as much as one alone would [1].
+
+        Sensors err from row to row, and a model errs for a while: the share of the squared residual
+        that is not the sensors' counts once in so many rows.
+        """
+        noise, shares = self.study.noise, list[float]()
+        for force, own in self.where.signals:
+            if own.any():
+                quiet = (noise.force or 0.0) if force else noise.theta
+                size = trimmed_size(residual[own], SEEN)
+                shares.append(1.0 - (quiet / size) ** 2 if size > quiet else 0.0)
+        rows = len(residual) / len(shares) / (BLOCK * self.where.block_count)
+        return 1.0 + float(np.mean(shares)) * max(0.0, rows / INDEPENDENT - 1.0)
+
+    def with_stated(self, values: Mapping[int, float]) -> dict[int, float]:
+        """Return free numbers, column -> value, with those that are stated among them."""
+        return {**{c: self.study.base_value(c) for c in self.stated}, **values}
 
     def finest(self, model: Mapping[int, float]) -> Array:
         """Return measured minus simulated [rad, N] of one model at the finest step, shape (M,)."""
@@ -175,3 +226,12 @@ def rests(study: Study) -> Mask:
         rest = ~near[study.timeline(index).trusted]
         out += [rest] * (2 if compares_force(recording) else 1)
     return np.concatenate(out)
+
+
+def trimmed_size(residual: Array, share: float) -> float:
+    """Return the root mean square of the smaller residuals, which are that share [1] of all."""
+    square = residual**2
+    if share < 1.0:
+        kept = max(1, int(share * len(square)))
+        square = np.partition(square, kept - 1)[:kept]
+    return float(np.sqrt(square.mean()))

@@ -62,6 +62,7 @@ class BenchNumber:
             lower=low,
             upper=high,
             source=f"{self.reach:g} times either way",
+            tolerance=0.5 * TOLERANCE if self.reach < REACH else 0.0,
         )
 
 

@@ -13,12 +13,13 @@ from tendon_newton.data.plain_numbers import estimate_text, number, quantity
 from tendon_newton.diagnosis.diagnose import Evidence
 from tendon_newton.diagnosis.identifiability import Confounded
 from tendon_newton.diagnosis.reporting.report import Origin, write_report
-from tendon_newton.diagnosis.reporting.report_causes import Rival, cause_rows, rival_rows
+from tendon_newton.diagnosis.reporting.report_causes import cause_rows, rival_rows
 from tendon_newton.diagnosis.reporting.report_figures import short
 from tendon_newton.diagnosis.reporting.report_words import SENTENCES, cause_sentence, headline
 from tendon_newton.diagnosis.result import (
     Errors,
     Estimate,
+    Rival,
     Verdict,
 )
 from tendon_newton.effects import EFFECTS, find_effect
@@ -136,19 +137,23 @@ def test_the_first_screen_is_a_table_of_causes(pages: dict[str, str]) -> None:
 def test_suspected_causes_and_rivals_have_tables_of_their_own(
     with_force: Evidence, tmp_path: Path
 ) -> None:
-    """Each suspect with its reason; each rival with its held-out error, the best first."""
+    """Each suspect with its reason; each rival with its held-out error, in their order."""
     quiet, loud = (
         Errors(force_rmse=size, theta_rmse=size, theta_mae=size) for size in (0.0123, 0.5)
     )
     rivals = rival_rows(
-        [Rival(name="stiction", errors=loud), Rival(name="lag", errors=quiet, chosen=True)],
+        [
+            Rival(name="lag", effects=(), held_out=1.0, errors=quiet, chosen=True),
+            Rival(name="stiction", effects=(), held_out=2.0, errors=loud),
+        ],
         BenchScale(),
     )
     assert rivals == [
         {"name": "lag", "errors": "12.3 mrad, 0.0123 N", "chosen": True},
         {"name": "stiction", "errors": "500 mrad, 0.500 N", "chosen": False},
     ]
-    (row,) = cause_rows([named("load_cell_bias", 0.5)], BenchScale(), reasons=["It is small."])
+    suspect = replace(named("load_cell_bias", 0.5), reason="It is small.")
+    (row,) = cause_rows([suspect], BenchScale())
     assert (row["reason"], row["parameters"][0]["value"]) == ("It is small.", "0.5000 N")
 
 

@@ -144,9 +144,8 @@ def test_a_cart_s_friction_is_named_and_measured() -> None:
     """
     logs = [cart(1), cart(2)]
     study = Study(logs, model(), tuple(EFFECTS), time_step=1e-3, in_pieces=True)
-    rng = np.random.default_rng(0)
     names = testable.testable_effects(study)
-    found = find_causes(logs, study, model(), names, rng=rng)
+    found = find_causes(logs, study, model(), names)
     final = found.final
     assert final is not None
     frictions = {"viscous_friction": VISCOUS * RADIUS, "coulomb_friction": DRY}

@@ -42,9 +42,8 @@ def worths_of(sets: Path, price: float, name: str) -> list[dict[str, Any]]:
     right |= {name for cause in truth["outside"] for name in cause["near"]}
     recordings, model = load_dataset(sets / name).train, load_model(sets / name / "model.toml")
     study = Study(recordings, model, tuple(EFFECTS), time_step=SEARCH_STEP, in_pieces=True)
-    rng = np.random.default_rng(0)
     names = testable_effects(study)
-    found = find_causes(recordings, study, model, names, rng=rng, price=price)
+    found = find_causes(recordings, study, model, names, price=price)
     out = []
     for cause, criteria in found.criteria.items():
         values = {c.name: c.value for c in criteria}

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from tendon_newton.diagnosis.findings import Found
 from tendon_newton.diagnosis.result import CandidateScore, Criterion
 from tendon_newton.diagnosis.search.coordinates import inside
 from tendon_newton.diagnosis.search.decide.decision import Decided, at_bound
+from tendon_newton.diagnosis.search.decide.posterior import holds_null
+from tendon_newton.diagnosis.search.decide.rule import SURE
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.refit import Fit, values_of
+
+Criteria = tuple[Criterion, ...]
 
 LOSS = "score lost without it [nat per row]"
 HELD_OUT = "the same on parts left out [nat per row]"
 CHANGE = "larger residuals without it [errors of form of that model]"
 IN_RANGE = "numbers at the edge of their ranges"
-LEFT_OPEN = "numbers as uncertain as their ranges"
+REMAINS = "score lost without it, where something is left that no cause explains [nat per row]"
+OPEN = "intervals of all its strengths that hold none"
 ADDED = "score that it would add to the named causes [nat per row]"
 BEHIND = "score by which the best set with it stays behind, causes paid for [nat per row]"
 TOGETHER = "share of the squared error above the noise that the found causes leave [1]"
@@ -30,18 +36,36 @@ def explained_share(pool: Pool, before: Fit, after: Fit) -> float:
         floor = pool.floors.of(force)
         if top > floor:
             shares.append((top**2 - left**2) / (top**2 - floor**2))
-    return float(np.clip(np.mean(shares), -1.0, 1.0)) if shares else 0.0
+    if not shares:  # what acts in few rows is seen in the tails alone
+        top, left = max(0.0, pool.excess(before)), max(0.0, pool.excess(after))
+        return 1.0 - left / top if top > left else 0.0
+    return float(np.clip(np.mean(shares), -1.0, 1.0))
 
 
-def criteria_of(decisive: Pool, fit: Fit, decided: Decided, name: str) -> tuple[Criterion, ...]:
-    """Return what a cause of the final set had to pass."""
+def criteria_of(decisive: Pool, fit: Fit, decided: Decided, found: Found, name: str) -> Criteria:
+    """Return what a cause of the final set had to pass; the last two part names from suspicions.
+
+    Where something is left that no cause explains, a law that is not in the catalogue acts, and
+    what is worth little may stand for a part of it.
+
+    Args:
+        decisive: Has the fits of all rows.
+        fit: The final set.
+        decided: What it is worth.
+        found: Its numbers with their intervals.
+        name: The cause.
+    """
     loss, gain, edge = decided.losses[name], decided.held_out[name], at_bound(decisive, fit, name)
     bar, change = decisive.bar(name), decided.changes[name]
+    least = 0.0 if decisive.leaves_nothing(fit) else SURE * decisive.price
+    is_open = holds_null(decisive.worlds.study, found, name)
     return (
         Criterion(name=LOSS, value=loss, bar=bar, passed=loss >= bar),
         Criterion(name=HELD_OUT, value=gain, bar=bar, passed=gain >= bar),
         Criterion(name=CHANGE, value=change, bar=1.0, passed=change >= 1.0),
         Criterion(name=IN_RANGE, value=float(edge), bar=0.0, passed=not edge),
+        Criterion(name=REMAINS, value=loss, bar=least, passed=loss >= least),
+        Criterion(name=OPEN, value=float(is_open), bar=0.0, passed=not is_open),
     )
 
 
@@ -53,10 +77,9 @@ def refusal_of(pool: Pool, decisive: Pool, decided: Decided, name: str) -> tuple
         out.append(Criterion(name=ADDED, value=added, bar=bar, passed=added >= bar))
     if name in decided.refused:
         refusal = decided.refused[name]
-        gain, edge, is_open = refusal.gain, refusal.at_bound, refusal.left_open
+        gain, edge = refusal.gain, refusal.at_bound
         out.append(Criterion(name=HELD_OUT, value=gain, bar=bar, passed=gain >= bar))
         out.append(Criterion(name=IN_RANGE, value=float(edge), bar=0.0, passed=not edge))
-        out.append(Criterion(name=LEFT_OPEN, value=float(is_open), bar=0.0, passed=not is_open))
     for some in (decisive, pool):
         chosen = some.fits.get(frozenset(decided.fit.names))
         costs = [some.cost(fit) for fit in some.fits.values() if name in fit.names]
@@ -89,6 +112,7 @@ def candidates(
     names: Sequence[str],
     final: Fit,
     decided: Decided,
+    found: Mapping[str, Criteria],
     verdict: Criterion | None = None,
 ) -> tuple[CandidateScore, ...]:
     """Return how every effect did alone, best first, and what it passed.
@@ -99,6 +123,7 @@ def candidates(
         names: Effects that were tried.
         final: What was found.
         decided: What that had to pass.
+        found: What each of its causes had to pass.
         verdict: What kept all that was found from being named; None where nothing did.
     """
     start = pool.fits[frozenset()]
@@ -112,7 +137,7 @@ def candidates(
         else:
             share, values = (0.0, {}) if guess is None else guess
         if name in final.names:
-            criteria = criteria_of(decisive, final, decided, name)
+            criteria = found[name]
             criteria += () if verdict is None else (verdict,)
             less = decisive.fits.get(frozenset(final.names) - {name})
             places, looked = acts_in(decisive, less, final), decisive.worlds.study
@@ -126,7 +151,6 @@ def candidates(
                 values=values,
                 at_bound=ended(pool, own, name),
                 criteria=criteria,
-                probability=decided.probabilities.get(name),
                 acts_in=places,
                 looked_at=0 if places is None else len({r.name for r in looked.wholes}),
             )

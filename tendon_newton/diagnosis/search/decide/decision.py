@@ -8,10 +8,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from tendon_newton.data.recording import Array
-from tendon_newton.diagnosis.search.decide.posterior import left_open
+from tendon_newton.diagnosis.findings import PlainModel
 from tendon_newton.diagnosis.search.decide.rule import LADDER, SURE
 from tendon_newton.diagnosis.search.floors import floors_of, form_scales
 from tendon_newton.diagnosis.search.held_out_gain import by_block, held_out_terms, terms
+from tendon_newton.diagnosis.search.plain_models import compare_plain_models, fit_plain_models
 from tendon_newton.diagnosis.search.pool import Pool
 from tendon_newton.diagnosis.search.prune import (
     CLEAR,
@@ -22,10 +23,12 @@ from tendon_newton.diagnosis.search.prune import (
     simplest,
 )
 from tendon_newton.diagnosis.search.refit import Fit, refit, start_fits, values_of, without
-from tendon_newton.diagnosis.search.starts import starts_of_relative
+from tendon_newton.diagnosis.search.starts import Start, starts_of_relative
 from tendon_newton.diagnosis.search.worlds import Floors
-from tendon_newton.effects import special_cases
+from tendon_newton.effects import are_one_friction, are_related, special_cases
 
+FAMILY = 5.0
+"""How much further behind than others a law of the same friction may stay and replace one [1]."""
 FEW_RIVALS = 2
 """Most sets with another cause in the place of one that are refitted on all rows, or told as its
 rivals."""
@@ -39,8 +42,6 @@ class Refusal:
     """What it was worth on parts that no number has seen [nat per row]."""
     at_bound: bool = False
     """Whether a number of it ended at the edge of its range."""
-    left_open: bool = False
-    """Whether the data leave its numbers as open as their ranges, and it is not `SURE`."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,12 +55,15 @@ class Decided:
     """The same on parts that no number has seen."""
     changes: dict[str, float] = field(default_factory=dict[str, float])
     """How much larger residuals are without each [errors of form of that model]."""
-    probabilities: dict[str, float] = field(default_factory=dict[str, float])
-    """Share of draws of blocks of time in which that passes the bar."""
     rivals: dict[str, tuple[Fit, ...]] = field(default_factory=dict[str, tuple[Fit, ...]])
     """Fits with another cause in the place of each that explain the data as well."""
     refused: dict[str, Refusal] = field(default_factory=dict[str, Refusal])
     """Causes that were dropped."""
+    plain: tuple[PlainModel, ...] = ()
+    """Plain models beside it, the best on unseen parts first."""
+    predicts: float | None = None
+    """Negative log likelihood per row of parts that no number has seen [nat]; None where nobody
+    asked."""
     undecided: tuple[str, ...] = ()
     """Causes whose worth on such parts was not known when the time was over: they are not named."""
 
@@ -92,18 +96,21 @@ def rivals_of(pool: Pool, fit: Fit, name: str, prices: float = 1.0) -> list[Fit]
         f for f in pool.fits.values()
         if len(f.names) == len(fit.names) and rest < frozenset(f.names) and name not in f.names
     ]  # fmt: skip
-    near = [f for f in found if f.score - fit.score < prices * pool.price]
-    return sorted(near, key=lambda f: f.score)[:FEW_RIVALS]
+    near = [f for f in found
+            if pool.gain(fit, f) < prices * room(pool, name, new_name(fit, f))]  # fmt: skip
+    return sorted(near, key=lambda f: pool.gain(fit, f))[:FEW_RIVALS]
 
 
-def decide(pool: Pool, fit: Fit, decisive: Pool, rng: np.random.Generator) -> Decided:
+def decide(pool: Pool, fit: Fit, decisive: Pool, names: Sequence[str]) -> Decided:
     """Put causes found on beginnings to the test on all rows.
+
+    A plain model that predicts parts better that no number has seen takes their place.
 
     Args:
         pool: Sets fitted on the beginnings.
         fit: What was found there.
         decisive: Takes the fits of all rows; the same pool where sets were looked for there, too.
-        rng: Of the draws of blocks.
+        names: Effects that may be named.
     """
     close = [r for name in fit.names for r in rivals_of(pool, fit, name, CLEAR)]
     if decisive is pool:
@@ -114,8 +121,29 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, rng: np.random.Generator) -> De
         sets = {frozenset(f.names): f for f in near}
         decisive.rescore(floors_of(decisive.worlds, fit.names))
         transfer(pool, [fit, *sets.values()], decisive)
-    best = simplest(decisive, decisive.best())
-    final = prune(decisive, best)
+    decided = tested(decisive, prune(decisive, simplest(decisive, decisive.best())), names)
+    if decisive.leaves_nothing(decided.fit) or decided.undecided:
+        return decided
+    plain = fit_plain_models(decisive, names)
+    answer = held_out_terms(decisive.worlds, decided.fit, decisive.floors)
+    assert answer is not None  # without a limit of time
+    compared = compare_plain_models(decisive, plain)
+    predicts = float(answer.sum())
+    if compared and compared[0].held_out < predicts:
+        other = tested(decisive, prune(decisive, plain[compared[0].name]), names)
+        decided = replace(other, refused={**decided.refused, **other.refused})
+        predicts = compared[0].held_out
+    return replace(decided, plain=compared, predicts=predicts)
+
+
+def tested(decisive: Pool, final: Fit, names: Sequence[str]) -> Decided:
+    """Return what is left of a set once causes are gone that do not help on unseen parts.
+
+    Args:
+        decisive: Has the fits of all rows.
+        final: The set.
+        names: Effects that may be named.
+    """
     refused: dict[str, Refusal] = {}
     undecided: list[str] = []
     while final.names:
@@ -133,15 +161,8 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, rng: np.random.Generator) -> De
                 undecided += undone
                 final = prune(decisive, less_of(decisive, final, undone))
                 continue
-            less = leave_out(decisive, final)
-            weak = [n for n, f in less.items()
-                    if min(worths[n], decisive.worth(final, f, n)) < SURE]  # fmt: skip
-            doubtful = left_open(decisive, final, weak)
-            if not doubtful:
-                found = Decided(fit=final, refused=refused, undecided=tuple(undecided))
-                return with_worths(found, decisive, less, gains, rng)
-            worst = min(doubtful, key=lambda n: worths[n])
-            refusal = Refusal(gain=float(gains[worst].sum()), left_open=True)
+            found = Decided(fit=final, refused=refused, undecided=tuple(undecided))
+            return with_worths(found, decisive, leave_out(decisive, final), gains, names)
         refused[worst] = refusal
         rest = special_case_or_without(decisive, final, worst)
         final = prune(decisive, best_without(decisive, rest, refused))
@@ -150,7 +171,7 @@ def decide(pool: Pool, fit: Fit, decisive: Pool, rng: np.random.Generator) -> De
 
 def with_worths(
     decided: Decided, decisive: Pool, less: dict[str, Fit], gains: dict[str, Array],
-    rng: np.random.Generator,
+    names: Sequence[str],
 ) -> Decided:  # fmt: skip
     """Return causes that may be named with what each is worth, and with its rivals.
 
@@ -159,17 +180,72 @@ def with_worths(
         decisive: Has the fits of all rows.
         less: Fits without each.
         gains: Worth of each on parts that no number has seen, by block of time, shape (B,).
-        rng: Of the draws of blocks.
+        names: Effects that may be named.
     """
     fit = decided.fit
+    fit_replacements(decisive, fit, names)
     return replace(
         decided,
-        losses={n: f.score - fit.score for n, f in less.items()},
+        losses={n: decisive.gain(fit, f) for n, f in less.items()},
         changes={n: decisive.change(fit, f) for n, f in less.items()},
         held_out={n: float(g.sum()) for n, g in gains.items()},
-        probabilities={n: probability(g, decisive.bar(n), rng) for n, g in gains.items()},
         rivals={n: close_rivals(decisive, fit, n) for n in fit.names},
     )
+
+
+def fit_replacements(decisive: Pool, fit: Fit, names: Sequence[str]) -> None:
+    """Fit the sets in which a cause that replaced one elsewhere takes its place here.
+
+    Forms of one friction are tried in each other's place as well where something is left.
+
+    Args:
+        decisive: Has the fits of all rows.
+        fit: The set.
+        names: Effects that may be named.
+    """
+    starts, table = list[Start](), decisive.worlds.study.table
+    for name in fit.names:
+        rest, values = without(fit, name, decisive.worlds)
+        for other, (behind, source) in replacing(decisive, fit, name).items():
+            known = decisive.fits.get(frozenset((*rest, other)))
+            if known is None or decisive.gain(fit, known) > behind + decisive.price:
+                found = values_of(decisive.worlds, source.columns, source.place)
+                own = {c: found[c] for c in table.columns(other)}
+                starts.append(((*rest, other), {**values, **own}))
+        if decisive.leaves_nothing(fit):
+            continue
+        for other in names:
+            is_new = frozenset((*rest, other)) not in decisive.fits
+            if is_new and are_one_friction(name, other) and other not in fit.names:
+                starts += starts_of_relative(decisive, fit, name, other)
+    begun = start_fits(decisive.worlds, starts, decisive.floors, near=True)
+    best = {frozenset(f.names): f for f in sorted(begun, key=lambda f: -f.score)}
+    decisive.add(refit(decisive.worlds, [*best.values()], decisive.floors, iterations=2, coarse=0))
+
+
+def replacing(decisive: Pool, fit: Fit, name: str) -> dict[str, tuple[float, Fit]]:
+    """Return the causes that replace one in some set at little cost [nat per row], and that set.
+
+    The set holds the other causes of the fit, and perhaps more.
+    """
+    rest, found = frozenset(fit.names) - {name}, dict[str, tuple[float, Fit]]()
+    for key, other in decisive.fits.items():
+        for rival in key - rest if rest < key and name not in key else ():
+            own = decisive.fits.get((key - {rival}) | {name})
+            if own is None or any(are_related(rival, kept) for kept in rest):
+                continue
+            behind = decisive.gain(own, other)
+            if behind < room(decisive, name, rival) and behind < found.get(rival, (np.inf,))[0]:
+                found[rival] = (behind, other)
+    return found
+
+
+def room(pool: Pool, name: str, rival: str) -> float:
+    """Return by how much a set may be behind with a rival in a cause's place [nat per row].
+
+    Laws of one friction differ by less than real friction does from either.
+    """
+    return (FAMILY if are_one_friction(name, rival) else 1.0) * pool.price
 
 
 def best_without(decisive: Pool, rest: Fit, refused: Collection[str]) -> Fit:
@@ -257,12 +333,6 @@ def held_out_gains(decisive: Pool, fit: Fit, names: Sequence[str]) -> dict[str, 
     return gains
 
 
-def probability(gains: Array, bar: float, rng: np.random.Generator) -> float:
-    """Return the share of draws of blocks of time in which a gain passes a bar [1]."""
-    draws = rng.multinomial(len(gains), np.full(len(gains), 1.0 / len(gains)), 500)
-    return float(np.mean(draws @ gains >= bar))
-
-
 def at_bound(pool: Pool, fit: Fit, name: str) -> bool:
     """Tell whether a number of a cause ended at the edge of its range, its null aside.
 
@@ -283,8 +353,14 @@ def close_rivals(pool: Pool, fit: Fit, name: str) -> tuple[Fit, ...]:
     floors = sharp(pool)
     residuals = np.stack([f.residual for f in (fit, *found)])
     score = pool.worlds.score(residuals, floors).value
-    near = score[1:] - score[0] <= pool.price
-    return tuple(rival for rival, is_near in zip(found, near, strict=True) if is_near)
+    behind = (score[1:] - score[0]).tolist()
+    return tuple(rival for rival, lost in zip(found, behind, strict=True)
+                 if lost <= room(pool, name, new_name(fit, rival)))  # fmt: skip
+
+
+def new_name(fit: Fit, rival: Fit) -> str:
+    """Return the cause that a rival has and a fit has not."""
+    return next(name for name in rival.names if name not in fit.names)
 
 
 def sharp(pool: Pool) -> Floors:

@@ -17,14 +17,17 @@ from tendon_newton.diagnosis.search.decide.account import (
     criteria_of,
     explained_share,
 )
-from tendon_newton.diagnosis.search.decide.decision import Decided, decide, transfer
-from tendon_newton.diagnosis.search.decide.posterior import found_of
+from tendon_newton.diagnosis.search.decide.decision import Decided, decide, new_name, transfer
+from tendon_newton.diagnosis.search.decide.posterior import (
+    found_of,
+    probabilities,
+)
 from tendon_newton.diagnosis.search.decide.rule import LEAST_EXPLAINED, PRICE
 from tendon_newton.diagnosis.search.decide.time_limits import limits_of
 from tendon_newton.diagnosis.search.floors import floors_of
 from tendon_newton.diagnosis.search.pool import FOLLOWED, Allows, Pool
 from tendon_newton.diagnosis.search.prune import prune, settle
-from tendon_newton.diagnosis.search.refit import Fit, rescored, values_of
+from tendon_newton.diagnosis.search.refit import Fit, refit, rescored, start_fits, values_of
 from tendon_newton.diagnosis.search.spans import beginnings, deciding
 from tendon_newton.diagnosis.search.strategy import find, go_on_all_rows
 from tendon_newton.diagnosis.search.worlds import Worlds
@@ -38,7 +41,9 @@ UNDECIDED = (
     "Found, and not named, since the time was over before they were tested on parts that no number "
     "had seen"
 )
-MOST_CAUSES = 7
+HELD = 1.0e12
+"""Curvature that holds a number where it is stated."""
+MOST_CAUSES = 9
 """Causes that are looked for at once."""
 
 
@@ -48,7 +53,6 @@ def find_causes(
     model: Model,
     names: Sequence[str],
     *,
-    rng: np.random.Generator,
     price: float = PRICE,
     most: int = MOST_CAUSES,
     allows: Allows = lambda _names, _values: True,
@@ -64,7 +68,6 @@ def find_causes(
         study: The same, all rows.
         model: The model to start from.
         names: Effects that may be named.
-        rng: Of the draws of blocks.
         price: Gain in score that each number of a cause must bring [nat per row].
         most: Causes that are looked for at once.
         allows: Whether a set of causes may be named, given its values by column.
@@ -90,7 +93,7 @@ def find_causes(
         worlds = Worlds(study if is_all else part_of(study, chosen, model))
         whole = pool_of(worlds, FOLLOWED[1:])
     try:
-        fit = find(pool, (*study.fit_columns(model), *study.tolerated_columns), names, progress)
+        fit = find(pool, (*study.fit_columns(model), *pool.worlds.built_columns), names, progress)
         pool.haste, searched = 1.0, pool
         progress(f"testing {', '.join(fit.names) or 'whether anything is missing'}")
         fit = fit if pool.is_late else prune(pool, fit)
@@ -109,11 +112,22 @@ def find_causes(
     whole.haste, whole.until = 1.0, limits.decided
     if searched is not whole:
         transfer(pool, [pool.fits[frozenset()]], whole)
-    decided = decide(searched, fit, whole, rng)
+    decided = decide(searched, fit, whole, names)
     if decided.undecided:
         early = (*early, f"{UNDECIDED}: {', '.join(decided.undecided)}.")
-    baseline = whole.fits[frozenset()]
+    baseline = as_stated(whole, study.fit_columns(model))
     return conclude_search(pool, whole, names, fit, baseline, decided, early)
+
+
+def as_stated(pool: Pool, fit_columns: Sequence[int]) -> Fit:
+    """Return the starting model, its unknown numbers refitted and all others as they are stated."""
+    worlds, start = pool.worlds, pool.fits[frozenset()]
+    values = values_of(worlds, start.columns, start.place)
+    stated = {c: v if c in fit_columns else worlds.study.base_value(c) for c, v in values.items()}
+    (fit,) = start_fits(worlds, [((), stated)], pool.floors, near=True)
+    held = np.diag([0.0 if c in fit_columns else HELD for c in fit.columns])
+    (fit,) = refit(worlds, [fit], pool.floors, iterations=4, coarse=0, holds=[held])
+    return fit
 
 
 def part_of(study: Study, recordings: Sequence[Recording], model: Model) -> Study:
@@ -141,6 +155,9 @@ def conclude_search(
     verdict = verdict_of(decisive, baseline, final, share)
     named = final if verdict in ("explained", "partly_explained") else None
     shown = found_of(decisive, final)
+    criteria = {n: criteria_of(decisive, final, decided, shown, n) for n in final.names}
+    rivals = {name: {new_name(final, rival): rival for rival in own}
+              for name, own in decided.rivals.items()}  # fmt: skip
     stop = None
     if named is None and final.names:
         stop = Criterion(name=TOGETHER, value=1.0 - share, bar=1.0 - LEAST_EXPLAINED, passed=False)
@@ -149,13 +166,16 @@ def conclude_search(
         baseline=found_of(decisive, baseline),
         final=None if named is None else shown,
         closest=shown,
+        suspected=tuple(n for n, own in criteria.items() if not all(c.passed for c in own[-2:])),
         classes={
-            name: tuple((new_name(final, rival), found_of(decisive, rival)) for rival in rivals)
-            for name, rivals in decided.rivals.items()
+            name: tuple((rival, found_of(decisive, with_it)) for rival, with_it in own.items())
+            for name, own in rivals.items()
         },
-        candidates=candidates(pool, decisive, names, final, decided, stop),
-        criteria={name: criteria_of(decisive, final, decided, name) for name in final.names},
-        probabilities=decided.probabilities,
+        candidates=candidates(pool, decisive, names, final, decided, criteria, stop),
+        criteria=criteria,
+        probabilities=probabilities(decisive, shown, final, rivals, decided.refused),
+        plain=decided.plain,
+        predicts=decided.predicts,
         finished=not early,
         notes=early,
     )
@@ -170,7 +190,7 @@ def ordered(decided: Decided) -> Fit:
 def verdict_of(decisive: Pool, baseline: Fit, final: Fit, share: float) -> Verdict:
     """Judge what is left without and with the causes."""
     if not final.names:
-        return "no_gap" if leaves_nothing_at_any_step(decisive, baseline) else "unexplained"
+        return "no_gap" if leaves_nothing_at_any_step(decisive, final) else "unexplained"
     if leaves_nothing_at_any_step(decisive, final):
         return "explained"
     return "partly_explained" if share >= LEAST_EXPLAINED else "unexplained"
@@ -184,8 +204,3 @@ def leaves_nothing_at_any_step(pool: Pool, fit: Fit) -> bool:
     finest = replace(fit, residual=pool.worlds.finest(values))
     (judged,) = rescored(pool.worlds, [finest], pool.floors)
     return pool.leaves_nothing(judged)
-
-
-def new_name(fit: Fit, rival: Fit) -> str:
-    """Return the cause that a rival has and a fit has not."""
-    return next(name for name in rival.names if name not in fit.names)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping
+
+import numpy as np
 
 from tendon_newton.diagnosis.findings import Found
 from tendon_newton.diagnosis.search.coordinates import is_shape
@@ -15,15 +17,19 @@ from tendon_newton.diagnosis.search.refit import (
     row_units,
     values_of,
 )
-from tendon_newton.identification.intervals import LEAST_SHARE, half_widths
+from tendon_newton.identification.intervals import LEAST_SHARE, half_widths, rows_together
 from tendon_newton.identification.linearisation import Linearisation
+from tendon_newton.identification.study import Study
+
+AT_END = 0.01
+"""Share of a range that counts as its end [1]: a rigid string is written as the stiffest one."""
 
 
 def found_of(pool: Pool, fit: Fit) -> Found:
     """Return a fit's numbers with 95 % intervals out of the joint fit.
 
-    Blocks of time and whole recordings are drawn with replacement and all numbers refitted to first
-    order, in coordinates in which a limit that is infinite when absent lies at zero.
+    Intervals are symmetric in coordinates in which a limit that is infinite when absent lies at
+    zero.
     """
     worlds = pool.worlds
     worlds.bench_slopes = {}
@@ -31,8 +37,9 @@ def found_of(pool: Pool, fit: Fit) -> Found:
     unit = row_units(worlds, fit, pool.floors, LAST_SHARE, None)
     point = Linearisation(residual=fit.residual / unit, jacobian=jacobian / unit[:, None])
     values = values_of(worlds, fit.columns, fit.place)
-    half = half_widths(point, worlds.where)
-    low, high = bounds_of(worlds, fit.columns)
+    spread = np.array([worlds.stated_at(column)[1] for column in fit.columns])
+    half = half_widths(point, worlds.where, spread)
+    low, high = bounds_of(worlds, fit.columns, fit.names)
     intervals = {}
     for f, (column, value) in enumerate(values.items()):
         coordinate = worlds.coordinate(column)
@@ -47,19 +54,43 @@ def found_of(pool: Pool, fit: Fit) -> Found:
     return Found(effects=fit.names, values=values, intervals=intervals, point=point)
 
 
-def left_open(pool: Pool, fit: Fit, names: Sequence[str]) -> list[str]:
-    """Return those of some causes whose strengths the data leave as open as their ranges.
+def holds_null(study: Study, found: Found, name: str) -> bool:
+    """Tell whether the intervals of all strengths of a cause hold the value that means none.
 
     Places, times and speeds that only shape a cause of several numbers do not count.
     """
-    if not names:
-        return []
-    intervals, study = found_of(pool, fit).intervals, pool.worlds.study
-    out = []
-    for name in names:
-        own = [(study.parameter(c), intervals[c]) for c in study.table.columns(name)]
-        strengths = [(p, ends) for p, ends in own if not is_shape(p) and p.name != "position"]
-        chosen = own if len(own) == 1 else strengths
-        if all(low <= p.lower and high >= p.upper for p, (low, high) in chosen):
-            out.append(name)
-    return out
+    own = [(study.parameter(c), found.intervals[c]) for c in study.table.columns(name)]
+    strengths = [(p, ends) for p, ends in own if not is_shape(p) and p.name != "position"]
+    return all(
+        high >= (1.0 - AT_END) * p.upper if np.isinf(p.null) else low <= p.null <= high
+        for p, (low, high) in (own if len(own) == 1 else strengths)
+    )
+
+
+def probabilities(
+    pool: Pool, found: Found, fit: Fit, classes: Mapping[str, Collection[str]],
+    refused: Collection[str],
+) -> dict[str, float]:  # fmt: skip
+    """Return the weight of all fitted sets that hold each cause, or one of its class [1].
+
+    The weights are those of the likelihood, of whose rows some tell as much as one alone, and of
+    the price of each number.
+
+    Args:
+        pool: Has the fits of all rows.
+        found: The causes, with the residuals around their optimum.
+        fit: The same.
+        classes: The rivals of each cause.
+        refused: Causes that failed on unseen parts: sets that hold one have no weight.
+    """
+    rows = max(int(own.sum()) for _, own in pool.worlds.where.signals)
+    telling = rows / rows_together(found.point, pool.worlds.where)
+    costs = {key: telling * (pool.cost(other) - pool.cost(fit))
+             for key, other in pool.fits.items() if not key & set(refused)}  # fmt: skip
+    least = min(costs.values())
+    weights = {key: float(np.exp(least - cost)) for key, cost in costs.items()}
+    total = sum(weights.values())
+    return {
+        name: sum(w for key, w in weights.items() if key & {name, *classes.get(name, ())}) / total
+        for name in fit.names
+    }

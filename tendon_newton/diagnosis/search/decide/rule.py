@@ -24,9 +24,10 @@ REST = 0.1
 """Weight of a row at rest where something sticks [1]: all rows of one rest repeat one error. Where
 nothing sticks the weight is `Worlds.rest_share`."""
 SURE = 3.0
-"""Worth of a cause [bars] from which it is sure. One that is worth less must not have a number that
-is as uncertain as its range. Refits that leave out each part are needless then, too: the set
-without the cause has seen these parts, and the worth on unseen ones is no smaller."""
+"""Worth of a cause [bars] from which it is sure. Where something is left that no cause explains,
+one that is worth fewer prices is suspected and not named. Refits that leave out each part are
+needless for a sure cause: the set without it has seen these parts, and its worth on unseen ones is
+no smaller."""
 LEAST_EXPLAINED = 0.8
 """Share of the squared error above the noise [1] that named causes must explain together; with less
 the answer is that something else is the matter."""
