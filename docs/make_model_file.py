@@ -27,6 +27,8 @@ HEADINGS = {
     "effects": "[effects](#effects) that the model has already, an `[[effects]]` table each",
     "bench_overrides": "[numbers of a bench](#numbers-of-a-bench) that differ from its asset",
     "fit": "[unknown numbers](#unknown-numbers), refitted by a diagnosis",
+    "tolerances": "how well things are stated, where you know it better than the catalogue: "
+    "`load_cell_gain = 0.01`, `torque_constant = 0.05`; standard deviations, as shares or in SI",
 }
 EXAMPLE = """\
 fit = ["torque_constant", "resistance"]

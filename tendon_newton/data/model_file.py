@@ -24,13 +24,18 @@ from tendon_newton.data.files.values import are_tables, are_words, is_count, is_
 from tendon_newton.data.servo_names import name_of
 from tendon_newton.errors import InvalidModelFile, TendonNewtonError, listed, shown
 
-KNOWN_KEYS = ("actuator", "effects", "bench_overrides", "fit")
+KNOWN_KEYS = ("actuator", "effects", "bench_overrides", "fit", "tolerances")
 SERVO = "servo"
 """Key of an effect that is about one servo."""
 
 
 def no_benches() -> Mapping[str, BenchOverrides]:
     """Make the empty table of benches."""
+    return MappingProxyType({})
+
+
+def no_tolerances() -> Mapping[str, float]:
+    """Make the empty table of tolerances."""
     return MappingProxyType({})
 
 
@@ -82,12 +87,16 @@ class Model:
     """Nominal numbers that differ, by bench."""
     fit: tuple[str, ...] = ()
     """Numbers of the actuator or a bench that are unknown and refitted with every candidate."""
+    tolerances: Mapping[str, float] = field(default_factory=no_tolerances)
+    """Effect, or number of the actuator -> standard deviation of what states it, in place of the
+    catalogue's: a share where it cannot be zero, else in its unit."""
 
     def __post_init__(self) -> None:
         """Refuse doubled entries; protect the rest."""
         refuse_doubles([effect.cause for effect in self.effects], "effect")
         refuse_doubles(self.fit, "fit entry")
         object.__setattr__(self, "bench_overrides", MappingProxyType(dict(self.bench_overrides)))
+        object.__setattr__(self, "tolerances", MappingProxyType(dict(self.tolerances)))
 
     def __repr__(self) -> str:
         """Write actuator and effects, and what else there is."""
@@ -118,6 +127,7 @@ def load_model(path: str | Path) -> Model:
             effects=read_effects(table.get("effects", [])),
             bench_overrides=read_benches(table.get("bench_overrides", {})),
             fit=read_fit(table.get("fit", [])),
+            tolerances=read_tolerances(table.get("tolerances", {})),
         )
     except TendonNewtonError as error:
         raise InvalidModelFile(f"{path}: {error}") from error
@@ -133,6 +143,8 @@ def write_model(path: str | Path, model: Model) -> None:
         "fit": list(model.fit),
         "actuator": {"kind": model.actuator.name, **model.actuator.values},
     }
+    if model.tolerances:
+        table["tolerances"] = dict(model.tolerances)
     effects = [
         {
             "name": effect.name,
@@ -218,6 +230,23 @@ def read_fit(names: Any) -> tuple[str, ...]:
     if not are_words(names):
         raise InvalidModelFile(f"fit must be a list of names; it is {shown(names)}")
     return tuple(names)
+
+
+def read_tolerances(table: Any) -> dict[str, float]:
+    """Read the ``tolerances`` table."""
+    if not is_table(table):
+        raise InvalidModelFile(
+            f"tolerances must be a table such as {{load_cell_gain = 0.01}}; it is {shown(table)}"
+        )
+    out = dict[str, float]()
+    for name, value in table.items():
+        number = finite_number(value)
+        if number is None or number <= 0.0:
+            raise InvalidModelFile(
+                f"tolerances: {listed([name])} must be a number above 0; it is {shown(value)}"
+            )
+        out[name] = number
+    return out
 
 
 def refuse_doubles(names: Sequence[str], kind: str) -> None:

@@ -14,7 +14,7 @@ LEVEL = 0.95
 WIDENING = 3.0
 """Blocks of time are few, alike, and share the model's error of form [1]. On benches with twenty
 small faults, of which a model has five, a factor of 2 holds 89 % of the numbers of planted causes,
-and this one 96 %; docs/lab/deserved_names.md."""
+and this one 96 %; docs/lab/exams.md."""
 MOST_BY_RECORDING = 3.0
 """How many times wider than by blocks of time an interval may be by whole recordings [1]: two of
 those know their own scatter so badly that Student's quantile alone widens it sixfold."""

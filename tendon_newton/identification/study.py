@@ -141,6 +141,7 @@ class Study:
         # together, since those of one group may wait for a core while others compile
         sets = [rollout.kernels.launched for rollout, _ in self._groups]
         load_kernels([kernel for kernels in zip(*sets, strict=True) for kernel in kernels], DEVICE)
+        refuse_unknown_tolerances(model, self.table)
         self._vectors = [rollout.base_vectors(model) for rollout, _ in self._groups]
         self.noise = self._with_driving_noise(self.noise)
         self._cells = [find_cell(r, self.timeline(i)) for i, r in enumerate(self.recordings)]
@@ -238,6 +239,9 @@ class Study:
         """Return a parameter on these benches; its range holds what the model states of it."""
         owner, parameter = self.table.owners[column]
         states = owner in {self._model.actuator.name, *(e.cause for e in self._model.effects)}
+        key = parameter.name if owner == self._model.actuator.name else owner
+        if parameter.tolerance > 0.0 and key in self._model.tolerances:
+            parameter = replace(parameter, tolerance=self._model.tolerances[key])
         return parameter.holding(self.base_value(column)) if states else parameter
 
     def base_value(self, column: int) -> float:
@@ -321,6 +325,19 @@ class Study:
             force=force,
             trusted=timeline.trusted,
         )
+
+
+def refuse_unknown_tolerances(model: Model, table: ParameterTable) -> None:
+    """Refuse tolerances of what nothing states.
+
+    Raises:
+        UnknownName: A key is neither an effect nor a number of the actuator with a tolerance.
+    """
+    known = [p.name if owner == model.actuator.name else owner
+             for owner, p in table.owners if p.tolerance > 0.0 and owner != OWNER]  # fmt: skip
+    for name in model.tolerances:
+        if name not in known:
+            raise unknown_name("stated number", name, known)
 
 
 def benches_of(recordings: Sequence[Recording], model: Model) -> dict[str, Mechanism]:

@@ -23,6 +23,7 @@ values = st.dictionaries(names, numbers, max_size=4)
     effects=st.dictionaries(names, values, max_size=3),
     fit=st.lists(names, unique=True, max_size=3),
     masses=st.dictionaries(names, st.floats(1e-6, 10.0), max_size=2),
+    tolerances=st.dictionaries(names, st.floats(1e-6, 1.0), max_size=2),
 )
 def test_a_model_file_keeps_every_bit(
     tmp_path_factory: pytest.TempPathFactory,
@@ -31,6 +32,7 @@ def test_a_model_file_keeps_every_bit(
     effects: dict[str, dict[str, float]],
     fit: list[str],
     masses: dict[str, float],
+    tolerances: dict[str, float],
 ) -> None:
     """Written and read again, names, order and every float64 are the same."""
     model = Model(
@@ -38,6 +40,7 @@ def test_a_model_file_keeps_every_bit(
         effects=tuple(NamedValues(name=name, values=row) for name, row in effects.items()),
         bench_overrides={bench: BenchOverrides(mass=(mass,)) for bench, mass in masses.items()},
         fit=tuple(fit),
+        tolerances=tolerances,
     )
     path = tmp_path_factory.mktemp("toml") / "model.toml"
     write_model(path, model)

@@ -31,6 +31,7 @@ from tendon_newton.diagnosis.search.starts import new_starts, related_starts
 from tendon_newton.diagnosis.search.survey import Column, Survey, survey
 from tendon_newton.diagnosis.search.worlds import SEARCH_STEP, Floors, Worlds
 from tendon_newton.effects import EFFECTS, are_related
+from tendon_newton.errors import UnknownName
 from tendon_newton.identification.linearisation import Linearisation
 from tendon_newton.identification.study import Study
 from tendon_newton.simulation.hosts.replay import replay, simulated_recording
@@ -462,6 +463,21 @@ def test_what_is_stated_is_a_cause_beyond_its_tolerance_alone(worlds: Worlds) ->
     assert back[column] == pytest.approx(1.03, abs=1e-3)
     place = np.array([6.0 * own.stated_at(column)[1]])
     assert surprise(own, (column,), place) == pytest.approx(5.13, abs=0.01)
+
+
+def test_a_model_states_tolerances_of_its_own(worlds: Worlds) -> None:
+    """Half the tolerance is half the room; what nothing states has none, and is refused."""
+    logs, causes = worlds.study.wholes, ("load_cell_gain",)
+
+    def room(**tolerances: float) -> float:
+        model = replace(ideal_model(), tolerances=tolerances)
+        own = Worlds(Study(logs, model, causes, time_step=SEARCH_STEP, tolerant=True))
+        low, high = own.as_built(own.study.table.columns("load_cell_gain")[0])
+        return high - low
+
+    assert room(load_cell_gain=0.0075) == pytest.approx(0.5 * room(), rel=0.01)
+    with pytest.raises(UnknownName, match="known: load_cell_gain"):
+        room(load_cell_gian=0.01)
 
 
 def test_each_number_of_a_law_has_its_price() -> None:
