@@ -57,7 +57,7 @@ def units(kept: Records) -> tuple[str, str]:
     rows = kept["units"].figures["units"]
     names = [name["in_plant"] for row in rows for name in row["named"]]
     gone = about([100.0 * row["gone"] for row in rows], 0)
-    return f"{gone} %", f"{sum(names)} of {len(names)} names are in the plant"
+    return f"{gone} %", f"{sum(names)} of {len(names)} names or their classes are in the plant"
 
 
 def ball(kept: Records) -> tuple[str, str]:
@@ -93,7 +93,7 @@ README: dict[str, tuple[str, Cells]] = {
         arm,
     ),
     "[Virtual fingers](docs/virtual_bench.md#from-this-bench-to-named-causes), twenty faults each:"
-    " squared error removed, ten units": ("units", units),
+    " squared error removed": ("units", units),
     "[Ball on ten virtual hands](docs/policies.md#turning-a-ball), 60 rad/min asked, five seeds": (
         "turning_hands",
         ball,
@@ -158,7 +158,12 @@ def mechanics(record: Record, worlds: Sequence[int]) -> str:
 
 def unit_rows(kept: Records) -> str:
     """Return what a diagnosis makes of each virtual unit."""
-    heads = ("unit", "squared error gone", "named; not in the plant in brackets", "time")
+    heads = (
+        "unit",
+        "squared error gone",
+        "named; neither it nor its class in the plant: in brackets",
+        "time",
+    )
     rows = (
         (
             row["unit"],
