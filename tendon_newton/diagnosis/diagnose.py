@@ -125,9 +125,9 @@ def diagnose(
     )
     names, little = testable_effects(train), too_little(dataset.train, train.noise)
     if little is not None:
-        progress(little)
-        names = ()
-    wrong = tuple(suspect.text for suspect in plainly_wrong(train))
+        names, wrong = (), (little,)
+    else:
+        wrong = tuple(suspect.text for suspect in plainly_wrong(train))
     for text in wrong:
         progress(text)
     pace = measured_pace(dataset.train, model, train)
@@ -144,9 +144,10 @@ def diagnose(
     progress("measuring the gain on held-out recordings")
     test = Study(dataset.test, model, tuple(EFFECTS), like=train)
     diagnosis, evidence = conclude(train, findings, model, test, rng, start)
-    steps = next_steps(diagnosis, dataset, model, train, findings.closest.values)
-    steps = (*(() if little is None else (little,)), *wrong, *steps)
-    told = replace(diagnosis, next_steps=steps, notes=(*blocked, *diagnosis.notes))
+    steps = ()
+    if little is None:
+        steps = next_steps(diagnosis, dataset, model, train, findings.closest.values)
+    told = replace(diagnosis, next_steps=(*wrong, *steps), notes=(*blocked, *diagnosis.notes))
     return told, evidence
 
 

@@ -81,7 +81,7 @@ def explained_fraction(before: Errors, after: Errors, noise: NoiseFloor) -> floa
         (before.theta_rmse, after.theta_rmse, noise.theta),
         (before.force_rmse, after.force_rmse, noise.force),
     ):
-        if top is None or left is None or floor is None or top <= WORTH_A_FRACTION * floor:
+        if top is None or left is None or not floor or top <= WORTH_A_FRACTION * floor:
             continue
         gap = top**2 - floor**2
         gaps.append((gap / floor**2, (top**2 - left**2) / gap))

@@ -21,9 +21,11 @@ KINDS = ("steps", "sine", "ramp", "steps")
 """Commands of three training recordings and of the test recording."""
 
 
-def diagnosed(folder: Path, causes: Sequence[Causes], seconds: float = 4.5) -> dict[str, Any]:
+def diagnosed(
+    folder: Path, causes: Sequence[Causes], seconds: float = 4.5, held_out: Causes | None = None
+) -> dict[str, Any]:
     """Diagnose a weak spring whose three recordings each have a cause; the test has the last."""
-    rng, own = np.random.default_rng(1), (*causes, causes[-1])
+    rng, own = np.random.default_rng(1), (*causes, held_out or causes[-1])
     slots = [
         Slot(file=f"{kind}_{number}.csv", bench="spring_weak", kind=kind)
         for number, kind in enumerate(KINDS)
@@ -81,3 +83,18 @@ def test_a_cause_beyond_its_range_is_not_named_at_the_edge(tmp_path: Path) -> No
     answer = diagnosed(tmp_path, [Causes(cell_bias=15.0)] * 3)
     assert answer["identifiability"]["at_bound"] == []
     assert "load_cell_bias" not in named(answer)
+
+
+def test_what_does_not_lessen_the_error_of_what_was_held_out_is_no_cause(tmp_path: Path) -> None:
+    """A gain of 1.25 in all that was learned from, and none in what was held out."""
+    answer = diagnosed(tmp_path, [Causes(gain_scale=1.25)] * 3, held_out=Causes())
+    assert (answer["verdict"], answer["effects"], answer["suspected"]) == ("unexplained", [], [])
+    assert answer["explained_fraction"] <= 0.0
+    assert any("on held-out recordings no smaller" in note for note in answer["notes"])
+
+
+def test_a_tenth_of_a_second_names_nothing(tmp_path: Path) -> None:
+    """Thirteen rows a recording: the first next step says how much is too little."""
+    answer = diagnosed(tmp_path, [Causes(viscous=1.0)] * 3, seconds=0.15)
+    assert (answer["verdict"], answer["effects"]) == ("unexplained", [])
+    assert "too little for a name: they last 0." in answer["next_steps"][0]

@@ -125,22 +125,22 @@ def test_an_import_can_be_repeated(made_up: Path, tmp_path: Path) -> None:
 
 
 def test_what_is_wrong_with_the_real_logs_is_found(shared: Path, tmp_path: Path) -> None:
-    """The twelve real logs: wrapped load, late speed, full duty, ripple, warming, unknown arm."""
+    """Real logs of four gains: wrapped load, late speed, full duty, ripple, warming, no arm."""
     findings = run_import(shared / "data" / "xl330", tmp_path / "out", "--test", "kp=200")
     loaded = load_dataset(tmp_path / "out")
-    assert (len(loaded.train), len(loaded.test)) == (8, 4)
+    assert (len(loaded.train), len(loaded.test)) == (12, 4)
     wrapped = found(findings, "duty", "unsigned")
     assert sorted({name.split("_", 1)[1] for name in wrapped}) == [
         "lift_and_drop.csv",
         "sin_sin.csv",
         "sin_time_square.csv",
     ]
-    assert len(wrapped) == 9
+    assert len(wrapped) == 12
     late = [f for f in findings if f["channel"] == "theta_dot"]
     assert len(late) >= 10
     assert all(18 <= int(f["evidence"].split()[0]) <= 23 for f in late)
     full = found(findings, "duty", "at the limit of 1")
-    assert {name.split("_")[0] for name in full} == {"kp800"}
+    assert {name.split("_")[0] for name in full} == {"kp400", "kp800"}
     assert len(found(findings, "voltage", "row to row")) >= 9
     assert found(findings, "temperature", "goes with duty_per_rad") == ["all"]
     assert found(findings, "mass", "not logged") == ["all"]

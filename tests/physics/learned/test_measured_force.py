@@ -99,7 +99,7 @@ def test_recordings_with_and_without_commands_mix(driven: Recording) -> None:
     asked = commanded(steps_and_waves())
     out = replay([asked, driven], model(), time_step=STEP)
     np.testing.assert_array_equal(out[1].motor_position[:, 0], theta_of(driven))
-    with pytest.raises(InvalidRecording, match="all have theta_d"):
+    with pytest.raises(InvalidRecording, match="all driven by one signal"):
         drive_of([asked, driven])
 
 
