@@ -203,6 +203,10 @@ def summary(diagnosis: Diagnosis) -> str:
             lines.append(
                 f"  {'':26s} or {', '.join(effect.indistinguishable_from)}: not told apart"
             )
+    if diagnosis.suspected:
+        lines += ["", "  suspected, and in the model because it predicts better with them:"]
+    for effect in diagnosis.suspected:
+        lines.append(f"  {with_owner(effect.name, diagnosis.servos):26s} {effect.reason}")
     lines += ["", "  held-out error           before      after"]
     for label, name, scale, unit in (
         (f"{diagnosis.angle_name}, RMS", "theta_rmse", 1e3, "mrad"),
