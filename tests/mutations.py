@@ -185,6 +185,20 @@ MUTATIONS: tuple[Mutation, ...] = (
         tests=f"{SETS} left_out",
     ),
     Mutation(
+        name="little-is-enough-beside-what-is-left",
+        file="tendon_newton/diagnosis/search/decide/account.py",
+        old="else SURE * decisive.price",
+        new="else 0.0",
+        tests=f"{SETS} three_prices",
+    ),
+    Mutation(
+        name="hardly-a-gap-decides",
+        file="tendon_newton/diagnosis/evaluation.py",
+        old="HARDLY_ANY = 0.02",
+        new="HARDLY_ANY = 0.0",
+        tests="tests/diagnosis/test_evaluation.py",
+    ),
+    Mutation(
         name="recordings-that-differ-are-blocks-of-time",
         file="tendon_newton/identification/intervals.py",
         old="by_recording = half_width(point, where.recording, spread, together)",

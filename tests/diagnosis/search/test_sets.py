@@ -14,9 +14,12 @@ from tendon_newton.data.parameters import ON_A_SHAFT, TIME_POWERS, BenchScale
 from tendon_newton.data.recording import Recording
 from tendon_newton.diagnosis.search import prune as pruning
 from tendon_newton.diagnosis.search.choice import Chooser, choose, exchanges
+from tendon_newton.diagnosis.search.decide.account import REMAINS, criteria_of
 from tendon_newton.diagnosis.search.decide.decision import (
+    Decided,
     best_without,
     held_out_gains,
+    room,
     special_case_or_without,
 )
 from tendon_newton.diagnosis.search.decide.find_causes import leaves_nothing_at_any_step
@@ -463,6 +466,30 @@ def test_what_is_stated_is_a_cause_beyond_its_tolerance_alone(worlds: Worlds) ->
     assert back[column] == pytest.approx(1.03, abs=1e-3)
     place = np.array([6.0 * own.stated_at(column)[1]])
     assert surprise(own, (column,), place) == pytest.approx(5.13, abs=0.01)
+
+
+@pytest.mark.parametrize("is_left", [False, True])
+def test_beside_what_no_cause_explains_a_name_costs_three_prices(
+    worlds: Worlds, monkeypatch: pytest.MonkeyPatch, is_left: bool
+) -> None:
+    """A cause that is worth two prices is suspected where something is left, and else named."""
+    pool = pool_of(worlds)
+    fit, name = started(pool, viscous_friction=1.0), "viscous_friction"
+    monkeypatch.setattr(Pool, "leaves_nothing", lambda *_: not is_left)
+    two = {name: 2.0 * PRICE}
+    decided = Decided(fit=fit, losses=two, held_out=two, changes={name: 2.0})
+    (column,) = worlds.study.table.columns(name)
+    found: Any = SimpleNamespace(intervals={column: (0.5, 1.5)})
+    criteria = criteria_of(pool, fit, decided, found, name)
+    assert [c.name for c in criteria if not c.passed] == [REMAINS] * is_left
+
+
+def test_forms_of_one_friction_may_be_further_behind(worlds: Worlds) -> None:
+    """Dry frictions of a gear are one family; what its load presses out of it is another."""
+    pool = pool_of(worlds)
+    near, far = (room(pool, "coulomb_friction", name)
+                 for name in ("load_dependent_friction", "stribeck_friction"))  # fmt: skip
+    assert (near, far) == pytest.approx((PRICE, 5.0 * PRICE))
 
 
 def test_a_model_states_tolerances_of_its_own(worlds: Worlds) -> None:
